@@ -1,0 +1,384 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From afar: damped rank-revealing Gauss-Newton of least norm on the scaled h over the coordinates that are not held;
+ * where it comes to rest with h open, that rest is the gap to report. Near: KINSOL with line search on the chosen rows
+ * and dependent coordinates, which wants a square system; then Gauss-Newton again, undamped, to round-off. */
+#include "constraints/assemble.h"
+#include "base/memory.h"
+#include "constraints/kinsol.h"
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "linalg/least.h"
+#include <math.h>
+#include <string.h>
+
+enum { MAX_ITERATIONS = 200, MAX_POLISH = 8 };
+#define NEAR           1e-2  /* scaled |h| from which Newton's method is trusted */
+#define CLOSED         1e-11 /* scaled |h| of a closed mechanism */
+#define LONGEST_STEP   0.5   /* rad, or characteristic lengths */
+#define RANK_TOLERANCE 1e-9
+
+/* One assembly at work. Arrays over free coordinates only are marked so. */
+typedef struct work {
+    const kempe_system *s;
+    kempe_assembly *a;
+    kmp_plant *plant;
+    int n, m, free_count;
+    int *free;      /* coordinates that may move */
+    double *jac;    /* m x n, unscaled */
+    double *scaled; /* m x free, scaled */
+    double *h;      /* m, scaled */
+    double *step;   /* free, scaled */
+    double *trial;  /* n */
+    kmp_partition part;
+    bool has_part;
+} work;
+
+static void evaluate(work *w, const double *q)
+{
+    kmp_plant_closure(w->plant, 0, q);
+    for (int r = 0; r < w->m; r++)
+        w->h[r] = w->plant->h[r] / w->s->row_scale[r];
+}
+
+static double norm(int n, const double *x)
+{
+    double s = 0;
+    for (int i = 0; i < n; i++)
+        s += x[i] * x[i];
+    return sqrt(s);
+}
+
+static double largest(int n, const double *x)
+{
+    double s = 0;
+    for (int i = 0; i < n; i++)
+        s = fmax(s, isfinite(x[i]) ? fabs(x[i]) : INFINITY);
+    return s;
+}
+
+/* J of the plant's last closure on the free coordinates, scaled. */
+static void scaled_jacobian(work *w)
+{
+    kmp_plant_dense_jacobian(w->plant, w->jac);
+    for (int k = 0; k < w->free_count; k++)
+        for (int r = 0; r < w->m; r++)
+            w->scaled[r + k * w->m] = w->jac[r + w->free[k] * w->m] * w->s->scale[w->free[k]] / w->s->row_scale[r];
+}
+
+static void move(const work *w, const double *q, double factor, double *to)
+{
+    memcpy(to, q, (size_t)w->n * sizeof *to);
+    for (int k = 0; k < w->free_count; k++)
+        to[w->free[k]] -= factor * w->step[k] * w->s->scale[w->free[k]];
+}
+
+/* One Gauss-Newton step with halving until |h| falls. false: at rest. */
+static bool step_down(work *w)
+{
+    double before = norm(w->m, w->h), longest, factor;
+    scaled_jacobian(w);
+    if (kmp_least_squares(w->m, w->free_count, w->scaled, w->h, RANK_TOLERANCE, w->step) < 0)
+        return false;
+    longest = largest(w->free_count, w->step);
+    factor = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
+    for (int k = 0; k < 30; k++, factor *= 0.5) {
+        move(w, w->a->q, factor, w->trial);
+        evaluate(w, w->trial);
+        if (norm(w->m, w->h) < before * (1 - 1e-4 * factor)) {
+            memcpy(w->a->q, w->trial, (size_t)w->n * sizeof *w->trial);
+            return true;
+        }
+    }
+    evaluate(w, w->a->q);
+    return false;
+}
+
+static void from_afar(work *w)
+{
+    evaluate(w, w->a->q);
+    while (w->a->iterations < MAX_ITERATIONS && largest(w->m, w->h) > NEAR) {
+        w->a->iterations++;
+        if (!step_down(w))
+            return;
+    }
+}
+
+/* -- near: KINSOL on the chosen rows and v ----------------------------------------------------------- */
+
+static void put_dependent(work *w, const double *v)
+{
+    memcpy(w->trial, w->a->q, (size_t)w->n * sizeof *w->trial);
+    for (int i = 0; i < w->part.r; i++)
+        w->trial[w->part.v[i]] = v[i];
+    evaluate(w, w->trial);
+}
+
+static int newton_residual(void *self, const double *v, double *out)
+{
+    work *w = self;
+    put_dependent(w, v);
+    for (int i = 0; i < w->part.r; i++)
+        out[i] = w->plant->h[w->part.rows[i]];
+    return 0;
+}
+
+static int newton_matrix(void *self, const double *v, double *out)
+{
+    work *w = self;
+    int r = w->part.r;
+    put_dependent(w, v);
+    kmp_plant_dense_jacobian(w->plant, w->jac);
+    for (int k = 0; k < r; k++)
+        for (int i = 0; i < r; i++)
+            out[i + k * r] = w->jac[w->part.rows[i] + w->part.v[k] * w->m];
+    return 0;
+}
+
+/* Held coordinates are the wish; a wish that is not possible here is no reason to stop: Gauss-Newton goes on alone. */
+static void near_by(work *w)
+{
+    int r, iterations = 0;
+    kmp_plant_dense_jacobian(w->plant, w->jac);
+    if (kmp_partition_init(&w->part, w->s, w->jac, NULL, 0) != KEMPE_OK) {
+        kmp_context_clear(w->s->context);
+        return;
+    }
+    w->has_part = true;
+    r = w->part.r;
+    for (int i = 0; i < r; i++)
+        if (w->s->model->start.hold[w->part.v[i]])
+            return;
+    double *v = KMP_NEW(double, 3 * r + 1), *scale_v = v + r, *scale_h = v + 2 * r;
+    for (int i = 0; v && i < r; i++) {
+        v[i] = w->a->q[w->part.v[i]];
+        scale_v[i] = 1 / w->s->scale[w->part.v[i]];
+        scale_h[i] = 1 / w->s->row_scale[w->part.rows[i]];
+    }
+    if (v && r > 0 &&
+        kmp_kinsol_solve(w->s->context, r, v, scale_v, scale_h, newton_residual, newton_matrix, w, 1e-12,
+                         &iterations) == KEMPE_OK)
+        for (int i = 0; i < r; i++)
+            w->a->q[w->part.v[i]] = v[i];
+    else
+        kmp_context_clear(w->s->context);
+    w->a->iterations += iterations;
+    kmp_free(v);
+    evaluate(w, w->a->q);
+}
+
+/* Undamped, while it still helps. */
+static void polish(work *w)
+{
+    evaluate(w, w->a->q);
+    double best = largest(w->m, w->h);
+    for (int k = 0; k < MAX_POLISH && best > 0; k++) {
+        scaled_jacobian(w);
+        if (kmp_least_squares(w->m, w->free_count, w->scaled, w->h, RANK_TOLERANCE, w->step) < 0)
+            return;
+        move(w, w->a->q, 1, w->trial);
+        evaluate(w, w->trial);
+        double now = largest(w->m, w->h);
+        w->a->iterations++;
+        if (!(now < best))
+            break;
+        best = now;
+        memcpy(w->a->q, w->trial, (size_t)w->n * sizeof *w->trial);
+    }
+    evaluate(w, w->a->q);
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+/* qd corrected by the least norm over the given columns so that J qd + h_t = 0; returns what stays. */
+static double correct_rates(work *w, const bool *fixed)
+{
+    double *rate = w->h, *qd = w->a->qd;
+    w->free_count = 0;
+    for (int k = 0; k < w->n; k++)
+        if (!fixed || !fixed[k])
+            w->free[w->free_count++] = k;
+    for (int pass = 0; pass < 3; pass++) {
+        scaled_jacobian(w);
+        for (int r = 0; r < w->m; r++) {
+            rate[r] = w->plant->h_t ? w->plant->h_t[r] : 0;
+            for (int k = 0; k < w->n; k++)
+                rate[r] += w->jac[r + k * w->m] * qd[k];
+            rate[r] /= w->s->row_scale[r];
+        }
+        if (pass == 2 || kmp_least_squares(w->m, w->free_count, w->scaled, rate, RANK_TOLERANCE, w->step) < 0)
+            break;
+        move(w, qd, 1, w->trial);
+        memcpy(qd, w->trial, (size_t)w->n * sizeof *qd);
+    }
+    return largest(w->m, rate);
+}
+
+/* Given rates are kept when the closures allow it. */
+static void make_rates(work *w)
+{
+    const kmp_start *start = &w->s->model->start;
+    double size = 0;
+    for (int k = 0; k < w->n; k++) {
+        w->a->qd[k] = start->qd[k].value;
+        size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
+    }
+    if (w->m == 0)
+        return;
+    evaluate(w, w->a->q);
+    if (correct_rates(w, start->qd_given) <= 1e-9 * size)
+        return;
+    w->a->rates_changed = true;
+    for (int k = 0; k < w->n; k++)
+        w->a->qd[k] = start->qd[k].value;
+    (void)correct_rates(w, NULL);
+}
+
+/* -- the verdict ------------------------------------------------------------------------------------- */
+
+/* The gap of each closure as a length, and the open ones by size. */
+static void judge(work *w)
+{
+    kempe_assembly *a = w->a;
+    const kempe_model *model = w->s->model;
+    a->residual = largest(w->m, w->h);
+    a->closed = a->residual <= CLOSED;
+    for (int r = 0; r < w->m; r++) {
+        int c = w->s->rows[r].closure;
+        a->gaps[c] = hypot(a->gaps[c], w->h[r] * w->s->length);
+    }
+    for (int c = 0; c < model->closure_count; c++) {
+        a->gap = fmax(a->gap, a->gaps[c]);
+        if (a->closed || a->gaps[c] <= CLOSED * w->s->length)
+            continue;
+        int k = a->culprit_count++;
+        for (; k > 0 && a->gaps[a->culprits[k - 1]] < a->gaps[c]; k--)
+            a->culprits[k] = a->culprits[k - 1];
+        a->culprits[k] = c;
+    }
+    for (int k = 0; k < w->n; k++)
+        a->moved[k] = a->q[k] - model->start.q[k].value;
+}
+
+static kempe_status complain_open(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_text held = {0}, others = {0};
+    for (int k = 0; k < model->motion_count; k++)
+        if (model->start.hold[k])
+            kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
+    for (int k = 1; k < a->culprit_count; k++)
+        kmp_text_printf(&others, "%s'%s' (%.3g m)",
+                        k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
+    const kmp_closure *worst = &model->closures[a->culprits[0]];
+    (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
+                   "%s:%d:%d: loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "
+                   "start from a better guess",
+                   model->file, worst->place.line, worst->place.column, worst->name, held.s ? held.s : "",
+                   a->gaps[a->culprits[0]], others.s ? others.s : "");
+    kmp_text_free(&held);
+    kmp_text_free(&others);
+    return KEMPE_E_FAILED;
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+static kempe_assembly *assembly_new(const kempe_system *s)
+{
+    int closures = s->model->closure_count;
+    kempe_assembly *a = KMP_NEW(kempe_assembly, 1);
+    if (!a)
+        return NULL;
+    a->system = s;
+    a->q = KMP_NEW(double, s->n);
+    a->qd = KMP_NEW(double, s->n);
+    a->moved = KMP_NEW(double, s->n);
+    a->gaps = KMP_NEW(double, closures);
+    a->culprits = KMP_NEW(int, closures);
+    if (a->q && a->qd && a->moved && a->gaps && a->culprits)
+        return a;
+    kempe_assembly_free(a);
+    return NULL;
+}
+
+static bool work_init(work *w, const kempe_system *s, kempe_assembly *a)
+{
+    *w = (work){.s = s, .a = a, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
+    w->free = KMP_NEW(int, s->n);
+    w->jac = KMP_NEW(double, s->m * s->n);
+    w->scaled = KMP_NEW(double, s->m * s->n);
+    w->h = KMP_NEW(double, s->m);
+    w->step = KMP_NEW(double, s->n);
+    w->trial = KMP_NEW(double, s->n);
+    if (!w->plant || !w->free || !w->jac || !w->scaled || !w->h || !w->step || !w->trial)
+        return false;
+    for (int k = 0; k < s->n; k++) {
+        a->q[k] = s->model->start.q[k].value;
+        if (!s->model->start.hold[k])
+            w->free[w->free_count++] = k;
+    }
+    return true;
+}
+
+static void work_free(work *w)
+{
+    kmp_plant_free(w->plant);
+    if (w->has_part)
+        kmp_partition_free(&w->part);
+    kmp_free(w->free);
+    kmp_free(w->jac);
+    kmp_free(w->scaled);
+    kmp_free(w->h);
+    kmp_free(w->step);
+    kmp_free(w->trial);
+}
+
+static void assemble(work *w)
+{
+    if (w->m > 0) {
+        from_afar(w);
+        if (largest(w->m, w->h) <= NEAR && largest(w->m, w->h) > CLOSED)
+            near_by(w);
+        polish(w);
+    }
+    judge(w);
+    if (w->a->closed)
+        make_rates(w);
+}
+
+kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+{
+    work w = {0};
+    kmp_context_clear(system->context);
+    kempe_assembly *a = assembly_new(system);
+    if (!a || !work_init(&w, system, a)) {
+        work_free(&w);
+        kempe_assembly_free(a);
+        return kmp_fail_memory(system->context);
+    }
+    assemble(&w);
+    work_free(&w);
+    *assembly = a;
+    return a->closed ? KEMPE_OK : complain_open(a);
+}
+
+void kempe_assembly_free(kempe_assembly *a)
+{
+    if (!a)
+        return;
+    kmp_free(a->q);
+    kmp_free(a->qd);
+    kmp_free(a->moved);
+    kmp_free(a->gaps);
+    kmp_free(a->culprits);
+    kmp_free(a);
+}
+
+const double *kempe_assembly_q(const kempe_assembly *assembly)
+{
+    return assembly->q;
+}
+
+const double *kempe_assembly_qd(const kempe_assembly *assembly)
+{
+    return assembly->qd;
+}

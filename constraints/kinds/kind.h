@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a closure kind must say: its residual h as expressions and the force that its multipliers stand for. J, J qd and
+ * gamma are derived from h by the engine. */
+#ifndef KMP_CONSTRAINTS_KINDS_KIND_H
+#define KMP_CONSTRAINTS_KINDS_KIND_H
+
+#include "dynamics/kinematics.h"
+
+enum { KMP_KIND_MAX_ROWS = 6 };
+
+typedef struct kmp_closure_kind {
+    const char *name;
+    int rows;         /* declared; rows that vanish identically are dropped later */
+    int length_power; /* the unit of a row is m^length_power: rows are scaled by that power of the characteristic length
+                       */
+
+    /** h, in the axes of link `*frame`. */
+    void (*residual)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame);
+
+    /** The force on the second point's body, axes of the same link, from one multiplier a declared row (zero for a
+     * dropped one). The first point's body carries its opposite. */
+    kmp_vec (*reaction)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
+} kmp_closure_kind;
+
+/** NULL when there is no such kind. */
+const kmp_closure_kind *kmp_closure_kind_find(const char *name);
+
+#define KMP_KIND(name) extern const kmp_closure_kind kmp_kind_##name;
+#include "constraints/kinds/kinds.def"
+#undef KMP_KIND
+
+#endif

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The partition of coordinates and rows: q = (u, v), independent and dependent (Wehage and Haug 1982; Fisette and Samin
+ * 1996, eq. 42), and the r rows of h that are solved for v. Decided on a closed configuration by complete pivoting of
+ * the geometrically scaled J: rotations 1, translations and rows by powers of the characteristic length. */
+#ifndef KMP_CONSTRAINTS_PARTITION_H
+#define KMP_CONSTRAINTS_PARTITION_H
+
+#include "dynamics/system.h"
+
+typedef struct kmp_partition {
+    int n, m;
+    int p, r;       /* independent coordinates (degrees of freedom), rank of J: p + r = n */
+    int *u, *v;     /* coordinates, ascending: p and r of them */
+    int *rows;      /* r independent rows, ascending */
+    int *redundant; /* m - r dropped rows, ascending */
+    double *pivots; /* min(m, n): absolute pivots of the scaled J, in order */
+    double cond;    /* 1-norm condition number of the scaled Jv */
+    double max_b;   /* max |Bvu|, scaled */
+    int exchanges;  /* made to bring max_b down to 2 */
+    bool user;      /* u is the user's wish */
+} kmp_partition;
+
+/** Chooses from J (m x n, column-major) at a closed configuration. wish: coordinates that the user wants independent
+ *  (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would be. */
+kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                const int *wish, int wish_count);
+void kmp_partition_free(kmp_partition *part);
+
+#endif

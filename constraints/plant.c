@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/plant.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+static bool prepare(kmp_plant *plant, const kmp_backend *backend)
+{
+    plant->motion = kmp_machine_new(plant->system->motion, backend);
+    plant->judge = kmp_machine_new(plant->system->judge, backend);
+    if (!plant->motion || !plant->judge)
+        return false;
+    kmp_machine_set(plant->motion, KMP_IN_PARAMETER, plant->system->parameters);
+    kmp_machine_set(plant->judge, KMP_IN_PARAMETER, plant->system->parameters);
+    (void)kmp_machine_run(plant->motion, KMP_STAGE_PARAMETERS);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_PARAMETERS);
+    return true;
+}
+
+kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
+{
+    const kmp_backend *b = kmp_backend_find(backend);
+    if (!b) {
+        (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: tape", backend);
+        return NULL;
+    }
+    kmp_plant *plant = KMP_NEW(kmp_plant, 1);
+    if (plant)
+        *plant = (kmp_plant){.system = system, .n = system->n, .m = system->m};
+    if (!plant || !prepare(plant, b)) {
+        kmp_plant_free(plant);
+        (void)kmp_fail_memory(system->context);
+        return NULL;
+    }
+    return plant;
+}
+
+void kmp_plant_free(kmp_plant *plant)
+{
+    if (!plant)
+        return;
+    kmp_machine_free(plant->motion);
+    kmp_machine_free(plant->judge);
+    kmp_free(plant);
+}
+
+void kmp_plant_closure(kmp_plant *plant, double t, const double *q)
+{
+    kmp_machine_set(plant->motion, KMP_IN_TIME, &t);
+    kmp_machine_set(plant->motion, KMP_IN_Q, q);
+    plant->h = kmp_machine_run(plant->motion, KMP_STAGE_CLOSURE);
+    plant->jacobian = plant->h + plant->m;
+    plant->h_t = plant->system->rheonomic ? plant->jacobian + plant->system->jacobian.count : NULL;
+}
+
+void kmp_plant_mass(kmp_plant *plant)
+{
+    plant->mass = kmp_machine_run(plant->motion, KMP_STAGE_MASS);
+}
+
+void kmp_plant_bias(kmp_plant *plant, const double *qd)
+{
+    kmp_machine_set(plant->motion, KMP_IN_QD, qd);
+    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
+    plant->jdqd = plant->bias + plant->n;
+}
+
+void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian)
+{
+    const kmp_pattern *p = &plant->system->jacobian;
+    memset(jacobian, 0, (size_t)(plant->m * plant->n) * sizeof *jacobian);
+    for (int k = 0; k < p->count; k++)
+        jacobian[p->row[k] + p->col[k] * plant->m] = plant->jacobian[k];
+}
+
+void kmp_plant_dense_mass(const kmp_plant *plant, double *mass)
+{
+    const kmp_pattern *p = &plant->system->mass;
+    int n = plant->n;
+    memset(mass, 0, (size_t)(n * n) * sizeof *mass);
+    for (int k = 0; k < p->count; k++)
+        mass[p->row[k] + p->col[k] * n] = mass[p->col[k] + p->row[k] * n] = plant->mass[k];
+}
+
+double kmp_plant_potential(kmp_plant *plant, double t, const double *q)
+{
+    kmp_machine_set(plant->judge, KMP_IN_TIME, &t);
+    kmp_machine_set(plant->judge, KMP_IN_Q, q);
+    return *kmp_machine_run(plant->judge, KMP_STAGE_POTENTIAL);
+}
+
+/* Stages build on each other: the later ones need the potential's. */
+double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd)
+{
+    (void)kmp_plant_potential(plant, t, q);
+    kmp_machine_set(plant->judge, KMP_IN_QD, qd);
+    return *kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+}
+
+const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda)
+{
+    (void)kmp_plant_potential(plant, t, q);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+    kmp_machine_set(plant->judge, KMP_IN_LAMBDA, lambda);
+    return kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
+}
+
+const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
+{
+    (void)kmp_plant_potential(plant, t, q);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
+    return kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
+}
+
+double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)
+{
+    const kmp_pattern *p = &plant->system->mass;
+    double sum = 0;
+    for (int k = 0; k < p->count; k++)
+        sum += plant->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
+    return sum;
+}
+
+double kmp_plant_residual(const kmp_plant *plant)
+{
+    double worst = 0;
+    for (int r = 0; r < plant->m; r++)
+        worst = fmax(worst, fabs(plant->h[r]) / plant->system->row_scale[r]);
+    return worst;
+}
+
+double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd)
+{
+    const kmp_pattern *p = &plant->system->jacobian;
+    double worst = 0;
+    for (int r = 0, k = 0; r < plant->m; r++) { /* entries are row by row */
+        double rate = plant->h_t ? plant->h_t[r] : 0;
+        for (; k < p->count && p->row[k] == r; k++)
+            rate += plant->jacobian[k] * qd[p->col[k]];
+        worst = fmax(worst, fabs(rate) / plant->system->row_scale[r]);
+    }
+    return worst;
+}

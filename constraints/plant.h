@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The numbers of a mechanism at one state, from the motion program: one a thread. No allocation after kmp_plant_new. */
+#ifndef KMP_CONSTRAINTS_PLANT_H
+#define KMP_CONSTRAINTS_PLANT_H
+
+#include "backend/machine.h"
+#include "dynamics/system.h"
+
+typedef struct kmp_plant {
+    const kempe_system *system;
+    kmp_machine *motion, *judge;
+    int n, m;
+    const double *h;        /* m; these four since the last kmp_plant_closure */
+    const double *jacobian; /* system->jacobian.count values */
+    const double *h_t;      /* m, NULL when h does not depend on t */
+    const double *mass;     /* system->mass.count values, since kmp_plant_mass */
+    const double *bias;     /* n, since kmp_plant_bias */
+    const double *jdqd;     /* m */
+} kmp_plant;
+
+/** NULL after a message (unknown back end, no memory). */
+kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend);
+void kmp_plant_free(kmp_plant *plant);
+
+/** h, J, h_t at (t, q); then M there; then C and jdqd at qd. Each needs those before it to be up to date. */
+void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
+void kmp_plant_mass(kmp_plant *plant);
+void kmp_plant_bias(kmp_plant *plant, const double *qd);
+
+/** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
+void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian);
+void kmp_plant_dense_mass(const kmp_plant *plant, double *mass);
+
+/** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 a closure) and
+ * positions (3 a position output) at (t, q, lambda). */
+double kmp_plant_potential(kmp_plant *plant, double t, const double *q);
+double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd);
+const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda);
+const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q);
+
+/** Kinetic energy qd' M qd / 2 of the last kmp_plant_mass. */
+double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
+
+/** max |h| / row scale of the last kmp_plant_closure. */
+double kmp_plant_residual(const kmp_plant *plant);
+
+/** max |J qd + h_t| / row scale. */
+double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd);
+
+#endif

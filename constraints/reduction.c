@@ -1,0 +1,302 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/reduction.h"
+#include "base/memory.h"
+#include "linalg/dense.h"
+#include <math.h>
+#include <string.h>
+
+enum { MAX_NEWTON = 12 };
+
+/* -- setting up -------------------------------------------------------------------------------------- */
+
+static bool allocate(kmp_reduction *red, int entries, int m)
+{
+    size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
+    red->jv_entry = KMP_NEW(int, entries);
+    red->ju_entry = KMP_NEW(int, entries);
+    red->ju_row = KMP_NEW(int, entries);
+    red->ju_col = KMP_NEW(int, entries);
+    red->row_of = KMP_NEW(int, m);
+    red->jv = KMP_NEW(double, entries);
+    red->bvu = KMP_NEW(double, r *p);
+    red->x = KMP_NEW(double, n *p);
+    red->x_t = KMP_NEW(double, n);
+    red->a0 = KMP_NEW(double, n);
+    red->force = KMP_NEW(double, n);
+    red->mx = KMP_NEW(double, n *p);
+    red->mr = KMP_NEW(double, p *p);
+    red->fr = KMP_NEW(double, p);
+    red->dv = KMP_NEW(double, r);
+    return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->jv && red->bvu &&
+           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->fr && red->dv;
+}
+
+/* Position of `value` in an ascending list, -1 when absent. */
+static int position(const int *list, int count, int value)
+{
+    for (int k = 0; k < count; k++)
+        if (list[k] == value)
+            return k;
+    return -1;
+}
+
+/* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
+static bool split(kmp_reduction *red)
+{
+    const kmp_pattern *pattern = &red->plant->system->jacobian;
+    int *row = KMP_NEW(int, pattern->count), *col = KMP_NEW(int, pattern->count);
+    bool ok = row && col;
+    for (int k = 0; ok && k < pattern->count; k++) {
+        int i = red->row_of[pattern->row[k]], v = position(red->part->v, red->r, pattern->col[k]);
+        if (i < 0)
+            continue;
+        if (v >= 0) {
+            row[red->jv_count] = i;
+            col[red->jv_count] = v;
+            red->jv_entry[red->jv_count++] = k;
+        } else {
+            red->ju_row[red->ju_count] = i;
+            red->ju_col[red->ju_count] = position(red->part->u, red->p, pattern->col[k]);
+            red->ju_entry[red->ju_count++] = k;
+        }
+    }
+    if (ok && red->r > 0) {
+        red->block = kmp_block_new(red->r, red->jv_count, row, col);
+        ok = red->block;
+    }
+    kmp_free(row);
+    kmp_free(col);
+    return ok;
+}
+
+kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part)
+{
+    *red = (kmp_reduction){.plant = plant, .part = part, .n = part->n, .p = part->p, .r = part->r};
+    bool ok = allocate(red, plant->system->jacobian.count, part->m);
+    for (int i = 0; ok && i < part->m; i++)
+        red->row_of[i] = position(part->rows, part->r, i);
+    for (int k = 0; ok && k < red->p; k++)
+        red->x[part->u[k] + k * red->n] = 1;
+    ok = ok && split(red);
+    if (ok)
+        return KEMPE_OK;
+    kmp_reduction_free(red);
+    return kmp_fail(plant->system->context, KEMPE_E_FAILED,
+                    "Jv cannot be factored: its pattern is singular, or there is no memory");
+}
+
+void kmp_reduction_free(kmp_reduction *red)
+{
+    kmp_block_free(red->block);
+    kmp_free(red->jv_entry);
+    kmp_free(red->ju_entry);
+    kmp_free(red->ju_row);
+    kmp_free(red->ju_col);
+    kmp_free(red->row_of);
+    kmp_free(red->jv);
+    kmp_free(red->bvu);
+    kmp_free(red->x);
+    kmp_free(red->x_t);
+    kmp_free(red->a0);
+    kmp_free(red->force);
+    kmp_free(red->mx);
+    kmp_free(red->mr);
+    kmp_free(red->fr);
+    kmp_free(red->dv);
+    *red = (kmp_reduction){0};
+}
+
+/* -- tangent space ----------------------------------------------------------------------------------- */
+
+int kmp_reduction_factor(kmp_reduction *red)
+{
+    if (red->r == 0)
+        return 0;
+    for (int k = 0; k < red->jv_count; k++)
+        red->jv[k] = red->plant->jacobian[red->jv_entry[k]];
+    red->factorizations++;
+    int fault = kmp_block_factor(red->block, red->jv);
+    return fault ? 1 + red->part->v[fault - 1] : 0;
+}
+
+void kmp_reduction_tangent(kmp_reduction *red)
+{
+    int n = red->n, p = red->p, r = red->r;
+    if (r == 0)
+        return;
+    memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
+    for (int k = 0; k < red->ju_count; k++)
+        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->plant->jacobian[red->ju_entry[k]];
+    kmp_block_solve(red->block, p, red->bvu);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < r; i++)
+            red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
+    if (!red->plant->h_t)
+        return;
+    for (int i = 0; i < r; i++)
+        red->dv[i] = -red->plant->h_t[red->part->rows[i]];
+    kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < r; i++)
+        red->x_t[red->part->v[i]] = red->dv[i];
+}
+
+/* out = X s + base */
+static void spread(const kmp_reduction *red, const double *s, const double *base, double *out)
+{
+    int n = red->n;
+    for (int i = 0; i < n; i++)
+        out[i] = base[i];
+    for (int k = 0; k < red->p; k++)
+        for (int i = 0; i < n; i++)
+            out[i] += red->x[i + k * n] * s[k];
+}
+
+void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
+{
+    spread(red, ud, red->x_t, qd);
+}
+
+void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd)
+{
+    spread(red, udd, red->a0, qdd);
+}
+
+/* -- dynamics ---------------------------------------------------------------------------------------- */
+
+/* out += M x from the triangle's entries. */
+static void add_mass_times(const kmp_plant *plant, const double *x, double *out)
+{
+    const kmp_pattern *m = &plant->system->mass;
+    for (int k = 0; k < m->count; k++) {
+        int i = m->row[k], j = m->col[k];
+        out[i] += plant->mass[k] * x[j];
+        if (i != j)
+            out[j] += plant->mass[k] * x[i];
+    }
+}
+
+static double dot(int n, const double *a, const double *b)
+{
+    double s = 0;
+    for (int i = 0; i < n; i++)
+        s += a[i] * b[i];
+    return s;
+}
+
+/* a0 = (0; -Jv^-1 jdqd), force = C + M a0. */
+static void bias_force(kmp_reduction *red)
+{
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = -red->plant->jdqd[red->part->rows[i]];
+    if (red->r > 0)
+        kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        red->a0[red->part->v[i]] = red->dv[i];
+    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
+    if (red->r > 0)
+        add_mass_times(red->plant, red->a0, red->force);
+}
+
+int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
+{
+    int n = red->n, p = red->p;
+    bias_force(red);
+    memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
+    for (int k = 0; k < p; k++) {
+        add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
+        udd[k] = -dot(n, red->x + k * n, red->force);
+        for (int i = k; i < p; i++)
+            red->mr[i + k * p] = dot(n, red->x + i * n, red->mx + k * n);
+    }
+    int fault = kmp_cholesky_factor(p, red->mr);
+    if (!fault)
+        kmp_cholesky_solve(p, red->mr, udd);
+    return fault;
+}
+
+void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
+{
+    memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
+    if (red->r == 0)
+        return;
+    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
+    add_mass_times(red->plant, qdd, red->force);
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = red->force[red->part->v[i]];
+    kmp_block_solve_transposed(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        lambda[red->part->rows[i]] = red->dv[i];
+}
+
+/* -- closure ----------------------------------------------------------------------------------------- */
+
+void kmp_reduction_correction(kmp_reduction *red)
+{
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = -red->plant->h[red->part->rows[i]];
+    if (red->r > 0)
+        kmp_block_solve(red->block, 1, red->dv);
+}
+
+/* max |dv| in coordinate scales, and against the weights. */
+static double measure(const kmp_reduction *red, const double *w, double *weighted)
+{
+    double size = 0;
+    *weighted = 0;
+    for (int i = 0; i < red->r; i++) {
+        int v = red->part->v[i];
+        size = fmax(size, fabs(red->dv[i]) / red->plant->system->scale[v]);
+        if (w)
+            *weighted = fmax(*weighted, fabs(red->dv[i]) / w[v]);
+    }
+    return isfinite(size) ? size : INFINITY;
+}
+
+/* Rounding noise of a coordinate of this size. */
+static double noise(const kmp_reduction *red, const double *q)
+{
+    double size = 1;
+    for (int i = 0; i < red->n; i++)
+        size = fmax(size, fabs(q[i]) / red->plant->system->scale[i]);
+    return 16 * 2.220446049250313e-16 * size;
+}
+
+int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
+{
+    double last = INFINITY, weighted, floor_ = noise(red, q);
+    for (int k = 0; k < MAX_NEWTON; k++) {
+        kmp_plant_closure(red->plant, t, q);
+        if (kmp_reduction_factor(red))
+            return 1;
+        kmp_reduction_correction(red);
+        red->newton++;
+        double size = measure(red, w, &weighted);
+        bool done = size <= floor_ || (w && weighted <= fraction);
+        if (!done && (size > 0.9 * last || size == INFINITY))
+            return 1;
+        for (int i = 0; i < red->r; i++)
+            q[red->part->v[i]] += red->dv[i];
+        if (done)
+            return 0;
+        last = size;
+    }
+    return 1;
+}
+
+double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
+{
+    const double *scale = red->plant->system->scale;
+    double worst = 0;
+    *v = *u = -1;
+    for (int k = 0; k < red->p; k++)
+        for (int i = 0; i < red->r; i++) {
+            int a = red->part->v[i], b = red->part->u[k];
+            double size = fabs(red->bvu[i + k * red->r]) * scale[b] / scale[a];
+            if (size > worst || !isfinite(size)) {
+                worst = isfinite(size) ? size : INFINITY;
+                *v = a;
+                *u = b;
+            }
+        }
+    return worst;
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The numbers of coordinate partitioning at one state: Jv factored block by block, qd = X ud + x_t with X = (1; Bvu),
+ * the reduced mass and force (Fisette and Samin 1996, eqs. 43-46), the closure by Newton, the multipliers. Workspace of
+ * one thread; no allocation after kmp_reduction_init. */
+#ifndef KMP_CONSTRAINTS_REDUCTION_H
+#define KMP_CONSTRAINTS_REDUCTION_H
+
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "linalg/block.h"
+
+typedef struct kmp_reduction {
+    kmp_plant *plant;          /* not owned */
+    const kmp_partition *part; /* not owned */
+    int n, p, r;
+    kmp_block *block; /* Jv; NULL when r = 0 */
+    int jv_count, ju_count;
+    int *jv_entry;                   /* of the plant's Jacobian values */
+    int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */
+    int *row_of;                     /* position of a row of h among the independent rows, -1 when dropped */
+    double *jv;                      /* values */
+    double *bvu;                     /* r x p, column-major: Bvu = -Jv^-1 Ju, unscaled */
+    double *x;                       /* n x p, column-major */
+    double *x_t;                     /* n: what h_t adds to qd */
+    double *a0;                      /* n: qdd at udd = 0 */
+    double *force;                   /* n: C + M a0 */
+    double *mx;                      /* n x p: M X */
+    double *mr;                      /* p x p: reduced mass, then its Cholesky factor */
+    double *fr;                      /* p */
+    double *dv;                      /* r: the last correction or right-hand side */
+    long newton, factorizations;
+} kmp_reduction;
+
+/** KEMPE_E_MEMORY, or KEMPE_E_FAILED when Jv is structurally singular. */
+kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part);
+void kmp_reduction_free(kmp_reduction *red);
+
+/** Factors Jv of the plant's last closure. 0, or 1 + the coordinate whose column is at fault. */
+int kmp_reduction_factor(kmp_reduction *red);
+
+/** Bvu, X and x_t from the factors. */
+void kmp_reduction_tangent(kmp_reduction *red);
+
+/** qd = X ud + x_t. */
+void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd);
+
+/** Reduced accelerations at qd from the plant's M, C, jdqd: eq. (46). 0, or 1 + k when the reduced mass is not positive
+ * for u[k]. */
+int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
+
+/** qdd = X udd + a0 after kmp_reduction_accelerate. */
+void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
+
+/** lambda (m; zero for dropped rows) from Jv' lambda = (M qdd + C)_v. */
+void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda);
+
+/** dv = -Jv^-1 h from the plant's last h and the factors at hand, in red->dv. */
+void kmp_reduction_correction(kmp_reduction *red);
+
+/** Closes v of q on its u by Newton from the v given, every Jacobian fresh, until a correction is within `fraction` of
+ * the weights w (n; NULL: to round-off). The plant's closure and the factors are then those of q to that accuracy. 0; 1
+ * when corrections stop contracting or Jv is singular. */
+int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
+
+/** max |Bvu|, scaled; the v and u that it belongs to. */
+double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u);
+
+#endif

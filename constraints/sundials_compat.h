@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hides what differs between SUNDIALS 6 and 7: the communicator's type, and how a solver is kept from printing
+ * (Kempe turns return flags into sentences itself). For the adapters of this folder and of constraints/. */
+#ifndef KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
+#define KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
+
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_config.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_types.h>
+
+_Static_assert(sizeof(sunrealtype) == sizeof(double), "SUNDIALS must be built with double precision");
+_Static_assert(sizeof(sunindextype) == sizeof(long), "SUNDIALS must be built with indices of the size of long");
+
+#if SUNDIALS_VERSION_MAJOR >= 7
+
+static inline SUNContext kmp_sun_context(void)
+{
+    SUNContext c = NULL;
+    if (SUNContext_Create(SUN_COMM_NULL, &c))
+        return NULL;
+    SUNContext_ClearErrHandlers(c);
+    return c;
+}
+
+#define KMP_SUN_QUIET(set_handler, memory) ((void)(memory))
+
+#else
+
+static inline SUNContext kmp_sun_context(void)
+{
+    SUNContext c = NULL;
+    return SUNContext_Create(NULL, &c) ? NULL : c;
+}
+
+static inline void kmp_sun_say_nothing(int code, const char *module, const char *function, char *text, void *data)
+{
+    (void)code;
+    (void)module;
+    (void)function;
+    (void)text;
+    (void)data;
+}
+
+#define KMP_SUN_QUIET(set_handler, memory) ((void)set_handler((memory), kmp_sun_say_nothing, NULL))
+
+#endif
+
+/** The numbers of a serial vector. */
+static inline double *kmp_sun_data(N_Vector v)
+{
+    return N_VGetArrayPointer(v);
+}
+
+#endif

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * Kempe: constrained multibody systems, solved along several roads on the same equations.
+ *
+ * The header follows the pipeline, one section an arrow:
+ *
+ *     context   where messages go, what the last complaint was
+ *     model     read from a file, frozen, every mistake named
+ *     system    equations derived symbolically, programs prepared
+ *     check     mobility, redundancy, the choice of independent coordinates
+ *     assemble  loops closed from the model's guess
+ *     simulate  one road, one integrator: a trajectory with its verdict
+ *     compare   many roads and tolerances against a reference
+ *
+ * The law is  M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda,  h(q, t) = 0, with q the relative joint
+ * coordinates of the tree (rad and m), C the bias (Coriolis, centrifugal, gravity, applied forces) and
+ * lambda one multiplier a closure row.
+ *
+ * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
+ * Outputs are untouched on failure. The library never prints, exits or aborts. A model and a system are
+ * frozen once made and may be read by several threads; each call below makes its own workspace.
+ */
+#ifndef KEMPE_KEMPE_H
+#define KEMPE_KEMPE_H
+
+#include <stddef.h>
+
+#if defined(__GNUC__)
+#define KEMPE_API __attribute__((visibility("default")))
+#else
+#define KEMPE_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define KEMPE_VERSION "0.1.0"
+
+typedef enum kempe_status {
+    KEMPE_OK = 0,
+    KEMPE_STOPPED = 1,     /* ended early for a good reason (a lock, an interrupt): see the reason */
+    KEMPE_E_MEMORY = -1,   /* out of memory */
+    KEMPE_E_INPUT = -2,    /* the model or reference file is wrong: file:line:column said */
+    KEMPE_E_FAILED = -3,   /* the computation could not be done as asked: reason said */
+    KEMPE_E_IO = -4,       /* a file could not be read or written */
+    KEMPE_E_ARGUMENT = -5, /* an option names nothing that exists */
+    KEMPE_E_BUG = -6       /* a defect of Kempe: please report it */
+} kempe_status;
+
+typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON } kempe_format;
+
+/* -- context ------------------------------------------------------------------------------------- */
+
+typedef struct kempe_context kempe_context;
+
+typedef enum kempe_level { KEMPE_LOG_PROGRESS, KEMPE_LOG_NOTE, KEMPE_LOG_WARNING } kempe_level;
+
+/** Receives one line without newline. `user` is what was given with it. */
+typedef void kempe_log_fn(void *user, kempe_level level, const char *line);
+
+/** One a thread. Returns NULL when there is no memory. */
+KEMPE_API kempe_context *kempe_context_new(void);
+KEMPE_API void kempe_context_free(kempe_context *context);
+KEMPE_API void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user);
+
+/** What the last failing call complained of: sentences, one a line, never NULL. Owned by the context,
+ *  valid until its next call. */
+KEMPE_API const char *kempe_context_message(const kempe_context *context);
+
+/** Asks every running computation of this context to end at its next step with KEMPE_STOPPED. May be
+ *  called from a signal handler or another thread. */
+KEMPE_API void kempe_context_interrupt(kempe_context *context);
+
+/** Frees text made by a `_print` function. */
+KEMPE_API void kempe_text_free(char *text);
+
+/* -- model --------------------------------------------------------------------------------------- */
+
+typedef struct kempe_model kempe_model;
+
+/** Reads a model file (docs/model_format.md) and freezes it. The context must outlive the model.
+ *  KEMPE_E_INPUT: every mistake found, as file:line:column sentences in the context's message. */
+KEMPE_API kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model);
+
+/** The same from memory; `label` stands for the file name in messages. */
+KEMPE_API kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label,
+                                             kempe_model **model);
+KEMPE_API void kempe_model_free(kempe_model *model);
+KEMPE_API const char *kempe_model_name(const kempe_model *model);
+
+/** Number n of joint coordinates, and the name of the k-th (`joint` or `joint.k`). */
+KEMPE_API int kempe_model_coordinate_count(const kempe_model *model);
+KEMPE_API const char *kempe_model_coordinate_name(const kempe_model *model, int k);
+
+/** The model as Kempe understood it. */
+KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text);
+
+/* -- system: the derived equations ----------------------------------------------------------------- */
+
+typedef struct kempe_system kempe_system;
+
+/** Derives what the roads need. The model must outlive the system. */
+KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
+KEMPE_API void kempe_system_free(kempe_system *system);
+
+/** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
+KEMPE_API int kempe_system_row_count(const kempe_system *system);
+KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
+
+typedef enum kempe_view {
+    KEMPE_VIEW_EQUATIONS, /* M, C, h, J, jdqd as named scalar assignments */
+    KEMPE_VIEW_PROGRAM,   /* the staged straight-line program of the reduced road */
+    KEMPE_VIEW_STATS      /* operation counts by set and stage */
+} kempe_view;
+
+KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
+                                          char **text);
+
+/* -- check and assemble ---------------------------------------------------------------------------- */
+
+typedef struct kempe_assembly kempe_assembly;
+
+/** Closes the loops from the model's guess: held coordinates stay, rates are made consistent.
+ *  KEMPE_E_FAILED: the loop that stays open and its gap are in the context's message; `*assembly` is
+ *  then still given, with the best configuration found. */
+KEMPE_API kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly);
+KEMPE_API void kempe_assembly_free(kempe_assembly *assembly);
+
+/** q and qd of the assembled state, n values, owned by the assembly. */
+KEMPE_API const double *kempe_assembly_q(const kempe_assembly *assembly);
+KEMPE_API const double *kempe_assembly_qd(const kempe_assembly *assembly);
+KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text);
+
+typedef struct kempe_check kempe_check;
+
+/** Mobility, redundant rows, the independent coordinates that the roads will use and why. */
+KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
+KEMPE_API void kempe_check_free(kempe_check *check);
+KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);
+
+/* -- simulate -------------------------------------------------------------------------------------- */
+
+/** What to run. Names are those of the command line; NULL, or 0 for a number, takes the model's or
+ *  Kempe's default. */
+typedef struct kempe_run {
+    const char *road;       /* reduced | dae | projected */
+    const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
+    const char *integrator; /* dop853 | ida */
+    const char *linear;     /* dae: umfpack */
+    const char *backend;    /* tape */
+    const char *u;          /* independent coordinates asked for, comma-separated */
+    double rtol;            /* relative tolerance, > 0 */
+    double atol;            /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
+    double t_end;           /* s */
+    double every;           /* s between output rows */
+    const char *reference;  /* CSV file to measure errors against */
+} kempe_run;
+
+KEMPE_API kempe_run kempe_run_default(void);
+
+typedef struct kempe_trajectory kempe_trajectory;
+
+/** Runs one road. On KEMPE_E_FAILED and KEMPE_STOPPED `*trajectory` is given too, up to where it came. */
+KEMPE_API kempe_status kempe_simulate(const kempe_system *system, const kempe_run *run, kempe_trajectory **trajectory);
+KEMPE_API void kempe_trajectory_free(kempe_trajectory *trajectory);
+
+/** Rows of the table; the first is the assembled start. */
+KEMPE_API int kempe_trajectory_row_count(const kempe_trajectory *trajectory);
+KEMPE_API double kempe_trajectory_time(const kempe_trajectory *trajectory, int row);
+
+/** One row of q, qd, qdd (n values) and lambda (row_count of the system), owned by the trajectory. */
+KEMPE_API const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row);
+KEMPE_API const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row);
+KEMPE_API const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row);
+KEMPE_API const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row);
+
+/** "ok", "stopped" or "failed", and the sentence that goes with it ("" when ok). */
+KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory);
+KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
+KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);
+
+/** Writes the table as CSV (t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole or not at all. */
+KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, const char *path);
+
+/* -- compare --------------------------------------------------------------------------------------- */
+
+typedef struct kempe_comparison kempe_comparison;
+
+/** Lists are comma-separated; NULL takes all that exist. */
+typedef struct kempe_compare_run {
+    const char *rtols; /* "1e-4,1e-6,.." */
+    const char *roads;
+    const char *forms;
+    const char *integrators;
+    const char *reference; /* CSV; NULL: Kempe makes its own from two roads */
+    double t_end;
+} kempe_compare_run;
+
+KEMPE_API kempe_compare_run kempe_compare_run_default(void);
+KEMPE_API kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *run,
+                                     kempe_comparison **comparison);
+KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
+KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
+KEMPE_API kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path);
+
+/** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
+KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hides SUNDIALS IDA (Hindmarsh et al., ACM TOMS 31 (2005) 363): its vectors, matrix, callbacks and flags.
+ * Settings that matter for multibody systems: error weights divided by `factor` (Newton tests every unknown, so
+ * only the weight takes a multiplier out of it), algebraic unknowns out of the error test, a Newton tolerance
+ * of 0.01, an explicit first step. IDA's own search for consistent values is not used. */
+#include "integrators/ida.h"
+
+#include "base/memory.h"
+#include "constraints/sundials_compat.h"
+#include "integrators/umfpack.h"
+
+#include <ida/ida.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunmatrix/sunmatrix_sparse.h>
+
+static const double NEWTON_TOLERANCE = 0.01;
+
+struct kmp_ida {
+    kempe_context *context;
+    kmp_dae dae;
+    kmp_tolerance tolerance;
+    SUNContext sun;
+    void *memory;
+    N_Vector y, yp, differential, derivative;
+    SUNMatrix matrix;
+    SUNLinearSolver solver;
+    double t, t_old, t_end;
+    kmp_dae_work before; /* of earlier starts: IDA's counters begin anew with each */
+};
+
+/* -- linear solvers by name ------------------------------------------------------------------------ */
+
+static const struct {
+    const char *name;
+    SUNLinearSolver (*make)(long n, SUNContext context);
+} linear_solvers[] = {
+#define KMP_LINEAR(name, constructor) {name, constructor},
+#include "integrators/linear.def"
+#undef KMP_LINEAR
+};
+
+static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
+{
+    for (size_t i = 0; i < sizeof linear_solvers / sizeof *linear_solvers; i++)
+        if (strcmp(linear_solvers[i].name, name) == 0) {
+            SUNLinearSolver solver = linear_solvers[i].make(s->dae.n, s->sun);
+            if (!solver)
+                kmp_fail_memory(s->context);
+            return solver;
+        }
+    kmp_fail(s->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name", name);
+    return NULL;
+}
+
+/* -- callbacks ------------------------------------------------------------------------------------- */
+
+/* KMP_RETRY is IDA's recoverable failure (positive), KMP_HALT its fatal one (negative). */
+static int residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *user)
+{
+    kmp_ida *s = user;
+    return s->dae.residual(s->dae.self, t, kmp_sun_data(y), kmp_sun_data(yp), kmp_sun_data(r));
+}
+
+/* The pattern is written each time: IDA clears it with the values. */
+static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix a, void *user,
+                    N_Vector w1, N_Vector w2, N_Vector w3)
+{
+    (void)r;
+    (void)w1;
+    (void)w2;
+    (void)w3;
+    kmp_ida *s = user;
+    const kmp_dae *dae = &s->dae;
+    memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
+    memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
+    return dae->matrix(dae->self, t, cj, kmp_sun_data(y), kmp_sun_data(yp), SUNSparseMatrix_Data(a));
+}
+
+static int weights(N_Vector y, N_Vector w, void *user)
+{
+    const kmp_ida *s = user;
+    const double *value = kmp_sun_data(y);
+    double *weight = kmp_sun_data(w);
+    for (int i = 0; i < s->dae.n; i++) {
+        weight[i] = 1.0 / ((s->tolerance.rtol * fabs(value[i]) + s->tolerance.atol[i]) * s->dae.factor[i]);
+        if (!(weight[i] > 0.0))
+            return -1;
+    }
+    return 0;
+}
+
+/* -- creation -------------------------------------------------------------------------------------- */
+
+static bool make_parts(kmp_ida *s)
+{
+    const kmp_dae *dae = &s->dae;
+    s->sun = kmp_sun_context();
+    if (!s->sun)
+        return false;
+    s->y = N_VNew_Serial(dae->n, s->sun);
+    s->yp = N_VNew_Serial(dae->n, s->sun);
+    s->differential = N_VNew_Serial(dae->n, s->sun);
+    s->derivative = N_VNew_Serial(dae->n, s->sun);
+    s->matrix = SUNSparseMatrix(dae->n, dae->n, dae->nz, CSC_MAT, s->sun);
+    s->memory = IDACreate(s->sun);
+    return s->y && s->yp && s->differential && s->derivative && s->matrix && s->memory;
+}
+
+static int configure(kmp_ida *s)
+{
+    bool algebraic = false;
+    for (int i = 0; i < s->dae.n; i++)
+        algebraic = algebraic || s->dae.differential[i] == 0.0;
+    memcpy(kmp_sun_data(s->differential), s->dae.differential, (size_t)s->dae.n * sizeof(double));
+    N_VConst(0.0, s->y);
+    N_VConst(0.0, s->yp);
+    KMP_SUN_QUIET(IDASetErrHandlerFn, s->memory);
+    int bad = IDAInit(s->memory, residual, 0.0, s->y, s->yp);
+    bad = bad ? bad : IDASetUserData(s->memory, s);
+    bad = bad ? bad : IDAWFtolerances(s->memory, weights);
+    bad = bad ? bad : IDASetLinearSolver(s->memory, s->solver, s->matrix);
+    bad = bad ? bad : IDASetJacFn(s->memory, jacobian);
+    bad = bad ? bad : IDASetId(s->memory, s->differential);
+    bad = bad ? bad : IDASetSuppressAlg(s->memory, algebraic);
+    bad = bad ? bad : IDASetNonlinConvCoef(s->memory, NEWTON_TOLERANCE);
+    bad = bad ? bad : IDASetMaxOrd(s->memory, 5);
+    return bad ? bad : IDASetMaxNumSteps(s->memory, -1);
+}
+
+kmp_ida *kmp_ida_new(kempe_context *context, const kmp_dae *dae, kmp_tolerance tolerance, const char *linear)
+{
+    kmp_ida *s = KMP_NEW(kmp_ida, 1);
+    if (!s) {
+        kmp_fail_memory(context);
+        return NULL;
+    }
+    s->context = context;
+    s->dae = *dae;
+    s->tolerance = tolerance;
+    if (!make_parts(s))
+        kmp_fail_memory(context);
+    else if ((s->solver = make_solver(s, linear)) != NULL) {
+        int bad = configure(s);
+        if (!bad)
+            return s;
+        kmp_fail(context, KEMPE_E_BUG, "IDA refused its settings (flag %d)", bad);
+    }
+    kmp_ida_free(s);
+    return NULL;
+}
+
+void kmp_ida_free(kmp_ida *s)
+{
+    if (!s)
+        return;
+    if (s->memory)
+        IDAFree(&s->memory);
+    if (s->solver)
+        SUNLinSolFree(s->solver);
+    if (s->matrix)
+        SUNMatDestroy(s->matrix);
+    N_Vector vectors[] = {s->y, s->yp, s->differential, s->derivative};
+    for (int i = 0; i < 4; i++)
+        if (vectors[i])
+            N_VDestroy(vectors[i]);
+    if (s->sun)
+        SUNContext_Free(&s->sun);
+    kmp_free(s);
+}
+
+/* -- steps ----------------------------------------------------------------------------------------- */
+
+static const char *meaning(int flag)
+{
+    switch (flag) {
+    case IDA_TOO_MUCH_ACC:
+        return "the tolerance is finer than double precision can follow";
+    case IDA_ERR_FAIL:
+        return "the error test failed again and again down to the smallest step; the solution may not be smooth here";
+    case IDA_CONV_FAIL:
+        return "Newton's method did not converge down to the smallest step; the equations may be singular here";
+    case IDA_LSETUP_FAIL:
+    case IDA_LSOLVE_FAIL:
+    case IDA_NLS_SETUP_FAIL:
+        return "the iteration matrix could not be factored; the equations may be singular here";
+    case IDA_RES_FAIL:
+        return "the equations gave up";
+    case IDA_REP_RES_ERR:
+    case IDA_FIRST_RES_FAIL:
+        return "the equations could not be evaluated, even with the smallest step";
+    case IDA_BAD_EWT:
+        return "an error weight is not positive: a tolerance is zero or a value is not finite";
+    case IDA_ILL_INPUT:
+        return "an input is not acceptable, or the end is too close to the start";
+    case IDA_MEM_FAIL:
+        return "there is no memory";
+    default:
+        return "an unforeseen failure";
+    }
+}
+
+static kempe_status complain(kmp_ida *s, int flag)
+{
+    char *name = IDAGetReturnFlagName(flag);
+    kempe_status status =
+        kmp_fail(s->context, KEMPE_E_FAILED, "IDA stopped at t = %.9g: %s (%s)", s->t, meaning(flag), name);
+    free(name);
+    return status;
+}
+
+kempe_status kmp_ida_start(kmp_ida *s, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    size_t size = (size_t)s->dae.n * sizeof(double);
+    s->before = kmp_ida_work(s);
+    s->t = s->t_old = t;
+    s->t_end = t_end;
+    memcpy(kmp_sun_data(s->y), y, size);
+    memcpy(kmp_sun_data(s->yp), yp, size);
+    int bad = IDAReInit(s->memory, t, s->y, s->yp);
+    bad = bad ? bad : IDASetInitStep(s->memory, h0);
+    bad = bad || !(t_end > t) ? bad : IDASetStopTime(s->memory, t_end);
+    return bad ? complain(s, bad) : KEMPE_OK;
+}
+
+kempe_status kmp_ida_step(kmp_ida *s)
+{
+    if (!(s->t < s->t_end))
+        return KEMPE_OK;
+    double t = s->t;
+    int flag = IDASolve(s->memory, s->t_end, &t, s->y, s->yp, IDA_ONE_STEP);
+    if (flag < 0)
+        return complain(s, flag);
+    s->t_old = s->t;
+    s->t = t;
+    if (s->dae.accept && s->dae.accept(s->dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp)) != KMP_GO)
+        return KEMPE_STOPPED;
+    return KEMPE_OK;
+}
+
+double kmp_ida_t(const kmp_ida *s)
+{
+    return s->t;
+}
+
+double kmp_ida_t_old(const kmp_ida *s)
+{
+    return s->t_old;
+}
+
+/* -- dense output and counters --------------------------------------------------------------------- */
+
+kempe_status kmp_ida_dense(kmp_ida *s, double t, double *y, double *yp)
+{
+    size_t size = (size_t)s->dae.n * sizeof(double);
+    double *out[2] = {y, yp};
+    if (!(s->t > s->t_old)) { /* no step yet */
+        memcpy(y, kmp_sun_data(s->y), size);
+        memcpy(yp, kmp_sun_data(s->yp), size);
+        return KEMPE_OK;
+    }
+    double slack = 1e-12 * (fabs(s->t) + s->t - s->t_old);
+    bool outside = !(t >= s->t_old - slack && t <= s->t + slack);
+    for (int k = 0; k < 2; k++) {
+        int bad = outside ? IDA_BAD_T : IDAGetDky(s->memory, t, k, s->derivative);
+        if (bad)
+            return kmp_fail(s->context, KEMPE_E_BUG, "IDA has no value at t = %.9g: its last step is %.9g to %.9g", t,
+                            s->t_old, s->t);
+        memcpy(out[k], kmp_sun_data(s->derivative), size);
+    }
+    return KEMPE_OK;
+}
+
+kmp_dae_work kmp_ida_work(const kmp_ida *s)
+{
+    kmp_dae_work w = {0};
+    (void)IDAGetNumSteps(s->memory, &w.steps);
+    (void)IDAGetNumErrTestFails(s->memory, &w.rejected);
+    (void)IDAGetNumResEvals(s->memory, &w.residuals);
+    (void)IDAGetNumNonlinSolvIters(s->memory, &w.newton);
+    (void)IDAGetNumJacEvals(s->memory, &w.matrices);
+    (void)IDAGetNumLinSolvSetups(s->memory, &w.factorizations);
+    (void)IDAGetNumNonlinSolvConvFails(s->memory, &w.failures);
+    w.steps += s->before.steps;
+    w.rejected += s->before.rejected;
+    w.residuals += s->before.residuals;
+    w.newton += s->before.newton;
+    w.matrices += s->before.matrices;
+    w.factorizations += s->before.factorizations;
+    w.failures += s->before.failures;
+    return w;
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The socket between a road and an integrator: an initial value problem with a say at every accepted step.
+ * An integrator knows nothing of mechanisms, a road nothing of Runge-Kutta. */
+#ifndef KMP_INTEGRATORS_ODE_H
+#define KMP_INTEGRATORS_ODE_H
+
+#include <stdbool.h>
+
+/* What a callback says. */
+enum {
+    KMP_GO = 0,
+    KMP_RETRY = 1, /* this state cannot be evaluated, or this step not accepted: try a smaller one */
+    KMP_HALT = -1  /* give up; the road keeps the reason */
+};
+
+typedef struct kmp_ode {
+    int n;
+    void *self;
+
+    /** dy = f(t, y). */
+    int (*rhs)(void *self, double t, const double *y, double *dy);
+
+    /** Called with a step that passed the error test: the new t, y and dy = f(t, y) (rhs was evaluated there
+     *  last), and the error weights `w` (an error of w[i] in y[i] is at the tolerance). May correct y slightly
+     *  in place; KMP_RETRY refuses the step. NULL: none. */
+    int (*accept)(void *self, double t, double *y, const double *dy, const double *w);
+} kmp_ode;
+
+typedef struct kmp_ode_work {
+    long steps, rejected, rhs, refused; /* rejected by the error test; refused by rhs or accept */
+} kmp_ode_work;
+
+/** Error control: weight of y[i] is atol[i] + rtol max(|y_old|, |y_new|). */
+typedef struct kmp_tolerance {
+    double rtol;
+    const double *atol;
+} kmp_tolerance;
+
+#endif

@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The projected road: y = (q, qd[, work]); accelerations from the saddle system; after each accepted step q and qd go
+ * back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand. It
+ * needs no choice of u. The independent rows are those of the start; dropped ones are watched. */
+#include "base/memory.h"
+#include "integrators/road.h"
+#include <math.h>
+#include <string.h>
+
+#define CORRECTION_LIMIT 1.0 /* error weights */
+#define REDUNDANT_LIMIT  1e3
+
+typedef struct projected {
+    kmp_road road; /* first */
+    const kempe_system *s;
+    kmp_plant *plant;
+    const kmp_partition *part;
+    kmp_saddle saddle;
+    bool has_work;
+    int n, m;
+    double *violation; /* m */
+    double *dx;        /* n */
+    double *q, *qd;    /* n */
+    double rtol, atol;
+} projected;
+
+/* Plant and factors at (t, q, qd). */
+static int place(projected *d, double t, const double *q, const double *qd)
+{
+    kmp_plant_closure(d->plant, t, q);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, qd);
+    return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    projected *d = self;
+    int n = d->n;
+    if (place(d, t, y, y + n) != KMP_GO)
+        return KMP_RETRY;
+    memcpy(dy, y + n, (size_t)n * sizeof *dy);
+    kmp_saddle_accelerations(&d->saddle, dy + n, NULL);
+    for (int i = 0; i < n; i++)
+        if (!isfinite(dy[n + i]))
+            return KMP_RETRY;
+    if (d->has_work)
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n);
+    return KMP_GO;
+}
+
+/* J qd + h_t at the plant's last closure. */
+static void rate_violation(const projected *d, const double *qd)
+{
+    const kmp_pattern *p = &d->s->jacobian;
+    for (int r = 0; r < d->m; r++)
+        d->violation[r] = d->plant->h_t ? d->plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        d->violation[p->row[k]] += d->plant->jacobian[k] * qd[p->col[k]];
+}
+
+static int check_redundant(projected *d, double t)
+{
+    for (int k = 0; k < d->part->m - d->part->r; k++) {
+        int r = d->part->redundant[k];
+        double h = fabs(d->plant->h[r]) / d->s->row_scale[r];
+        if (h <= REDUNDANT_LIMIT * (d->atol + d->rtol))
+            continue;
+        kmp_text_printf(
+            &d->road.reason,
+            "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures have "
+            "changed their rank",
+            d->s->row_names[r], h, t);
+        return KMP_HALT;
+    }
+    return KMP_GO;
+}
+
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    projected *d = self;
+    int n = d->n;
+    (void)dy;
+    if (check_redundant(d, t) != KMP_GO)
+        return KMP_HALT;
+    rate_violation(d, y + n);
+    kmp_saddle_correction(&d->saddle, d->violation, d->qd);
+    memcpy(d->violation, d->plant->h, (size_t)d->m * sizeof *d->violation);
+    kmp_saddle_correction(&d->saddle, d->violation, d->dx);
+    for (int i = 0; i < n; i++)
+        if (!(fabs(d->dx[i]) <= CORRECTION_LIMIT * w[i]))
+            return KMP_RETRY;
+    for (int i = 0; i < n; i++) {
+        y[i] += d->dx[i];
+        y[n + i] += d->qd[i];
+    }
+    d->road.factorizations = d->saddle.factorizations;
+    return KMP_GO;
+}
+
+/* Rows between steps are projected too, to round-off. */
+static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
+{
+    projected *d = (projected *)road;
+    int n = d->n;
+    (void)yp;
+    memcpy(q, y, (size_t)n * sizeof *q);
+    memcpy(qd, y + n, (size_t)n * sizeof *qd);
+    for (int pass = 0; pass < 3; pass++) {
+        if (place(d, t, q, qd) != KMP_GO) {
+            kmp_text_printf(&road->reason, "the accelerations are not determined at the output time t = %.9g", t);
+            return KMP_HALT;
+        }
+        if (pass == 2)
+            break;
+        kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
+        for (int i = 0; i < n; i++)
+            q[i] += d->dx[i];
+        rate_violation(d, qd);
+        kmp_saddle_correction(&d->saddle, d->violation, d->dx);
+        for (int i = 0; i < n; i++)
+            qd[i] += d->dx[i];
+    }
+    kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+    *work = d->has_work ? y[2 * n] : 0;
+    return KMP_GO;
+}
+
+static void release(kmp_road *road)
+{
+    projected *d = (projected *)road;
+    kmp_saddle_free(&d->saddle);
+    kmp_text_free(&road->reason);
+    kmp_free(road->y);
+    kmp_free(road->atol);
+    kmp_free(d->violation);
+    kmp_free(d->dx);
+    kmp_free(d->q);
+    kmp_free(d->qd);
+    kmp_free(d);
+}
+
+static bool allocate(projected *d)
+{
+    d->road.y = KMP_NEW(double, d->road.size);
+    d->road.atol = KMP_NEW(double, d->road.size);
+    d->violation = KMP_NEW(double, d->m);
+    d->dx = KMP_NEW(double, d->n);
+    d->q = KMP_NEW(double, d->n);
+    d->qd = KMP_NEW(double, d->n);
+    return d->road.y && d->road.atol && d->violation && d->dx && d->q && d->qd &&
+           kmp_saddle_init(&d->saddle, d->plant, d->part);
+}
+
+static kmp_road *create(const kmp_road_start *start)
+{
+    projected *d = KMP_NEW(projected, 1);
+    if (!d) {
+        (void)kmp_fail_memory(start->system->context);
+        return NULL;
+    }
+    int n = start->part->n;
+    d->s = start->system;
+    d->plant = start->plant;
+    d->part = start->part;
+    d->n = n;
+    d->m = start->part->m;
+    d->has_work = start->system->dissipative;
+    d->rtol = start->rtol;
+    d->atol = start->atol;
+    d->road.release = release;
+    d->road.row = row;
+    d->road.size = 2 * n + d->has_work;
+    d->road.ode = (kmp_ode){d->road.size, d, rhs, accept};
+    if (!allocate(d)) {
+        (void)kmp_fail_memory(start->system->context);
+        release(&d->road);
+        return NULL;
+    }
+    for (int i = 0; i < n; i++) {
+        d->road.y[i] = start->q[i];
+        d->road.y[n + i] = start->qd[i];
+        d->road.atol[i] = start->atol * d->s->scale[i];
+        d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
+    }
+    if (d->has_work)
+        d->road.atol[2 * n] = 1e300; /* judged, not controlled */
+    return &d->road;
+}
+
+const kmp_road_kind kmp_road_projected = {"projected", "none", false, create};

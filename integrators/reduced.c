@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced road: an ODE in the independent coordinates (Fisette and Samin 1996, eqs. 43-46), in two forms on one
+ * state y = (u, ud[, v][, work]).
+ *
+ * carried   v is integrated along by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified
+ * Newton correction with the factors at hand takes v back to the closure; a correction beyond one error weight refuses
+ * the step. closed    every evaluation closes v on u by Newton, predicted along the tangent from the last accepted step
+ * and from nowhere else; an evaluation whose corrections stop contracting fails and shortens the step.
+ *
+ * A choice of u ends at a dead centre: |Bvu| grows without bound and det Jv changes sign. Both are watched at every
+ * accepted step, because the ODE itself may pass such a point and go on wrongly without any other sign. */
+#include "base/memory.h"
+#include "constraints/reduction.h"
+#include "integrators/road.h"
+#include <math.h>
+#include <string.h>
+
+/* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
+#define GROWTH_LIMIT 1e3
+/* A closure correction beyond this many error weights refuses a step. */
+#define CORRECTION_LIMIT 1.0
+/* Newton in an evaluation stops at this fraction of the error weights. */
+#define CLOSE_FRACTION 1e-2
+/* Violation of a dropped row, in error weights of a coordinate of the same unit: the rank must have changed. */
+#define REDUNDANT_LIMIT 1e3
+
+typedef struct reduced {
+    kmp_road road; /* first */
+    const kempe_system *s;
+    kmp_plant *plant;
+    const kmp_partition *part;
+    kmp_reduction red;
+    bool carried, has_work;
+    int n, p, r;
+    double *q, *qd;   /* n */
+    double *weight;   /* n: error weights of coordinates at the last accepted step */
+    double *anchor_u; /* p, of the last accepted step */
+    double *anchor_v; /* r */
+    double *anchor_b; /* r x p: tangent there */
+    double *udd;      /* p */
+    int sign;         /* of det Jv at the start */
+    double rtol, atol;
+    double t; /* of the last accepted step */
+} reduced;
+
+static void pack(reduced *d, const double *q, const double *qd, double *y)
+{
+    for (int k = 0; k < d->p; k++) {
+        y[k] = q[d->part->u[k]];
+        y[d->p + k] = qd[d->part->u[k]];
+    }
+    for (int i = 0; d->carried && i < d->r; i++)
+        y[2 * d->p + i] = q[d->part->v[i]];
+}
+
+static int work_index(const reduced *d)
+{
+    return 2 * d->p + (d->carried ? d->r : 0);
+}
+
+static void put_u(reduced *d, const double *y)
+{
+    for (int k = 0; k < d->p; k++)
+        d->q[d->part->u[k]] = y[k];
+}
+
+/* Along the tangent from the last accepted step. */
+static void predict_v(reduced *d, const double *y)
+{
+    for (int i = 0; i < d->r; i++) {
+        double v = d->anchor_v[i];
+        for (int k = 0; k < d->p; k++)
+            v += d->anchor_b[i + k * d->r] * (y[k] - d->anchor_u[k]);
+        d->q[d->part->v[i]] = v;
+    }
+}
+
+/* q, factors of Jv and the tangent at (t, y). */
+static int place(reduced *d, double t, const double *y)
+{
+    put_u(d, y);
+    if (d->carried) {
+        for (int i = 0; i < d->r; i++)
+            d->q[d->part->v[i]] = y[2 * d->p + i];
+        kmp_plant_closure(d->plant, t, d->q);
+        if (kmp_reduction_factor(&d->red))
+            return KMP_RETRY;
+    } else {
+        predict_v(d, y);
+        if (kmp_reduction_close(&d->red, t, d->q, d->weight, CLOSE_FRACTION))
+            return KMP_RETRY;
+    }
+    kmp_reduction_tangent(&d->red);
+    return KMP_GO;
+}
+
+/* udd at the placed state. */
+static int accelerate(reduced *d, const double *ud)
+{
+    kmp_reduction_rates(&d->red, ud, d->qd);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, d->qd);
+    if (kmp_reduction_accelerate(&d->red, d->udd))
+        return KMP_RETRY;
+    return KMP_GO;
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    reduced *d = self;
+    if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
+        return KMP_RETRY;
+    for (int k = 0; k < d->p; k++) {
+        dy[k] = y[d->p + k];
+        dy[d->p + k] = d->udd[k];
+        if (!isfinite(d->udd[k]))
+            return KMP_RETRY;
+    }
+    for (int i = 0; d->carried && i < d->r; i++)
+        dy[2 * d->p + i] = d->qd[d->part->v[i]];
+    if (d->has_work)
+        dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd);
+    return KMP_GO;
+}
+
+/* -- watching ---------------------------------------------------------------------------------------- */
+
+static const char *name_of(const reduced *d, int k)
+{
+    return k >= 0 ? d->s->model->motions[k].name : "?";
+}
+
+static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
+{
+    kmp_text_printf(
+        &d->road.reason,
+        "independent coordinate '%s' came to a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' "
+        "no longer determines the mechanism. Choose another with --u, or take the projected road",
+        name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
+    return KMP_HALT;
+}
+
+static int watch(reduced *d, double t)
+{
+    int v, u;
+    double growth;
+    if (d->r == 0)
+        return KMP_GO;
+    growth = kmp_reduction_growth(&d->red, &v, &u);
+    if (kmp_block_sign(d->red.block) != d->sign)
+        return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", v, u);
+    if (growth > GROWTH_LIMIT)
+        return dead_centre(d, t, "|dv/du| exceeds 1000", v, u);
+    return KMP_GO;
+}
+
+/* Rows that are not solved for must close too. */
+static int check_redundant(reduced *d, double t)
+{
+    for (int k = 0; k < d->part->m - d->r; k++) {
+        int row = d->part->redundant[k];
+        double h = fabs(d->plant->h[row]) / d->s->row_scale[row];
+        if (h <= REDUNDANT_LIMIT * (d->atol + d->rtol))
+            continue;
+        kmp_text_printf(
+            &d->road.reason,
+            "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures have "
+            "changed their rank",
+            d->s->row_names[row], h, t);
+        return KMP_HALT;
+    }
+    return KMP_GO;
+}
+
+static void remember(reduced *d, double t, const double *y)
+{
+    d->t = t;
+    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
+    for (int i = 0; i < d->r; i++)
+        d->anchor_v[i] = d->q[d->part->v[i]];
+    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
+    for (int i = 0; i < d->n; i++)
+        d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
+}
+
+/* Rounding of h is not corrected. */
+static bool is_noise(const reduced *d)
+{
+    double worst = kmp_plant_residual(d->plant);
+    return worst < 4e-15;
+}
+
+/* The step's end was evaluated last: h, the factors and the tangent are there. */
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    reduced *d = self;
+    (void)dy;
+    if (d->carried && d->r > 0 && !is_noise(d)) {
+        kmp_reduction_correction(&d->red);
+        for (int i = 0; i < d->r; i++)
+            if (!(fabs(d->red.dv[i]) <= CORRECTION_LIMIT * w[2 * d->p + i]))
+                return KMP_RETRY;
+        for (int i = 0; i < d->r; i++) {
+            y[2 * d->p + i] += d->red.dv[i];
+            d->q[d->part->v[i]] = y[2 * d->p + i];
+        }
+    }
+    if (watch(d, t) != KMP_GO || check_redundant(d, t) != KMP_GO)
+        return KMP_HALT;
+    remember(d, t, y);
+    d->road.newton = d->red.newton;
+    d->road.factorizations = d->red.factorizations;
+    return KMP_GO;
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
+{
+    reduced *d = (reduced *)road;
+    (void)yp;
+    put_u(d, y);
+    if (d->carried)
+        for (int i = 0; i < d->r; i++)
+            d->q[d->part->v[i]] = y[2 * d->p + i];
+    else
+        predict_v(d, y);
+    if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
+        kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
+        return KMP_HALT;
+    }
+    kmp_plant_closure(d->plant, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    if (accelerate(d, y + d->p) != KMP_GO)
+        return KMP_HALT;
+    memcpy(q, d->q, (size_t)d->n * sizeof *q);
+    memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
+    kmp_reduction_accelerations(&d->red, d->udd, qdd);
+    kmp_reduction_multipliers(&d->red, qdd, lambda);
+    *work = d->has_work ? y[work_index(d)] : 0;
+    return KMP_GO;
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static void release(kmp_road *road)
+{
+    reduced *d = (reduced *)road;
+    kmp_reduction_free(&d->red);
+    kmp_text_free(&road->reason);
+    kmp_free(road->y);
+    kmp_free(road->atol);
+    kmp_free(d->q);
+    kmp_free(d->qd);
+    kmp_free(d->weight);
+    kmp_free(d->anchor_u);
+    kmp_free(d->anchor_v);
+    kmp_free(d->anchor_b);
+    kmp_free(d->udd);
+    kmp_free(d);
+}
+
+static bool allocate(reduced *d)
+{
+    kmp_road *road = &d->road;
+    road->y = KMP_NEW(double, road->size);
+    road->atol = KMP_NEW(double, road->size);
+    d->q = KMP_NEW(double, d->n);
+    d->qd = KMP_NEW(double, d->n);
+    d->weight = KMP_NEW(double, d->n);
+    d->anchor_u = KMP_NEW(double, d->p);
+    d->anchor_v = KMP_NEW(double, d->r);
+    d->anchor_b = KMP_NEW(double, d->r * d->p);
+    d->udd = KMP_NEW(double, d->p);
+    return road->y && road->atol && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v && d->anchor_b && d->udd;
+}
+
+static void set_tolerances(reduced *d, double rate_scale)
+{
+    double *atol = d->road.atol;
+    for (int k = 0; k < d->p; k++) {
+        atol[k] = d->atol * d->s->scale[d->part->u[k]];
+        atol[d->p + k] = atol[k] * rate_scale;
+    }
+    for (int i = 0; d->carried && i < d->r; i++)
+        atol[2 * d->p + i] = d->atol * d->s->scale[d->part->v[i]];
+    if (d->has_work)
+        atol[work_index(d)] = 1e300; /* judged, not controlled */
+}
+
+/* The first anchor, tangent and sign. */
+static bool begin(reduced *d, const kmp_road_start *start)
+{
+    memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
+    pack(d, start->q, start->qd, d->road.y);
+    kmp_plant_closure(d->plant, 0, d->q);
+    if (kmp_reduction_factor(&d->red)) {
+        (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at the start");
+        return false;
+    }
+    kmp_reduction_tangent(&d->red);
+    d->sign = d->r > 0 ? kmp_block_sign(d->red.block) : 1;
+    remember(d, 0, d->road.y);
+    return true;
+}
+
+static kmp_road *create(const kmp_road_start *start, bool carried)
+{
+    const kmp_partition *part = start->part;
+    reduced *d = KMP_NEW(reduced, 1);
+    if (!d) {
+        (void)kmp_fail_memory(start->system->context);
+        return NULL;
+    }
+    d->s = start->system;
+    d->plant = start->plant;
+    d->part = part;
+    d->carried = carried;
+    d->has_work = start->system->dissipative;
+    d->n = part->n;
+    d->p = part->p;
+    d->r = part->r;
+    d->rtol = start->rtol;
+    d->atol = start->atol;
+    d->road.release = release;
+    d->road.row = row;
+    d->road.size = work_index(d) + d->has_work;
+    d->road.ode = (kmp_ode){d->road.size, d, rhs, accept};
+    if (!allocate(d))
+        (void)kmp_fail_memory(start->system->context);
+    else if (kmp_reduction_init(&d->red, start->plant, part) == KEMPE_OK && begin(d, start)) {
+        set_tolerances(d, start->rate_scale);
+        return &d->road;
+    }
+    release(&d->road);
+    return NULL;
+}
+
+static kmp_road *create_carried(const kmp_road_start *start)
+{
+    return create(start, true);
+}
+
+static kmp_road *create_closed(const kmp_road_start *start)
+{
+    return create(start, false);
+}
+
+const kmp_road_kind kmp_road_carried = {"reduced", "carried", false, create_carried};
+const kmp_road_kind kmp_road_closed = {"reduced", "closed", false, create_closed};

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a road offers to a run: a consistent start, an ODE or a DAE, and full rows at any time. A new road or form is a
+ * file with one kmp_road_kind and a row in roads.def. */
+#ifndef KMP_INTEGRATORS_ROAD_H
+#define KMP_INTEGRATORS_ROAD_H
+
+#include "constraints/assemble.h"
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "integrators/dae.h"
+#include "integrators/ode.h"
+
+typedef struct kmp_road kmp_road;
+
+/** What a road is made from; everything outlives it. */
+typedef struct kmp_road_start {
+    const kempe_system *system;
+    kmp_plant *plant;
+    const kmp_partition *part; /* at the start */
+    const double *q, *qd;      /* consistent */
+    const double *qdd, *lambda;
+    double rtol, atol, rate_scale, t_end;
+} kmp_road_start;
+
+typedef struct kmp_road_kind {
+    const char *road, *form;
+    bool dae;
+    kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
+} kmp_road_kind;
+
+struct kmp_road {
+    void (*release)(kmp_road *road);
+
+    /** Row at (t, y[, yp]). 0, or KMP_HALT with the reason in the context. */
+    int (*row)(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
+               double *lambda, double *work);
+
+    kmp_ode ode; /* one of the two */
+    kmp_dae dae;
+    int size;        /* unknowns */
+    double *y, *yp;  /* consistent start; yp for a DAE only */
+    double *atol;    /* of each unknown */
+    kmp_text reason; /* why it gave up */
+    long newton, factorizations, exchanges;
+};
+
+#define KMP_ROAD(id) extern const kmp_road_kind kmp_road_##id;
+#include "integrators/roads.def"
+#undef KMP_ROAD
+
+/** The saddle system [M -J'; J 0] on the independent rows, dense: accelerations, multipliers and mass-orthogonal
+ * corrections (shared by the projected road and by all that need (qdd, lambda) without a choice of u). */
+typedef struct kmp_saddle {
+    kmp_plant *plant;
+    const kmp_partition *part;
+    int n, r;
+    double *matrix, *x;
+    int *pivot;
+    long factorizations;
+} kmp_saddle;
+
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
+void kmp_saddle_free(kmp_saddle *saddle);
+
+/** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
+int kmp_saddle_factor(kmp_saddle *saddle);
+
+/** qdd and lambda (m; zero for dropped rows) from the plant's last bias. */
+void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
+
+/** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
+void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
+
+#endif

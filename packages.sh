@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# shellcheck shell=bash disable=SC2034
+# Sourced by ./start and ./check: need PACKAGE... installs the Debian packages that are missing, and only those.
+
+BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-dev libyaml-dev liblapack-dev libblas-dev"
+
+say() {
+    printf '%s\n' "$*"
+}
+
+# quietly LOG COMMAND...: the output goes to LOG, which is shown when the command fails.
+quietly() {
+    local log=$1
+    shift
+    if ! "$@" >"$log" 2>&1; then
+        say "failed: $*"
+        tail -n 100 "$log"
+        return 1
+    fi
+}
+
+apt_get() {
+    local as_root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            say "not root and no sudo here: install these packages first: $missing"
+            return 1
+        fi
+        as_root=(sudo)
+    fi
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y "$@"
+}
+
+need() {
+    local missing="" package
+    if ! command -v dpkg-query >/dev/null; then
+        say "no Debian here: make sure that you have what these packages hold: $*"
+        return 0
+    fi
+    for package in "$@"; do
+        dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing="$missing $package"
+    done
+    [ -n "$missing" ] || return 0
+    say "installing$missing"
+    mkdir -p build
+    quietly build/packages.log apt_get update
+    # shellcheck disable=SC2086 # a list of words
+    quietly build/packages.log apt_get install --no-install-recommends $missing
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program made ready to run, with its workspace: one a thread. The back end is a row of backends.def and five
+ * functions; nobody outside sees which. */
+#ifndef KMP_BACKEND_MACHINE_H
+#define KMP_BACKEND_MACHINE_H
+
+#include "symbolic/program.h"
+
+typedef struct kmp_machine kmp_machine;
+
+typedef struct kmp_backend {
+    const char *name;
+    void *(*prepare)(const kmp_program *program); /* NULL: no memory */
+    void (*release)(void *code);
+    void (*set)(void *code, kmp_input_kind kind, const double *values);
+    void (*run)(void *code, int stage);
+    const double *(*outputs)(const void *code, int stage);
+} kmp_backend;
+
+/** NULL when there is no such back end. */
+const kmp_backend *kmp_backend_find(const char *name);
+
+/** The program must outlive the machine. NULL: no memory. Stage 0 must be run after the parameters are set. */
+kmp_machine *kmp_machine_new(const kmp_program *program, const kmp_backend *backend);
+void kmp_machine_free(kmp_machine *machine);
+
+/** Gives the values of one input vector; what the program does not read is ignored. */
+void kmp_machine_set(kmp_machine *machine, kmp_input_kind kind, const double *values);
+
+/** Runs one stage, whose earlier stages are up to date, and returns its outputs in order (owned by the machine, valid
+ * until the stage runs again). No allocation. */
+const double *kmp_machine_run(kmp_machine *machine, int stage);
+
+#define KMP_BACKEND(name) extern const kmp_backend kmp_backend_##name;
+#include "backend/backends.def"
+#undef KMP_BACKEND
+
+#endif

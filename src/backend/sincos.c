@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hides the choice of the vector width at load time: one clone of the lane loop a width, the same bits from
+ * each. Sanitizers run before the loader may choose, so they get the plain function. */
+#include "backend/sincos.h"
+
+#include <kempe/runtime.h>
+#include <stddef.h>
+
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CLONES
+#endif
+
+CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
+{
+    for (int i = 0; i + 8 <= n; i += 8)
+        kempe_sincos8_core_(x + i, s + i, c + i);
+}
+
+void kmp_sincos_many(int n, const double *x, double *s, double *c)
+{
+    int whole = n & ~7, rest = n & 7;
+    if (whole)
+        groups_of_8(whole, x, s, c);
+    if (rest <= 2) {
+        for (int i = whole; i < n; i++)
+            kempe_sincos(x[i], &s[i], &c[i]);
+    } else {
+        double padded[8] = {0}, ps[8], pc[8];
+        memcpy(padded, x + whole, (size_t)rest * sizeof *x);
+        groups_of_8(8, padded, ps, pc);
+        memcpy(s + whole, ps, (size_t)rest * sizeof *s);
+        memcpy(c + whole, pc, (size_t)rest * sizeof *c);
+    }
+}

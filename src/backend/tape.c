@@ -1,0 +1,437 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
+ * is no opcode to mispredict:
+ *
+ *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      x + p * q = p * q + x
+ *
+ * all equal to the last bit. A stage is a row of segments: records, then the sincos of all angles that are known by
+ * then in lanes, then what else is no record (division, functions). Slots are 16 bits wide when they suffice, 32
+ * otherwise. */
+#include "backend/machine.h"
+#include "backend/sincos.h"
+#include "base/memory.h"
+#include <string.h>
+
+typedef struct record16 {
+    uint16_t d, a, b, c;
+} record16;
+
+typedef struct record32 {
+    uint32_t d, a, b, c;
+} record32;
+
+/* A division or a function of one variable. */
+typedef struct special {
+    uint8_t op;
+    bool minus; /* of the operand of a function */
+    uint32_t d, a, b;
+} special;
+
+typedef struct segment {
+    uint32_t record, angle, special; /* the first of each; the next segment's are the end */
+} segment;
+
+typedef struct output {
+    uint32_t slot;
+    double factor; /* 1 or -1 */
+} output;
+
+typedef struct tape {
+    const kmp_program *program;
+    double *v; /* slots: 1, -1, -0, constants, their negatives where asked, inputs, instructions */
+    uint32_t slots;
+    record16 *narrow; /* one of the two */
+    record32 *wide;
+    uint32_t records;
+    special *specials;
+    uint32_t special_count;
+    uint32_t *angle, *sine, *cosine; /* slots; sine or cosine may be the waste slot */
+    uint32_t angles;
+    double *lane; /* 3 x angles */
+    segment *segments;
+    uint32_t segment_count;
+    uint32_t *stage; /* stages + 1: first segment */
+    output *output;
+    double *out;
+} tape;
+
+enum { SLOT_ONE, SLOT_MINUS_ONE, SLOT_MINUS_ZERO, SLOT_WASTE, FIRST_SLOT };
+
+/* -- preparing --------------------------------------------------------------------------------------- */
+
+/* What preparing needs besides the tape. Arrays by instruction. */
+typedef struct builder {
+    tape *t;
+    const kmp_program *p;
+    int leaves;
+    uint32_t *depth;    /* segment, within the stage, in which a value appears */
+    uint32_t *uses;     /* by instructions and outputs */
+    uint8_t *fused;     /* a product that its only reader takes over */
+    uint8_t *fuse_b;    /* a sum that takes over: 1 its first, 2 its second operand */
+    uint32_t *negative; /* by constant: slot of its negative, 0 when none */
+    int *stage_of;
+} builder;
+
+static bool is_record(uint8_t op)
+{
+    return op == KMP_OP_ADD || op == KMP_OP_MUL;
+}
+
+/* The instruction behind an operand, -1 for a leaf. */
+static int instruction_of(const builder *b, uint32_t operand)
+{
+    int i = (int)(operand >> 1) - b->leaves;
+    return i >= 0 ? i : -1;
+}
+
+static uint32_t slot_of(const builder *b, uint32_t operand)
+{
+    (void)b;
+    return FIRST_SLOT + (operand >> 1);
+}
+
+/* Segment in which an operand is known, seen from a stage: 0 for leaves and earlier stages. */
+static uint32_t known(const builder *b, int stage, uint32_t operand)
+{
+    int i = instruction_of(b, operand);
+    return i < 0 || b->stage_of[i] < stage ? 0 : b->depth[i];
+}
+
+static uint32_t depth_of(const builder *b, int i)
+{
+    const kmp_instruction *in = &b->p->instruction[i];
+    uint32_t d = known(b, b->stage_of[i], in->a);
+    if (kmp_op_arity((kmp_op)in->op) == 2) {
+        uint32_t e = known(b, b->stage_of[i], in->b);
+        d = d > e ? d : e;
+    }
+    return is_record(in->op) ? d : d + 1;
+}
+
+static void count_uses(builder *b)
+{
+    const kmp_program *p = b->p;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        int a = instruction_of(b, p->instruction[i].a), c = instruction_of(b, p->instruction[i].b);
+        if (a >= 0)
+            b->uses[a]++;
+        if (kmp_op_arity((kmp_op)p->instruction[i].op) == 2 && c >= 0)
+            b->uses[c]++;
+    }
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (instruction_of(b, p->output[k]) >= 0)
+            b->uses[instruction_of(b, p->output[k])]++;
+}
+
+static bool is_constant(const builder *b, uint32_t operand)
+{
+    return (int)(operand >> 1) < b->p->constant_count;
+}
+
+/* Whether sum i may take over its operand, a product of its own segment that nobody else reads. A subtracted product
+ * must have a constant factor, whose negative is then used. */
+static bool can_fuse(const builder *b, int i, uint32_t operand)
+{
+    int k = instruction_of(b, operand);
+    if (k < 0 || b->p->instruction[k].op != KMP_OP_MUL || b->uses[k] != 1 || b->stage_of[k] != b->stage_of[i] ||
+        b->depth[k] != b->depth[i])
+        return false;
+    return !(operand & 1) || is_constant(b, b->p->instruction[k].a);
+}
+
+static void analyse(builder *b)
+{
+    const kmp_program *p = b->p;
+    for (int s = 0; s < p->stages; s++)
+        for (int i = p->code[s]; i < p->code[s + 1]; i++) {
+            b->stage_of[i] = s;
+            b->depth[i] = depth_of(b, i);
+        }
+    count_uses(b);
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        if (in->op != KMP_OP_ADD)
+            continue;
+        /* The other operand is added as it is: it must carry no sign. */
+        if (can_fuse(b, i, in->b))
+            b->fuse_b[i] = 2;
+        else if (!(in->b & 1) && can_fuse(b, i, in->a))
+            b->fuse_b[i] = 1;
+        if (b->fuse_b[i])
+            b->fused[instruction_of(b, b->fuse_b[i] == 2 ? in->b : in->a)] = 1;
+    }
+}
+
+static void put_record(tape *t, uint32_t d, uint32_t a, uint32_t b, uint32_t c)
+{
+    if (t->narrow)
+        t->narrow[t->records] = (record16){(uint16_t)d, (uint16_t)a, (uint16_t)b, (uint16_t)c};
+    else
+        t->wide[t->records] = (record32){d, a, b, c};
+    t->records++;
+}
+
+/* Slot of the negative of a constant; the slots after the instructions are kept for these. */
+static uint32_t negative_slot(builder *b, uint32_t operand)
+{
+    uint32_t k = operand >> 1;
+    if (!b->negative[k]) {
+        b->negative[k] = b->t->slots++;
+        b->t->v[b->negative[k]] = -b->p->constant[k];
+    }
+    return b->negative[k];
+}
+
+static void write_record(builder *b, int i)
+{
+    const kmp_instruction *in = &b->p->instruction[i];
+    uint32_t d = slot_of(b, (uint32_t)(b->leaves + i) << 1), x = slot_of(b, in->a), y = slot_of(b, in->b);
+    if (b->fused[i])
+        return;
+    if (in->op == KMP_OP_MUL) {
+        put_record(b->t, d, x, y, SLOT_MINUS_ZERO);
+    } else if (b->fuse_b[i]) {
+        uint32_t product = b->fuse_b[i] == 2 ? in->b : in->a, other = b->fuse_b[i] == 2 ? x : y;
+        const kmp_instruction *m = &b->p->instruction[instruction_of(b, product)];
+        uint32_t factor = product & 1 ? negative_slot(b, m->a) : slot_of(b, m->a);
+        put_record(b->t, d, factor, slot_of(b, m->b), other);
+    } else if (in->b & 1) {
+        put_record(b->t, d, y, SLOT_MINUS_ONE, x);
+    } else {
+        put_record(b->t, d, x, SLOT_ONE, y);
+    }
+}
+
+/* Sine and cosine of one angle in one segment share an entry. */
+static void write_angle(builder *b, int i, uint32_t first)
+{
+    tape *t = b->t;
+    const kmp_instruction *in = &b->p->instruction[i];
+    uint32_t x = slot_of(b, in->a), d = slot_of(b, (uint32_t)(b->leaves + i) << 1), k = first;
+    while (k < t->angles && t->angle[k] != x)
+        k++;
+    if (k == t->angles) {
+        t->angle[k] = x;
+        t->sine[k] = t->cosine[k] = SLOT_WASTE;
+        t->angles++;
+    }
+    if (in->op == KMP_OP_SIN)
+        t->sine[k] = d;
+    else
+        t->cosine[k] = d;
+}
+
+static void write_special(builder *b, int i, uint32_t first_angle)
+{
+    const kmp_instruction *in = &b->p->instruction[i];
+    if (in->op == KMP_OP_SIN || in->op == KMP_OP_COS) {
+        write_angle(b, i, first_angle);
+        return;
+    }
+    b->t->specials[b->t->special_count++] = (special){.op = in->op,
+                                                      .minus = in->a & 1,
+                                                      .d = slot_of(b, (uint32_t)(b->leaves + i) << 1),
+                                                      .a = slot_of(b, in->a),
+                                                      .b = slot_of(b, in->b)};
+}
+
+/* Records of depth k, then the specials that appear in k + 1. */
+static void write_segment(builder *b, int stage, uint32_t k)
+{
+    tape *t = b->t;
+    uint32_t first_angle = t->angles;
+    t->segments[t->segment_count++] = (segment){t->records, t->angles, t->special_count};
+    for (int i = b->p->code[stage]; i < b->p->code[stage + 1]; i++)
+        if (is_record(b->p->instruction[i].op) && b->depth[i] == k)
+            write_record(b, i);
+    for (int i = b->p->code[stage]; i < b->p->code[stage + 1]; i++)
+        if (!is_record(b->p->instruction[i].op) && b->depth[i] == k + 1)
+            write_special(b, i, first_angle);
+}
+
+static uint32_t deepest(const builder *b, int stage)
+{
+    uint32_t d = 0;
+    for (int i = b->p->code[stage]; i < b->p->code[stage + 1]; i++)
+        d = b->depth[i] > d ? b->depth[i] : d;
+    return d;
+}
+
+static uint32_t count_segments(const builder *b)
+{
+    uint32_t count = 1; /* the end */
+    for (int s = 0; s < b->p->stages; s++)
+        count += deepest(b, s) + 1;
+    return count;
+}
+
+static bool allocate_code(builder *b)
+{
+    tape *t = b->t;
+    uint32_t code = (uint32_t)b->p->code[b->p->stages];
+    t->slots = FIRST_SLOT + (uint32_t)b->leaves + code;
+    uint32_t capacity = t->slots + (uint32_t)b->p->constant_count;
+    t->v = KMP_NEW(double, capacity);
+    if (capacity <= UINT16_MAX)
+        t->narrow = KMP_NEW(record16, code);
+    else
+        t->wide = KMP_NEW(record32, code);
+    t->specials = KMP_NEW(special, code);
+    t->angle = KMP_NEW(uint32_t, code);
+    t->sine = KMP_NEW(uint32_t, code);
+    t->cosine = KMP_NEW(uint32_t, code);
+    t->lane = KMP_NEW(double, 3 * code);
+    t->segments = KMP_NEW(segment, count_segments(b));
+    t->stage = KMP_NEW(uint32_t, b->p->stages + 1);
+    t->output = KMP_NEW(output, b->p->outputs[b->p->stages]);
+    t->out = KMP_NEW(double, b->p->outputs[b->p->stages]);
+    return t->v && (t->narrow || t->wide) && t->specials && t->angle && t->sine && t->cosine && t->lane &&
+           t->segments && t->stage && t->output && t->out;
+}
+
+static void write_code(builder *b)
+{
+    tape *t = b->t;
+    t->v[SLOT_ONE] = 1;
+    t->v[SLOT_MINUS_ONE] = -1;
+    t->v[SLOT_MINUS_ZERO] = -0.0;
+    memcpy(t->v + FIRST_SLOT, b->p->constant, (size_t)b->p->constant_count * sizeof(double));
+    for (int s = 0; s < b->p->stages; s++) {
+        t->stage[s] = t->segment_count;
+        for (uint32_t k = 0; k <= deepest(b, s); k++)
+            write_segment(b, s, k);
+    }
+    t->stage[b->p->stages] = t->segment_count;
+    t->segments[t->segment_count] = (segment){t->records, t->angles, t->special_count};
+    for (int k = 0; k < b->p->outputs[b->p->stages]; k++)
+        t->output[k] = (output){slot_of(b, b->p->output[k]), b->p->output[k] & 1 ? -1 : 1};
+}
+
+static bool begin(builder *b, const kmp_program *p)
+{
+    int code = p->code[p->stages];
+    b->p = p;
+    b->leaves = p->constant_count + p->input_count;
+    b->t = KMP_NEW(tape, 1);
+    b->depth = KMP_NEW(uint32_t, code);
+    b->uses = KMP_NEW(uint32_t, code);
+    b->fused = KMP_NEW(uint8_t, code);
+    b->fuse_b = KMP_NEW(uint8_t, code);
+    b->negative = KMP_NEW(uint32_t, p->constant_count);
+    b->stage_of = KMP_NEW(int, code);
+    return b->t && b->depth && b->uses && b->fused && b->fuse_b && b->negative && b->stage_of;
+}
+
+static void release(void *code)
+{
+    tape *t = code;
+    if (!t)
+        return;
+    kmp_free(t->v);
+    kmp_free(t->narrow);
+    kmp_free(t->wide);
+    kmp_free(t->specials);
+    kmp_free(t->angle);
+    kmp_free(t->sine);
+    kmp_free(t->cosine);
+    kmp_free(t->lane);
+    kmp_free(t->segments);
+    kmp_free(t->stage);
+    kmp_free(t->output);
+    kmp_free(t->out);
+    kmp_free(t);
+}
+
+static void *prepare(const kmp_program *p)
+{
+    builder b = {0};
+    bool ok = begin(&b, p);
+    if (ok) {
+        b.t->program = p;
+        analyse(&b);
+        ok = allocate_code(&b);
+    }
+    if (ok)
+        write_code(&b);
+    kmp_free(b.depth);
+    kmp_free(b.uses);
+    kmp_free(b.fused);
+    kmp_free(b.fuse_b);
+    kmp_free(b.negative);
+    kmp_free(b.stage_of);
+    if (ok)
+        return b.t;
+    release(b.t);
+    return NULL;
+}
+
+/* -- running ----------------------------------------------------------------------------------------- */
+
+static void set(void *code, kmp_input_kind kind, const double *values)
+{
+    tape *t = code;
+    const kmp_program *p = t->program;
+    double *v = t->v + FIRST_SLOT + p->constant_count;
+    for (int k = 0; k < p->input_count; k++)
+        if (p->input[k].kind == kind)
+            v[k] = values[p->input[k].index];
+}
+
+static void run_narrow(const record16 *r, const record16 *end, double *v)
+{
+    for (; r < end; r++)
+        v[r->d] = v[r->a] * v[r->b] + v[r->c];
+}
+
+static void run_wide(const record32 *r, const record32 *end, double *v)
+{
+    for (; r < end; r++)
+        v[r->d] = v[r->a] * v[r->b] + v[r->c];
+}
+
+static void run_angles(tape *t, uint32_t first, uint32_t end)
+{
+    int n = (int)(end - first);
+    double *x = t->lane, *s = x + n, *c = s + n;
+    for (int k = 0; k < n; k++)
+        x[k] = t->v[t->angle[first + (uint32_t)k]];
+    kmp_sincos_many(n, x, s, c);
+    for (int k = 0; k < n; k++) {
+        t->v[t->sine[first + (uint32_t)k]] = s[k];
+        t->v[t->cosine[first + (uint32_t)k]] = c[k];
+    }
+}
+
+static void run_special(const special *s, double *v)
+{
+    if (s->op == KMP_OP_DIV)
+        v[s->d] = v[s->a] / v[s->b];
+    else
+        v[s->d] = kmp_op_value((kmp_op)s->op, s->minus ? -v[s->a] : v[s->a]);
+}
+
+static void run(void *code, int stage)
+{
+    tape *t = code;
+    for (uint32_t k = t->stage[stage]; k < t->stage[stage + 1]; k++) {
+        const segment *here = &t->segments[k], *next = here + 1;
+        if (t->narrow)
+            run_narrow(t->narrow + here->record, t->narrow + next->record, t->v);
+        else
+            run_wide(t->wide + here->record, t->wide + next->record, t->v);
+        if (next->angle > here->angle)
+            run_angles(t, here->angle, next->angle);
+        for (uint32_t i = here->special; i < next->special; i++)
+            run_special(&t->specials[i], t->v);
+    }
+    for (int k = t->program->outputs[stage]; k < t->program->outputs[stage + 1]; k++)
+        t->out[k] = t->v[t->output[k].slot] * t->output[k].factor;
+}
+
+static const double *outputs(const void *code, int stage)
+{
+    const tape *t = code;
+    return t->out + t->program->outputs[stage];
+}
+
+const kmp_backend kmp_backend_tape = {"tape", prepare, release, set, run, outputs};

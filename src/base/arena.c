@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Blocks are chained from the newest back; only the newest is filled. */
+#include "base/arena.h"
+#include "base/memory.h"
+#include <stdalign.h>
+#include <stdint.h>
+#include <string.h>
+
+enum { BLOCK_SIZE = 16 * 1024 };
+
+struct kmp_arena_block {
+    struct kmp_arena_block *before;
+    size_t used, size;
+    alignas(max_align_t) unsigned char bytes[];
+};
+
+void kmp_arena_free(kmp_arena *arena)
+{
+    struct kmp_arena_block *block = arena->last;
+    while (block) {
+        struct kmp_arena_block *before = block->before;
+        kmp_free(block);
+        block = before;
+    }
+    arena->last = NULL;
+    arena->failed = false;
+}
+
+static void *fail(kmp_arena *arena)
+{
+    arena->failed = true;
+    return NULL;
+}
+
+static struct kmp_arena_block *add_block(kmp_arena *arena, size_t need)
+{
+    size_t size = need > BLOCK_SIZE ? need : BLOCK_SIZE;
+    struct kmp_arena_block *block = kmp_calloc(1, sizeof *block + size);
+    if (!block)
+        return NULL;
+    block->before = arena->last;
+    block->size = size;
+    arena->last = block;
+    return block;
+}
+
+void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size)
+{
+    const size_t align = alignof(max_align_t);
+    const size_t most = SIZE_MAX / 2; /* leaves room for the block's head and the rounding */
+    if (arena->failed || (size > 0 && n > most / size))
+        return fail(arena);
+    size_t need = (n * size + align - 1) / align * align;
+    if (need == 0)
+        need = align;
+    struct kmp_arena_block *block = arena->last;
+    if (!block || block->size - block->used < need)
+        block = add_block(arena, need);
+    if (!block)
+        return fail(arena);
+    void *p = block->bytes + block->used;
+    block->used += need;
+    return p;
+}
+
+char *kmp_arena_strdup(kmp_arena *arena, const char *s)
+{
+    size_t size = strlen(s) + 1;
+    char *copy = kmp_arena_alloc(arena, size, 1);
+    if (copy)
+        memcpy(copy, s, size);
+    return copy;
+}

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An arena: many small blocks with one lifetime. Failure is sticky: kmp_arena_failed tells once at the end. */
+#ifndef KMP_BASE_ARENA_H
+#define KMP_BASE_ARENA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct kmp_arena {
+    struct kmp_arena_block *last;
+    bool failed;
+} kmp_arena;
+
+void kmp_arena_free(kmp_arena *arena);
+
+/** Zeroed, aligned for any type; NULL (and failed set) when there is no memory. */
+void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
+char *kmp_arena_strdup(kmp_arena *arena, const char *s);
+
+#define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
+
+#endif

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The context hides how messages are kept and how an interrupt is told. An interrupt stays asked for: what is
+ * called afterwards on the same context ends at its first step too. */
+#include "base/context.h"
+#include "base/memory.h"
+#include <stdarg.h>
+#include <stdatomic.h>
+
+struct kempe_context {
+    kmp_text message;
+    kempe_log_fn *log;
+    void *user;
+    atomic_int interrupted;
+};
+
+kempe_context *kempe_context_new(void)
+{
+    kempe_context *context = KMP_NEW(kempe_context, 1);
+    if (context)
+        atomic_init(&context->interrupted, 0);
+    return context;
+}
+
+void kempe_context_free(kempe_context *context)
+{
+    if (!context)
+        return;
+    kmp_text_free(&context->message);
+    kmp_free(context);
+}
+
+void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user)
+{
+    context->log = log;
+    context->user = user;
+}
+
+const char *kempe_context_message(const kempe_context *context)
+{
+    if (context->message.failed)
+        return "out of memory";
+    return context->message.s ? context->message.s : "";
+}
+
+void kempe_context_interrupt(kempe_context *context)
+{
+    atomic_store_explicit(&context->interrupted, 1, memory_order_relaxed);
+}
+
+bool kmp_interrupted(const kempe_context *context)
+{
+    return atomic_load_explicit(&context->interrupted, memory_order_relaxed) != 0;
+}
+
+void kmp_context_clear(kempe_context *context)
+{
+    kmp_text_free(&context->message);
+}
+
+/* A sentence is one line, whatever the names in it. */
+static void flatten(kmp_text *text, size_t from)
+{
+    for (size_t i = from; !text->failed && i < text->length; i++)
+        if ((unsigned char)text->s[i] < 0x20 || text->s[i] == 0x7f)
+            text->s[i] = ' ';
+}
+
+static size_t begin_sentence(kmp_text *message)
+{
+    if (message->length > 0)
+        kmp_text_put(message, "\n");
+    return message->length;
+}
+
+kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
+{
+    size_t from = begin_sentence(&context->message);
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&context->message, format, arguments);
+    va_end(arguments);
+    flatten(&context->message, from);
+    return status;
+}
+
+kempe_status kmp_fail_memory(kempe_context *context)
+{
+    return kmp_fail(context, KEMPE_E_MEMORY, "out of memory");
+}
+
+kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
+{
+    size_t from = begin_sentence(&context->message);
+    kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&context->message, format, arguments);
+    va_end(arguments);
+    flatten(&context->message, from);
+    return context->message.failed ? KEMPE_E_MEMORY : KEMPE_E_INPUT;
+}
+
+void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
+{
+    if (!context->log)
+        return;
+    kmp_text line = {0};
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&line, format, arguments);
+    va_end(arguments);
+    flatten(&line, 0);
+    if (!line.failed)
+        context->log(context->user, level, line.s);
+    kmp_text_free(&line);
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The context: messages, log, interrupt. */
+#ifndef KMP_BASE_CONTEXT_H
+#define KMP_BASE_CONTEXT_H
+
+#include "base/text.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+
+/** Forgets the old message. Each public function that can fail begins with it. */
+void kmp_context_clear(kempe_context *context);
+
+/** Appends one sentence to the message and returns `status`, so that a failure reads
+ *  `return kmp_fail(ctx, KEMPE_E_FAILED, "loop '%s': ...", ...)`. */
+kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/** KEMPE_E_MEMORY with its sentence. */
+kempe_status kmp_fail_memory(kempe_context *context);
+
+/** Appends `file:line:column: sentence` (lines and columns count from 1) and returns KEMPE_E_INPUT
+ *  (KEMPE_E_MEMORY when there is no memory to say it). */
+kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+
+void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
+bool kmp_interrupted(const kempe_context *context);
+
+#endif

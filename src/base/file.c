@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Whole files: read at once, and written whole or not at all (a temporary beside the target, then renamed).
+ * A device or a pipe cannot be replaced and is written to directly. */
+#include "base/file.h"
+#include "base/memory.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static kempe_status read_stream(kempe_context *context, FILE *stream, const char *path, char **text, size_t *length)
+{
+    size_t capacity = 4096, n = 0;
+    char *s = kmp_calloc(capacity, 1);
+    while (s) {
+        n += fread(s + n, 1, capacity - 1 - n, stream);
+        if (n < capacity - 1)
+            break;
+        capacity *= 2;
+        char *grown = kmp_realloc(s, capacity, 1);
+        if (!grown)
+            kmp_free(s);
+        s = grown;
+    }
+    if (!s)
+        return kmp_fail_memory(context);
+    if (ferror(stream)) {
+        kempe_status status = kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, strerror(errno));
+        kmp_free(s);
+        return status;
+    }
+    s[n] = '\0';
+    *text = s;
+    *length = n;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length)
+{
+    FILE *stream = fopen(path, "rb");
+    if (!stream)
+        return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, strerror(errno));
+    kempe_status status = read_stream(context, stream, path, text, length);
+    fclose(stream);
+    return status;
+}
+
+/* Writes all of text and closes; 0 or an errno. */
+static int write_and_close(int fd, const char *text)
+{
+    size_t left = strlen(text);
+    while (left > 0) {
+        ssize_t n = write(fd, text, left);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0) {
+            int error = errno;
+            close(fd);
+            return error;
+        }
+        text += n;
+        left -= (size_t)n;
+    }
+    return close(fd) == 0 ? 0 : errno;
+}
+
+static int write_in_place(const char *path, const char *text)
+{
+    int fd = open(path, O_WRONLY | O_CLOEXEC);
+    return fd < 0 ? errno : write_and_close(fd, text);
+}
+
+/* A new file beside `path`, with its name in `temporary`; -1 and errno when there is none. */
+static int open_temporary(const char *path, kmp_text *temporary)
+{
+    static atomic_uint counter;
+    for (int attempt = 0; attempt < 100; attempt++) {
+        kmp_text_free(temporary);
+        kmp_text_printf(temporary, "%s.tmp-%ld-%u", path, (long)getpid(), atomic_fetch_add(&counter, 1u));
+        if (temporary->failed) {
+            errno = ENOMEM;
+            return -1;
+        }
+        int fd = open(temporary->s, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (fd >= 0 || errno != EEXIST)
+            return fd;
+    }
+    return -1;
+}
+
+/* `old`: what is there now, or NULL. */
+static int write_by_rename(const char *path, const struct stat *old, const char *text)
+{
+    kmp_text temporary = {0};
+    int fd = open_temporary(path, &temporary);
+    int error = fd < 0 ? errno : 0;
+    if (!error) {
+        if (old && fchmod(fd, old->st_mode & 07777) != 0)
+            error = errno;
+        int written = write_and_close(fd, text);
+        if (!error)
+            error = written;
+        if (!error && rename(temporary.s, path) != 0)
+            error = errno;
+        if (error)
+            unlink(temporary.s);
+    }
+    kmp_text_free(&temporary);
+    return error;
+}
+
+kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text)
+{
+    char target[PATH_MAX];
+    struct stat old;
+    int error;
+    kmp_context_clear(context);
+    bool exists = stat(path, &old) == 0;
+    /* through a symbolic link, its target is replaced and the link stays */
+    const char *real = exists && S_ISREG(old.st_mode) ? realpath(path, target) : NULL;
+    if (exists && S_ISDIR(old.st_mode))
+        error = EISDIR;
+    else if (exists && !S_ISREG(old.st_mode))
+        error = write_in_place(path, text);
+    else
+        error = write_by_rename(real ? real : path, exists ? &old : NULL, text);
+    if (error == ENOMEM)
+        return kmp_fail_memory(context);
+    if (error)
+        return kmp_fail(context, KEMPE_E_IO, "cannot write '%s': %s", path, strerror(error));
+    return KEMPE_OK;
+}

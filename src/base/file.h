@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Whole files at once. Writing is kempe_write_file. */
+#ifndef KMP_BASE_FILE_H
+#define KMP_BASE_FILE_H
+
+#include "base/context.h"
+
+/** Reads a file; `*text` ends with a zero that `*length` does not count (free with kmp_free).
+ *  KEMPE_E_IO with the system's reason. */
+kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
+
+#endif

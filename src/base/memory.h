@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Allocation. Every allocation of Kempe goes through here, so that a test can count them (none while
+ * stepping) and later make the n-th one fail. */
+#ifndef KMP_BASE_MEMORY_H
+#define KMP_BASE_MEMORY_H
+
+#include <stddef.h>
+
+/** Zeroed memory for n objects of `size` bytes; NULL when there is none or n * size overflows. n = 0 gives
+ *  a pointer that may be freed. */
+void *kmp_calloc(size_t n, size_t size);
+
+/** Grows to n objects of `size` bytes; the old block is kept when this returns NULL. */
+void *kmp_realloc(void *old, size_t n, size_t size);
+void kmp_free(void *p);
+
+/** Copy of a string; NULL when there is no memory. */
+char *kmp_strdup(const char *s);
+
+/** Allocations made by this thread so far. */
+unsigned long kmp_memory_count(void);
+
+#define KMP_NEW(type, n) ((type *)kmp_calloc((size_t)(n), sizeof(type)))
+
+#endif

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Growing text, and numbers as text in both directions, independent of the locale. */
+#include "base/text.h"
+#include "base/memory.h"
+#include <kempe/kempe.h>
+#include <locale.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Room for `more` characters and the final zero. */
+static bool reserve(kmp_text *text, size_t more)
+{
+    if (text->failed)
+        return false;
+    size_t need = text->length + more + 1;
+    if (need <= text->capacity)
+        return true;
+    size_t capacity = text->capacity < 64 ? 64 : 2 * text->capacity;
+    if (capacity < need)
+        capacity = need;
+    char *s = kmp_realloc(text->s, capacity, 1);
+    if (!s) {
+        text->failed = true;
+        return false;
+    }
+    text->s = s;
+    text->capacity = capacity;
+    return true;
+}
+
+void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments)
+{
+    va_list again;
+    va_copy(again, arguments);
+    int length = vsnprintf(NULL, 0, format, arguments);
+    if (length < 0)
+        text->failed = true;
+    if (reserve(text, (size_t)(length < 0 ? 0 : length))) {
+        vsnprintf(text->s + text->length, (size_t)length + 1, format, again);
+        text->length += (size_t)length;
+    }
+    va_end(again);
+}
+
+void kmp_text_printf(kmp_text *text, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(text, format, arguments);
+    va_end(arguments);
+}
+
+void kmp_text_put(kmp_text *text, const char *s)
+{
+    size_t length = strlen(s);
+    if (!reserve(text, length))
+        return;
+    memcpy(text->s + text->length, s, length + 1);
+    text->length += length;
+}
+
+void kmp_text_quote(kmp_text *text, const char *s)
+{
+    kmp_text_put(text, "\"");
+    for (; *s; s++) {
+        unsigned char c = (unsigned char)*s;
+        if (c == '"' || c == '\\')
+            kmp_text_printf(text, "\\%c", c);
+        else if (c < 0x20 || c == 0x7f)
+            kmp_text_printf(text, "\\u%04x", c);
+        else
+            kmp_text_printf(text, "%c", c);
+    }
+    kmp_text_put(text, "\"");
+}
+
+/* Writes '.' where the locale has its own decimal point. */
+static void use_point(char *digits)
+{
+    const char *point = localeconv()->decimal_point;
+    char *at = strcmp(point, ".") != 0 ? strstr(digits, point) : NULL;
+    if (!at)
+        return;
+    size_t length = strlen(point);
+    *at = '.';
+    memmove(at + 1, at + length, strlen(at + length) + 1);
+}
+
+void kmp_text_number(kmp_text *text, double x)
+{
+    char digits[64];
+    if (!isfinite(x)) {
+        kmp_text_put(text, "null");
+        return;
+    }
+    for (int precision = 15; precision <= 17; precision++) {
+        snprintf(digits, sizeof digits, "%.*g", precision, x);
+        double back = strtod(digits, NULL);
+        if (!(back < x || back > x))
+            break;
+    }
+    use_point(digits);
+    kmp_text_put(text, digits);
+}
+
+static size_t count_digits(const char *s)
+{
+    return strspn(s, "0123456789");
+}
+
+/* Length of the plain number at s. */
+static size_t scan_number(const char *s)
+{
+    size_t length = count_digits(s), digits = length;
+    if (s[length] == '.') {
+        size_t fraction = count_digits(s + length + 1);
+        digits += fraction;
+        length += 1 + fraction;
+    }
+    if (digits == 0)
+        return 0;
+    if (s[length] == 'e' || s[length] == 'E') {
+        size_t sign = s[length + 1] == '+' || s[length + 1] == '-';
+        size_t exponent = count_digits(s + length + 1 + sign);
+        if (exponent > 0)
+            length += 1 + sign + exponent;
+    }
+    return length;
+}
+
+size_t kmp_text_to_number(const char *s, double *value)
+{
+    char digits[256];
+    const char *point = localeconv()->decimal_point;
+    size_t length = scan_number(s), n = 0;
+    if (length == 0 || length + strlen(point) >= sizeof digits)
+        return 0;
+    for (size_t i = 0; i < length; i++) {
+        if (s[i] != '.') {
+            digits[n++] = s[i];
+            continue;
+        }
+        memcpy(digits + n, point, strlen(point));
+        n += strlen(point);
+    }
+    digits[n] = '\0';
+    *value = strtod(digits, NULL);
+    return length;
+}
+
+char *kmp_text_take(kmp_text *text)
+{
+    char *s = reserve(text, 0) ? text->s : NULL;
+    if (s) {
+        s[text->length] = '\0';
+        *text = (kmp_text){0};
+    } else {
+        kmp_text_free(text);
+    }
+    return s;
+}
+
+void kmp_text_free(kmp_text *text)
+{
+    kmp_free(text->s);
+    *text = (kmp_text){0};
+}
+
+void kempe_text_free(char *text)
+{
+    kmp_free(text);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Growing text. Failure is sticky: after it every call is a no-op and kmp_text_take returns NULL. */
+#ifndef KMP_BASE_TEXT_H
+#define KMP_BASE_TEXT_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct kmp_text {
+    char *s;
+    size_t length, capacity;
+    bool failed;
+} kmp_text;
+
+void kmp_text_printf(kmp_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments) __attribute__((format(printf, 2, 0)));
+void kmp_text_put(kmp_text *text, const char *s);
+
+/** Appends `s` as a JSON string, quotes included. */
+void kmp_text_quote(kmp_text *text, const char *s);
+
+/** Appends with the shortest digits (up to 17) that read back to the same double; "null" when not finite. */
+void kmp_text_number(kmp_text *text, double x);
+
+/** Reads a plain number (digits, point, exponent; no sign, hex, inf or nan) at the beginning of `s`, whatever
+ *  the locale. Returns the characters read, 0 when there is no number. */
+size_t kmp_text_to_number(const char *s, double *value);
+
+/** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */
+char *kmp_text_take(kmp_text *text);
+void kmp_text_free(kmp_text *text);
+
+#endif

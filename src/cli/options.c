@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Option parsing. A new option is one row of `options`; help text, parser and suggestions follow from it.
+ * Accepted: --name value, --name=value, -o value, and `--` before a file name that begins with a dash. */
+#include "options.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum option_kind { OPTION_FLAG, OPTION_TEXT, OPTION_NUMBER } option_kind;
+
+typedef struct option {
+    unsigned commands;
+    const char *name;
+    char letter; /* short form, 0 for none */
+    option_kind kind;
+    size_t offset; /* of its value in cli_settings */
+    const char *value, *help;
+} option;
+
+#define AT(member) offsetof(cli_settings, member)
+
+static const option options[] = {
+    {CLI_SIMULATE, "road", 0, OPTION_TEXT, AT(run.road), "NAME", "reduced, dae or projected"},
+    {CLI_SIMULATE, "form", 0, OPTION_TEXT, AT(run.form), "NAME",
+     "form of the road's equations (reduced: carried, closed)"},
+    {CLI_SIMULATE, "integrator", 0, OPTION_TEXT, AT(run.integrator), "NAME", "dop853 or ida"},
+    {CLI_SIMULATE, "linear", 0, OPTION_TEXT, AT(run.linear), "NAME", "sparse solver of the dae road"},
+    {CLI_SIMULATE, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME", "what evaluates the equations"},
+    {CLI_SIMULATE, "rtol", 0, OPTION_NUMBER, AT(run.rtol), "X", "relative tolerance"},
+    {CLI_SIMULATE, "atol", 0, OPTION_NUMBER, AT(run.atol), "X", "absolute tolerance of an angle (default: rtol)"},
+    {CLI_SIMULATE, "t-end", 0, OPTION_NUMBER, AT(run.t_end), "T", "end of the run, s"},
+    {CLI_SIMULATE, "every", 0, OPTION_NUMBER, AT(run.every), "T", "time between rows of the table, s"},
+    {CLI_SIMULATE, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..", "independent coordinates to begin with"},
+    {CLI_SIMULATE, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV", "measure errors against this table"},
+    {CLI_SIMULATE, "output", 'o', OPTION_TEXT, AT(output), "CSV", "write the trajectory"},
+    {CLI_COMPARE, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..", "relative tolerances"},
+    {CLI_COMPARE, "roads", 0, OPTION_TEXT, AT(compare.roads), "NAME,..", "roads (default: all)"},
+    {CLI_COMPARE, "forms", 0, OPTION_TEXT, AT(compare.forms), "NAME,..", "forms (default: all)"},
+    {CLI_COMPARE, "integrators", 0, OPTION_TEXT, AT(compare.integrators), "NAME,..", "integrators (default: all)"},
+    {CLI_COMPARE, "reference", 0, OPTION_TEXT, AT(compare.reference), "CSV",
+     "reference (default: made from two roads)"},
+    {CLI_COMPARE, "t-end", 0, OPTION_NUMBER, AT(compare.t_end), "T", "end of every run, s"},
+    {CLI_COMPARE, "csv", 0, OPTION_TEXT, AT(csv), "FILE", "write the table as CSV"},
+    {CLI_SHOW, "model", 0, OPTION_FLAG, AT(show_model), NULL, "the model as Kempe understood it"},
+    {CLI_SHOW, "equations", 0, OPTION_FLAG, AT(show_equations), NULL, "M, C, h, J, jdqd as assignments"},
+    {CLI_SHOW, "program", 0, OPTION_FLAG, AT(show_program), NULL, "the staged program of the reduced road"},
+    {CLI_SHOW, "stats", 0, OPTION_FLAG, AT(show_stats), NULL, "operation counts"},
+    {CLI_ALL, "json", 0, OPTION_TEXT, AT(json), "PATH|-", "write one JSON object; - for stdout, instead of text"},
+    {CLI_ALL, "help", 'h', OPTION_FLAG, AT(help), NULL, "this text"},
+};
+
+enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
+
+/* Levenshtein distance, one row at a time. Words longer than WORD_MAX are never near. */
+static size_t distance(const char *a, const char *b)
+{
+    size_t row[WORD_MAX + 1], n = strlen(b);
+    if (strlen(a) > WORD_MAX || n > WORD_MAX)
+        return WORD_MAX;
+    for (size_t j = 0; j <= n; j++)
+        row[j] = j;
+    for (size_t i = 0; a[i]; i++) {
+        size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (size_t j = 0; j < n; j++) {
+            size_t change = diagonal + (a[i] != b[j]), drop = row[j + 1] + 1, insert = row[j] + 1;
+            diagonal = row[j + 1];
+            size_t best = change < drop ? change : drop;
+            row[j + 1] = best < insert ? best : insert;
+        }
+    }
+    return row[n];
+}
+
+const char *cli_nearest(const char *word, const char *const *words)
+{
+    const char *best = NULL;
+    size_t least = strlen(word) / 2 + 1; /* more than half of the word wrong is another word */
+    for (; *words; words++) {
+        size_t d = distance(word, *words);
+        if (d < least) {
+            least = d;
+            best = *words;
+        }
+    }
+    return best;
+}
+
+static bool complain_unknown(unsigned command, const char *command_name, const char *word)
+{
+    const char *names[OPTION_COUNT + 1];
+    int count = 0;
+    for (int k = 0; k < OPTION_COUNT; k++)
+        if (options[k].commands & command)
+            names[count++] = options[k].name;
+    names[count] = NULL;
+    const char *near = cli_nearest(word + strspn(word, "-"), names);
+    fprintf(stderr, "kempe: unknown option '%s'", word);
+    if (near)
+        fprintf(stderr, ", did you mean '--%s'?\n", near);
+    else
+        fprintf(stderr, "; 'kempe %s --help' lists the options\n", command_name);
+    return false;
+}
+
+static const option *find(unsigned command, const char *word, size_t length)
+{
+    for (const option *o = options; o < options + OPTION_COUNT; o++) {
+        if (!(o->commands & command))
+            continue;
+        if (length == 2 && o->letter && word[1] == o->letter)
+            return o;
+        if (length > 2 && strlen(o->name) == length - 2 && strncmp(word, "--", 2) == 0 &&
+            strncmp(word + 2, o->name, length - 2) == 0)
+            return o;
+    }
+    return NULL;
+}
+
+static bool store_number(const option *o, const char *text, double *value)
+{
+    char *end;
+    double x = strtod(text, &end);
+    if (end == text || *end || !isfinite(x) || x <= 0) {
+        fprintf(stderr, "kempe: --%s needs a positive number, not '%s'\n", o->name, text);
+        return false;
+    }
+    *value = x;
+    return true;
+}
+
+static bool store(const option *o, const char *text, cli_settings *settings)
+{
+    char *place = (char *)settings + o->offset;
+    if (o->kind == OPTION_NUMBER)
+        return store_number(o, text, (double *)(void *)place);
+    *(const char **)(void *)place = text;
+    return true;
+}
+
+/* One option at words[0]; returns how many words it took, 0 after a complaint. */
+static int read_option(unsigned command, const char *name, int count, char **words, cli_settings *settings)
+{
+    size_t length = strcspn(words[0], "=");
+    const option *o = find(command, words[0], length);
+    if (!o)
+        return complain_unknown(command, name, words[0]);
+    const char *attached = words[0][length] ? words[0] + length + 1 : NULL;
+    if (o->kind == OPTION_FLAG) {
+        if (attached) {
+            fprintf(stderr, "kempe: --%s takes no value\n", o->name);
+            return 0;
+        }
+        *(bool *)((char *)settings + o->offset) = true;
+        return 1;
+    }
+    if (!attached && count < 2) {
+        fprintf(stderr, "kempe: --%s needs a value: %s\n", o->name, o->value);
+        return 0;
+    }
+    return store(o, attached ? attached : words[1], settings) ? 2 - (attached != NULL) : 0;
+}
+
+static bool read_file_name(const char *word, cli_settings *settings)
+{
+    if (settings->file) {
+        fprintf(stderr, "kempe: one model file at a time: '%s' and '%s' are given\n", settings->file, word);
+        return false;
+    }
+    settings->file = word;
+    return true;
+}
+
+bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
+{
+    *settings = (cli_settings){.run = kempe_run_default(), .compare = kempe_compare_run_default()};
+    bool names_only = false;
+    for (int k = 0; k < count;) {
+        if (!names_only && strcmp(words[k], "--") == 0) {
+            names_only = true;
+            k++;
+        } else if (!names_only && words[k][0] == '-' && words[k][1]) {
+            int taken = read_option(command, command_name, count - k, words + k, settings);
+            if (taken == 0)
+                return false;
+            k += taken;
+        } else if (!read_file_name(words[k++], settings)) {
+            return false;
+        }
+    }
+    if (!settings->file && !settings->help) {
+        fprintf(stderr, "kempe: which model? 'kempe %s FILE'\n", command_name);
+        return false;
+    }
+    return true;
+}
+
+void cli_options_print(unsigned command, FILE *out)
+{
+    for (const option *o = options; o < options + OPTION_COUNT; o++) {
+        if (!(o->commands & command))
+            continue;
+        char left[40];
+        snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
+        if (o->letter)
+            fprintf(out, "  -%c, %-21s%s\n", o->letter, left, o->help);
+        else
+            fprintf(out, "      %-21s%s\n", left, o->help);
+    }
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The options of all commands: one table, one parser, one settings struct. */
+#ifndef KEMPE_CLI_OPTIONS_H
+#define KEMPE_CLI_OPTIONS_H
+
+#include <kempe/kempe.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+/* Commands as bits, so that a row of the option table says whose option it is. */
+enum { CLI_CHECK = 1, CLI_ASSEMBLE = 2, CLI_SIMULATE = 4, CLI_COMPARE = 8, CLI_SHOW = 16, CLI_ALL = 31 };
+
+/* What the user asked for. Texts point into argv; NULL and 0 mean not given. */
+typedef struct cli_settings {
+    const char *file;
+    const char *json, *output, *csv;
+    kempe_run run;
+    kempe_compare_run compare;
+    bool show_model, show_equations, show_program, show_stats;
+    bool help;
+} cli_settings;
+
+/** Reads the words after the command's name. False after a complaint on stderr. */
+bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings);
+
+/** The options of one command, one a line. */
+void cli_options_print(unsigned command, FILE *out);
+
+/** The word of `words` (NULL ends it) that is nearest to `word`, NULL when none is near. */
+const char *cli_nearest(const char *word, const char *const *words);
+
+#endif

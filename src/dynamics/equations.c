@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Derives the sets in the order in which they share: closures, mass, bias, residual, the rest. */
+#include "dynamics/equations.h"
+#include "base/memory.h"
+#include "constraints/kinds/kind.h"
+#include "dynamics/forces.h"
+#include "symbolic/derivative.h"
+
+/* -- closures ---------------------------------------------------------------------------------------- */
+
+/* A row without coordinates: 0 = 0 is dropped, anything else can never be met. */
+static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
+{
+    double gap = 0;
+    if (h == KMP_ZERO)
+        return KEMPE_OK;
+    (void)kmp_is_const(eq->graph, h, &gap);
+    return kmp_complain(eq->context, eq->model->file, closure->place.line, closure->place.column,
+                        "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
+                        "move one of its points",
+                        closure->name, "xyz???"[component], gap);
+}
+
+static kempe_status derive_rows(kmp_equations *eq)
+{
+    const kempe_model *model = eq->model;
+    kempe_status status = KEMPE_OK;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+        kmp_ref h[KMP_KIND_MAX_ROWS];
+        int frame, kept = 0;
+        if (!kind)
+            return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
+        kind->residual(&eq->tree, closure, h, &frame);
+        for (int k = 0; k < kind->rows; k++) {
+            if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
+                eq->h[eq->m] = h[k];
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, kind->length_power};
+            } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
+                status = KEMPE_E_INPUT;
+            }
+        }
+    }
+    return status;
+}
+
+kempe_status kmp_equations_partial(kmp_equations *eq, kmp_input_kind kind, int k, int count, const kmp_ref *of,
+                                   kmp_ref *out)
+{
+    kmp_ref leaf = kmp_input(eq->graph, kind, (uint32_t)k), one = KMP_ONE;
+    kmp_derivative *d = kmp_derivative_new(eq->graph, 1, &leaf, &one);
+    if (!d)
+        return kmp_fail_memory(eq->context);
+    for (int i = 0; i < count; i++)
+        out[i] = kmp_derivative_of(d, of[i]);
+    kmp_derivative_free(d);
+    return KEMPE_OK;
+}
+
+static kempe_status derive_jacobian(kmp_equations *eq)
+{
+    kmp_ref *column = KMP_NEW(kmp_ref, eq->m);
+    kempe_status status = column ? KEMPE_OK : kmp_fail_memory(eq->context);
+    for (int k = 0; k < eq->n && status == KEMPE_OK; k++) {
+        status = kmp_equations_partial(eq, KMP_IN_Q, k, eq->m, eq->h, column);
+        for (int r = 0; r < eq->m; r++)
+            eq->jacobian[r * eq->n + k] = column[r];
+    }
+    if (status == KEMPE_OK)
+        status = kmp_equations_partial(eq, KMP_IN_TIME, 0, eq->m, eq->h, eq->h_t);
+    kmp_free(column);
+    return status;
+}
+
+/* hdot = J qd + h_t and gamma = its derivative at constant qd. */
+static kempe_status derive_rates(kmp_equations *eq, bool second)
+{
+    kmp_derivative *first = kmp_time_derivative(&eq->tree);
+    kempe_status status = first ? KEMPE_OK : kmp_fail_memory(eq->context);
+    for (int r = 0; first && r < eq->m; r++)
+        eq->hdot[r] = kmp_derivative_of(first, eq->h[r]);
+    kmp_derivative_free(first);
+    if (status != KEMPE_OK || !second)
+        return status;
+    kmp_derivative *again = kmp_time_derivative(&eq->tree);
+    for (int r = 0; again && r < eq->m; r++)
+        eq->jdqd[r] = kmp_derivative_of(again, eq->hdot[r]);
+    kmp_derivative_free(again);
+    return again ? KEMPE_OK : kmp_fail_memory(eq->context);
+}
+
+/* (J' x)_k for the multipliers of one kind. */
+static void jacobian_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out)
+{
+    for (int k = 0; k < eq->n; k++) {
+        out[k] = KMP_ZERO;
+        for (int r = 0; r < eq->m; r++) {
+            kmp_ref x = kmp_input(eq->graph, kind, (uint32_t)r);
+            out[k] = kmp_add(eq->graph, out[k], kmp_mul(eq->graph, eq->jacobian[r * eq->n + k], x));
+        }
+    }
+}
+
+/* -- dynamics ---------------------------------------------------------------------------------------- */
+
+/* Newton/Euler with given accelerations, less the efforts. */
+static kempe_status derive_efforts(kmp_equations *eq, const kmp_forces *forces, const kmp_ref *qdd, kmp_ref *out)
+{
+    if (!kmp_newton_euler(&eq->tree, qdd, forces->applied, out))
+        return kmp_fail_memory(eq->context);
+    for (int k = 0; k < eq->n; k++)
+        out[k] = kmp_sub(eq->graph, out[k], forces->effort[k]);
+    return KEMPE_OK;
+}
+
+static kempe_status derive_bias(kmp_equations *eq, const kmp_forces *forces)
+{
+    kmp_ref *qdd = KMP_NEW(kmp_ref, eq->n);
+    kempe_status status = qdd ? derive_efforts(eq, forces, qdd, eq->bias) : kmp_fail_memory(eq->context);
+    kmp_free(qdd);
+    return status;
+}
+
+static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
+{
+    kmp_ref *qdd = KMP_NEW(kmp_ref, eq->n);
+    kempe_status status = KEMPE_E_MEMORY;
+    if (qdd) {
+        for (int k = 0; k < eq->n; k++)
+            qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+        status = derive_efforts(eq, forces, qdd, eq->residual);
+        jacobian_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
+        for (int k = 0; k < eq->n; k++)
+            eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
+        jacobian_transposed(eq, KMP_IN_MU, eq->jt_mu);
+    }
+    kmp_free(qdd);
+    return status;
+}
+
+/* -- what the scene shows ---------------------------------------------------------------------------- */
+
+static void derive_reactions(kmp_equations *eq)
+{
+    for (int c = 0; c < eq->model->closure_count; c++) {
+        const kmp_closure *closure = &eq->model->closures[c];
+        kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+        for (int r = 0; r < eq->m; r++)
+            if (eq->rows[r].closure == c)
+                lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
+        kmp_vec f = kmp_closure_kind_find(closure->kind)->reaction(&eq->tree, closure, lambda);
+        for (int k = 0; k < 3; k++)
+            eq->reaction[3 * c + k] = f.x[k];
+    }
+}
+
+static void derive_positions(kmp_equations *eq)
+{
+    for (int o = 0; o < eq->model->output_count; o++) {
+        if (eq->model->outputs[o].kind != KMP_OUTPUT_POSITION)
+            continue;
+        kmp_vec x = kmp_point_position(&eq->tree, eq->model->outputs[o].index, 0);
+        for (int k = 0; k < 3; k++)
+            eq->position[3 * eq->position_count + k] = x.x[k];
+        eq->position_count++;
+    }
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+static bool allocate(kmp_equations *eq)
+{
+    const kempe_model *model = eq->model;
+    int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
+    eq->rows = KMP_NEW(kmp_row, rows);
+    eq->mass = KMP_NEW(kmp_ref, n * n);
+    eq->bias = KMP_NEW(kmp_ref, n);
+    eq->h = KMP_NEW(kmp_ref, rows);
+    eq->h_t = KMP_NEW(kmp_ref, rows);
+    eq->jacobian = KMP_NEW(kmp_ref, rows * n);
+    eq->jdqd = KMP_NEW(kmp_ref, rows);
+    eq->residual = KMP_NEW(kmp_ref, n);
+    eq->jt_mu = KMP_NEW(kmp_ref, n);
+    eq->hdot = KMP_NEW(kmp_ref, rows);
+    eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
+    eq->position = KMP_NEW(kmp_ref, 3 * model->output_count);
+    return eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
+           eq->jt_mu && eq->hdot && eq->reaction && eq->position;
+}
+
+static kempe_status derive_closures(kmp_equations *eq, unsigned sets)
+{
+    const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION;
+    if (!(sets & needing))
+        return KEMPE_OK;
+    kempe_status status = derive_rows(eq);
+    if (status == KEMPE_OK && sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
+        status = derive_jacobian(eq);
+    if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))
+        status = derive_rates(eq, sets & KMP_SET_JDQD);
+    if (status == KEMPE_OK && sets & KMP_SET_REACTION)
+        derive_reactions(eq);
+    return status;
+}
+
+static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme scheme)
+{
+    kempe_status status = KEMPE_OK;
+    kmp_forces forces;
+    kmp_mass_scheme *mass = scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
+    if (sets & KMP_SET_MASS && !mass(&eq->tree, eq->mass))
+        return kmp_fail_memory(eq->context);
+    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_ENERGY)))
+        return KEMPE_OK;
+    if (!kmp_forces_init(&forces, &eq->tree, sets & KMP_SET_ENERGY))
+        return kmp_fail_memory(eq->context);
+    if (sets & KMP_SET_BIAS)
+        status = derive_bias(eq, &forces);
+    if (status == KEMPE_OK && sets & KMP_SET_RESIDUAL)
+        status = derive_residual(eq, &forces);
+    eq->potential = forces.potential;
+    eq->power = forces.power;
+    kmp_forces_free(&forces);
+    return status;
+}
+
+kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                bool keep_parameters)
+{
+    *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
+    eq->graph = kmp_graph_new();
+    kempe_status status = KEMPE_OK;
+    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, keep_parameters))
+        status = kmp_fail_memory(eq->context);
+    if (status == KEMPE_OK)
+        status = derive_closures(eq, sets);
+    if (status == KEMPE_OK)
+        status = derive_dynamics(eq, sets, scheme);
+    if (status == KEMPE_OK && sets & KMP_SET_OUTPUT)
+        derive_positions(eq);
+    if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
+        status = kmp_fail_memory(eq->context);
+    if (status != KEMPE_OK)
+        kmp_equations_free(eq);
+    return status;
+}
+
+void kmp_equations_free(kmp_equations *eq)
+{
+    kmp_tree_free(&eq->tree);
+    kmp_graph_free(eq->graph);
+    kmp_free(eq->rows);
+    kmp_free(eq->mass);
+    kmp_free(eq->bias);
+    kmp_free(eq->h);
+    kmp_free(eq->h_t);
+    kmp_free(eq->jacobian);
+    kmp_free(eq->jdqd);
+    kmp_free(eq->residual);
+    kmp_free(eq->jt_mu);
+    kmp_free(eq->hdot);
+    kmp_free(eq->reaction);
+    kmp_free(eq->position);
+    *eq = (kmp_equations){0};
+}

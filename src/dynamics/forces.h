@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Force elements as applied wrenches on links, efforts on joints, and their energy. */
+#ifndef KMP_DYNAMICS_FORCES_H
+#define KMP_DYNAMICS_FORCES_H
+
+#include "dynamics/newton_euler.h"
+
+typedef struct kmp_forces {
+    kmp_wrench *applied; /* a link: force and moment about its origin, its axes */
+    kmp_ref *effort;     /* a motion */
+    kmp_ref potential;   /* of gravity, springs and constant efforts, J */
+    kmp_ref power;       /* of everything else, W: zero when the model is conservative */
+} kmp_forces;
+
+/** All force elements of the model. With `energy` potential and power are derived too. false: no memory. */
+bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, bool energy);
+void kmp_forces_free(kmp_forces *forces);
+
+/** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory. */
+struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
+
+#endif

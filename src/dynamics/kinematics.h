@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The tree of links: one link a motion, as the paper's bodies (Fisette and Samin 1996, Fig. 2: body i carried by body
+ * h through a joint of one degree of freedom). Intermediate links of a joint with several motions are massless.
+ *
+ * Link axes are chosen so that every motion is about or along a coordinate axis: an oblique axis costs one constant
+ * rotation. Link 0 is the ground. */
+#ifndef KMP_DYNAMICS_KINEMATICS_H
+#define KMP_DYNAMICS_KINEMATICS_H
+
+#include "dynamics/vector.h"
+#include "model/model.h"
+
+typedef struct kmp_link {
+    int parent; /* link; -1 for the ground */
+    int body;   /* the body that it carries, -1 for an intermediate link */
+    bool rotation;
+    int axis;       /* 0, 1, 2 of the link's axes */
+    kmp_ref q, qd;  /* of the motion, signed when the axis is a negative coordinate axis */
+    bool reversed;  /* the sign */
+    bool turned;    /* g is not the identity */
+    double g[3][3]; /* v_parent = g v_link at q = 0 */
+    double a[3][3]; /* v_model = a v_link: axes of the model's body at hand */
+    kmp_vec p;      /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
+    kmp_ref mass;
+    kmp_vec com;        /* l^i, link axes */
+    kmp_tensor inertia; /* I^i about the com, link axes */
+} kmp_link;
+
+typedef struct kmp_tree {
+    kmp_graph *graph;
+    const kempe_model *model;
+    bool keep_parameters;
+    int count; /* links, ground included: motion k is link k + 1 */
+    kmp_link *links;
+    int *body_link; /* last link of each body */
+    kmp_vec gravity;
+} kmp_tree;
+
+/** Builds the links. With keep_parameters the parameters stay symbols; zeros of the data are zeros of the equations
+ *  either way. false: no memory. */
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool keep_parameters);
+void kmp_tree_free(kmp_tree *tree);
+
+/** A number of the model as a node: a constant, or its expression over parameters. */
+kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number);
+kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
+
+/** An expression of the model language over q, qd, t and parameters as a node. */
+kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
+
+/** Components of v in the parent's axes, from link i's, and back. */
+kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v);
+kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v);
+
+/** The displacement of a translation along its axis, link axes; zero for a rotation (z^i of the paper). */
+kmp_vec kmp_link_slide(const kmp_tree *tree, int i);
+
+/** v of model axes of the body on link i, in link axes. */
+kmp_vec kmp_link_from_model(const kmp_tree *tree, int i, kmp_vec v);
+
+/** Nearest common ancestor of two links. */
+int kmp_tree_common(const kmp_tree *tree, int i, int j);
+
+/** True when link a is an ancestor of link i or i itself. */
+bool kmp_tree_is_above(const kmp_tree *tree, int a, int i);
+
+/** Link that a point of the model is fixed to. */
+int kmp_point_link(const kmp_tree *tree, int point);
+
+/** A point's position from the link's origin, link axes. */
+kmp_vec kmp_point_local(const kmp_tree *tree, int point);
+
+/** A point's position from the origin of its ancestor link, in that link's axes. */
+kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor);
+
+/** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
+kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);
+
+#endif

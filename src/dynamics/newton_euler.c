@@ -1,0 +1,316 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* All quantities of link i are in its own axes. p_z^{hi} is the joint's offset p plus, for a translation, its slide.
+ * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
+#include "dynamics/newton_euler.h"
+#include "base/memory.h"
+#include "symbolic/rotation.h"
+
+/* Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13) and alpha = acceleration - g (10). */
+typedef struct motion {
+    kmp_vec w, wd, alpha;
+    kmp_ref beta[3][3];
+} motion;
+
+/* (13) */
+static void set_beta(kmp_graph *g, motion *m)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        kmp_ref wj = m->w.x[j], wk = m->w.x[k];
+        m->beta[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+        kmp_ref ww = kmp_mul(g, m->w.x[i], wj);
+        m->beta[i][j] = kmp_sub(g, ww, m->wd.x[k]);
+        m->beta[j][i] = kmp_add(g, ww, m->wd.x[k]);
+    }
+}
+
+static kmp_vec apply_beta(kmp_graph *g, const motion *m, kmp_vec v)
+{
+    kmp_vec r = kmp_vec_zero();
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, m->beta[i][j], v.x[j]));
+    return r;
+}
+
+static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
+{
+    return link->reversed ? kmp_neg(r) : r;
+}
+
+/* Recursion (11)-(14) from link h to i. */
+static void forward(const kmp_tree *tree, int i, kmp_ref qdd, motion *m)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    const motion *h = &m[link->parent];
+    motion *mi = &m[i];
+    kmp_ref acceleration = signed_for(link, qdd);
+    kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
+    mi->w = kmp_link_to_child(tree, i, h->w);
+    mi->wd = kmp_link_to_child(tree, i, h->wd);
+    mi->alpha = kmp_link_to_child(tree, i, kmp_vec_add(g, h->alpha, apply_beta(g, h, link->p)));
+    if (link->rotation) {
+        mi->w = kmp_vec_add(g, mi->w, rate);                            /* (11) */
+        mi->wd = kmp_vec_add(g, mi->wd, kmp_vec_cross(g, mi->w, rate)); /* (12) */
+        mi->wd.x[link->axis] = kmp_add(g, mi->wd.x[link->axis], acceleration);
+        set_beta(g, mi);
+        return;
+    }
+    set_beta(g, mi);
+    kmp_ref two = kmp_const(g, 2);
+    kmp_vec coriolis = kmp_vec_scale(g, two, kmp_vec_cross(g, mi->w, rate));
+    mi->alpha = kmp_vec_add(g, mi->alpha, apply_beta(g, mi, kmp_link_slide(tree, i))); /* (14) */
+    mi->alpha = kmp_vec_add(g, mi->alpha, coriolis);
+    mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
+}
+
+/* Own share of (25) and (27). */
+static void body_wrench(const kmp_tree *tree, int i, const motion *m, const kmp_wrench *applied, kmp_wrench *w)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_vec a = kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com));
+    kmp_vec f = kmp_vec_scale(g, link->mass, a);
+    kmp_vec spin = kmp_tensor_apply(g, link->inertia, m->w);
+    kmp_vec moment = kmp_vec_cross(g, link->com, f);
+    moment = kmp_vec_add(g, moment, kmp_tensor_apply(g, link->inertia, m->wd));
+    moment = kmp_vec_add(g, moment, kmp_vec_cross(g, m->w, spin));
+    w->force = kmp_vec_add(g, w->force, kmp_vec_sub(g, f, applied->force));
+    w->moment = kmp_vec_add(g, w->moment, kmp_vec_sub(g, moment, applied->moment));
+}
+
+/* Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
+static void pass_down(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent)
+{
+    kmp_graph *g = tree->graph;
+    w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, i), w.force));
+    kmp_vec force = kmp_link_to_parent(tree, i, w.force);
+    kmp_vec moment = kmp_link_to_parent(tree, i, w.moment);
+    moment = kmp_vec_add(g, moment, kmp_vec_cross(g, tree->links[i].p, force));
+    parent->force = kmp_vec_add(g, parent->force, force);
+    parent->moment = kmp_vec_add(g, parent->moment, moment);
+}
+
+/* (37), (38): the component along the joint's motion, signed like q. */
+static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
+{
+    return signed_for(link, link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis]);
+}
+
+bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
+{
+    motion *m = KMP_NEW(motion, tree->count);
+    kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
+    bool ok = m && w;
+    if (ok) {
+        m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
+        for (int i = 1; i < tree->count; i++)
+            forward(tree, i, qdd[i - 1], m);
+        for (int i = tree->count - 1; i > 0; i--) {
+            body_wrench(tree, i, &m[i], &applied[i], &w[i]);
+            effort[i - 1] = project(&tree->links[i], &w[i]);
+            pass_down(tree, i, w[i], &w[tree->links[i].parent]);
+        }
+    }
+    kmp_free(m);
+    kmp_free(w);
+    return ok && !kmp_graph_failed(tree->graph);
+}
+
+/* -- M by columns ------------------------------------------------------------------------------------ */
+
+/* (22), (23): what a unit acceleration of motion k - 1 does to link i. */
+typedef struct column {
+    kmp_vec o, a;
+} column;
+
+static column forward_column(const kmp_tree *tree, int i, int k, column h)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_ref unit = signed_for(link, KMP_ONE);
+    column c;
+    c.o = kmp_link_to_child(tree, i, h.o);
+    c.a = kmp_link_to_child(tree, i, kmp_vec_add(g, h.a, kmp_vec_cross(g, h.o, link->p)));
+    c.a = kmp_vec_add(g, c.a, kmp_vec_cross(g, c.o, kmp_link_slide(tree, i)));
+    if (i == k && link->rotation)
+        c.o = kmp_vec_add(g, c.o, kmp_vec_axis(unit, link->axis));
+    else if (i == k)
+        c.a = kmp_vec_add(g, c.a, kmp_vec_axis(unit, link->axis));
+    return c;
+}
+
+/* (34) and the body's own share of (35), (36). */
+static kmp_wrench column_wrench(const kmp_tree *tree, int i, column c)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_wrench w;
+    w.force = kmp_vec_scale(g, link->mass, kmp_vec_add(g, c.a, kmp_vec_cross(g, c.o, link->com)));
+    w.moment = kmp_vec_add(g, kmp_vec_cross(g, link->com, w.force), kmp_tensor_apply(g, link->inertia, c.o));
+    return w;
+}
+
+/* One column: forward through the subtree of k, backward with the sums of (35), (36), then on to the ancestors, whose
+ * entries M[k, h] are the same numbers as M[h, k]. */
+static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, kmp_ref *m)
+{
+    int n = tree->count - 1;
+    const column still = {kmp_vec_zero(), kmp_vec_zero()};
+    for (int i = k; i < tree->count; i++) {
+        w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+        if (kmp_tree_is_above(tree, k, i))
+            c[i] = forward_column(tree, i, k, i == k ? still : c[tree->links[i].parent]);
+    }
+    for (int i = tree->count - 1; i >= k; i--) {
+        if (!kmp_tree_is_above(tree, k, i))
+            continue;
+        kmp_wrench own = column_wrench(tree, i, c[i]);
+        w[i].force = kmp_vec_add(tree->graph, w[i].force, own.force);
+        w[i].moment = kmp_vec_add(tree->graph, w[i].moment, own.moment);
+        m[(i - 1) * n + k - 1] = project(&tree->links[i], &w[i]); /* (38) */
+        if (i > k)
+            pass_down(tree, i, w[i], &w[tree->links[i].parent]);
+    }
+}
+
+static void clear(kmp_ref *m, int count)
+{
+    for (int k = 0; k < count; k++)
+        m[k] = KMP_ZERO;
+}
+
+bool kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
+{
+    int n = tree->count - 1;
+    column *c = KMP_NEW(column, tree->count);
+    kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
+    clear(m, n * n);
+    for (int k = 1; c && w && k < tree->count; k++)
+        mass_column(tree, k, c, w, m);
+    bool ok = c && w && !kmp_graph_failed(tree->graph);
+    kmp_free(c);
+    kmp_free(w);
+    return ok;
+}
+
+/* -- M by composite bodies --------------------------------------------------------------------------- */
+
+/* Mass, first moment and second moment about the link's origin of a subtree as if frozen. */
+typedef struct composite {
+    kmp_ref mass;
+    kmp_vec moment;
+    kmp_tensor inertia;
+} composite;
+
+static composite own_composite(const kmp_tree *tree, int i)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    composite c;
+    c.mass = link->mass;
+    c.moment = kmp_vec_scale(g, link->mass, link->com);
+    c.inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, link->mass, link->com, link->com));
+    return c;
+}
+
+/* The same body about a point d before its origin: moments grow by what the mass and the first moment add. */
+static composite shifted(kmp_graph *g, composite c, kmp_vec d)
+{
+    if (kmp_vec_is_zero(d))
+        return c;
+    kmp_tensor cross = kmp_tensor_steiner(g, kmp_const(g, 2), d, c.moment);
+    c.inertia = kmp_tensor_add(g, c.inertia, kmp_tensor_add(g, cross, kmp_tensor_steiner(g, c.mass, d, d)));
+    c.moment = kmp_vec_add(g, c.moment, kmp_vec_scale(g, c.mass, d));
+    return c;
+}
+
+/* R T R' about axis k by `angle`: the two mixed entries turn as a pair; with w = s (xx - yy) + 2 c xy the others are
+ * xx - s w, yy + s w, c w - xy. */
+static kmp_tensor rotated(kmp_graph *g, int k, kmp_ref angle, kmp_tensor t)
+{
+    static const int mixed[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    int i = (k + 1) % 3, j = (k + 2) % 3;
+    kmp_vec pair = kmp_vec_zero();
+    pair.x[i] = t.x[mixed[k][i]];
+    pair.x[j] = t.x[mixed[k][j]];
+    kmp_ref s = kmp_sin(g, angle), c = kmp_cos(g, angle), xy = t.x[mixed[i][j]];
+    kmp_ref w = kmp_add(g, kmp_mul(g, s, kmp_sub(g, t.x[i], t.x[j])), kmp_mul(g, kmp_mul(g, kmp_const(g, 2), xy), c));
+    kmp_rotate(g, angle, &pair.x[i], &pair.x[j]);
+    t.x[mixed[k][i]] = pair.x[i];
+    t.x[mixed[k][j]] = pair.x[j];
+    t.x[i] = kmp_sub(g, t.x[i], kmp_mul(g, s, w));
+    t.x[j] = kmp_add(g, t.x[j], kmp_mul(g, s, w));
+    t.x[mixed[i][j]] = kmp_sub(g, kmp_mul(g, c, w), xy);
+    return t;
+}
+
+/* A constant rotation of a tensor, by its columns: g T g'. */
+static kmp_tensor turned(kmp_graph *g, double r[3][3], kmp_tensor t)
+{
+    static const int row[6] = {0, 1, 2, 0, 0, 1}, column_[6] = {0, 1, 2, 1, 2, 2};
+    kmp_tensor out;
+    for (int k = 0; k < 6; k++) {
+        kmp_vec e;
+        for (int j = 0; j < 3; j++)
+            e.x[j] = kmp_const(g, r[column_[k]][j]);
+        kmp_vec te = kmp_tensor_apply(g, t, e);
+        out.x[k] = KMP_ZERO;
+        for (int j = 0; j < 3; j++)
+            out.x[k] = kmp_add(g, out.x[k], kmp_mul(g, kmp_const(g, r[row[k]][j]), te.x[j]));
+    }
+    return out;
+}
+
+static void add_to_parent(const kmp_tree *tree, int i, composite c, composite *parent)
+{
+    kmp_graph *g = tree->graph;
+    kmp_link *link = &tree->links[i];
+    c = shifted(g, c, kmp_link_slide(tree, i));
+    c.moment = kmp_link_to_parent(tree, i, c.moment);
+    if (link->rotation)
+        c.inertia = rotated(g, link->axis, link->q, c.inertia);
+    if (link->turned)
+        c.inertia = turned(g, link->g, c.inertia);
+    c = shifted(g, c, link->p);
+    parent->mass = kmp_add(g, parent->mass, c.mass);
+    parent->moment = kmp_vec_add(g, parent->moment, c.moment);
+    parent->inertia = kmp_tensor_add(g, parent->inertia, c.inertia);
+}
+
+/* The wrench about the origin that accelerates the composite body of link i along its own joint. */
+static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const composite *c)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_link *link = &tree->links[i];
+    kmp_vec e = kmp_vec_axis(signed_for(link, KMP_ONE), link->axis);
+    if (link->rotation)
+        return (kmp_wrench){kmp_vec_cross(g, e, c->moment), kmp_tensor_apply(g, c->inertia, e)};
+    return (kmp_wrench){kmp_vec_scale(g, c->mass, e), kmp_vec_cross(g, c->moment, e)};
+}
+
+bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
+{
+    int n = tree->count - 1;
+    composite *c = KMP_NEW(composite, tree->count);
+    clear(m, n * n);
+    for (int i = 1; c && i < tree->count; i++)
+        c[i] = own_composite(tree, i);
+    for (int i = tree->count - 1; c && i > 0; i--) {
+        kmp_wrench w = unit_wrench(tree, i, &c[i]);
+        m[(i - 1) * n + i - 1] = project(&tree->links[i], &w);
+        for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
+            kmp_wrench below = {kmp_vec_zero(), kmp_vec_zero()};
+            int h = tree->links[k].parent;
+            pass_down(tree, k, w, &below);
+            w = below;
+            m[(i - 1) * n + h - 1] = project(&tree->links[h], &w);
+        }
+        if (tree->links[i].parent > 0)
+            add_to_parent(tree, i, c[i], &c[tree->links[i].parent]);
+    }
+    bool ok = c && !kmp_graph_failed(tree->graph);
+    kmp_free(c);
+    return ok;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The recursive Newton/Euler scheme of Fisette and Samin 1996, implicit and semi-explicit. */
+#ifndef KMP_DYNAMICS_NEWTON_EULER_H
+#define KMP_DYNAMICS_NEWTON_EULER_H
+
+#include "dynamics/kinematics.h"
+
+/** An applied wrench on each link (F_ext and its moment about the link's origin, link axes). */
+typedef struct kmp_wrench {
+    kmp_vec force, moment;
+} kmp_wrench;
+
+/** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),
+ * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. false: no memory. */
+bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
+
+/** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */
+typedef bool kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
+
+/** Column by column as the paper: eqs. (22), (23), (34)-(36), (38). */
+kmp_mass_scheme kmp_mass_ner;
+
+/** With composite bodies: the sums over the subtree in (35), (36) made once. The same values from half the operations.
+ */
+kmp_mass_scheme kmp_mass_composite;
+
+#endif

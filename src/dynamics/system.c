@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From a model to the programs of the roads. */
+#include "dynamics/system.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values)
+{
+    *pattern = (kmp_pattern){.row = KMP_NEW(int, rows *cols), .col = KMP_NEW(int, rows *cols)};
+    if (!pattern->row || !pattern->col)
+        return false;
+    for (int i = 0; i < rows * cols; i++)
+        if (matrix[i] != KMP_ZERO) {
+            pattern->row[pattern->count] = i / cols;
+            pattern->col[pattern->count] = i % cols;
+            values[pattern->count++] = matrix[i];
+        }
+    return true;
+}
+
+void kmp_pattern_free(kmp_pattern *pattern)
+{
+    kmp_free(pattern->row);
+    kmp_free(pattern->col);
+    *pattern = (kmp_pattern){0};
+}
+
+/* -- scales ------------------------------------------------------------------------------------------ */
+
+static double norm3(const kmp_number v[3])
+{
+    return sqrt(v[0].value * v[0].value + v[1].value * v[1].value + v[2].value * v[2].value);
+}
+
+/* The largest lever of the mechanism: the offsets of joints and closure points in their bodies, start values of
+ * translations, lengths of rods; 1 m when nothing has a length. */
+static double characteristic_length(const kempe_model *model)
+{
+    double length = 0;
+    for (int b = 1; b < model->body_count; b++)
+        if (model->bodies[b].at >= 0 && model->bodies[b].parent > 0)
+            length = fmax(length, norm3(model->points[model->bodies[b].at].at));
+    for (int c = 0; c < model->closure_count; c++) {
+        length = fmax(length, model->closures[c].length.value);
+        for (int k = 0; k < 2; k++)
+            if (model->points[model->closures[c].point[k]].body > 0)
+                length = fmax(length, norm3(model->points[model->closures[c].point[k]].at));
+    }
+    for (int k = 0; length == 0 && k < model->motion_count; k++)
+        if (!model->motions[k].rotation)
+            length = fmax(length, fabs(model->start.q[k].value));
+    for (int b = 1; length == 0 && b < model->body_count; b++)
+        length = fmax(length, norm3(model->bodies[b].com));
+    return length > 0 ? length : 1;
+}
+
+static void set_scales(kempe_system *s)
+{
+    s->length = characteristic_length(s->model);
+    for (int k = 0; k < s->n; k++)
+        s->scale[k] = s->model->motions[k].rotation ? 1 : s->length;
+    for (int r = 0; r < s->m; r++)
+        s->row_scale[r] = pow(s->length, s->rows[r].length_power);
+    for (int k = 0; k < s->model->parameter_count; k++)
+        s->parameters[k] = s->model->parameters[k].number.value;
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+static bool program_of(kempe_system *s, kmp_equations *eq, int *count, kmp_ref *const out[3])
+{
+    if (!kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, out[0] + s->m) ||
+        !kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, out[1]))
+        return false;
+    memcpy(out[0], eq->h, (size_t)s->m * sizeof(kmp_ref));
+    count[0] = s->m + s->jacobian.count;
+    for (int r = 0; r < s->m; r++)
+        s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
+    if (s->rheonomic) {
+        memcpy(out[0] + count[0], eq->h_t, (size_t)s->m * sizeof(kmp_ref));
+        count[0] += s->m;
+    }
+    count[1] = s->mass.count;
+    memcpy(out[2], eq->bias, (size_t)s->n * sizeof(kmp_ref));
+    memcpy(out[2] + s->n, eq->jdqd, (size_t)s->m * sizeof(kmp_ref));
+    count[2] = s->n + s->m;
+    const kmp_ref *groups[3] = {out[0], out[1], out[2]};
+    s->motion = kmp_program_new(eq->graph, 3, count, groups);
+    return s->motion;
+}
+
+static bool make_motion(kempe_system *s, kmp_equations *eq)
+{
+    int count[3];
+    kmp_ref *out[3] = {KMP_NEW(kmp_ref, s->m * (s->n + 2)), KMP_NEW(kmp_ref, s->n * s->n),
+                       KMP_NEW(kmp_ref, s->n + s->m)};
+    bool ok = out[0] && out[1] && out[2] && program_of(s, eq, count, out);
+    for (int k = 0; k < 3; k++)
+        kmp_free(out[k]);
+    return ok;
+}
+
+static bool make_judge(kempe_system *s, kmp_equations *eq)
+{
+    int count[4] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count};
+    const kmp_ref *groups[4] = {&eq->potential, &eq->power, eq->reaction, eq->position};
+    s->dissipative = eq->power != KMP_ZERO;
+    s->judge = kmp_program_new(eq->graph, 4, count, groups);
+    return s->judge;
+}
+
+/* -- the system -------------------------------------------------------------------------------------- */
+
+static bool name_rows(kempe_system *s)
+{
+    for (int r = 0; r < s->m; r++) {
+        kmp_text text = {0};
+        kmp_text_printf(&text, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
+        s->row_names[r] = kmp_text_take(&text);
+        if (!s->row_names[r])
+            return false;
+    }
+    return true;
+}
+
+static bool take_rows(kempe_system *s, const kmp_equations *eq)
+{
+    s->n = eq->n;
+    s->m = eq->m;
+    s->rows = KMP_NEW(kmp_row, s->m);
+    s->row_names = KMP_NEW(char *, s->m);
+    s->scale = KMP_NEW(double, s->n);
+    s->row_scale = KMP_NEW(double, s->m);
+    s->parameters = KMP_NEW(double, s->model->parameter_count);
+    if (!s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
+        return false;
+    memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
+    set_scales(s);
+    return name_rows(s);
+}
+
+static kempe_status derive(kempe_system *s)
+{
+    const unsigned motion = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD;
+    const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
+    kmp_equations eq;
+    kempe_status status = kmp_equations_init(&eq, s->model, motion, KMP_SCHEME_COMPOSITE, false);
+    if (status != KEMPE_OK)
+        return status;
+    bool ok = take_rows(s, &eq) && make_motion(s, &eq);
+    kmp_equations_free(&eq);
+    if (ok && (status = kmp_equations_init(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, false)) == KEMPE_OK) {
+        ok = make_judge(s, &eq);
+        kmp_equations_free(&eq);
+    }
+    return !ok ? kmp_fail_memory(s->context) : status;
+}
+
+kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
+{
+    clock_t begin = clock();
+    kmp_context_clear(model->context);
+    kempe_system *s = KMP_NEW(kempe_system, 1);
+    if (!s)
+        return kmp_fail_memory(model->context);
+    s->model = model;
+    s->context = model->context;
+    kempe_status status = derive(s);
+    if (status != KEMPE_OK) {
+        kempe_system_free(s);
+        return status;
+    }
+    s->build_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    *system = s;
+    return KEMPE_OK;
+}
+
+void kempe_system_free(kempe_system *s)
+{
+    if (!s)
+        return;
+    for (int r = 0; s->row_names && r < s->m; r++)
+        kmp_free(s->row_names[r]);
+    kmp_free(s->row_names);
+    kmp_free(s->rows);
+    kmp_pattern_free(&s->jacobian);
+    kmp_pattern_free(&s->mass);
+    kmp_program_free(s->motion);
+    kmp_program_free(s->judge);
+    kmp_free(s->scale);
+    kmp_free(s->row_scale);
+    kmp_free(s->parameters);
+    kmp_free(s);
+}
+
+int kempe_system_row_count(const kempe_system *system)
+{
+    return system->m;
+}
+
+const char *kempe_system_row_name(const kempe_system *system, int k)
+{
+    return k >= 0 && k < system->m ? system->row_names[k] : "";
+}

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The derived system: equations of motion of a model, their programs, and the scales that every numeric decision uses.
+ */
+#ifndef KMP_DYNAMICS_SYSTEM_H
+#define KMP_DYNAMICS_SYSTEM_H
+
+#include "dynamics/equations.h"
+#include "symbolic/program.h"
+
+/** Where the non-zeros of a matrix stand. */
+typedef struct kmp_pattern {
+    int count;
+    int *row, *col;
+} kmp_pattern;
+
+/** Collects the non-zero references of a rows x cols matrix (row-major); `values` receives them, count of them.
+ *  false: no memory. */
+bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values);
+void kmp_pattern_free(kmp_pattern *pattern);
+
+/* Stages of the motion program. */
+enum {
+    KMP_STAGE_PARAMETERS, /* once */
+    KMP_STAGE_CLOSURE,    /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic) */
+    KMP_STAGE_MASS,       /* t, q: M, lower triangle (mass.count) */
+    KMP_STAGE_BIAS        /* qd: C (n), jdqd (m) */
+};
+
+/* Stages of the judging program. */
+enum {
+    KMP_STAGE_POTENTIAL = 1, /* t, q: potential energy */
+    KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
+    KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
+    KMP_STAGE_POSITION       /* q: 3 a position output */
+};
+
+struct kempe_system {
+    const kempe_model *model;
+    kempe_context *context;
+    int n, m;
+    kmp_row *rows;
+    char **row_names;
+    kmp_pattern jacobian, mass;
+    bool rheonomic;   /* h depends on t */
+    bool dissipative; /* some force is not conservative */
+    kmp_program *motion, *judge;
+    double length;      /* characteristic length, m */
+    double *scale;      /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
+    double *row_scale;  /* m: size of a closure row */
+    double *parameters; /* values */
+    double build_s;     /* CPU time of deriving */
+};
+
+#endif

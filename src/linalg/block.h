@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A small sparse square matrix in block-triangular form (SuiteSparse BTF), each diagonal block dense: the
+ * loops of a mechanism are blocks of 2, 3 or 6. Analysed once for a pattern; refactored at every evaluation
+ * without allocation. */
+#ifndef KMP_LINALG_BLOCK_H
+#define KMP_LINALG_BLOCK_H
+
+typedef struct kmp_block kmp_block;
+
+/** n x n with nz entries (row[k], col[k]), no duplicates. NULL when there is no memory or the pattern is
+ *  structurally singular. */
+kmp_block *kmp_block_new(int n, int nz, const int *row, const int *col);
+void kmp_block_free(kmp_block *b);
+
+/** Numeric factors for the values of the same entries in the same order. Returns 0, or 1 + (the matrix column
+ *  at fault) when a diagonal block is singular. */
+int kmp_block_factor(kmp_block *b, const double *values);
+
+/** x <- A^-1 x, x <- A^-T x; x is n x m, leading dimension n. */
+void kmp_block_solve(const kmp_block *b, int m, double *x);
+void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
+
+/** Number of diagonal blocks; block k holds `*count` matrix columns, returned. */
+int kmp_block_count(const kmp_block *b);
+const int *kmp_block_columns(const kmp_block *b, int k, int *count);
+
+/** Of the last factorisation: the sign of det A (+1, -1), and the smallest over all blocks of
+ *  min |u_ii| / max |u_ii|, the pivots of the block. */
+int kmp_block_sign(const kmp_block *b);
+double kmp_block_quality(const kmp_block *b);
+
+/** The smallest absolute pivot of the last factorisation. */
+double kmp_block_smallest(const kmp_block *b);
+
+#endif

@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Dense factorisations of small column-major matrices. Hides the unrolled cases of order 1, 2, 3; larger ones
+ * are right-looking eliminations (Golub, Van Loan, Matrix Computations, 4th ed., sections 3.4 and 4.2). */
+#include "linalg/dense.h"
+
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+
+/* False for zero, infinity and NaN. */
+static int usable(double pivot)
+{
+    double size = fabs(pivot);
+    return size > 0.0 && size <= DBL_MAX;
+}
+
+static void swap(double *a, double *b)
+{
+    double t = *a;
+    *a = *b;
+    *b = t;
+}
+
+static void swap_int(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
+static void swap_rows(int n, double *a, int i, int k)
+{
+    for (int j = 0; j < n; j++)
+        swap(&a[i + j * n], &a[k + j * n]);
+}
+
+/* -- LU with partial pivoting ---------------------------------------------------------------------- */
+
+static int factor_2(double *a, int *pivot)
+{
+    int lower = fabs(a[1]) > fabs(a[0]);
+    pivot[0] = lower;
+    pivot[1] = 1;
+    if (lower) {
+        swap(&a[0], &a[1]);
+        swap(&a[2], &a[3]);
+    }
+    if (!usable(a[0]))
+        return 1;
+    a[1] /= a[0];
+    a[3] -= a[1] * a[2];
+    return usable(a[3]) ? 0 : 2;
+}
+
+static int factor_3(double *a, int *pivot)
+{
+    int p = fabs(a[1]) > fabs(a[0]);
+    if (fabs(a[2]) > fabs(a[p]))
+        p = 2;
+    if (p)
+        swap_rows(3, a, 0, p);
+    if (!usable(a[0]))
+        return 1;
+    a[1] /= a[0];
+    a[2] /= a[0];
+    a[4] -= a[1] * a[3];
+    a[5] -= a[2] * a[3];
+    a[7] -= a[1] * a[6];
+    a[8] -= a[2] * a[6];
+    int q = fabs(a[5]) > fabs(a[4]) ? 2 : 1;
+    if (q == 2)
+        swap_rows(3, a, 1, 2);
+    pivot[0] = p;
+    pivot[1] = q;
+    pivot[2] = 2;
+    if (!usable(a[4]))
+        return 2;
+    a[5] /= a[4];
+    a[8] -= a[5] * a[7];
+    return usable(a[8]) ? 0 : 3;
+}
+
+static int largest_below(int n, const double *column, int k)
+{
+    int p = k;
+    for (int i = k + 1; i < n; i++)
+        if (fabs(column[i]) > fabs(column[p]))
+            p = i;
+    return p;
+}
+
+static int factor_n(int n, double *a, int *pivot)
+{
+    for (int k = 0; k < n; k++) {
+        double *ak = a + (ptrdiff_t)k * n;
+        int p = pivot[k] = largest_below(n, ak, k);
+        if (p != k)
+            swap_rows(n, a, k, p);
+        if (!usable(ak[k]))
+            return k + 1;
+        for (int i = k + 1; i < n; i++)
+            ak[i] /= ak[k];
+        for (int j = k + 1; j < n; j++) {
+            double *restrict aj = a + (ptrdiff_t)j * n;
+            double f = aj[k];
+            for (int i = k + 1; i < n; i++)
+                aj[i] -= ak[i] * f;
+        }
+    }
+    return 0;
+}
+
+int kmp_lu_factor(int n, double *a, int *pivot)
+{
+    switch (n) {
+    case 1:
+        pivot[0] = 0;
+        return usable(a[0]) ? 0 : 1;
+    case 2:
+        return factor_2(a, pivot);
+    case 3:
+        return factor_3(a, pivot);
+    default:
+        return factor_n(n, a, pivot);
+    }
+}
+
+static void solve_2(const double *lu, const int *pivot, double *b)
+{
+    int p = pivot[0];
+    double b0 = b[p], b1 = b[1 - p] - lu[1] * b0;
+    b[1] = b1 / lu[3];
+    b[0] = (b0 - lu[2] * b[1]) / lu[0];
+}
+
+static void solve_n(int n, const double *lu, const int *pivot, double *b)
+{
+    for (int k = 0; k < n; k++)
+        if (pivot[k] != k)
+            swap(&b[k], &b[pivot[k]]);
+    for (int k = 0; k < n; k++) {
+        const double *l = lu + (ptrdiff_t)k * n;
+        for (int i = k + 1; i < n; i++)
+            b[i] -= l[i] * b[k];
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        const double *u = lu + (ptrdiff_t)k * n;
+        b[k] /= u[k];
+        for (int i = 0; i < k; i++)
+            b[i] -= u[i] * b[k];
+    }
+}
+
+void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, double *b)
+{
+    for (int j = 0; j < m; j++, b += n) {
+        if (n == 1)
+            b[0] /= lu[0];
+        else if (n == 2)
+            solve_2(lu, pivot, b);
+        else
+            solve_n(n, lu, pivot, b);
+    }
+}
+
+/* A' = U' L' P, so: forward with U', backward with L', exchanges in reverse. */
+static void solve_transposed(int n, const double *lu, const int *pivot, double *b)
+{
+    for (int k = 0; k < n; k++) {
+        const double *u = lu + (ptrdiff_t)k * n;
+        double s = b[k];
+        for (int i = 0; i < k; i++)
+            s -= u[i] * b[i];
+        b[k] = s / u[k];
+    }
+    for (int k = n - 2; k >= 0; k--) {
+        const double *l = lu + (ptrdiff_t)k * n;
+        double s = b[k];
+        for (int i = k + 1; i < n; i++)
+            s -= l[i] * b[i];
+        b[k] = s;
+    }
+    for (int k = n - 1; k >= 0; k--)
+        if (pivot[k] != k)
+            swap(&b[k], &b[pivot[k]]);
+}
+
+void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, double *b)
+{
+    for (int j = 0; j < m; j++)
+        solve_transposed(n, lu, pivot, b + (ptrdiff_t)j * n);
+}
+
+/* -- Cholesky -------------------------------------------------------------------------------------- */
+
+int kmp_cholesky_factor(int n, double *a)
+{
+    for (int k = 0; k < n; k++) {
+        double *ak = a + (ptrdiff_t)k * n;
+        if (!(ak[k] > 0.0 && ak[k] <= DBL_MAX))
+            return k + 1;
+        ak[k] = sqrt(ak[k]);
+        for (int i = k + 1; i < n; i++)
+            ak[i] /= ak[k];
+        for (int j = k + 1; j < n; j++) {
+            double *restrict aj = a + (ptrdiff_t)j * n;
+            double f = ak[j];
+            for (int i = j; i < n; i++)
+                aj[i] -= ak[i] * f;
+        }
+    }
+    return 0;
+}
+
+void kmp_cholesky_solve(int n, const double *l, double *b)
+{
+    for (int k = 0; k < n; k++) {
+        const double *lk = l + (ptrdiff_t)k * n;
+        b[k] /= lk[k];
+        for (int i = k + 1; i < n; i++)
+            b[i] -= lk[i] * b[k];
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        const double *lk = l + (ptrdiff_t)k * n;
+        double s = b[k];
+        for (int i = k + 1; i < n; i++)
+            s -= lk[i] * b[i];
+        b[k] = s / lk[k];
+    }
+}
+
+/* -- LU with complete pivoting --------------------------------------------------------------------- */
+
+typedef struct place {
+    int i, j; /* in the permuted matrix */
+} place;
+
+static int is_fixed(const int *fixed, int column)
+{
+    return fixed && fixed[column];
+}
+
+/* A free column before a fixed one, then the larger entry, then the smaller original column, then row. */
+static int better(place x, place y, int m, const double *a, const int *fixed, const int *r, const int *c)
+{
+    int x_fixed = is_fixed(fixed, c[x.j]), y_fixed = is_fixed(fixed, c[y.j]);
+    if (x_fixed != y_fixed)
+        return y_fixed;
+    double x_size = fabs(a[x.i + x.j * m]), y_size = fabs(a[y.i + y.j * m]);
+    if (x_size < y_size || x_size > y_size)
+        return x_size > y_size;
+    return c[x.j] != c[y.j] ? c[x.j] < c[y.j] : r[x.i] < r[y.i];
+}
+
+static place find_pivot(int m, int n, int k, const double *a, const int *fixed, const int *r, const int *c)
+{
+    place best = {k, k};
+    for (int j = k; j < n; j++)
+        for (int i = k; i < m; i++)
+            if (better((place){i, j}, best, m, a, fixed, r, c))
+                best = (place){i, j};
+    return best;
+}
+
+static void exchange(int m, int n, int k, place p, double *a, int *r, int *c)
+{
+    if (p.i != k) {
+        for (int j = 0; j < n; j++)
+            swap(&a[k + j * m], &a[p.i + j * m]);
+        swap_int(&r[k], &r[p.i]);
+    }
+    if (p.j != k) {
+        for (int i = 0; i < m; i++)
+            swap(&a[i + k * m], &a[i + p.j * m]);
+        swap_int(&c[k], &c[p.j]);
+    }
+}
+
+static void eliminate(int m, int n, int k, double *a)
+{
+    double *ak = a + (ptrdiff_t)k * m;
+    for (int i = k + 1; i < m; i++)
+        ak[i] /= ak[k];
+    for (int j = k + 1; j < n; j++) {
+        double *restrict aj = a + (ptrdiff_t)j * m;
+        double f = aj[k];
+        for (int i = k + 1; i < m; i++)
+            aj[i] -= ak[i] * f;
+    }
+}
+
+void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots)
+{
+    for (int i = 0; i < m; i++)
+        r[i] = i;
+    for (int j = 0; j < n; j++)
+        c[j] = j;
+    for (int k = 0; k < m && k < n; k++) {
+        exchange(m, n, k, find_pivot(m, n, k, a, fixed, r, c), a, r, c);
+        pivots[k] = fabs(a[k + k * m]);
+        if (usable(pivots[k]))
+            eliminate(m, n, k, a);
+    }
+}

@@ -1,0 +1,526 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Expressions: recursive descent, one function a rule of the grammar in docs/model_format.md. The first
+ * mistake ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in
+ * those who walk the tree. */
+#include "model/expression.h"
+#include "model/nearest.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_NESTING = 200, MOST_NODES = 4000, MOST_ARGUMENTS = 2 };
+
+typedef struct parser {
+    const kmp_expr_scope *scope;
+    const char *text, *at;
+    int depth, nodes;
+} parser;
+
+static const struct {
+    const char *name;
+    int arity;
+} functions[] = {
+#define KMP_FUNCTION(name, arity) {#name, arity},
+#include "model/functions.def"
+#undef KMP_FUNCTION
+};
+
+static const struct {
+    const char *name;
+    double factor, divisor;
+} units[] = {
+#define KMP_UNIT(name, factor, divisor) {#name, factor, divisor},
+#include "model/units.def"
+#undef KMP_UNIT
+};
+
+enum { UNITS = sizeof units / sizeof units[0] };
+
+static const kmp_expr *parse_sum(parser *p);
+static const kmp_expr *parse_factor(parser *p);
+
+/* -- words --------------------------------------------------------------------------------------- */
+
+static bool begins_word(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (c & 0x80);
+}
+
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+static void skip_space(parser *p)
+{
+    p->at += strspn(p->at, " \t\r\n");
+}
+
+static bool take(parser *p, char c)
+{
+    skip_space(p);
+    if (*p->at != c)
+        return false;
+    p->at++;
+    return true;
+}
+
+static size_t word_length(const char *s)
+{
+    size_t n = 0;
+    if (begins_word(s[0]))
+        while (begins_word(s[n]) || is_digit(s[n]))
+            n++;
+    return n;
+}
+
+/* A zero-ended copy of the n characters at p->at, which are passed. */
+static const char *copy_word(parser *p, size_t n)
+{
+    char *word = kmp_arena_alloc(p->scope->arena, n + 1, 1);
+    if (word)
+        memcpy(word, p->at, n);
+    p->at += n;
+    return word;
+}
+
+static int find_function(const char *name)
+{
+    for (int i = 0; i < (int)KMP_FUNCTION_COUNT; i++)
+        if (strcmp(functions[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+/* -- complaints ---------------------------------------------------------------------------------- */
+
+/* Columns count characters, so the later bytes of a UTF-8 sequence do not. */
+static int column_of(const parser *p, const char *where)
+{
+    int column = p->scope->column;
+    for (const char *s = p->text; s < where; s++)
+        column += ((unsigned char)*s & 0xc0) != 0x80;
+    return column;
+}
+
+static void say_at(const parser *p, const char *where, const kmp_text *sentence)
+{
+    const kmp_expr_scope *scope = p->scope;
+    bool failed = sentence->failed || scope->arena->failed;
+    if (!failed)
+        failed = kmp_complain(scope->context, scope->file, scope->line, column_of(p, where), "%s", sentence->s) ==
+                 KEMPE_E_MEMORY;
+    if (failed)
+        scope->arena->failed = true;
+}
+
+__attribute__((format(printf, 3, 4))) static const kmp_expr *complain(const parser *p, const char *where,
+                                                                      const char *format, ...)
+{
+    kmp_text sentence = {0};
+    va_list arguments;
+    va_start(arguments, format);
+    kmp_text_vprintf(&sentence, format, arguments);
+    va_end(arguments);
+    say_at(p, where, &sentence);
+    kmp_text_free(&sentence);
+    return NULL;
+}
+
+static const kmp_expr *complain_unknown(const parser *p, const char *where, const char *name, bool coordinate)
+{
+    const kmp_expr_scope *scope = p->scope;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "unknown %s '%s'", coordinate ? "coordinate" : "parameter", name);
+    if (scope->suggest)
+        scope->suggest(scope->user, name, coordinate, &sentence);
+    say_at(p, where, &sentence);
+    kmp_text_free(&sentence);
+    return NULL;
+}
+
+static const kmp_expr *complain_function(const parser *p, const char *where, const char *name)
+{
+    kmp_text sentence = {0};
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < (int)KMP_FUNCTION_COUNT; i++)
+        kmp_nearest_offer(&nearest, functions[i].name);
+    kmp_text_printf(&sentence, "unknown function '%s'", name);
+    kmp_nearest_suggest(&nearest, &sentence);
+    say_at(p, where, &sentence);
+    kmp_text_free(&sentence);
+    return NULL;
+}
+
+static const kmp_expr *complain_unit(const parser *p, const char *where, const char *name)
+{
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "an operator or a unit is wanted here, not '%s'; there are", name);
+    for (int i = 0; i < UNITS; i++)
+        kmp_text_printf(&sentence, "%s %s", i > 0 ? "," : "", units[i].name);
+    say_at(p, where, &sentence);
+    kmp_text_free(&sentence);
+    return NULL;
+}
+
+/* Bytes of the character at s, so that a complaint never cuts one. */
+static int character_size(const char *s)
+{
+    int n = 1;
+    while (((unsigned char)s[n] & 0xc0) == 0x80)
+        n++;
+    return n;
+}
+
+/* What stands at p->at is not what the grammar wants there. */
+static const kmp_expr *complain_wanted(parser *p, const char *wanted)
+{
+    skip_space(p);
+    if (*p->at == '\0')
+        return complain(p, p->at, "%s is wanted, but the expression ends", wanted);
+    size_t n = word_length(p->at);
+    int length = n > 0 ? (int)n : character_size(p->at);
+    return complain(p, p->at, "%s is wanted here, not '%.*s'", wanted, length, p->at);
+}
+
+/* -- nodes --------------------------------------------------------------------------------------- */
+
+static const kmp_expr *make(parser *p, kmp_expr expr)
+{
+    if (++p->nodes > MOST_NODES)
+        return complain(p, p->text, "the expression is too long: more than %d operations and operands", MOST_NODES);
+    kmp_expr *node = KMP_ARENA_NEW(p->scope->arena, kmp_expr, 1);
+    if (!node)
+        return NULL;
+    *node = expr;
+    return node;
+}
+
+static const kmp_expr *make_binary(parser *p, kmp_expr_kind kind, const kmp_expr *a, const kmp_expr *b)
+{
+    return a && b ? make(p, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
+}
+
+/* -- rules --------------------------------------------------------------------------------------- */
+
+/* q(NAME) and qd(NAME), from the opening parenthesis on. */
+static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_kind kind)
+{
+    const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
+    if (!p->scope->coordinate)
+        return complain(p, where, "%s is not allowed here: a constant is wanted", symbol);
+    if (!take(p, '('))
+        return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
+    skip_space(p);
+    const char *start = p->at;
+    size_t n = word_length(start);
+    if (n == 0)
+        return complain_wanted(p, "the name of a coordinate");
+    if (start[n] == '.' && is_digit(start[n + 1]))
+        for (n++; is_digit(start[n]);)
+            n++;
+    const char *name = copy_word(p, n);
+    int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
+    if (index < 0)
+        return complain_unknown(p, start, name ? name : "", true);
+    if (!take(p, ')'))
+        return complain_wanted(p, "')'");
+    return make(p, (kmp_expr){.kind = kind, .index = index});
+}
+
+static const kmp_expr *parse_call(parser *p, const char *where, const char *name)
+{
+    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL, NULL};
+    int count = 0, function = find_function(name);
+    if (function < 0)
+        return complain_function(p, where, name);
+    if (!take(p, '('))
+        return complain(p, where, "function '%s' wants its argument in parentheses", name);
+    if (!take(p, ')')) {
+        do {
+            const kmp_expr *argument = parse_sum(p);
+            if (!argument)
+                return NULL;
+            if (count < MOST_ARGUMENTS)
+                arguments[count] = argument;
+            count++;
+        } while (take(p, ','));
+        if (!take(p, ')'))
+            return complain_wanted(p, "an operator, ',' or ')'");
+    }
+    int arity = functions[function].arity;
+    if (count != arity)
+        return complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity, arity == 1 ? "" : "s",
+                        count);
+    return make(
+        p, (kmp_expr){.kind = KMP_EXPR_CALL, .function = (kmp_function)function, .a = arguments[0], .b = arguments[1]});
+}
+
+static const kmp_expr *parse_time(parser *p, const char *where)
+{
+    if (!p->scope->time)
+        return complain(p, where, "t is not allowed here: a constant is wanted");
+    return make(p, (kmp_expr){.kind = KMP_EXPR_TIME});
+}
+
+static const kmp_expr *parse_word(parser *p)
+{
+    const char *where = p->at;
+    const char *name = copy_word(p, word_length(p->at));
+    if (!name)
+        return NULL;
+    if (strcmp(name, "q") == 0)
+        return parse_coordinate(p, where, KMP_EXPR_Q);
+    if (strcmp(name, "qd") == 0)
+        return parse_coordinate(p, where, KMP_EXPR_QD);
+    if (strcmp(name, "t") == 0)
+        return parse_time(p, where);
+    if (strcmp(name, "pi") == 0)
+        return make(p, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
+    skip_space(p);
+    int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
+    if (index >= 0 && *p->at == '(')
+        return complain(p, where, "'%s' is a parameter, not a function", name);
+    if (index >= 0)
+        return make(p, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
+    if (*p->at == '(' || find_function(name) >= 0)
+        return parse_call(p, where, name);
+    return complain_unknown(p, where, name, false);
+}
+
+/* A number with the unit that may follow it: one literal. */
+static const kmp_expr *parse_unit(parser *p, double value)
+{
+    skip_space(p);
+    const char *where = p->at;
+    size_t length = word_length(where);
+    const char *name = length > 0 ? copy_word(p, length) : NULL;
+    if (length > 0 && !name)
+        return NULL;
+    for (int i = 0; name && i < UNITS; i++)
+        if (strcmp(units[i].name, name) == 0)
+            return make(p, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value * units[i].factor / units[i].divisor});
+    return name ? complain_unit(p, where, name) : make(p, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value});
+}
+
+static const kmp_expr *parse_primary(parser *p)
+{
+    double value = 0;
+    if (take(p, '(')) {
+        const kmp_expr *inner = parse_sum(p);
+        if (inner && !take(p, ')'))
+            return complain_wanted(p, "an operator or ')'");
+        return inner;
+    }
+    size_t n = kmp_text_to_number(p->at, &value);
+    if (n > 0) {
+        p->at += n;
+        return parse_unit(p, value);
+    }
+    if (begins_word(*p->at))
+        return parse_word(p);
+    return complain_wanted(p, "a number, a name or '('");
+}
+
+static const kmp_expr *parse_power(parser *p)
+{
+    const kmp_expr *base = parse_primary(p);
+    if (!base || !take(p, '^'))
+        return base;
+    skip_space(p);
+    const char *where = p->at;
+    const kmp_expr *exponent = parse_factor(p);
+    if (exponent && !kmp_expr_is_constant(exponent))
+        return complain(p, where, "an exponent must be constant: numbers and parameters");
+    return make_binary(p, KMP_EXPR_POW, base, exponent);
+}
+
+/* Every way to nest passes here. */
+static const kmp_expr *parse_factor(parser *p)
+{
+    const kmp_expr *factor;
+    skip_space(p);
+    if (p->depth >= MOST_NESTING)
+        return complain(p, p->at, "the expression is nested too deeply: more than %d levels", MOST_NESTING);
+    p->depth++;
+    if (take(p, '-')) {
+        const kmp_expr *a = parse_factor(p);
+        factor = a ? make(p, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
+    } else {
+        factor = parse_power(p);
+    }
+    p->depth--;
+    return factor;
+}
+
+static const kmp_expr *parse_product(parser *p)
+{
+    const kmp_expr *left = parse_factor(p);
+    while (left) {
+        if (take(p, '*'))
+            left = make_binary(p, KMP_EXPR_MUL, left, parse_factor(p));
+        else if (take(p, '/'))
+            left = make_binary(p, KMP_EXPR_DIV, left, parse_factor(p));
+        else
+            break;
+    }
+    return left;
+}
+
+static const kmp_expr *parse_sum(parser *p)
+{
+    const kmp_expr *left = parse_product(p);
+    while (left) {
+        if (take(p, '+'))
+            left = make_binary(p, KMP_EXPR_ADD, left, parse_product(p));
+        else if (take(p, '-'))
+            left = make_binary(p, KMP_EXPR_SUB, left, parse_product(p));
+        else
+            break;
+    }
+    return left;
+}
+
+const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
+{
+    parser p = {.scope = scope, .text = text, .at = text};
+    const kmp_expr *expr = parse_sum(&p);
+    skip_space(&p);
+    if (!expr || *p.at == '\0')
+        return expr;
+    return complain_wanted(&p, "an operator or the end");
+}
+
+/* -- meaning ------------------------------------------------------------------------------------- */
+
+static double call(kmp_function function, double a)
+{
+    switch (function) {
+#define KMP_FUNCTION(name, arity)                                                                                      \
+    case KMP_FUNCTION_##name:                                                                                          \
+        return name(a);
+#include "model/functions.def"
+#undef KMP_FUNCTION
+    case KMP_FUNCTION_COUNT:
+        break;
+    }
+    return NAN;
+}
+
+double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+{
+    double a = expr->a ? kmp_expr_value(expr->a, parameters) : 0;
+    double b = expr->b ? kmp_expr_value(expr->b, parameters) : 0;
+    switch (expr->kind) {
+    case KMP_EXPR_NUMBER:
+        return expr->value;
+    case KMP_EXPR_PARAMETER:
+        return parameters[expr->index];
+    case KMP_EXPR_NEG:
+        return -a;
+    case KMP_EXPR_ADD:
+        return a + b;
+    case KMP_EXPR_SUB:
+        return a - b;
+    case KMP_EXPR_MUL:
+        return a * b;
+    case KMP_EXPR_DIV:
+        return a / b;
+    case KMP_EXPR_POW:
+        return pow(a, b);
+    case KMP_EXPR_CALL:
+        return call(expr->function, a);
+    case KMP_EXPR_TIME:
+    case KMP_EXPR_Q:
+    case KMP_EXPR_QD:
+        break;
+    }
+    return NAN;
+}
+
+bool kmp_expr_is_constant(const kmp_expr *expr)
+{
+    if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD)
+        return false;
+    return (!expr->a || kmp_expr_is_constant(expr->a)) && (!expr->b || kmp_expr_is_constant(expr->b));
+}
+
+/* -- text ---------------------------------------------------------------------------------------- */
+
+/* How tightly a node binds: what binds less than its place asks for is put in parentheses. */
+enum { BIND_SUM = 1, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
+
+static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place);
+
+static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
+{
+    static const struct {
+        const char *sign;
+        int bind, left, right;
+    } operators[] = {
+        [KMP_EXPR_ADD] = {" + ", BIND_SUM, BIND_SUM, BIND_PRODUCT},
+        [KMP_EXPR_SUB] = {" - ", BIND_SUM, BIND_SUM, BIND_PRODUCT},
+        [KMP_EXPR_MUL] = {"*", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
+        [KMP_EXPR_DIV] = {"/", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
+        [KMP_EXPR_POW] = {"^", BIND_POWER, BIND_PRIMARY, BIND_NEGATIVE},
+    };
+    bool open = operators[expr->kind].bind < place;
+    kmp_text_put(text, open ? "(" : "");
+    print_within(text, expr->a, names, operators[expr->kind].left);
+    kmp_text_put(text, operators[expr->kind].sign);
+    print_within(text, expr->b, names, operators[expr->kind].right);
+    kmp_text_put(text, open ? ")" : "");
+}
+
+static void print_call(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
+{
+    kmp_text_printf(text, "%s(", functions[expr->function].name);
+    print_within(text, expr->a, names, BIND_SUM);
+    if (expr->b) {
+        kmp_text_put(text, ", ");
+        print_within(text, expr->b, names, BIND_SUM);
+    }
+    kmp_text_put(text, ")");
+}
+
+static void print_negative(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
+{
+    kmp_text_put(text, place > BIND_NEGATIVE ? "(-" : "-");
+    print_within(text, expr->a, names, BIND_NEGATIVE);
+    kmp_text_put(text, place > BIND_NEGATIVE ? ")" : "");
+}
+
+static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
+{
+    switch (expr->kind) {
+    case KMP_EXPR_NUMBER:
+        kmp_text_number(text, expr->value);
+        break;
+    case KMP_EXPR_PARAMETER:
+        kmp_text_put(text, names->parameter(names->user, expr->index));
+        break;
+    case KMP_EXPR_TIME:
+        kmp_text_put(text, "t");
+        break;
+    case KMP_EXPR_Q:
+        kmp_text_printf(text, "q(%s)", names->coordinate(names->user, expr->index));
+        break;
+    case KMP_EXPR_QD:
+        kmp_text_printf(text, "qd(%s)", names->coordinate(names->user, expr->index));
+        break;
+    case KMP_EXPR_NEG:
+        print_negative(text, expr, names, place);
+        break;
+    case KMP_EXPR_CALL:
+        print_call(text, expr, names);
+        break;
+    default:
+        print_binary(text, expr, names, place);
+    }
+}
+
+void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
+{
+    print_within(text, expr, names, BIND_SUM);
+}

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Expressions of the model language as trees: parsed once, evaluated as numbers (parameters only) or built
+ * into a graph by src/dynamics. Grammar: docs/model_format.md. */
+#ifndef KMP_MODEL_EXPRESSION_H
+#define KMP_MODEL_EXPRESSION_H
+
+#include "base/arena.h"
+#include "base/context.h"
+#include "base/text.h"
+
+typedef enum kmp_expr_kind {
+    KMP_EXPR_NUMBER,    /* value */
+    KMP_EXPR_PARAMETER, /* index of the parameter */
+    KMP_EXPR_TIME,      /* t */
+    KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
+    KMP_EXPR_QD,        /* index of the coordinate: qd(NAME) */
+    KMP_EXPR_NEG,       /* a */
+    KMP_EXPR_ADD,       /* a, b */
+    KMP_EXPR_SUB,
+    KMP_EXPR_MUL,
+    KMP_EXPR_DIV,
+    KMP_EXPR_POW, /* a ^ b; b must be a number or an expression of parameters */
+    KMP_EXPR_CALL /* function, a [, b] */
+} kmp_expr_kind;
+
+/* Functions of the language, one row each: name, arguments. Their meaning is in expression.c (numbers)
+ * and src/dynamics/expand.c (graph). */
+typedef enum kmp_function {
+#define KMP_FUNCTION(name, arity) KMP_FUNCTION_##name,
+#include "model/functions.def"
+#undef KMP_FUNCTION
+    KMP_FUNCTION_COUNT
+} kmp_function;
+
+typedef struct kmp_expr {
+    kmp_expr_kind kind;
+    kmp_function function;
+    int index;
+    double value;
+    const struct kmp_expr *a, *b;
+} kmp_expr;
+
+/** A number of the model: its value with the model's parameters, and the expression it came from (NULL for
+ *  a plain literal). */
+typedef struct kmp_number {
+    double value;
+    const kmp_expr *expr;
+} kmp_number;
+
+/** Where an expression stands in its file, and how its symbols are resolved. A NULL resolver, or -1 from
+ *  one, means that such a symbol is not known here. `suggest`, if not NULL, ends the sentence that says so
+ *  (with the nearest known name). */
+typedef struct kmp_expr_scope {
+    kempe_context *context;
+    kmp_arena *arena;
+    const char *file;
+    int line, column; /* of the expression's first character */
+    void *user;
+    int (*parameter)(void *user, const char *name);
+    int (*coordinate)(void *user, const char *name);
+    void (*suggest)(void *user, const char *name, bool coordinate, kmp_text *sentence);
+    bool time; /* t is allowed */
+} kmp_expr_scope;
+
+/** How the symbols of an expression are called. */
+typedef struct kmp_expr_names {
+    const void *user;
+    const char *(*parameter)(const void *user, int index);
+    const char *(*coordinate)(const void *user, int index);
+} kmp_expr_names;
+
+/** NULL after a complaint (with the column inside the expression), or when the arena has failed for want of
+ *  memory. */
+const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
+
+/** Value with the given parameter values; t, q and qd must not occur (NaN then). */
+double kmp_expr_value(const kmp_expr *expr, const double *parameters);
+
+/** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
+void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
+
+/** True when only numbers and parameters occur. */
+bool kmp_expr_is_constant(const kmp_expr *expr);
+
+#endif

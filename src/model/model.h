@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The model: what the user said, with every reference resolved and every number valued; frozen by the
+ * reader. Bodies form a tree (a parent precedes its children), body 0 is the ground. */
+#ifndef KMP_MODEL_MODEL_H
+#define KMP_MODEL_MODEL_H
+
+#include "base/arena.h"
+#include "model/expression.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+
+/** Where something stands in its file, for later complaints. */
+typedef struct kmp_place {
+    int line, column;
+} kmp_place;
+
+typedef struct kmp_parameter {
+    const char *name;
+    kmp_number number;
+} kmp_parameter;
+
+/** A point fixed to a body, in the body's axes, from the body's origin. */
+typedef struct kmp_point {
+    const char *name; /* without the body's name */
+    int body;
+    kmp_number at[3];
+} kmp_point;
+
+/** One elementary motion: a rotation about (or translation along) a unit axis fixed in the axes reached by
+ *  the motions before it. Motion k of the model has coordinate q[k]. */
+typedef struct kmp_motion {
+    const char *name; /* of the coordinate: `joint`, or `joint.1` ... when the joint has several */
+    int body;
+    bool rotation;
+    double axis[3];
+} kmp_motion;
+
+typedef struct kmp_body {
+    const char *name;
+    const char *joint; /* its joint's name */
+    kmp_place place;
+    int parent;                     /* body */
+    int at;                         /* point of the parent where the joint's chain begins, -1: its origin */
+    int first_motion, motion_count; /* its chain */
+    kmp_number mass;
+    kmp_number com[3];
+    kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
+} kmp_body;
+
+/** A loop closure between two points; `kind` is its row in constraints/kinds/kinds.def. */
+typedef struct kmp_closure {
+    const char *name;
+    const char *kind; /* "ball", "rod" */
+    kmp_place place;
+    int point[2];
+    kmp_number length; /* rod */
+} kmp_closure;
+
+typedef enum kmp_force_kind {
+    KMP_FORCE_JOINT, /* `effort` (N m or N) acts on `motion` */
+    KMP_FORCE_SPRING /* point to point: stiffness (L - free_length) + damping Ld, pulling the points together */
+} kmp_force_kind;
+
+typedef struct kmp_force {
+    const char *name;
+    kmp_force_kind kind;
+    kmp_place place;
+    int motion;
+    const kmp_expr *effort;
+    int point[2];
+    kmp_number stiffness, damping, free_length;
+} kmp_force;
+
+typedef struct kmp_start {
+    kmp_number *q, *qd; /* n each, 0 where not given */
+    bool *q_given, *qd_given;
+    bool *hold;
+} kmp_start;
+
+typedef enum kmp_output_kind {
+    KMP_OUTPUT_Q,
+    KMP_OUTPUT_QD,
+    KMP_OUTPUT_QDD,
+    KMP_OUTPUT_LAMBDA,  /* index: closure, -1 for all */
+    KMP_OUTPUT_POSITION /* index: point; ground axes, from the ground's origin */
+} kmp_output_kind;
+
+typedef struct kmp_output {
+    kmp_output_kind kind;
+    int index;
+} kmp_output;
+
+typedef struct kmp_run_settings {
+    double t_end, rtol, atol, every;      /* 0 where not given */
+    const char *road, *form, *integrator; /* NULL where not given */
+    int *u, u_count;                      /* coordinates asked for as independent */
+} kmp_run_settings;
+
+struct kempe_model {
+    kempe_context *context;
+    kmp_arena arena;
+    const char *file, *name;
+    kmp_number gravity[3];
+    kmp_parameter *parameters;
+    int parameter_count;
+    kmp_body *bodies; /* bodies[0] is "ground" */
+    int body_count;   /* ground included */
+    kmp_point *points;
+    int point_count;
+    kmp_motion *motions;
+    int motion_count; /* n */
+    kmp_closure *closures;
+    int closure_count;
+    kmp_force *forces;
+    int force_count;
+    kmp_start start;
+    kmp_run_settings run;
+    kmp_output *outputs; /* when none are given: q, qd, qdd, lambda */
+    int output_count;
+};
+
+#endif

@@ -1,0 +1,529 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The model as it was understood: a summary to read, or one JSON object. */
+#include "base/text.h"
+#include "model/model.h"
+
+/* -- pieces ---------------------------------------------------------------------------------------- */
+
+static const char *parameter_name(const void *user, int index)
+{
+    const kempe_model *model = user;
+    return model->parameters[index].name;
+}
+
+static const char *coordinate_name(const void *user, int index)
+{
+    const kempe_model *model = user;
+    return model->motions[index].name;
+}
+
+static void put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
+{
+    const kmp_expr_names names = {model, parameter_name, coordinate_name};
+    kmp_expr_print(text, expr, &names);
+}
+
+static void put_quoted_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
+{
+    kmp_text inner = {0};
+    put_expr(&inner, model, expr);
+    if (inner.failed)
+        text->failed = true;
+    else
+        kmp_text_quote(text, inner.s);
+    kmp_text_free(&inner);
+}
+
+static void put_vector(kmp_text *text, const kmp_number vector[3])
+{
+    kmp_text_put(text, "[");
+    for (int i = 0; i < 3; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_text_number(text, vector[i].value);
+    }
+    kmp_text_put(text, "]");
+}
+
+/* BODY.POINT */
+static void put_point(kmp_text *text, const kempe_model *model, int index)
+{
+    const kmp_point *point = &model->points[index];
+    kmp_text_printf(text, "%s.%s", model->bodies[point->body].name, point->name);
+}
+
+static void put_output(kmp_text *text, const kempe_model *model, const kmp_output *output)
+{
+    static const char *const words[] = {[KMP_OUTPUT_Q] = "q",
+                                        [KMP_OUTPUT_QD] = "qd",
+                                        [KMP_OUTPUT_QDD] = "qdd",
+                                        [KMP_OUTPUT_LAMBDA] = "lambda",
+                                        [KMP_OUTPUT_POSITION] = "position"};
+    kmp_text_put(text, words[output->kind]);
+    if (output->kind == KMP_OUTPUT_LAMBDA && output->index >= 0)
+        kmp_text_printf(text, "(%s)", model->closures[output->index].name);
+    if (output->kind == KMP_OUTPUT_POSITION) {
+        kmp_text_put(text, "(");
+        put_point(text, model, output->index);
+        kmp_text_put(text, ")");
+    }
+}
+
+static void put_axis(kmp_text *text, const double axis[3])
+{
+    kmp_text_put(text, "[");
+    for (int i = 0; i < 3; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_text_number(text, axis[i]);
+    }
+    kmp_text_put(text, "]");
+}
+
+static const char *const inertia_names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+
+/* -- summary --------------------------------------------------------------------------------------- */
+
+static void show_named(kmp_text *text, const char *name, const kempe_model *model, const kmp_number *number)
+{
+    kmp_text_printf(text, "%s = ", name);
+    kmp_text_number(text, number->value);
+    if (number->expr) {
+        kmp_text_put(text, "  (");
+        put_expr(text, model, number->expr);
+        kmp_text_put(text, ")");
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void show_parameters(kmp_text *text, const kempe_model *model)
+{
+    if (model->parameter_count > 0)
+        kmp_text_put(text, "parameters\n");
+    for (int i = 0; i < model->parameter_count; i++) {
+        kmp_text_put(text, "  ");
+        show_named(text, model->parameters[i].name, model, &model->parameters[i].number);
+    }
+}
+
+/* R3, -T1, or R[0, 0.6, 0.8] */
+static void show_motion(kmp_text *text, const kmp_motion *motion)
+{
+    const char *letter = motion->rotation ? "R" : "T";
+    for (int i = 0; i < 3; i++)
+        if (motion->axis[i] == 1 || motion->axis[i] == -1) {
+            kmp_text_printf(text, "%s%s%d", motion->axis[i] < 0 ? "-" : "", letter, i + 1);
+            return;
+        }
+    kmp_text_put(text, letter);
+    put_axis(text, motion->axis);
+}
+
+static void show_points(kmp_text *text, const kempe_model *model, int body)
+{
+    for (int i = 0; i < model->point_count; i++) {
+        if (model->points[i].body != body)
+            continue;
+        kmp_text_printf(text, "    point %s ", model->points[i].name);
+        put_vector(text, model->points[i].at);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_inertia(kmp_text *text, const kmp_body *body)
+{
+    kmp_text_put(text, "    mass ");
+    kmp_text_number(text, body->mass.value);
+    kmp_text_put(text, ", com ");
+    put_vector(text, body->com);
+    kmp_text_put(text, ", inertia");
+    for (int i = 0; i < 6; i++)
+        if (i < 3 || body->inertia[i].value != 0) {
+            kmp_text_printf(text, " %s ", inertia_names[i]);
+            kmp_text_number(text, body->inertia[i].value);
+        }
+    kmp_text_put(text, "\n");
+}
+
+static void show_body(kmp_text *text, const kempe_model *model, int i)
+{
+    const kmp_body *body = &model->bodies[i];
+    kmp_text_printf(text, "  %d %s: joint %s at ", i, body->name, body->joint);
+    if (body->at >= 0)
+        put_point(text, model, body->at);
+    else
+        kmp_text_put(text, model->bodies[body->parent].name);
+    kmp_text_put(text, ":");
+    for (int k = 0; k < body->motion_count; k++) {
+        kmp_text_put(text, " ");
+        show_motion(text, &model->motions[body->first_motion + k]);
+    }
+    kmp_text_put(text, "\n");
+    show_inertia(text, body);
+    show_points(text, model, i);
+}
+
+static void show_bodies(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, "bodies\n  0 ground\n");
+    show_points(text, model, 0);
+    for (int i = 1; i < model->body_count; i++)
+        show_body(text, model, i);
+}
+
+static void show_closures(kmp_text *text, const kempe_model *model)
+{
+    if (model->closure_count > 0)
+        kmp_text_put(text, "loops\n");
+    for (int i = 0; i < model->closure_count; i++) {
+        const kmp_closure *closure = &model->closures[i];
+        kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
+        put_point(text, model, closure->point[0]);
+        kmp_text_put(text, " - ");
+        put_point(text, model, closure->point[1]);
+        if (closure->length.value > 0) {
+            kmp_text_put(text, ", length ");
+            kmp_text_number(text, closure->length.value);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_spring(kmp_text *text, const kempe_model *model, const kmp_force *force)
+{
+    kmp_text_put(text, "spring ");
+    put_point(text, model, force->point[0]);
+    kmp_text_put(text, " - ");
+    put_point(text, model, force->point[1]);
+    kmp_text_put(text, ", stiffness ");
+    kmp_text_number(text, force->stiffness.value);
+    kmp_text_put(text, ", damping ");
+    kmp_text_number(text, force->damping.value);
+    kmp_text_put(text, ", free_length ");
+    kmp_text_number(text, force->free_length.value);
+}
+
+static void show_forces(kmp_text *text, const kempe_model *model)
+{
+    if (model->force_count > 0)
+        kmp_text_put(text, "forces\n");
+    for (int i = 0; i < model->force_count; i++) {
+        const kmp_force *force = &model->forces[i];
+        kmp_text_printf(text, "  %s: ", force->name);
+        if (force->kind == KMP_FORCE_SPRING) {
+            show_spring(text, model, force);
+        } else {
+            const kmp_motion *motion = &model->motions[force->motion];
+            kmp_text_printf(text, "%s on %s = ", motion->rotation ? "torque" : "force", motion->name);
+            put_expr(text, model, force->effort);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_start(kmp_text *text, const kempe_model *model)
+{
+    const kmp_start *start = &model->start;
+    kmp_text_printf(text, "coordinates (%d): start q, qd\n", model->motion_count);
+    for (int i = 0; i < model->motion_count; i++) {
+        kmp_text_printf(text, "  %s: ", model->motions[i].name);
+        kmp_text_number(text, start->q[i].value);
+        kmp_text_put(text, ", ");
+        kmp_text_number(text, start->qd[i].value);
+        kmp_text_put(text, start->hold[i] ? ", held\n" : "\n");
+    }
+}
+
+static void show_setting(kmp_text *text, const char *name, double value)
+{
+    if (value > 0) {
+        kmp_text_printf(text, " %s ", name);
+        kmp_text_number(text, value);
+    }
+}
+
+static void show_run(kmp_text *text, const kempe_model *model)
+{
+    const kmp_run_settings *run = &model->run;
+    kmp_text_put(text, "run:");
+    show_setting(text, "t_end", run->t_end);
+    show_setting(text, "every", run->every);
+    show_setting(text, "rtol", run->rtol);
+    show_setting(text, "atol", run->atol);
+    if (run->road)
+        kmp_text_printf(text, " road %s", run->road);
+    if (run->form)
+        kmp_text_printf(text, " form %s", run->form);
+    if (run->integrator)
+        kmp_text_printf(text, " integrator %s", run->integrator);
+    for (int i = 0; i < run->u_count; i++)
+        kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->u[i]].name);
+    kmp_text_put(text, "\noutputs:");
+    for (int i = 0; i < model->output_count; i++) {
+        kmp_text_put(text, " ");
+        put_output(text, model, &model->outputs[i]);
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void show(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_printf(text, "%s\ngravity ", model->name);
+    put_vector(text, model->gravity);
+    kmp_text_put(text, "\n");
+    show_parameters(text, model);
+    show_bodies(text, model);
+    show_closures(text, model);
+    show_forces(text, model);
+    show_start(text, model);
+    show_run(text, model);
+}
+
+/* -- JSON ------------------------------------------------------------------------------------------ */
+
+static void put_key(kmp_text *text, bool first, const char *key)
+{
+    kmp_text_put(text, first ? "" : ", ");
+    kmp_text_quote(text, key);
+    kmp_text_put(text, ": ");
+}
+
+static void put_string(kmp_text *text, bool first, const char *key, const char *value)
+{
+    put_key(text, first, key);
+    kmp_text_quote(text, value);
+}
+
+static void put_number(kmp_text *text, bool first, const char *key, double value)
+{
+    put_key(text, first, key);
+    kmp_text_number(text, value);
+}
+
+static void put_point_key(kmp_text *text, const char *key, const kempe_model *model, const int point[2])
+{
+    put_key(text, false, key);
+    kmp_text_put(text, "[\"");
+    put_point(text, model, point[0]);
+    kmp_text_put(text, "\", \"");
+    put_point(text, model, point[1]);
+    kmp_text_put(text, "\"]");
+}
+
+static void json_parameters(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"parameters\": {");
+    for (int i = 0; i < model->parameter_count; i++)
+        put_number(text, i == 0, model->parameters[i].name, model->parameters[i].number.value);
+    kmp_text_put(text, "}");
+}
+
+static void json_points(kmp_text *text, const kempe_model *model, int body)
+{
+    bool first = true;
+    kmp_text_put(text, "\"points\": {");
+    for (int i = 0; i < model->point_count; i++) {
+        if (model->points[i].body != body)
+            continue;
+        put_key(text, first, model->points[i].name);
+        put_vector(text, model->points[i].at);
+        first = false;
+    }
+    kmp_text_put(text, "}");
+}
+
+static void json_motions(kmp_text *text, const kempe_model *model, const kmp_body *body)
+{
+    put_key(text, false, "motions");
+    kmp_text_put(text, "[");
+    for (int k = 0; k < body->motion_count; k++) {
+        const kmp_motion *motion = &model->motions[body->first_motion + k];
+        kmp_text_put(text, k > 0 ? ", {" : "{");
+        put_string(text, true, "coordinate", motion->name);
+        put_string(text, false, "kind", motion->rotation ? "R" : "T");
+        put_key(text, false, "axis");
+        put_axis(text, motion->axis);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_body(kmp_text *text, const kempe_model *model, int i)
+{
+    const kmp_body *body = &model->bodies[i];
+    kmp_text_put(text, i > 1 ? ",\n  {" : "\n  {");
+    put_string(text, true, "name", body->name);
+    put_string(text, false, "parent", model->bodies[body->parent].name);
+    put_string(text, false, "at", body->at >= 0 ? model->points[body->at].name : "");
+    put_string(text, false, "joint", body->joint);
+    json_motions(text, model, body);
+    put_number(text, false, "mass", body->mass.value);
+    put_key(text, false, "com");
+    put_vector(text, body->com);
+    put_key(text, false, "inertia");
+    kmp_text_put(text, "{");
+    for (int k = 0; k < 6; k++)
+        put_number(text, k == 0, inertia_names[k], body->inertia[k].value);
+    kmp_text_put(text, "}, ");
+    json_points(text, model, i);
+    kmp_text_put(text, "}");
+}
+
+static void json_bodies(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"ground\": {");
+    json_points(text, model, 0);
+    kmp_text_put(text, "},\n\"bodies\": [");
+    for (int i = 1; i < model->body_count; i++)
+        json_body(text, model, i);
+    kmp_text_put(text, "],\n\"coordinates\": [");
+    for (int i = 0; i < model->motion_count; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_text_quote(text, model->motions[i].name);
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_closures(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"closures\": [");
+    for (int i = 0; i < model->closure_count; i++) {
+        const kmp_closure *closure = &model->closures[i];
+        kmp_text_put(text, i > 0 ? ",\n  {" : "\n  {");
+        put_string(text, true, "name", closure->name);
+        put_string(text, false, "kind", closure->kind);
+        put_point_key(text, "points", model, closure->point);
+        if (closure->length.value > 0)
+            put_number(text, false, "length", closure->length.value);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
+{
+    put_string(text, true, "name", force->name);
+    if (force->kind == KMP_FORCE_SPRING) {
+        put_string(text, false, "kind", "spring");
+        put_point_key(text, "points", model, force->point);
+        put_number(text, false, "stiffness", force->stiffness.value);
+        put_number(text, false, "damping", force->damping.value);
+        put_number(text, false, "free_length", force->free_length.value);
+        return;
+    }
+    const kmp_motion *motion = &model->motions[force->motion];
+    put_string(text, false, "kind", motion->rotation ? "torque" : "force");
+    put_string(text, false, "coordinate", motion->name);
+    put_key(text, false, "effort");
+    put_quoted_expr(text, model, force->effort);
+}
+
+static void json_forces(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"forces\": [");
+    for (int i = 0; i < model->force_count; i++) {
+        kmp_text_put(text, i > 0 ? ",\n  {" : "\n  {");
+        json_force(text, model, &model->forces[i]);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_values(kmp_text *text, const kempe_model *model, const char *key, const kmp_number *values)
+{
+    put_key(text, key[1] == '\0', key);
+    kmp_text_put(text, "{");
+    for (int i = 0; i < model->motion_count; i++)
+        put_number(text, i == 0, model->motions[i].name, values[i].value);
+    kmp_text_put(text, "}");
+}
+
+static void json_start(kmp_text *text, const kempe_model *model)
+{
+    bool first = true;
+    kmp_text_put(text, ",\n\"start\": {");
+    json_values(text, model, "q", model->start.q);
+    json_values(text, model, "qd", model->start.qd);
+    put_key(text, false, "hold");
+    kmp_text_put(text, "[");
+    for (int i = 0; i < model->motion_count; i++)
+        if (model->start.hold[i]) {
+            kmp_text_put(text, first ? "" : ", ");
+            kmp_text_quote(text, model->motions[i].name);
+            first = false;
+        }
+    kmp_text_put(text, "]}");
+}
+
+/* A setting that is not given is null. */
+static void put_setting(kmp_text *text, bool first, const char *key, double value)
+{
+    put_key(text, first, key);
+    if (value > 0)
+        kmp_text_number(text, value);
+    else
+        kmp_text_put(text, "null");
+}
+
+static void put_choice(kmp_text *text, const char *key, const char *choice)
+{
+    put_key(text, false, key);
+    if (choice)
+        kmp_text_quote(text, choice);
+    else
+        kmp_text_put(text, "null");
+}
+
+static void json_run(kmp_text *text, const kempe_model *model)
+{
+    const kmp_run_settings *run = &model->run;
+    kmp_text_put(text, ",\n\"run\": {");
+    put_setting(text, true, "t_end", run->t_end);
+    put_setting(text, false, "every", run->every);
+    put_setting(text, false, "rtol", run->rtol);
+    put_setting(text, false, "atol", run->atol);
+    put_choice(text, "road", run->road);
+    put_choice(text, "form", run->form);
+    put_choice(text, "integrator", run->integrator);
+    put_key(text, false, "u");
+    kmp_text_put(text, "[");
+    for (int i = 0; i < run->u_count; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_text_quote(text, model->motions[run->u[i]].name);
+    }
+    kmp_text_put(text, "], \"outputs\": [");
+    for (int i = 0; i < model->output_count; i++) {
+        kmp_text_put(text, i > 0 ? ", \"" : "\"");
+        put_output(text, model, &model->outputs[i]);
+        kmp_text_put(text, "\"");
+    }
+    kmp_text_put(text, "]}");
+}
+
+static void json(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, "{");
+    put_string(text, true, "name", model->name);
+    put_key(text, false, "gravity");
+    put_vector(text, model->gravity);
+    json_parameters(text, model);
+    json_bodies(text, model);
+    json_closures(text, model);
+    json_forces(text, model);
+    json_start(text, model);
+    json_run(text, model);
+    kmp_text_put(text, "}\n");
+}
+
+kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)
+{
+    kmp_text out = {0};
+    kmp_context_clear(model->context);
+    if (format == KEMPE_JSON)
+        json(&out, model);
+    else
+        show(&out, model);
+    char *s = kmp_text_take(&out);
+    if (!s)
+        return kmp_fail_memory(model->context);
+    *text = s;
+    return KEMPE_OK;
+}

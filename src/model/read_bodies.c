@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Bodies, their order and their points. The tree comes from the joints' `at`; parents are put before their
+ * children, the file's order kept otherwise. */
+#include "model/reading.h"
+#include <string.h>
+
+/* A body as it stands in the file. */
+typedef struct source {
+    const kmp_node *key, *map, *joint, *at;
+    int parent; /* source, -1 the ground */
+    bool placed;
+} source;
+
+typedef struct sources {
+    kmp_reader *r;
+    source *list;
+    int count;
+    int *order; /* of the sources in the model, parents first */
+    int placed;
+} sources;
+
+static const char *const ground_keys[] = {"points", NULL};
+static const char *const body_keys[] = {"joint", "mass", "com", "inertia", "points", NULL};
+
+static void complain_body_key(kmp_reader *r, const kmp_node *key)
+{
+    const char *name = kmp_read_name(r, key, "a body");
+    if (name && strcmp(name, "ground") == 0)
+        kmp_reader_complain(r, key->place, "'ground' is there already: its points are under the key 'ground'");
+}
+
+static bool take_sources(sources *s, const kmp_node *map)
+{
+    kmp_reader *r = s->r;
+    s->list = KMP_ARENA_NEW(&r->scratch, source, map->count);
+    s->order = KMP_ARENA_NEW(&r->scratch, int, map->count);
+    if (!s->list || !s->order)
+        return false;
+    for (int i = 0; i < map->count; i++) {
+        const char *what = kmp_reader_say(r, "body '%s'", map->keys[i]->text);
+        source *to = &s->list[i];
+        to->key = map->keys[i];
+        to->map = map->items[i];
+        to->parent = -1;
+        complain_body_key(r, to->key);
+        if (!kmp_read_map(r, to->map, what, body_keys))
+            continue;
+        to->joint = kmp_read_required(r, to->map, what, "joint");
+        if (to->joint && to->joint->kind == KMP_NODE_MAP)
+            to->at = kmp_read_required(r, to->joint, kmp_reader_say(r, "the joint of %s", what), "at");
+    }
+    s->count = map->count;
+    return true;
+}
+
+/* -- order --------------------------------------------------------------------------------------- */
+
+static void find_parent(sources *s, source *child)
+{
+    kmp_reader *r = s->r;
+    const char *what = kmp_reader_say(r, "'at' of body '%s'", child->key->text);
+    const char *text = child->at ? kmp_read_word(r, child->at, what) : NULL;
+    if (!text)
+        return;
+    const char *name = kmp_reader_say(r, "%.*s", (int)strcspn(text, "."), text);
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    kmp_nearest_offer(&nearest, "ground");
+    bool found = strcmp(name, "ground") == 0;
+    for (int i = 0; i < s->count && !found; i++) {
+        kmp_nearest_offer(&nearest, s->list[i].key->text);
+        if (strcmp(s->list[i].key->text, name) == 0) {
+            child->parent = i;
+            found = true;
+        }
+    }
+    if (found)
+        return;
+    kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, name);
+    child->at = NULL;
+}
+
+/* `on` is its own ancestor. The circle is cut at its first body in the file, so that it is said once. */
+static void complain_circle(sources *s, int on)
+{
+    kmp_text chain = {0};
+    int first = on;
+    for (int k = s->list[on].parent; k != on; k = s->list[k].parent)
+        first = k < first ? k : first;
+    int i = first;
+    do {
+        kmp_text_printf(&chain, "%s -> ", s->list[i].key->text);
+        i = s->list[i].parent;
+    } while (i != first);
+    kmp_text_put(&chain, s->list[first].key->text);
+    if (chain.failed)
+        s->r->scratch.failed = true;
+    kmp_reader_complain(s->r, s->list[first].at->place, "bodies hang on each other in a circle: %s",
+                        chain.failed ? "" : chain.s);
+    kmp_text_free(&chain);
+    s->list[first].parent = -1;
+    s->list[first].at = NULL;
+}
+
+static void cut_circle(sources *s, int i)
+{
+    int steps = 0;
+    while (i >= 0 && !s->list[i].placed && steps <= s->count) {
+        i = s->list[i].parent;
+        steps++;
+    }
+    if (steps > s->count)
+        complain_circle(s, i);
+}
+
+/* Places body i after its ancestors: the way up is written from the end of the free part of `order`. */
+static void place(sources *s, int i)
+{
+    int top = s->count;
+    cut_circle(s, i);
+    for (; i >= 0 && !s->list[i].placed; i = s->list[i].parent) {
+        s->list[i].placed = true;
+        s->order[--top] = i;
+    }
+    memmove(s->order + s->placed, s->order + top, (size_t)(s->count - top) * sizeof *s->order);
+    s->placed += s->count - top;
+}
+
+/* -- bodies -------------------------------------------------------------------------------------- */
+
+static bool make_bodies(sources *s)
+{
+    kempe_model *model = s->r->model;
+    for (int k = 0; k < s->count; k++) {
+        const source *from = &s->list[s->order[k]];
+        kmp_body *body = &model->bodies[k + 1];
+        body->name = kmp_arena_strdup(&model->arena, from->key->text);
+        body->joint = body->name;
+        body->place = from->key->place;
+        body->at = -1;
+        if (!body->name)
+            return false;
+    }
+    model->body_count = s->count + 1;
+    for (int k = 0; k < s->count; k++) {
+        int parent = s->list[s->order[k]].parent;
+        for (int i = 0; i < s->count && parent >= 0; i++)
+            if (s->order[i] == parent)
+                model->bodies[k + 1].parent = i + 1;
+    }
+    return true;
+}
+
+static void resolve_at(sources *s, int k)
+{
+    const source *from = &s->list[s->order[k]];
+    kmp_body *body = &s->r->model->bodies[k + 1];
+    if (from->at && strchr(from->at->text, '.'))
+        body->at = kmp_read_point_text(s->r, from->at->place, from->at->text,
+                                       kmp_reader_say(s->r, "'at' of body '%s'", body->name));
+}
+
+/* -- points -------------------------------------------------------------------------------------- */
+
+static void read_points(kmp_reader *r, const kmp_node *owner, int body)
+{
+    kempe_model *model = r->model;
+    const char *what = kmp_reader_say(r, "the points of body '%s'", model->bodies[body].name);
+    const kmp_node *map = kmp_node_get(owner, "points");
+    if (!map || !kmp_read_map(r, map, what, NULL))
+        return;
+    for (int i = 0; i < map->count; i++) {
+        kmp_point *point = &model->points[model->point_count];
+        kmp_read_name(r, map->keys[i], "a point");
+        point->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        if (!point->name)
+            return;
+        point->body = body;
+        model->point_count++;
+        kmp_read_vector(r, map->items[i],
+                        kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text), point->at);
+    }
+}
+
+static int count_points(const kmp_node *owner)
+{
+    const kmp_node *points = kmp_node_get(owner, "points");
+    return points && points->kind == KMP_NODE_MAP ? points->count : 0;
+}
+
+static bool read_all_points(sources *s, const kmp_node *ground)
+{
+    kempe_model *model = s->r->model;
+    int count = count_points(ground);
+    for (int i = 0; i < s->count; i++)
+        count += count_points(s->list[i].map);
+    model->points = KMP_ARENA_NEW(&model->arena, kmp_point, count);
+    if (!model->points)
+        return false;
+    if (ground && kmp_read_map(s->r, ground, "ground", ground_keys))
+        read_points(s->r, ground, 0);
+    for (int k = 0; k < s->count; k++)
+        read_points(s->r, s->list[s->order[k]].map, k + 1);
+    return true;
+}
+
+/* -- all ----------------------------------------------------------------------------------------- */
+
+/* Also without any body there is the ground, so that what refers to it can be read. */
+static bool make_ground(kempe_model *model, int bodies)
+{
+    model->bodies = KMP_ARENA_NEW(&model->arena, kmp_body, bodies + 1);
+    if (!model->bodies)
+        return false;
+    model->body_count = 1;
+    model->bodies[0] =
+        (kmp_body){.name = "ground", .joint = "", .place = {1, 1}, .parent = -1, .at = -1, .motion_count = 0};
+    return true;
+}
+
+static void read_joints(sources *s)
+{
+    const kmp_node **joints = KMP_ARENA_NEW(&s->r->scratch, const kmp_node *, s->count);
+    for (int k = 0; joints && k < s->count; k++) {
+        resolve_at(s, k);
+        joints[k] = s->list[s->order[k]].joint;
+    }
+    if (joints)
+        kmp_read_motions(s->r, joints);
+}
+
+void kmp_read_bodies(kmp_reader *r)
+{
+    sources s = {.r = r};
+    const kmp_node *map = kmp_read_required(r, r->root, "the model", "bodies");
+    bool good = map && kmp_read_map(r, map, "bodies", NULL);
+    if (good && map->count == 0)
+        kmp_reader_complain(r, map->place, "bodies: a model has at least one body");
+    if (!make_ground(r->model, good ? map->count : 0) || (good && map->count > 0 && !take_sources(&s, map)))
+        return;
+    for (int i = 0; i < s.count; i++)
+        find_parent(&s, &s.list[i]);
+    for (int i = 0; i < s.count; i++)
+        place(&s, i);
+    if (!make_bodies(&s) || !read_all_points(&s, kmp_node_get(r->root, "ground")))
+        return;
+    read_joints(&s);
+    for (int k = 0; k < s.count; k++)
+        kmp_read_mass(r, s.list[s.order[k]].map, &r->model->bodies[k + 1]);
+}

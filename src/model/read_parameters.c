@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Parameters: any may refer to any other. They are valued as soon as what they refer to is; what is left when
+ * nothing more can be valued goes in a circle. */
+#include "model/reading.h"
+#include <math.h>
+#include <string.h>
+
+/* What is known of each parameter while they are valued. */
+typedef enum state { WAITING, KNOWN, BAD } state;
+
+typedef struct valuation {
+    kmp_reader *r;
+    const kmp_node *map;
+    const kmp_expr **exprs;
+    state *states;
+} valuation;
+
+static bool is_reserved(const char *name)
+{
+    static const char *const words[] = {
+#define KMP_FUNCTION(function, arity) #function,
+#include "model/functions.def"
+#undef KMP_FUNCTION
+        "t", "pi", "q", "qd", NULL};
+    for (int i = 0; words[i]; i++)
+        if (strcmp(words[i], name) == 0)
+            return true;
+    return false;
+}
+
+/* A parameter that `expr` needs and that is in state `wanted`, or -1. */
+static int find_need(const valuation *v, const kmp_expr *expr, state wanted)
+{
+    if (expr->kind == KMP_EXPR_PARAMETER)
+        return v->states[expr->index] == wanted ? expr->index : -1;
+    int need = expr->a ? find_need(v, expr->a, wanted) : -1;
+    return need < 0 && expr->b ? find_need(v, expr->b, wanted) : need;
+}
+
+static state value_one(valuation *v, int i)
+{
+    kmp_reader *r = v->r;
+    const kmp_node *node = v->map->items[i];
+    if (find_need(v, v->exprs[i], BAD) >= 0)
+        return BAD;
+    if (find_need(v, v->exprs[i], WAITING) >= 0)
+        return WAITING;
+    double value = kmp_expr_value(v->exprs[i], r->parameter_values);
+    if (!isfinite(value)) {
+        kmp_reader_complain(r, node->place, "parameter '%s' is '%s', which is %s: a finite number is wanted",
+                            r->model->parameters[i].name, node->text, isnan(value) ? "not a number" : "infinite");
+        return BAD;
+    }
+    r->parameter_values[i] = value;
+    return KNOWN;
+}
+
+static void value_all(valuation *v)
+{
+    bool progress = true;
+    while (progress) {
+        progress = false;
+        for (int i = 0; i < v->map->count; i++) {
+            if (v->states[i] != WAITING)
+                continue;
+            v->states[i] = value_one(v, i);
+            progress = progress || v->states[i] != WAITING;
+        }
+    }
+}
+
+static int next_in_wait(const valuation *v, int i)
+{
+    return find_need(v, v->exprs[i], WAITING);
+}
+
+/* Follows what waits for what from `i`: after as many steps as there are parameters it is on the circle. */
+static void complain_circle(valuation *v, int i)
+{
+    kmp_reader *r = v->r;
+    kmp_text chain = {0};
+    for (int step = 0; step < v->map->count; step++)
+        i = next_in_wait(v, i);
+    int first = i;
+    for (int k = next_in_wait(v, i); k != i; k = next_in_wait(v, k))
+        first = k < first ? k : first;
+    i = first;
+    do {
+        kmp_text_printf(&chain, "%s -> ", r->model->parameters[i].name);
+        i = next_in_wait(v, i);
+    } while (i != first);
+    kmp_text_put(&chain, r->model->parameters[first].name);
+    if (chain.failed)
+        r->scratch.failed = true;
+    kmp_reader_complain(r, v->map->keys[first]->place, "parameters go in a circle: %s", chain.failed ? "" : chain.s);
+    kmp_text_free(&chain);
+    v->states[first] = BAD; /* and with it the others, which depend on it */
+}
+
+/* The reader has the names, so that expressions find them, before any expression is read. */
+static bool take_names(kmp_reader *r, const kmp_node *map)
+{
+    kempe_model *model = r->model;
+    model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, map->count);
+    r->parameter_known = KMP_ARENA_NEW(&r->scratch, bool, map->count);
+    r->parameter_values = KMP_ARENA_NEW(&r->scratch, double, map->count);
+    if (!model->parameters || !r->parameter_known || !r->parameter_values)
+        return false;
+    for (int i = 0; i < map->count; i++) {
+        const char *name = kmp_read_name(r, map->keys[i], "a parameter");
+        if (name && is_reserved(name))
+            kmp_reader_complain(r, map->keys[i]->place,
+                                "a parameter cannot be called '%s', which has a meaning already", name);
+        model->parameters[i].name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        if (!model->parameters[i].name)
+            return false;
+    }
+    model->parameter_count = map->count;
+    return true;
+}
+
+static bool take_expressions(valuation *v)
+{
+    kmp_reader *r = v->r;
+    v->exprs = KMP_ARENA_NEW(&r->scratch, const kmp_expr *, v->map->count);
+    v->states = KMP_ARENA_NEW(&r->scratch, state, v->map->count);
+    if (!v->exprs || !v->states)
+        return false;
+    for (int i = 0; i < v->map->count; i++) {
+        const char *what = kmp_reader_say(r, "parameter '%s'", r->model->parameters[i].name);
+        v->exprs[i] = kmp_read_constant(r, v->map->items[i], what);
+        v->states[i] = v->exprs[i] ? WAITING : BAD;
+    }
+    return true;
+}
+
+void kmp_read_parameters(kmp_reader *r)
+{
+    valuation v = {.r = r, .map = kmp_node_get(r->root, "parameters")};
+    if (!v.map || !kmp_read_map(r, v.map, "parameters", NULL) || !take_names(r, v.map) || !take_expressions(&v))
+        return;
+    value_all(&v);
+    for (int i = 0; i < v.map->count; i++)
+        if (v.states[i] == WAITING) {
+            complain_circle(&v, i);
+            value_all(&v);
+        }
+    for (int i = 0; i < v.map->count; i++) {
+        r->parameter_known[i] = v.states[i] == KNOWN;
+        if (v.states[i] == KNOWN)
+            r->model->parameters[i].number = kmp_number_of(v.exprs[i], r->parameter_values[i]);
+    }
+}

@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a run starts, how it goes, what it gives. */
+#include "model/reading.h"
+#include <string.h>
+
+/* -- start --------------------------------------------------------------------------------------- */
+
+static const char *const start_keys[] = {"q", "qd", "hold", NULL};
+
+static void read_values(kmp_reader *r, const kmp_node *map, const char *what, kmp_number *values, bool *given)
+{
+    if (!map || !kmp_read_map(r, map, what, NULL))
+        return;
+    for (int i = 0; i < map->count; i++) {
+        const kmp_node *key = map->keys[i];
+        int motion = kmp_read_motion(r, key, what);
+        kmp_number value = {0};
+        bool good = kmp_read_number(r, map->items[i], kmp_reader_say(r, "%s: '%s'", what, key->text), &value);
+        if (motion < 0)
+            continue;
+        if (given[motion] && strcmp(key->text, r->model->motions[motion].name) != 0)
+            kmp_reader_complain(r, key->place, "%s: '%s' is given twice", what, key->text);
+        given[motion] = true;
+        if (good)
+            values[motion] = value;
+    }
+}
+
+static void read_hold(kmp_reader *r, const kmp_node *list)
+{
+    if (!list || !kmp_read_list(r, list, "start hold", -1))
+        return;
+    for (int i = 0; i < list->count; i++) {
+        int motion = kmp_read_motion(r, list->items[i], "start hold");
+        if (motion >= 0)
+            r->model->start.hold[motion] = true;
+    }
+}
+
+void kmp_read_start(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    kmp_start *start = &model->start;
+    int n = model->motion_count;
+    start->q = KMP_ARENA_NEW(&model->arena, kmp_number, n);
+    start->qd = KMP_ARENA_NEW(&model->arena, kmp_number, n);
+    start->q_given = KMP_ARENA_NEW(&model->arena, bool, n);
+    start->qd_given = KMP_ARENA_NEW(&model->arena, bool, n);
+    start->hold = KMP_ARENA_NEW(&model->arena, bool, n);
+    const kmp_node *map = kmp_node_get(r->root, "start");
+    if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
+        return;
+    read_values(r, kmp_node_get(map, "q"), "start q", start->q, start->q_given);
+    read_values(r, kmp_node_get(map, "qd"), "start qd", start->qd, start->qd_given);
+    read_hold(r, kmp_node_get(map, "hold"));
+}
+
+/* -- outputs ------------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *name;
+    kmp_output_kind kind;
+} output_words[] = {{"q", KMP_OUTPUT_Q}, {"qd", KMP_OUTPUT_QD}, {"qdd", KMP_OUTPUT_QDD}, {"lambda", KMP_OUTPUT_LAMBDA}};
+
+enum { OUTPUT_WORDS = sizeof output_words / sizeof output_words[0] };
+
+/* The NAME of "word(NAME)"; NULL when `text` is not of that form. */
+static const char *argument_of(kmp_reader *r, const char *text, const char *word)
+{
+    size_t length = strlen(text), head = strlen(word);
+    if (length < head + 3 || strncmp(text, word, head) != 0 || text[head] != '(' || text[length - 1] != ')')
+        return NULL;
+    return kmp_reader_say(r, "%.*s", (int)(length - head - 2), text + head + 1);
+}
+
+static int find_closure(kmp_reader *r, kmp_place place, const char *name)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->closure_count; i++) {
+        if (strcmp(r->model->closures[i].name, name) == 0)
+            return i;
+        kmp_nearest_offer(&nearest, r->model->closures[i].name);
+    }
+    kmp_reader_complain_near(r, place, &nearest, "output lambda: unknown loop '%s'", name);
+    return -1;
+}
+
+static void complain_output(kmp_reader *r, const kmp_node *node)
+{
+    kmp_nearest nearest = kmp_nearest_begin(node->text);
+    for (int i = 0; i < OUTPUT_WORDS; i++)
+        kmp_nearest_offer(&nearest, output_words[i].name);
+    kmp_reader_complain_near(r, node->place, &nearest,
+                             "unknown output '%s'; there are q, qd, qdd, lambda, lambda(LOOP), position(BODY.POINT)",
+                             node->text);
+}
+
+static void read_output(kmp_reader *r, const kmp_node *node, kmp_output *output)
+{
+    const char *text = kmp_read_word(r, node, "an output");
+    if (!text)
+        return;
+    for (int i = 0; i < OUTPUT_WORDS; i++)
+        if (strcmp(output_words[i].name, text) == 0) {
+            *output = (kmp_output){output_words[i].kind, -1};
+            return;
+        }
+    const char *loop = argument_of(r, text, "lambda");
+    const char *point = argument_of(r, text, "position");
+    if (loop)
+        *output = (kmp_output){KMP_OUTPUT_LAMBDA, find_closure(r, node->place, loop)};
+    else if (point)
+        *output = (kmp_output){KMP_OUTPUT_POSITION, kmp_read_point_text(r, node->place, point, "output position")};
+    else
+        complain_output(r, node);
+}
+
+static void use_default_outputs(kempe_model *model)
+{
+    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, OUTPUT_WORDS);
+    for (int i = 0; model->outputs && i < OUTPUT_WORDS; i++)
+        model->outputs[model->output_count++] = (kmp_output){output_words[i].kind, -1};
+}
+
+static void read_outputs(kmp_reader *r, const kmp_node *list)
+{
+    kempe_model *model = r->model;
+    if (!kmp_read_list(r, list, "run outputs", -1))
+        return;
+    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, list->count);
+    for (int i = 0; model->outputs && i < list->count; i++)
+        read_output(r, list->items[i], &model->outputs[model->output_count++]);
+}
+
+/* -- settings ------------------------------------------------------------------------------------ */
+
+static const char *const run_keys[] = {"t_end", "rtol",       "atol", "every",   "road",
+                                       "form",  "integrator", "u",    "outputs", NULL};
+
+static void read_positive(kmp_reader *r, const kmp_node *map, const char *key, double *value)
+{
+    const kmp_node *node = kmp_node_get(map, key);
+    const char *what = kmp_reader_say(r, "run %s", key);
+    kmp_number number;
+    if (!node || !kmp_read_number(r, node, what, &number))
+        return;
+    if (number.value > 0)
+        *value = number.value;
+    else
+        kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
+}
+
+static void read_choice(kmp_reader *r, const kmp_node *map, const char *key, const char **choice)
+{
+    const kmp_node *node = kmp_node_get(map, key);
+    const char *word = node ? kmp_read_word(r, node, kmp_reader_say(r, "run %s", key)) : NULL;
+    if (word)
+        *choice = kmp_arena_strdup(&r->model->arena, word);
+}
+
+static void read_u(kmp_reader *r, const kmp_node *list)
+{
+    kmp_run_settings *run = &r->model->run;
+    if (!list || !kmp_read_list(r, list, "run u", -1))
+        return;
+    run->u = KMP_ARENA_NEW(&r->model->arena, int, list->count);
+    for (int i = 0; run->u && i < list->count; i++) {
+        int motion = kmp_read_motion(r, list->items[i], "run u");
+        bool twice = false;
+        for (int k = 0; k < run->u_count; k++)
+            twice = twice || run->u[k] == motion;
+        if (motion >= 0 && twice)
+            kmp_reader_complain(r, list->items[i]->place, "run u: '%s' is given twice", list->items[i]->text);
+        else if (motion >= 0)
+            run->u[run->u_count++] = motion;
+    }
+}
+
+void kmp_read_run(kmp_reader *r)
+{
+    kmp_run_settings *run = &r->model->run;
+    const kmp_node *map = kmp_node_get(r->root, "run");
+    const kmp_node *outputs = kmp_node_get(map, "outputs");
+    if (outputs)
+        read_outputs(r, outputs);
+    else
+        use_default_outputs(r->model);
+    if (!map || !kmp_read_map(r, map, "run", run_keys))
+        return;
+    read_positive(r, map, "t_end", &run->t_end);
+    read_positive(r, map, "rtol", &run->rtol);
+    read_positive(r, map, "atol", &run->atol);
+    read_positive(r, map, "every", &run->every);
+    read_choice(r, map, "road", &run->road);
+    read_choice(r, map, "form", &run->form);
+    read_choice(r, map, "integrator", &run->integrator);
+    read_u(r, kmp_node_get(map, "u"));
+}

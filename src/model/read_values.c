@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Numbers, vectors and the names that refer to bodies, points and motions. */
+#include "model/reading.h"
+#include <math.h>
+#include <string.h>
+
+/* -- symbols of expressions ------------------------------------------------------------------------ */
+
+static int find_parameter(void *user, const char *name)
+{
+    const kmp_reader *r = user;
+    for (int i = 0; i < r->model->parameter_count; i++)
+        if (strcmp(r->model->parameters[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+/* Of a joint with several motions only `joint.k` is a coordinate, so that a bare name is never ambiguous. */
+static int find_coordinate(void *user, const char *name)
+{
+    const kmp_reader *r = user;
+    size_t length = strlen(name);
+    for (int i = 0; i < r->model->motion_count; i++)
+        if (strcmp(r->model->motions[i].name, name) == 0)
+            return i;
+    if (length < 3 || strcmp(name + length - 2, ".1") != 0)
+        return -1;
+    /* joint.1 of a joint with one motion is that motion */
+    for (int i = 1; i < r->model->body_count; i++) {
+        const kmp_body *body = &r->model->bodies[i];
+        if (body->motion_count == 1 && strlen(body->joint) == length - 2 && strncmp(body->joint, name, length - 2) == 0)
+            return body->first_motion;
+    }
+    return -1;
+}
+
+static const kmp_body *find_joint(const kempe_model *model, const char *name)
+{
+    for (int i = 1; i < model->body_count; i++)
+        if (strcmp(model->bodies[i].joint, name) == 0)
+            return &model->bodies[i];
+    return NULL;
+}
+
+static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *sentence)
+{
+    const kmp_body *body = find_joint(r->model, name);
+    if (body && body->motion_count > 1) {
+        kmp_text_printf(sentence, "; joint '%s' has %d motions: %s.1 to %s.%d", name, body->motion_count, name, name,
+                        body->motion_count);
+        return;
+    }
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->motion_count; i++)
+        kmp_nearest_offer(&nearest, r->model->motions[i].name);
+    kmp_nearest_suggest(&nearest, sentence);
+}
+
+static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    kmp_nearest_offer(&nearest, "pi");
+    for (int i = 0; i < r->model->parameter_count; i++)
+        kmp_nearest_offer(&nearest, r->model->parameters[i].name);
+    if (!nearest.best && find_joint(r->model, name))
+        kmp_text_printf(sentence, "; the coordinate of joint '%s' is q(%s)", name, name);
+    else
+        kmp_nearest_suggest(&nearest, sentence);
+}
+
+static void suggest(void *user, const char *name, bool coordinate, kmp_text *sentence)
+{
+    if (coordinate)
+        suggest_coordinate(user, name, sentence);
+    else
+        suggest_parameter(user, name, sentence);
+}
+
+static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, bool constant)
+{
+    if (node->kind != KMP_NODE_SCALAR || node->empty) {
+        kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
+                            node->empty                   ? "nothing"
+                            : node->kind == KMP_NODE_LIST ? "a list"
+                                                          : "a mapping");
+        return NULL;
+    }
+    kmp_expr_scope scope = {.context = r->context,
+                            .arena = &r->model->arena,
+                            .file = r->file,
+                            .line = node->text_place.line,
+                            .column = node->text_place.column,
+                            .user = r,
+                            .parameter = find_parameter,
+                            .coordinate = constant ? NULL : find_coordinate,
+                            .suggest = suggest,
+                            .time = !constant};
+    const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
+    if (!expr)
+        r->wrong = true;
+    return expr;
+}
+
+/* -- numbers ------------------------------------------------------------------------------------- */
+
+static bool is_known(const kmp_reader *r, const kmp_expr *expr)
+{
+    if (expr->kind == KMP_EXPR_PARAMETER)
+        return r->parameter_known[expr->index];
+    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b));
+}
+
+static bool check_finite(kmp_reader *r, const kmp_node *node, const char *what, double value)
+{
+    if (!isfinite(value))
+        kmp_reader_complain(r, node->place, "%s is '%s', which is %s: a finite number is wanted", what, node->text,
+                            isnan(value) ? "not a number" : "infinite");
+    return isfinite(value);
+}
+
+const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    return parse(r, node, what, true);
+}
+
+kmp_number kmp_number_of(const kmp_expr *expr, double value)
+{
+    bool literal = expr->kind == KMP_EXPR_NUMBER || (expr->kind == KMP_EXPR_NEG && expr->a->kind == KMP_EXPR_NUMBER);
+    return (kmp_number){.value = value, .expr = literal ? NULL : expr};
+}
+
+bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_number *number)
+{
+    const kmp_expr *expr = parse(r, node, what, true);
+    if (!expr || !is_known(r, expr))
+        return false;
+    double value = kmp_expr_value(expr, r->parameter_values);
+    if (!check_finite(r, node, what, value))
+        return false;
+    *number = kmp_number_of(expr, value);
+    return true;
+}
+
+bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_number vector[3])
+{
+    kmp_number read[3];
+    bool good = kmp_read_list(r, node, what, 3);
+    for (int i = 0; i < 3 && node->kind == KMP_NODE_LIST && i < node->count; i++)
+        if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "%s, component %d,", what, i + 1), &read[i]))
+            good = false;
+    if (good)
+        memcpy(vector, read, sizeof read);
+    return good;
+}
+
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const kmp_expr *expr = parse(r, node, what, false);
+    if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
+        !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
+        return NULL;
+    return expr;
+}
+
+/* -- references ---------------------------------------------------------------------------------- */
+
+int kmp_find_body(const kempe_model *model, const char *name, size_t length)
+{
+    for (int i = 0; i < model->body_count; i++)
+        if (strlen(model->bodies[i].name) == length && strncmp(model->bodies[i].name, name, length) == 0)
+            return i;
+    return -1;
+}
+
+static int find_point(const kempe_model *model, int body, const char *name)
+{
+    for (int i = 0; i < model->point_count; i++)
+        if (model->points[i].body == body && strcmp(model->points[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+static void complain_body(kmp_reader *r, kmp_place place, const char *text, size_t length, const char *what)
+{
+    const char *name = kmp_reader_say(r, "%.*s", (int)length, text);
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->body_count; i++)
+        kmp_nearest_offer(&nearest, r->model->bodies[i].name);
+    kmp_reader_complain_near(r, place, &nearest, "%s: unknown body '%s'", what, name);
+}
+
+static void complain_point(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->point_count; i++)
+        if (r->model->points[i].body == body)
+            kmp_nearest_offer(&nearest, r->model->points[i].name);
+    kmp_reader_complain_near(r, place, &nearest, "%s: body '%s' has no point '%s'", what, r->model->bodies[body].name,
+                             name);
+}
+
+int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
+{
+    const char *dot = strchr(text, '.');
+    if (!dot || dot == text || !dot[1]) {
+        kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'", what, text);
+        return -1;
+    }
+    size_t length = (size_t)(dot - text);
+    int body = kmp_find_body(r->model, text, length);
+    if (body < 0) {
+        complain_body(r, place, text, length, what);
+        return -1;
+    }
+    int point = find_point(r->model, body, dot + 1);
+    if (point < 0)
+        complain_point(r, place, body, dot + 1, what);
+    return point;
+}
+
+int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *text = kmp_read_word(r, node, what);
+    return text ? kmp_read_point_text(r, node->place, text, what) : -1;
+}
+
+bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2])
+{
+    int read[2] = {-1, -1};
+    bool good = kmp_read_list(r, node, what, 2);
+    for (int i = 0; i < 2 && node->kind == KMP_NODE_LIST && i < node->count; i++)
+        read[i] = kmp_read_point(r, node->items[i], what);
+    if (!good || read[0] < 0 || read[1] < 0)
+        return false;
+    int body = r->model->points[read[0]].body;
+    if (body == r->model->points[read[1]].body) {
+        kmp_reader_complain(r, node->place, "%s: both points are on body '%s'", what, r->model->bodies[body].name);
+        return false;
+    }
+    memcpy(point, read, sizeof read);
+    return true;
+}
+
+int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
+    int motion = name ? find_coordinate(r, name) : -1;
+    if (name && motion < 0) {
+        kmp_text rest = {0};
+        suggest_coordinate(r, name, &rest);
+        if (rest.failed)
+            r->scratch.failed = true;
+        kmp_reader_complain(r, node->place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
+        kmp_text_free(&rest);
+    }
+    return motion;
+}

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the parts of the reader share: the model under construction, complaints, and the values that occur
+ * everywhere in the language. Every kmp_read function complains itself, with place and names, and leaves its
+ * outputs untouched when it has nothing to give; the reader goes on, so that all mistakes are said at once. */
+#ifndef KMP_MODEL_READING_H
+#define KMP_MODEL_READING_H
+
+#include "model/model.h"
+#include "model/nearest.h"
+#include "model/yaml.h"
+
+typedef struct kmp_reader {
+    kempe_context *context;
+    kempe_model *model;
+    kmp_arena scratch; /* lives as long as the reading */
+    const char *file;
+    const kmp_node *root;
+    bool wrong;            /* something was complained of */
+    bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
+    double *parameter_values;
+} kmp_reader;
+
+/* -- complaints ---------------------------------------------------------------------------------- */
+
+void kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/** Complains "<sentence>; did you mean ...?" with what `nearest` has found. */
+void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/** Text for the `what` of the functions below; "" when there is no memory. */
+const char *kmp_reader_say(kmp_reader *r, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* -- nodes (reading.c) --------------------------------------------------------------------------- */
+
+/** True when `node` is a mapping (nothing counts as an empty one); unknown keys are complained of. `keys` ends
+ *  with NULL; NULL allows all. */
+bool kmp_read_map(kmp_reader *r, const kmp_node *node, const char *what, const char *const *keys);
+
+/** True when `node` is a list, of `count` items when that is not negative. */
+bool kmp_read_list(kmp_reader *r, const kmp_node *node, const char *what, int count);
+
+/** The text of a scalar; NULL when it is none or empty. */
+const char *kmp_read_word(kmp_reader *r, const kmp_node *node, const char *what);
+
+/** Like kmp_read_word, for a new name: letters, digits and _, not beginning with a digit. */
+const char *kmp_read_name(kmp_reader *r, const kmp_node *node, const char *what);
+
+/** The value of a required key of `map`. */
+const kmp_node *kmp_read_required(kmp_reader *r, const kmp_node *map, const char *what, const char *key);
+
+/* -- values -------------------------------------------------------------------------------------- */
+
+/** An expression of parameters, finite. */
+bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_number *number);
+bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_number vector[3]);
+
+/** An expression of parameters, not valued; NULL after a complaint. */
+const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what);
+kmp_number kmp_number_of(const kmp_expr *expr, double value);
+
+/** An expression of parameters, t, q and qd; NULL after a complaint. */
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what);
+
+/* -- names: an index, or -1 after a complaint ------------------------------------------------------ */
+
+int kmp_find_body(const kempe_model *model, const char *name, size_t length);
+int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what); /* BODY.POINT */
+int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
+bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2]);
+int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what); /* JOINT or JOINT.K */
+
+/* -- parts of the file, in this order -------------------------------------------------------------- */
+
+void kmp_read_parameters(kmp_reader *r);
+void kmp_read_bodies(kmp_reader *r);
+void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes); /* of bodies 1, 2, ... */
+void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
+void kmp_read_closures(kmp_reader *r);
+void kmp_read_forces(kmp_reader *r);
+void kmp_read_start(kmp_reader *r);
+void kmp_read_run(kmp_reader *r);
+
+#endif

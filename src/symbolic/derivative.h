@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Forward differentiation in the graph along one direction: partial derivatives (one seed), total time derivatives
+ * (q -> qd, t -> 1) and anything between are the same operation with other seeds. */
+#ifndef KMP_SYMBOLIC_DERIVATIVE_H
+#define KMP_SYMBOLIC_DERIVATIVE_H
+
+#include "symbolic/graph.h"
+
+typedef struct kmp_derivative kmp_derivative;
+
+/** Direction: d(leaf[k]) = direction[k], every other input is constant. NULL when there is no memory. */
+kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
+void kmp_derivative_free(kmp_derivative *d);
+
+/** The derivative of x. Results are remembered: many x share one pass. */
+kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
+
+#endif

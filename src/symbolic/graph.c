@@ -1,0 +1,513 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hash-consing and the simplifications at birth: zeros, ones, numbers, signs, commutative order, a - a, a + b - a,
+ * equal terms, cos^2 + sin^2. Fisette and Samin 1996, section 3.1, at the moment a node would be made. */
+#include "symbolic/graph.h"
+#include "base/memory.h"
+#include "symbolic/rotation.h"
+#include <kempe/runtime.h>
+#include <math.h>
+#include <string.h>
+
+struct kmp_graph {
+    kmp_node *nodes;
+    uint32_t count, capacity;
+    double *values; /* of CONST nodes */
+    uint32_t value_count, value_capacity;
+    uint32_t *table; /* id + 1, 0 = free; open addressing */
+    uint32_t table_size;
+    kmp_rotations *rotations;
+    bool failed;
+};
+
+static const struct {
+    const char *text;
+    int arity;
+} ops[KMP_OP_COUNT] = {
+#define KMP_LEAF(name)                           {NULL, 0},
+#define KMP_BINARY(name, text)                   {text, 2},
+#define KMP_UNARY(name, text, value, derivative) {text, 1},
+#include "symbolic/ops.def"
+#undef KMP_LEAF
+#undef KMP_BINARY
+#undef KMP_UNARY
+};
+
+static double kempe_sin(double x)
+{
+    double s, c;
+    kempe_sincos(x, &s, &c);
+    return s;
+}
+
+static double kempe_cos(double x)
+{
+    double s, c;
+    kempe_sincos(x, &s, &c);
+    return c;
+}
+
+const char *kmp_op_text(kmp_op op)
+{
+    return ops[op].text;
+}
+
+int kmp_op_arity(kmp_op op)
+{
+    return ops[op].arity;
+}
+
+double kmp_op_value(kmp_op op, double x)
+{
+    switch (op) {
+#define KMP_LEAF(name)
+#define KMP_BINARY(name, text)
+#define KMP_UNARY(name, text, value, derivative)                                                                       \
+    case KMP_OP_##name:                                                                                                \
+        return value;
+#include "symbolic/ops.def"
+#undef KMP_LEAF
+#undef KMP_BINARY
+#undef KMP_UNARY
+    default:
+        return NAN;
+    }
+}
+
+/* -- nodes ----------------------------------------------------------------------------------------- */
+
+static uint32_t mix(uint32_t op, uint32_t a, uint32_t b)
+{
+    uint64_t k = ((uint64_t)a << 32 | b) * 0x9e3779b97f4a7c15u + op;
+    k ^= k >> 29;
+    k *= 0xbf58476d1ce4e5b9u;
+    return (uint32_t)(k >> 32);
+}
+
+static uint32_t hash_node(const kmp_graph *g, const kmp_node *n)
+{
+    uint64_t bits;
+    if (n->op != KMP_OP_CONST)
+        return mix(n->op, n->a, n->b);
+    memcpy(&bits, &g->values[n->a], sizeof bits);
+    return mix(n->op, (uint32_t)bits, (uint32_t)(bits >> 32));
+}
+
+static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
+{
+    if (n->op != m->op)
+        return false;
+    if (n->op == KMP_OP_CONST)
+        return memcmp(&g->values[n->a], &g->values[m->a], sizeof(double)) == 0;
+    return n->a == m->a && n->b == m->b;
+}
+
+static bool grow_table(kmp_graph *g)
+{
+    uint32_t size = g->table_size ? 2 * g->table_size : 1024;
+    uint32_t *table = KMP_NEW(uint32_t, size);
+    if (!table)
+        return false;
+    for (uint32_t id = 0; id < g->count; id++) {
+        uint32_t k = hash_node(g, &g->nodes[id]) & (size - 1);
+        while (table[k])
+            k = (k + 1) & (size - 1);
+        table[k] = id + 1;
+    }
+    kmp_free(g->table);
+    g->table = table;
+    g->table_size = size;
+    return true;
+}
+
+static bool reserve(kmp_graph *g)
+{
+    if (g->failed || g->count >= UINT32_MAX / 4)
+        return false;
+    if (2 * (g->count + 1) > g->table_size && !grow_table(g))
+        return false;
+    if (g->count < g->capacity)
+        return true;
+    uint32_t capacity = g->capacity ? 2 * g->capacity : 512;
+    kmp_node *nodes = kmp_realloc(g->nodes, capacity, sizeof *nodes);
+    if (!nodes)
+        return false;
+    g->nodes = nodes;
+    g->capacity = capacity;
+    return true;
+}
+
+static uint8_t depends_of(const kmp_graph *g, const kmp_node *n)
+{
+    if (n->op == KMP_OP_CONST)
+        return 0;
+    if (n->op == KMP_OP_INPUT)
+        return (uint8_t)(1u << n->a);
+    uint8_t d = g->nodes[kmp_id(n->a)].depends;
+    return ops[n->op].arity == 2 ? d | g->nodes[kmp_id(n->b)].depends : d;
+}
+
+/* The node itself, or its elder twin. */
+static kmp_ref intern(kmp_graph *g, kmp_node n)
+{
+    if (!reserve(g)) {
+        g->failed = true;
+        return KMP_ZERO;
+    }
+    uint32_t k = hash_node(g, &n) & (g->table_size - 1);
+    for (; g->table[k]; k = (k + 1) & (g->table_size - 1))
+        if (same_node(g, &g->nodes[g->table[k] - 1], &n))
+            return (g->table[k] - 1) << 1;
+    n.depends = depends_of(g, &n);
+    g->nodes[g->count] = n;
+    g->table[k] = ++g->count;
+    return (g->count - 1) << 1;
+}
+
+kmp_graph *kmp_graph_new(void)
+{
+    kmp_graph *g = KMP_NEW(kmp_graph, 1);
+    if (!g)
+        return NULL;
+    g->rotations = kmp_rotations_new();
+    (void)kmp_const(g, 0.0);
+    (void)kmp_const(g, 1.0);
+    if (g->failed || !g->rotations || g->count != 2) {
+        kmp_graph_free(g);
+        return NULL;
+    }
+    return g;
+}
+
+void kmp_graph_free(kmp_graph *g)
+{
+    if (!g)
+        return;
+    kmp_rotations_free(g->rotations);
+    kmp_free(g->nodes);
+    kmp_free(g->values);
+    kmp_free(g->table);
+    kmp_free(g);
+}
+
+bool kmp_graph_failed(const kmp_graph *g)
+{
+    return g->failed || kmp_rotations_failed(g->rotations);
+}
+
+uint32_t kmp_graph_count(const kmp_graph *g)
+{
+    return g->count;
+}
+
+const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id)
+{
+    return &g->nodes[id];
+}
+
+double kmp_graph_value(const kmp_graph *g, uint32_t id)
+{
+    return g->values[g->nodes[id].a];
+}
+
+kmp_rotations *kmp_graph_rotations(kmp_graph *g)
+{
+    return g->rotations;
+}
+
+bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value)
+{
+    if (g->nodes[kmp_id(r)].op != KMP_OP_CONST)
+        return false;
+    double v = g->values[g->nodes[kmp_id(r)].a];
+    *value = kmp_is_negative(r) ? -v : v;
+    return true;
+}
+
+/* -- construction ---------------------------------------------------------------------------------- */
+
+kmp_ref kmp_const(kmp_graph *g, double value)
+{
+    if (value == 0 && g->count > 0)
+        return KMP_ZERO;
+    bool negative = value < 0;
+    if (g->value_count == g->value_capacity) {
+        uint32_t capacity = g->value_capacity ? 2 * g->value_capacity : 64;
+        double *values = kmp_realloc(g->values, capacity, sizeof *values);
+        if (!values) {
+            g->failed = true;
+            return KMP_ZERO;
+        }
+        g->values = values;
+        g->value_capacity = capacity;
+    }
+    g->values[g->value_count] = fabs(value);
+    uint32_t before = g->count;
+    kmp_ref r = intern(g, (kmp_node){.op = KMP_OP_CONST, .a = g->value_count});
+    if (g->count > before)
+        g->value_count++;
+    return negative ? kmp_neg(r) : r;
+}
+
+kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index)
+{
+    return intern(g, (kmp_node){.op = KMP_OP_INPUT, .a = (uint32_t)kind, .b = index});
+}
+
+/* r = coefficient * base, the coefficient a number. */
+static kmp_ref split_coefficient(const kmp_graph *g, kmp_ref r, double *coefficient)
+{
+    const kmp_node *n = &g->nodes[kmp_id(r)];
+    double sign = kmp_is_negative(r) ? -1 : 1;
+    if (n->op == KMP_OP_MUL && kmp_is_const(g, n->a, coefficient)) {
+        *coefficient *= sign;
+        return n->b;
+    }
+    *coefficient = sign;
+    return r & ~(kmp_ref)1;
+}
+
+/* True for f(x)^2 with f = op; x in *argument. */
+static bool is_square_of(const kmp_graph *g, kmp_ref r, kmp_op op, kmp_ref *argument)
+{
+    const kmp_node *n = &g->nodes[kmp_id(r)];
+    if (n->op != KMP_OP_MUL || n->a != n->b || g->nodes[kmp_id(n->a)].op != op)
+        return false;
+    *argument = g->nodes[kmp_id(n->a)].a;
+    return true;
+}
+
+static bool is_pythagoras(const kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    kmp_ref x, y;
+    return ((is_square_of(g, a, KMP_OP_SIN, &x) && is_square_of(g, b, KMP_OP_COS, &y)) ||
+            (is_square_of(g, a, KMP_OP_COS, &x) && is_square_of(g, b, KMP_OP_SIN, &y))) &&
+           x == y;
+}
+
+/* (p + q) + b where b cancels p or q, or where p and b are numbers. */
+static bool add_to_sum(kmp_graph *g, kmp_ref sum, kmp_ref b, kmp_ref *result)
+{
+    kmp_node n = g->nodes[kmp_id(sum)];
+    double x, y;
+    if (n.op != KMP_OP_ADD)
+        return false;
+    kmp_ref p = kmp_is_negative(sum) ? kmp_neg(n.a) : n.a;
+    kmp_ref q = kmp_is_negative(sum) ? kmp_neg(n.b) : n.b;
+    if (p == kmp_neg(b))
+        *result = q;
+    else if (q == kmp_neg(b))
+        *result = p;
+    else if (kmp_is_const(g, p, &x) && kmp_is_const(g, b, &y))
+        *result = kmp_add(g, kmp_const(g, x + y), q);
+    else
+        return false;
+    return true;
+}
+
+static bool is_number(const kmp_graph *g, kmp_ref r)
+{
+    return g->nodes[kmp_id(r)].op == KMP_OP_CONST;
+}
+
+/* Numbers first, then by id. */
+static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
+{
+    bool swap = is_number(g, *a) != is_number(g, *b) ? is_number(g, *b) : kmp_id(*b) < kmp_id(*a);
+    if (swap) {
+        kmp_ref c = *a;
+        *a = *b;
+        *b = c;
+    }
+}
+
+kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    double x, y;
+    kmp_ref r;
+    if (a == KMP_ZERO)
+        return b;
+    if (b == KMP_ZERO)
+        return a;
+    if (a == kmp_neg(b))
+        return KMP_ZERO;
+    if (kmp_is_const(g, a, &x) && kmp_is_const(g, b, &y))
+        return kmp_const(g, x + y);
+    kmp_ref p = split_coefficient(g, a, &x), q = split_coefficient(g, b, &y);
+    if (p == q)
+        return kmp_mul(g, kmp_const(g, x + y), p);
+    if (x == y && is_pythagoras(g, p, q))
+        return kmp_const(g, x);
+    if (add_to_sum(g, a, b, &r) || add_to_sum(g, b, a, &r))
+        return r;
+    order(g, &a, &b);
+    kmp_ref sign = a & 1;
+    return intern(g, (kmp_node){.op = KMP_OP_ADD, .a = a ^ sign, .b = b ^ sign}) ^ sign;
+}
+
+kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    return kmp_add(g, a, kmp_neg(b));
+}
+
+/* (p w) w = p (w w): squares of rates are shared by many terms. */
+static bool collect_square(kmp_graph *g, kmp_ref product, kmp_ref w, kmp_ref *result)
+{
+    kmp_node n = g->nodes[kmp_id(product)];
+    if (n.op != KMP_OP_MUL || is_number(g, w))
+        return false;
+    if (n.b == w && n.a != w)
+        *result = kmp_mul(g, n.a, kmp_mul(g, w, w));
+    else if (n.a == w && n.b != w)
+        *result = kmp_mul(g, n.b, kmp_mul(g, w, w));
+    else
+        return false;
+    return true;
+}
+
+kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    double x, y;
+    kmp_ref r, sign = (a ^ b) & 1;
+    a &= ~(kmp_ref)1;
+    b &= ~(kmp_ref)1;
+    if (a == KMP_ZERO || b == KMP_ZERO)
+        return KMP_ZERO;
+    if (a == KMP_ONE)
+        return b ^ sign;
+    if (b == KMP_ONE)
+        return a ^ sign;
+    order(g, &a, &b);
+    if (kmp_is_const(g, a, &x)) {
+        if (kmp_is_const(g, b, &y))
+            return kmp_const(g, sign ? -x * y : x * y);
+        kmp_ref base = split_coefficient(g, b, &y);
+        if (base != b)
+            return kmp_mul(g, kmp_const(g, sign ? -x * y : x * y), base);
+    }
+    if (collect_square(g, a, b, &r) || collect_square(g, b, a, &r)) {
+        if (g->failed)
+            return KMP_ZERO;
+        return sign ? kmp_neg(r) : r;
+    }
+    return intern(g, (kmp_node){.op = KMP_OP_MUL, .a = a, .b = b}) ^ sign;
+}
+
+kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    double x, y;
+    kmp_ref sign = (a ^ b) & 1;
+    a &= ~(kmp_ref)1;
+    b &= ~(kmp_ref)1;
+    if (kmp_is_const(g, b, &y)) {
+        if (kmp_is_const(g, a, &x))
+            return kmp_const(g, sign ? -x / y : x / y);
+        return kmp_mul(g, a, kmp_const(g, sign ? -1 / y : 1 / y));
+    }
+    if (a == KMP_ZERO)
+        return KMP_ZERO;
+    if (a == b)
+        return KMP_ONE ^ sign;
+    return intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
+}
+
+kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a)
+{
+    double x;
+    if (kmp_is_const(g, a, &x))
+        return kmp_const(g, kmp_op_value(op, x));
+    kmp_ref sign = 0;
+    if (op == KMP_OP_SIN || op == KMP_OP_COS) {
+        sign = op == KMP_OP_SIN ? a & 1 : 0;
+        a &= ~(kmp_ref)1;
+    }
+    return intern(g, (kmp_node){.op = (uint8_t)op, .a = a}) ^ sign;
+}
+
+kmp_ref kmp_sin(kmp_graph *g, kmp_ref a)
+{
+    return kmp_unary(g, KMP_OP_SIN, a);
+}
+
+kmp_ref kmp_cos(kmp_graph *g, kmp_ref a)
+{
+    return kmp_unary(g, KMP_OP_COS, a);
+}
+
+kmp_ref kmp_sqrt(kmp_graph *g, kmp_ref a)
+{
+    return kmp_unary(g, KMP_OP_SQRT, a);
+}
+
+static kmp_ref whole_power(kmp_graph *g, kmp_ref a, unsigned n)
+{
+    kmp_ref r = KMP_ONE;
+    for (; n; n >>= 1, a = kmp_mul(g, a, a))
+        if (n & 1)
+            r = kmp_mul(g, r, a);
+    return r;
+}
+
+kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent)
+{
+    double x, e = fabs(exponent);
+    kmp_ref r;
+    if (kmp_is_const(g, a, &x))
+        return kmp_const(g, pow(x, exponent));
+    if (e <= 64 && e == floor(e))
+        r = whole_power(g, a, (unsigned)e);
+    else if (e <= 64 && 2 * e == floor(2 * e))
+        r = kmp_mul(g, whole_power(g, a, (unsigned)e), kmp_sqrt(g, a));
+    else
+        return kmp_unary(g, KMP_OP_EXP, kmp_mul(g, kmp_const(g, exponent), kmp_unary(g, KMP_OP_LOG, a)));
+    return exponent < 0 ? kmp_div(g, KMP_ONE, r) : r;
+}
+
+kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, kmp_ref a, kmp_ref b)
+{
+    switch ((kmp_op)g->nodes[id].op) {
+    case KMP_OP_CONST:
+    case KMP_OP_INPUT:
+        return id << 1;
+    case KMP_OP_ADD:
+        return kmp_add(g, a, b);
+    case KMP_OP_MUL:
+        return kmp_mul(g, a, b);
+    case KMP_OP_DIV:
+        return kmp_div(g, a, b);
+    default:
+        return kmp_unary(g, (kmp_op)g->nodes[id].op, a);
+    }
+}
+
+/* -- values ---------------------------------------------------------------------------------------- */
+
+static double operand(const double *value, kmp_ref r)
+{
+    return kmp_is_negative(r) ? -value[kmp_id(r)] : value[kmp_id(r)];
+}
+
+void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value)
+{
+    for (uint32_t id = 0; id < g->count; id++) {
+        const kmp_node *n = &g->nodes[id];
+        switch ((kmp_op)n->op) {
+        case KMP_OP_CONST:
+            value[id] = g->values[n->a];
+            break;
+        case KMP_OP_INPUT:
+            value[id] = inputs[n->a] ? inputs[n->a][n->b] : NAN;
+            break;
+        case KMP_OP_ADD:
+            value[id] = operand(value, n->a) + operand(value, n->b);
+            break;
+        case KMP_OP_MUL:
+            value[id] = operand(value, n->a) * operand(value, n->b);
+            break;
+        case KMP_OP_DIV:
+            value[id] = operand(value, n->a) / operand(value, n->b);
+            break;
+        default:
+            value[id] = kmp_op_value((kmp_op)n->op, operand(value, n->a));
+        }
+    }
+}

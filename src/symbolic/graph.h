@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The expression graph: hash-consed nodes in one array, simplified at birth, id order is topological.
+ *
+ * A reference is id << 1 | sign, so that unary minus costs nothing and does not exist as a node; the number
+ * zero is node 0 and one is node 1. The same construction in the same order gives the same ids: nothing
+ * depends on addresses. Running out of memory is sticky: references are then zero and kmp_graph_failed says so. */
+#ifndef KMP_SYMBOLIC_GRAPH_H
+#define KMP_SYMBOLIC_GRAPH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef uint32_t kmp_ref;
+
+#define KMP_ZERO ((kmp_ref)0)
+#define KMP_ONE  ((kmp_ref)2)
+
+typedef enum kmp_op {
+#define KMP_LEAF(name)                           KMP_OP_##name,
+#define KMP_BINARY(name, text)                   KMP_OP_##name,
+#define KMP_UNARY(name, text, value, derivative) KMP_OP_##name,
+#include "symbolic/ops.def"
+#undef KMP_LEAF
+#undef KMP_BINARY
+#undef KMP_UNARY
+    KMP_OP_COUNT
+} kmp_op;
+
+/** The vectors that inputs belong to. */
+typedef enum kmp_input_kind {
+    KMP_IN_PARAMETER,
+    KMP_IN_TIME,
+    KMP_IN_Q,
+    KMP_IN_QD,
+    KMP_IN_QDD,
+    KMP_IN_LAMBDA,
+    KMP_IN_MU,
+    KMP_IN_COUNT
+} kmp_input_kind;
+
+/* What a node depends on: bits (1 << kmp_input_kind). */
+typedef struct kmp_node {
+    uint8_t op;
+    uint8_t depends;
+    uint32_t a, b; /* operands (references); INPUT: kind, index; CONST: a = index of its value */
+} kmp_node;
+
+typedef struct kmp_graph kmp_graph;
+
+kmp_graph *kmp_graph_new(void);
+void kmp_graph_free(kmp_graph *g);
+bool kmp_graph_failed(const kmp_graph *g);
+
+static inline uint32_t kmp_id(kmp_ref r)
+{
+    return r >> 1;
+}
+static inline bool kmp_is_negative(kmp_ref r)
+{
+    return r & 1;
+}
+/** The negative of a reference; zero has no sign. */
+static inline kmp_ref kmp_neg(kmp_ref r)
+{
+    return r == KMP_ZERO ? r : r ^ 1;
+}
+
+uint32_t kmp_graph_count(const kmp_graph *g);
+const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id);
+/** Value of a CONST node. */
+double kmp_graph_value(const kmp_graph *g, uint32_t id);
+/** True when r is a number, stored in *value. */
+bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value);
+
+kmp_ref kmp_const(kmp_graph *g, double value);
+kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index);
+kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b);
+kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b);
+kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b);
+kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b);
+/** op is one of the unary rows of ops.def. */
+kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a);
+kmp_ref kmp_sin(kmp_graph *g, kmp_ref a);
+kmp_ref kmp_cos(kmp_graph *g, kmp_ref a);
+kmp_ref kmp_sqrt(kmp_graph *g, kmp_ref a);
+/** a^exponent: products for whole exponents, a square root for halves, exp(exponent log a) otherwise. */
+kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent);
+
+/** Rebuilds a node of operation `op` from new operands; leaves are returned as they are. */
+kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, kmp_ref a, kmp_ref b);
+
+/** Text of an operation ("+", "sin"), NULL for leaves; operands 0, 1 or 2. */
+const char *kmp_op_text(kmp_op op);
+int kmp_op_arity(kmp_op op);
+/** Value of a unary operation, the one that every back end uses. */
+double kmp_op_value(kmp_op op, double x);
+
+/** Values of all nodes for given inputs (inputs[kind][index]), for tests: value[kmp_graph_count]. */
+void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value);
+
+struct kmp_rotations;
+/** The rotated pairs of this graph (src/symbolic/rotation.h). */
+struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
+
+#endif

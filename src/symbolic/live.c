@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One backward sweep: ids are in topological order. */
+#include "symbolic/live.h"
+
+void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value)
+{
+    uint32_t top = 0;
+    for (int k = 0; k < count; k++) {
+        uint32_t id = kmp_id(outputs[k]);
+        if (!mark[id])
+            mark[id] = value;
+        if (id >= top)
+            top = id + 1;
+    }
+    for (uint32_t id = top; id-- > 0;) {
+        if (mark[id] != value)
+            continue;
+        const kmp_node *n = kmp_graph_node(g, id);
+        int arity = kmp_op_arity((kmp_op)n->op);
+        if (arity > 0 && !mark[kmp_id(n->a)])
+            mark[kmp_id(n->a)] = value;
+        if (arity > 1 && !mark[kmp_id(n->b)])
+            mark[kmp_id(n->b)] = value;
+    }
+}

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Scheduling: mark what each stage needs, number it, write it down. */
+#include "symbolic/program.h"
+#include "base/memory.h"
+#include "symbolic/live.h"
+#include "symbolic/trig.h"
+#include <string.h>
+
+enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
+
+/* Nodes of parameters only go to stage 0, whoever needs them. */
+static void hoist_parameters(const kmp_graph *g, uint8_t *mark)
+{
+    for (uint32_t id = 0; id < kmp_graph_count(g); id++)
+        if (mark[id] && (kmp_graph_node(g, id)->depends & ~(1u << KMP_IN_PARAMETER)) == 0)
+            mark[id] = PARAMETER_STAGE;
+}
+
+/* Numbers values: constants, inputs, then instructions stage by stage in id order. number[id] = value + 1. */
+static void number_nodes(const kmp_graph *g, const uint8_t *mark, kmp_program *p, uint32_t *number)
+{
+    uint32_t next = 0, nodes = kmp_graph_count(g);
+    for (int leaf = KMP_OP_CONST; leaf <= KMP_OP_INPUT; leaf++)
+        for (uint32_t id = 0; id < nodes; id++) {
+            const kmp_node *n = kmp_graph_node(g, id);
+            if (!mark[id] || n->op != leaf)
+                continue;
+            if (leaf == KMP_OP_CONST)
+                p->constant[p->constant_count++] = kmp_graph_value(g, id);
+            else
+                p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)n->a, n->b};
+            number[id] = ++next;
+        }
+    int code = 0;
+    for (int s = 0; s < p->stages; s++) {
+        p->code[s] = code;
+        for (uint32_t id = 0; id < nodes; id++)
+            if (mark[id] == s + 1 && kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0) {
+                number[id] = ++next;
+                code++;
+            }
+    }
+    p->code[p->stages] = code;
+}
+
+static uint32_t operand(const uint32_t *number, kmp_ref r)
+{
+    return (number[kmp_id(r)] - 1) << 1 | (r & 1);
+}
+
+static void write_code(const kmp_graph *g, const uint8_t *mark, const uint32_t *number, kmp_program *p)
+{
+    int leaves = p->constant_count + p->input_count;
+    for (uint32_t id = 0; id < kmp_graph_count(g); id++) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        int arity = kmp_op_arity((kmp_op)n->op);
+        if (!mark[id] || arity == 0)
+            continue;
+        p->instruction[(int)number[id] - 1 - leaves] =
+            (kmp_instruction){.op = n->op, .a = operand(number, n->a), .b = arity == 2 ? operand(number, n->b) : 0};
+    }
+}
+
+static bool allocate(kmp_program *p, uint32_t nodes, int output_count)
+{
+    p->code = KMP_NEW(int, p->stages + 1);
+    p->outputs = KMP_NEW(int, p->stages + 1);
+    p->output = KMP_NEW(uint32_t, output_count);
+    p->instruction = KMP_NEW(kmp_instruction, nodes);
+    p->constant = KMP_NEW(double, nodes);
+    p->input = KMP_NEW(kmp_program_input, nodes);
+    return p->code && p->outputs && p->output && p->instruction && p->constant && p->input;
+}
+
+static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const kmp_ref *outputs)
+{
+    uint32_t nodes = kmp_graph_count(g);
+    kmp_program *p = KMP_NEW(kmp_program, 1);
+    uint8_t *mark = KMP_NEW(uint8_t, nodes);
+    uint32_t *number = KMP_NEW(uint32_t, nodes);
+    int total = 0;
+    for (int k = 0; k < groups; k++)
+        total += count[k];
+    bool ok = p && mark && number;
+    if (ok) {
+        p->stages = groups + 1;
+        p->graph_nodes = nodes;
+        ok = allocate(p, nodes, total);
+    }
+    if (ok) {
+        const kmp_ref *o = outputs;
+        for (int k = 0; k < groups; o += count[k], k++)
+            kmp_live_mark(g, count[k], o, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
+        hoist_parameters(g, mark);
+        number_nodes(g, mark, p, number);
+        write_code(g, mark, number, p);
+        for (int k = 0; k < groups; k++)
+            p->outputs[k + 2] = p->outputs[k + 1] + count[k];
+        for (int k = 0; k < total; k++)
+            p->output[k] = operand(number, outputs[k]);
+    } else {
+        kmp_program_free(p);
+        p = NULL;
+    }
+    kmp_free(mark);
+    kmp_free(number);
+    return p;
+}
+
+kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
+{
+    int total = 0;
+    for (int k = 0; k < groups; k++)
+        total += count[k];
+    kmp_ref *all = KMP_NEW(kmp_ref, total);
+    kmp_program *p = NULL;
+    if (!all)
+        return NULL;
+    for (int k = 0, i = 0; k < groups; i += count[k], k++)
+        if (count[k])
+            memcpy(all + i, outputs[k], (size_t)count[k] * sizeof *all);
+    if (kmp_trig_sums(g, total, all))
+        p = schedule(g, groups, count, all);
+    kmp_free(all);
+    return p;
+}
+
+void kmp_program_free(kmp_program *p)
+{
+    if (!p)
+        return;
+    kmp_free(p->code);
+    kmp_free(p->outputs);
+    kmp_free(p->output);
+    kmp_free(p->instruction);
+    kmp_free(p->constant);
+    kmp_free(p->input);
+    kmp_free(p);
+}
+
+kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage)
+{
+    kmp_counts c = {0};
+    for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++)
+        switch ((kmp_op)p->instruction[i].op) {
+        case KMP_OP_ADD:
+            c.add++;
+            break;
+        case KMP_OP_MUL:
+            c.mul++;
+            break;
+        case KMP_OP_DIV:
+            c.div++;
+            break;
+        case KMP_OP_SIN:
+        case KMP_OP_COS:
+            c.trig++;
+            break;
+        default:
+            c.other++;
+        }
+    c.paper = c.add + c.mul + c.div;
+    c.robotran = c.paper + c.trig + c.other;
+    return c;
+}
+
+/* -- text ------------------------------------------------------------------------------------------ */
+
+static const char *const input_names[KMP_IN_COUNT] = {"p", "t", "q", "qd", "qdd", "lambda", "mu"};
+
+static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *text)
+{
+    int value = (int)(operand_ >> 1);
+    kmp_text_put(text, operand_ & 1 ? "-" : "");
+    if (value < p->constant_count) {
+        kmp_text_number(text, p->constant[value]);
+    } else if (value < p->constant_count + p->input_count) {
+        const kmp_program_input *in = &p->input[value - p->constant_count];
+        if (in->kind == KMP_IN_TIME)
+            kmp_text_put(text, "t");
+        else
+            kmp_text_printf(text, "%s[%u]", input_names[in->kind], in->index);
+    } else {
+        kmp_text_printf(text, "v%d", value - p->constant_count - p->input_count);
+    }
+}
+
+static void print_instruction(const kmp_program *p, int i, kmp_text *text)
+{
+    const kmp_instruction *in = &p->instruction[i];
+    kmp_text_printf(text, "    v%d = ", i);
+    if (kmp_op_arity((kmp_op)in->op) == 1) {
+        kmp_text_printf(text, "%s(", kmp_op_text((kmp_op)in->op));
+        print_operand(p, in->a, text);
+        kmp_text_put(text, ")\n");
+        return;
+    }
+    print_operand(p, in->a, text);
+    bool minus = in->op == KMP_OP_ADD && (in->b & 1);
+    kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
+    print_operand(p, minus ? in->b ^ 1 : in->b, text);
+    kmp_text_put(text, "\n");
+}
+
+void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text)
+{
+    for (int s = 0; s < p->stages; s++) {
+        kmp_text_printf(text, "stage %d%s%s\n", s, stage_name ? " " : "", stage_name ? stage_name[s] : "");
+        for (int i = p->code[s]; i < p->code[s + 1]; i++)
+            print_instruction(p, i, text);
+        for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
+            kmp_text_printf(text, "    out[%d] = ", k - p->outputs[s]);
+            print_operand(p, p->output[k], text);
+            kmp_text_put(text, "\n");
+        }
+    }
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program: what the asked outputs need of a graph, as flat straight-line code in stages.
+ *
+ * Stage 0 holds what depends on parameters only and runs once; stage s > 0 computes what output group s needs and no
+ * earlier stage has. Operands are value << 1 | sign; values are numbered constants first, then inputs, then
+ * instructions. Instructions keep the order of generation. */
+#ifndef KMP_SYMBOLIC_PROGRAM_H
+#define KMP_SYMBOLIC_PROGRAM_H
+
+#include "base/text.h"
+#include "symbolic/graph.h"
+
+typedef struct kmp_instruction {
+    uint8_t op;
+    uint32_t a, b;
+} kmp_instruction;
+
+typedef struct kmp_program_input {
+    kmp_input_kind kind;
+    uint32_t index;
+} kmp_program_input;
+
+/** Operations of one stage or of a whole program. `paper`: + - * / as Fisette and Samin count; `robotran`: those, one
+ *  per sine or cosine, and unary minus (which does not occur inside). */
+typedef struct kmp_counts {
+    long add, mul, div, trig, other;
+    long paper, robotran;
+} kmp_counts;
+
+typedef struct kmp_program {
+    int stages;       /* stage 0 included */
+    int *code;        /* stages + 1: first instruction of each stage, and the end */
+    int *outputs;     /* stages + 1: first output of each stage, and the end */
+    uint32_t *output; /* operands */
+    kmp_instruction *instruction;
+    double *constant;
+    kmp_program_input *input;
+    int constant_count, input_count;
+    uint32_t graph_nodes; /* before useless ones were left out */
+} kmp_program;
+
+/** One group of outputs a stage, from stage 1 on; addition theorems are applied to all together. NULL: no memory. */
+kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
+void kmp_program_free(kmp_program *p);
+
+kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
+
+/** As text, one instruction a line; `stage_name` (stages entries) and `input_name` may be NULL. */
+void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text);
+
+#endif

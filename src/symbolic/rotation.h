@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Rotated pairs. Every elementary rotation of the model goes through kmp_rotate, which remembers its results:
+ * rotating a known result again rotates its source by the sum of the angles, so parallel axes and R R' = 1 collapse
+ * in O(1), and the derivative of a rotated pair is found in the pair itself. */
+#ifndef KMP_SYMBOLIC_ROTATION_H
+#define KMP_SYMBOLIC_ROTATION_H
+
+#include "symbolic/graph.h"
+
+typedef struct kmp_rotations kmp_rotations;
+
+kmp_rotations *kmp_rotations_new(void);
+void kmp_rotations_free(kmp_rotations *r);
+bool kmp_rotations_failed(const kmp_rotations *r);
+
+/** y, z <- y cos(angle) - z sin(angle), y sin(angle) + z cos(angle). */
+void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z);
+
+/** a + b with the terms of both sums in one order, so that equal angles are one node. */
+kmp_ref kmp_angle_add(kmp_graph *g, kmp_ref a, kmp_ref b);
+
+/** When node `id` is a component of a rotated pair: (first, second) = Rot(angle) (y, z) with `first` = the node's
+ *  positive reference. */
+typedef struct kmp_pair {
+    kmp_ref y, z, angle, second;
+} kmp_pair;
+
+bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair);
+
+#endif

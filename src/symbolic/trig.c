@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* sin(a + b) = sin a cos b + cos a sin b where sin/cos of a and of b are needed by others or can be had in the same
+ * way. Angles are visited in id order, so a part precedes its sum. */
+#include "symbolic/trig.h"
+#include "base/memory.h"
+#include "symbolic/live.h"
+
+/* Whether sin and cos of r come for free or by calls that happen anyway. */
+static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)
+{
+    return angle_live[kmp_id(r)] || kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
+}
+
+static void mark_angles(const kmp_graph *g, uint32_t count, const uint8_t *live, uint8_t *angle_live)
+{
+    for (uint32_t id = 0; id < count; id++) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        if (live[id] && (n->op == KMP_OP_SIN || n->op == KMP_OP_COS))
+            angle_live[kmp_id(n->a)] = 1;
+    }
+}
+
+typedef struct sincos_of {
+    kmp_ref s, c;
+} sincos_of;
+
+/* sin and cos of an angle, by the addition theorem when both parts are at hand. */
+static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
+{
+    kmp_node n = *kmp_graph_node(g, kmp_id(angle));
+    sincos_of r;
+    if (n.op == KMP_OP_ADD && at_hand(g, angle_live, n.a) && at_hand(g, angle_live, n.b)) {
+        sincos_of p = expand(g, angle_live, n.a), q = expand(g, angle_live, n.b);
+        r.s = kmp_add(g, kmp_mul(g, p.s, q.c), kmp_mul(g, p.c, q.s));
+        r.c = kmp_sub(g, kmp_mul(g, p.c, q.c), kmp_mul(g, p.s, q.s));
+    } else {
+        r.s = kmp_sin(g, angle & ~(kmp_ref)1);
+        r.c = kmp_cos(g, angle & ~(kmp_ref)1);
+    }
+    if (kmp_is_negative(angle))
+        r.s = kmp_neg(r.s);
+    return r;
+}
+
+static kmp_ref mapped(const kmp_ref *map, kmp_ref r)
+{
+    return kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
+}
+
+static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live, kmp_ref *map)
+{
+    for (uint32_t id = 0; id < count; id++) {
+        if (!live[id])
+            continue;
+        kmp_node n = *kmp_graph_node(g, id);
+        if (n.op == KMP_OP_SIN)
+            map[id] = expand(g, angle_live, n.a).s;
+        else if (n.op == KMP_OP_COS)
+            map[id] = expand(g, angle_live, n.a).c;
+        else if (kmp_op_arity((kmp_op)n.op) == 0)
+            map[id] = id << 1;
+        else
+            map[id] =
+                kmp_graph_rebuild(g, id, mapped(map, n.a), kmp_op_arity((kmp_op)n.op) == 2 ? mapped(map, n.b) : 0);
+    }
+}
+
+bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs)
+{
+    uint32_t nodes = kmp_graph_count(g);
+    uint8_t *live = KMP_NEW(uint8_t, nodes), *angle_live = KMP_NEW(uint8_t, nodes);
+    kmp_ref *map = KMP_NEW(kmp_ref, nodes);
+    bool ok = live && angle_live && map;
+    if (ok) {
+        kmp_live_mark(g, count, outputs, live, 1);
+        mark_angles(g, nodes, live, angle_live);
+        rebuild(g, nodes, live, angle_live, map);
+        for (int k = 0; k < count; k++)
+            outputs[k] = mapped(map, outputs[k]);
+    }
+    kmp_free(live);
+    kmp_free(angle_live);
+    kmp_free(map);
+    return ok && !kmp_graph_failed(g);
+}

@@ -1,0 +1,288 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line contract: exit codes, messages, JSON keys, files. Called with the path of the command:
+
+    python3 tests/cli/test_cli.py build/dev/kempe [unittest arguments]
+"""
+import csv
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ANDREWS = ROOT / "examples/andrews/andrews.yaml"
+FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
+SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
+REFERENCE = ROOT / "examples/andrews/reference.csv"
+COMMANDS = "check assemble simulate compare show".split()
+ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
+KEMPE = "kempe"  # set by main
+
+
+def kempe(*words, cwd=None):
+    return subprocess.run([KEMPE, *map(str, words)], capture_output=True, text=True, cwd=cwd, timeout=300)
+
+
+def strict(text):
+    """JSON as the standard has it: no NaN, no Infinity, no repeated keys."""
+
+    def refuse(constant):
+        raise ValueError(f"{constant} is no JSON")
+
+    def once(pairs):
+        keys = [key for key, _ in pairs]
+        if len(keys) != len(set(keys)):
+            raise ValueError(f"repeated keys in {keys}")
+        return dict(pairs)
+
+    return json.loads(text, parse_constant=refuse, object_pairs_hook=once)
+
+
+def without_times(value):
+    """The object without what differs from run to run."""
+    if isinstance(value, dict):
+        return {k: without_times(v) for k, v in value.items() if k not in ("cpu_s", "build_s")}
+    return [without_times(v) for v in value] if isinstance(value, list) else value
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def expect(self, code, *words):
+        done = kempe(*words, cwd=self.folder)
+        self.assertEqual(done.returncode, code, f"kempe {' '.join(map(str, words))}\n{done.stdout}{done.stderr}")
+        if code not in (0, 1):
+            self.assertEqual(done.stdout, "", "a complaint belongs on stderr")
+        if code != 0:
+            self.assertNotEqual(done.stderr, "", "a failure needs a sentence")
+        return done
+
+    def object(self, code, *words):
+        """The object that --json - puts on stdout."""
+        done = kempe(*words, "--json", "-", cwd=self.folder)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return strict(done.stdout)
+
+    def assertKeys(self, value, keys):
+        self.assertEqual([key for key in keys.split() if key not in value], [], "keys that the contract promises")
+
+    def model(self, text):
+        path = self.folder / "model.yaml"
+        path.write_text(text)
+        return path
+
+
+class Usage(Case):
+    def test_help(self):
+        text = self.expect(0, "--help").stdout
+        for name in COMMANDS:
+            self.assertIn(name, text)
+
+    def test_help_of_each_command(self):
+        for name in COMMANDS:
+            text = self.expect(0, name, "--help").stdout
+            self.assertIn("--json", text)
+            self.assertIn(f"  kempe {name} examples/", text)
+
+    def test_version(self):
+        self.assertRegex(self.expect(0, "--version").stdout, r"^kempe \d+\.\d+\.\d+\n$")
+
+    def test_nothing(self):
+        self.expect(3)
+
+    def test_unknown_command(self):
+        self.assertIn("'simulate'", self.expect(3, "simulte", ANDREWS).stderr)
+        self.expect(3, "frobnicate", ANDREWS)
+
+    def test_unknown_option(self):
+        self.assertIn("'--rtol'", self.expect(3, "simulate", ANDREWS, "--rtoll", "1e-6").stderr)
+        self.assertIn("'--roads'", self.expect(3, "compare", ANDREWS, "--road", "dae").stderr)
+        self.expect(3, "check", ANDREWS, "--frobnicate")
+
+    def test_bad_numbers(self):
+        for text in ("abc", "1e-6x", "-1", "0", "nan", "inf", ""):
+            self.assertIn("--rtol", self.expect(3, "simulate", ANDREWS, "--rtol", text).stderr)
+
+    def test_missing_words(self):
+        self.expect(3, "check")
+        self.expect(3, "simulate", ANDREWS, "--rtol")
+        self.expect(3, "check", ANDREWS, FOUR_BAR)
+        self.expect(3, "show", ANDREWS)
+        self.expect(3, "show", ANDREWS, "--model", "--stats")
+
+    def test_unknown_names(self):
+        for option, value in (("--road", "rode"), ("--integrator", "dop54"), ("--form", "shut"), ("--u", "nobody")):
+            self.expect(3, "simulate", ANDREWS, option, value)
+        self.expect(3, "compare", ANDREWS, "--roads", "reduced,rode")
+
+
+class Input(Case):
+    BAD = "kempe: 1\nname: bad\nbodies:\n  A:\n    joint: {name: A, revolut: z, at: ground.O}\n    mass: 1\n"
+
+    def test_place_of_a_mistake(self):
+        path = self.model(self.BAD)
+        for name in ("check", "assemble", "simulate", "compare"):
+            self.assertRegex(self.expect(2, name, path).stderr, r"(?m)^[^\n]*model\.yaml:5:\d+: ")
+
+    def test_not_yaml(self):
+        self.assertRegex(self.expect(2, "check", self.model("kempe: [1\n")).stderr, r"model\.yaml:\d+:\d+: ")
+
+    def test_no_file(self):
+        self.assertIn("nowhere.yaml", self.expect(2, "check", "nowhere.yaml").stderr)
+
+    def test_json_of_a_failure(self):
+        for path in (self.model(self.BAD), 'no "such"\\file.yaml'):
+            found = self.object(2, "check", path)
+            self.assertKeys(found, "model status reason build_s")
+            self.assertEqual((found["model"], found["status"]), (None, "failed"))
+            self.assertNotEqual(found["reason"], "")
+
+    def test_bad_reference(self):
+        (self.folder / "bad.csv").write_text("t,q.nobody\n0,1\n")
+        self.expect(2, "simulate", ANDREWS, "--reference", "bad.csv")
+        self.expect(2, "simulate", ANDREWS, "--reference", "nowhere.csv")
+
+
+class Check(Case):
+    def test_andrews(self):
+        found = self.object(0, "check", ANDREWS)
+        self.assertKeys(found, "model status reason build_s nbody nq nh rank dof redundant u v cond_Jv max_B blocks loops")
+        self.assertEqual([found[k] for k in ("nbody", "nq", "nh", "rank", "dof")], [7, 7, 6, 6, 1])
+        self.assertEqual(sorted(found["u"] + found["v"]), sorted(ANGLES))
+
+    def test_slider_at_dead_centre_is_dependent(self):
+        self.assertIn("slider", self.object(0, "check", SLIDER_CRANK)["v"])
+
+    def test_text(self):
+        self.assertIn("beta", self.expect(0, "check", ANDREWS).stdout)
+
+
+class Assemble(Case):
+    def test_keys(self):
+        found = self.object(0, "assemble", FOUR_BAR)
+        self.assertKeys(found, "model status reason build_s q residual gap culprits")
+        self.assertEqual(found["culprits"], [])
+        for name in ("crank", "coupler", "rocker"):
+            self.assertAlmostEqual(found["q"][name], 0, delta=1e-12)
+
+
+class Simulate(Case):
+    SHORT = ("simulate", FOUR_BAR, "--t-end", 0.1, "--rtol", 1e-8)
+
+    def test_keys(self):
+        found = self.object(0, *self.SHORT)
+        self.assertKeys(found, "model status reason build_s road form integrator rtol t q qd qdd lambda residual energy "
+                               "work cpu_s")
+        self.assertEqual((found["status"], found["t"], found["rtol"]), ("ok", 0.1, 1e-8))
+        self.assertKeys(found["residual"], "h_max hdot_max")
+        self.assertKeys(found["energy"], "drift_rel")
+        self.assertKeys(found["work"], "steps rejected rhs newton factorizations exchanges")
+        self.assertEqual(len(found["lambda"]["C"]), 2)
+        self.assertEqual(sorted(found["q"]), ["coupler", "crank", "rocker"])
+
+    def test_every_road(self):
+        for road in ("reduced", "dae", "projected"):
+            found = self.object(0, *self.SHORT, "--road", road)
+            self.assertEqual(found["road"], road)
+            self.assertLess(found["residual"]["h_max"], 1e-6)
+
+    def test_csv(self):
+        self.expect(0, *self.SHORT, "--every", 0.05, "-o", "out.csv")
+        with open(self.folder / "out.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([float(row["t"]) for row in rows], [0, 0.05, 0.1])
+        self.assertKeys(rows[0], "t q.crank qd.crank lambda.C.1 lambda.C.2")
+        self.assertEqual(os.listdir(self.folder), ["out.csv"], "no temporary may stay")
+
+    def test_csv_that_cannot_be_written(self):
+        self.expect(1, *self.SHORT, "-o", "no_such_folder/out.csv")
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_json_file(self):
+        done = self.expect(0, *self.SHORT, "--json", "out.json")
+        self.assertNotEqual(done.stdout, "")
+        self.assertEqual(strict((self.folder / "out.json").read_text())["status"], "ok")
+
+    def test_reference(self):
+        found = self.object(0, "simulate", ANDREWS, "--rtol", 1e-8, "--reference", REFERENCE)
+        self.assertLess(abs(found["q"]["beta"] - 15.810771195153707), 1e-4)
+
+    def test_same_bytes_twice(self):
+        first, second = (self.object(0, *self.SHORT) for _ in range(2))
+        self.assertEqual(json.dumps(without_times(first)), json.dumps(without_times(second)))
+
+    def test_same_table_twice(self):
+        for name in ("a.csv", "b.csv"):
+            self.expect(0, *self.SHORT, "-o", name)
+        self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
+
+    def test_interrupt(self):
+        run = subprocess.Popen([KEMPE, "simulate", FOUR_BAR, "--t-end", "1e6", "--rtol", "1e-12", "--json", "-"],
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        try:
+            run.wait(0.5)
+        except subprocess.TimeoutExpired:
+            pass
+        run.send_signal(signal.SIGINT)
+        text = run.communicate(timeout=60)[0]
+        self.assertEqual(run.returncode, 0)
+        found = strict(text)
+        self.assertEqual(found["status"], "stopped")
+        self.assertNotEqual(found["reason"], "")
+
+
+class Compare(Case):
+    RUN = ("compare", ANDREWS, "--rtol", "1e-5,1e-7", "--reference", REFERENCE)
+
+    def test_keys(self):
+        found = self.object(0, *self.RUN)
+        self.assertKeys(found, "model status reason build_s reference runs")
+        self.assertKeys(found["reference"], "source uncertainty")
+        self.assertEqual({run["rtol"] for run in found["runs"]}, {1e-5, 1e-7})
+        for run in found["runs"]:
+            self.assertKeys(run, "road form integrator rtol status reason error residual energy work cpu_s")
+            self.assertKeys(run["error"], "q qd lambda")
+            self.assertEqual((run["status"], run["reason"] or ""), ("ok", ""), run)
+            self.assertLess(run["error"]["q"], 1e-2, run)
+
+    def test_choice(self):
+        found = self.object(0, *self.RUN, "--roads", "dae")
+        self.assertEqual({run["road"] for run in found["runs"]}, {"dae"})
+
+    def test_same_bytes_twice(self):
+        words = (*self.RUN, "--roads", "reduced")
+        first, second = (self.object(0, *words) for _ in range(2))
+        self.assertEqual(json.dumps(without_times(first)), json.dumps(without_times(second)))
+
+    def test_csv(self):
+        self.expect(0, *self.RUN, "--roads", "reduced", "--csv", "table.csv")
+        with open(self.folder / "table.csv", newline="") as file:
+            self.assertKeys(next(csv.reader(file)), "road form integrator rtol")
+        self.assertEqual(os.listdir(self.folder), ["table.csv"])
+
+
+class Show(Case):
+    def test_views(self):
+        for view in ("--model", "--equations", "--program", "--stats"):
+            self.assertNotEqual(self.expect(0, "show", ANDREWS, view).stdout, "")
+            self.object(0, "show", ANDREWS, view)
+
+    def test_same_bytes_twice(self):
+        for view in ("--equations", "--program"):
+            first, second = (self.expect(0, "show", ANDREWS, view).stdout for _ in range(2))
+            self.assertEqual(first, second)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("which command? python3 tests/cli/test_cli.py build/dev/kempe")
+    KEMPE = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()

@@ -1,0 +1,326 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* DOP853: the tableau, the orders of solution and dense output, step-size control, and what the road says. */
+#include "base/memory.h"
+#include "check.h"
+#include "integrators/dop853.h"
+
+static const double tight[8] = {1e-12, 1e-12, 1e-12, 1e-12, 1e-12, 1e-12, 1e-12, 1e-12};
+
+static kmp_tolerance tolerance(double rtol)
+{
+    return (kmp_tolerance){rtol, tight};
+}
+
+/* -- a nonlinear problem with a known solution: y = exp(s), exp(5 s), s + 1, cos(t^2), s = sin(t^2) -- */
+
+static int curve(void *self, double t, const double *y, double *dy)
+{
+    (void)self;
+    dy[0] = 2 * t * pow(y[1], 0.2) * y[3];
+    dy[1] = 10 * t * exp(5 * (y[2] - 1)) * y[3];
+    dy[2] = 2 * t * y[3];
+    dy[3] = -2 * t * log(y[0]);
+    return KMP_GO;
+}
+
+static void curve_at(double t, double *y)
+{
+    double s = sin(t * t);
+    y[0] = exp(s);
+    y[1] = exp(5 * s);
+    y[2] = s + 1;
+    y[3] = cos(t * t);
+}
+
+static double distance(const double *y, double t)
+{
+    double exact[4], worst = 0;
+    curve_at(t, exact);
+    for (int i = 0; i < 4; i++)
+        worst = fmax(worst, fabs(y[i] - exact[i]) / exact[1]);
+    return worst;
+}
+
+/* n equal steps over [0.3, 1.1]: error at the end, and of the dense output anywhere. */
+static void equal_steps(int n, double *at_end, double *within)
+{
+    const double loose[4] = {1e3, 1e3, 1e3, 1e3};
+    kmp_ode ode = {.n = 4, .rhs = curve};
+    kmp_dop853 *s = kmp_dop853_new(&ode, (kmp_tolerance){1, loose});
+    double y[4], t = 0.3, h = 0.8 / n;
+    curve_at(t, y);
+    *within = 0;
+    for (int k = 1; k <= n; k++) {
+        double t1 = 0.3 + h * k, middle[4];
+        CHECK(kmp_dop853_start(s, t, y, t1, h) == KMP_GO);
+        CHECK(kmp_dop853_step(s) == KMP_GO && kmp_dop853_t(s) == t1);
+        for (int j = 1; j < 8; j++) {
+            double tm = t + (t1 - t) * j / 8;
+            CHECK(kmp_dop853_dense(s, tm, middle) == KMP_GO);
+            *within = fmax(*within, distance(middle, tm));
+        }
+        memcpy(y, kmp_dop853_y(s), sizeof y);
+        t = t1;
+    }
+    *at_end = distance(y, t);
+    kmp_dop853_free(s);
+}
+
+static void test_orders(void)
+{
+    double end[3], within[3];
+    for (int i = 0; i < 3; i++)
+        equal_steps(6 << i, &end[i], &within[i]);
+    double order = log2(end[0] / end[1]), dense = log2(within[0] / within[1]);
+    printf("  order %.2f, %.2f; dense %.2f, %.2f\n", order, log2(end[1] / end[2]), dense, log2(within[1] / within[2]));
+    CHECK(order > 7.5 && order < 9.5);
+    CHECK(dense > 6.8 && dense < 9.2); /* local order 8 of a 7th-order interpolant */
+    CHECK(end[1] < 1e-9);
+}
+
+/* With dy = 1 and y = t at the start, y is t in every stage where the row of the tableau sums to c. */
+static int unit_slope(void *self, double t, const double *y, double *dy)
+{
+    double *worst = self;
+    *worst = fmax(*worst, fabs(y[0] - t));
+    dy[0] = 1;
+    return KMP_GO;
+}
+
+static void test_rows_sum_to_the_nodes(void)
+{
+    double worst = 0, y = 0.25;
+    kmp_ode ode = {.n = 1, .self = &worst, .rhs = unit_slope};
+    kmp_dop853 *s = kmp_dop853_new(&ode, tolerance(1e-8));
+    kmp_dop853_start(s, 0.25, &y, 1.25, 1.0);
+    CHECK(kmp_dop853_step(s) == KMP_GO);
+    CHECK(kmp_dop853_dense(s, 0.8125, &y) == KMP_GO);
+    CHECK_NEAR(y, 0.8125, 1e-15);
+    CHECK(worst < 2e-14);
+    CHECK(kmp_dop853_work(s).rhs == 1 + 12 + 3);
+    kmp_dop853_free(s);
+}
+
+/* -- Arenstorf's orbit (Hairer, Norsett, Wanner, II.0, (0.1), (0.2)) --------------------------------- */
+
+static int arenstorf(void *self, double t, const double *y, double *dy)
+{
+    (void)self;
+    (void)t;
+    const double mu = 0.012277471, nu = 1 - mu;
+    double a = y[0] + mu, b = y[0] - nu, yy = y[1] * y[1];
+    double d1 = pow(a * a + yy, 1.5), d2 = pow(b * b + yy, 1.5);
+    dy[0] = y[2];
+    dy[1] = y[3];
+    dy[2] = y[0] + 2 * y[3] - nu * a / d1 - mu * b / d2;
+    dy[3] = y[1] - 2 * y[2] - nu * y[1] / d1 - mu * y[1] / d2;
+    return KMP_GO;
+}
+
+static void test_arenstorf_closes(void)
+{
+    const double start[4] = {0.994, 0, 0, -2.00158510637908252240537862224}, period = 17.0652165601579625588917206249;
+    kmp_ode ode = {.n = 4, .rhs = arenstorf};
+    kmp_dop853 *s = kmp_dop853_new(&ode, tolerance(1e-12));
+    CHECK(kmp_dop853_start(s, 0, start, period, 0) == KMP_GO);
+    unsigned long before = kmp_memory_count();
+    double y[4];
+    while (kmp_dop853_t(s) < period) {
+        CHECK(kmp_dop853_step(s) == KMP_GO);
+        kmp_dop853_dense(s, 0.5 * (kmp_dop853_t_old(s) + kmp_dop853_t(s)), y);
+    }
+    CHECK(kmp_memory_count() == before);
+    CHECK(kmp_dop853_t(s) == period);
+    for (int i = 0; i < 2; i++)
+        CHECK_NEAR(kmp_dop853_y(s)[i], start[i], 1e-7);
+    kmp_ode_work work = kmp_dop853_work(s);
+    printf("  %ld steps, %ld rejected, %ld rhs; closes to %.1e\n", work.steps, work.rejected, work.rhs,
+           hypot(kmp_dop853_y(s)[0] - start[0], kmp_dop853_y(s)[1]));
+    CHECK(work.steps < 400 && work.refused == 0);
+    kmp_dop853_free(s);
+}
+
+/* -- dense output at the ends, and of an ordinary run ------------------------------------------------ */
+
+static void test_dense_output_of_a_run(void)
+{
+    kmp_ode ode = {.n = 4, .rhs = curve};
+    kmp_dop853 *s = kmp_dop853_new(&ode, tolerance(1e-9));
+    double y[4], dense[4], worst = 0;
+    curve_at(0, y);
+    CHECK(kmp_dop853_start(s, 0, y, 1.5, 0) == KMP_GO);
+    CHECK(kmp_dop853_dense(s, 0, dense) == KMP_GO && memcmp(y, dense, sizeof y) == 0);
+    while (kmp_dop853_t(s) < 1.5) {
+        memcpy(y, kmp_dop853_y(s), sizeof y);
+        CHECK(kmp_dop853_step(s) == KMP_GO);
+        double t0 = kmp_dop853_t_old(s), t1 = kmp_dop853_t(s);
+        kmp_dop853_dense(s, t0, dense);
+        CHECK(memcmp(y, dense, sizeof y) == 0);
+        kmp_dop853_dense(s, t1, dense);
+        for (int i = 0; i < 4; i++)
+            CHECK_NEAR(dense[i], kmp_dop853_y(s)[i], 1e-14);
+        kmp_dop853_dense(s, t0 + 0.3 * (t1 - t0), dense);
+        worst = fmax(worst, distance(dense, t0 + 0.3 * (t1 - t0)));
+    }
+    printf("  within the steps: %.1e\n", worst);
+    CHECK(worst < 1e-7);
+    kmp_dop853_free(s);
+}
+
+/* -- what the road says ------------------------------------------------------------------------------ */
+
+typedef struct road {
+    double last_rhs_t, wall;
+    int accepted, refuse_at, halt_at, always_refuse;
+    bool order_kept;
+} road;
+
+static int decay(void *self, double t, const double *y, double *dy)
+{
+    road *r = self;
+    r->last_rhs_t = t;
+    if (t > r->wall)
+        return KMP_RETRY;
+    dy[0] = -y[0];
+    return KMP_GO;
+}
+
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    road *r = self;
+    r->order_kept = r->order_kept && r->last_rhs_t == t && dy[0] == -y[0] && w[0] > 0;
+    if (r->always_refuse)
+        return KMP_RETRY;
+    if (++r->accepted == r->refuse_at)
+        return KMP_RETRY;
+    if (r->accepted == r->halt_at)
+        return KMP_HALT;
+    y[0] += 1e-13;
+    return KMP_GO;
+}
+
+static kmp_dop853 *start_decay(road *r, double h0)
+{
+    kmp_ode ode = {.n = 1, .self = r, .rhs = decay, .accept = accept};
+    kmp_dop853 *s = kmp_dop853_new(&ode, tolerance(1e-10));
+    double y = 1;
+    r->order_kept = true;
+    CHECK(kmp_dop853_start(s, 0, &y, 2, h0) == KMP_GO);
+    return s;
+}
+
+static void test_accept_sees_and_corrects(void)
+{
+    road r = {.wall = 9};
+    kmp_dop853 *s = start_decay(&r, 0);
+    while (kmp_dop853_t(s) < 2)
+        CHECK(kmp_dop853_step(s) == KMP_GO);
+    CHECK(r.order_kept && r.accepted == kmp_dop853_work(s).steps);
+    CHECK_NEAR(kmp_dop853_y(s)[0], exp(-2), 1e-10);
+    CHECK(kmp_dop853_y(s)[0] + kmp_dop853_dy(s)[0] != 0); /* y corrected, dy as evaluated */
+    CHECK_NEAR(kmp_dop853_dy(s)[0], -exp(-2), 1e-10);
+    kmp_dop853_free(s);
+}
+
+static void test_refused_steps_are_halved(void)
+{
+    road r = {.wall = 9, .refuse_at = 2};
+    kmp_dop853 *s = start_decay(&r, 0.01);
+    CHECK(kmp_dop853_step(s) == KMP_GO && kmp_dop853_t(s) == 0.01);
+    CHECK(kmp_dop853_step(s) == KMP_GO);
+    CHECK_NEAR(kmp_dop853_t(s), 0.01 + 0.06 / 2, 1e-14); /* growth 6, then half */
+    CHECK(kmp_dop853_step(s) == KMP_GO);
+    CHECK_NEAR(kmp_dop853_t(s) - kmp_dop853_t_old(s), 0.03, 1e-14); /* none right after */
+    CHECK(kmp_dop853_work(s).refused == 1 && kmp_dop853_work(s).rejected == 0);
+    kmp_dop853_free(s);
+}
+
+static void test_wall_is_approached_and_reported(void)
+{
+    road r = {.wall = 1};
+    kmp_dop853 *s = start_decay(&r, 0);
+    int said = KMP_GO;
+    while (said == KMP_GO && kmp_dop853_t(s) < 2)
+        said = kmp_dop853_step(s);
+    CHECK(said == KMP_RETRY);
+    CHECK_NEAR(kmp_dop853_t(s), 1, 1e-12);
+    CHECK_NEAR(kmp_dop853_y(s)[0], exp(-1), 1e-9);
+    CHECK(kmp_dop853_work(s).refused > 0);
+    kmp_dop853_free(s);
+}
+
+static void test_halt_and_endless_refusal(void)
+{
+    road r = {.wall = 9, .halt_at = 3};
+    kmp_dop853 *s = start_decay(&r, 0);
+    CHECK(kmp_dop853_step(s) == KMP_GO && kmp_dop853_step(s) == KMP_GO);
+    double y = kmp_dop853_y(s)[0], t = kmp_dop853_t(s), dense;
+    CHECK(kmp_dop853_step(s) == KMP_HALT);
+    CHECK(kmp_dop853_t(s) == t && kmp_dop853_y(s)[0] == y);
+    CHECK(kmp_dop853_dense(s, t, &dense) == KMP_GO && dense == y);
+    CHECK_NEAR(kmp_dop853_dy(s)[0], -y, 1e-12);
+    kmp_dop853_free(s);
+    road stubborn = {.wall = 9, .always_refuse = 1};
+    s = start_decay(&stubborn, 0);
+    CHECK(kmp_dop853_step(s) == KMP_RETRY);
+    CHECK(kmp_dop853_t(s) == 0);
+    kmp_dop853_free(s);
+}
+
+static int nan_beyond_half(void *self, double t, const double *y, double *dy)
+{
+    (void)self;
+    dy[0] = t > 0.5 ? NAN : y[0];
+    return KMP_GO;
+}
+
+static void test_nan_is_a_rejection(void)
+{
+    kmp_ode ode = {.n = 1, .rhs = nan_beyond_half};
+    kmp_dop853 *s = kmp_dop853_new(&ode, tolerance(1e-8));
+    double y = 1;
+    kmp_dop853_start(s, 0, &y, 1, 0.4);
+    int said = KMP_GO;
+    while (said == KMP_GO && kmp_dop853_t(s) < 1)
+        said = kmp_dop853_step(s);
+    CHECK(said == KMP_RETRY && isfinite(kmp_dop853_y(s)[0]));
+    CHECK(kmp_dop853_t(s) > 0.49 && kmp_dop853_t(s) <= 0.5);
+    kmp_dop853_free(s);
+}
+
+static int nothing(void *self, double t, const double *y, double *dy)
+{
+    (void)self;
+    (void)t;
+    (void)y;
+    (void)dy;
+    return KMP_GO;
+}
+
+static void test_no_unknowns(void)
+{
+    kmp_ode ode = {.n = 0, .rhs = nothing};
+    kmp_dop853 *s = kmp_dop853_new(&ode, tolerance(1e-8));
+    double none;
+    CHECK(kmp_dop853_start(s, 0, &none, 1, 0) == KMP_GO);
+    int steps = 0;
+    while (kmp_dop853_t(s) < 1 && steps++ < 100)
+        CHECK(kmp_dop853_step(s) == KMP_GO);
+    CHECK(kmp_dop853_t(s) == 1);
+    kmp_dop853_free(s);
+}
+
+int main(void)
+{
+    TEST(test_orders);
+    TEST(test_rows_sum_to_the_nodes);
+    TEST(test_arenstorf_closes);
+    TEST(test_dense_output_of_a_run);
+    TEST(test_accept_sees_and_corrects);
+    TEST(test_refused_steps_are_halved);
+    TEST(test_wall_is_approached_and_reported);
+    TEST(test_halt_and_endless_refusal);
+    TEST(test_nan_is_a_rejection);
+    TEST(test_no_unknowns);
+    return check_report();
+}

@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* IDA with UMFPACK on Robertson's reaction as a DAE, its dense output and refusals; KINSOL on a 2 x 2 system. */
+#include "check.h"
+#include "constraints/kinsol.h"
+#include "integrators/ida.h"
+
+/* -- Robertson's reaction: two rates and a balance (Hairer, Wanner, Solving ODEs II, IV.1) ----- */
+
+typedef struct reaction {
+    int accepted, halt_after, retry_at, calls, give_up_at;
+} reaction;
+
+static int rates(void *self, double t, const double *y, const double *yp, double *r)
+{
+    (void)t;
+    reaction *s = self;
+    s->calls++;
+    if (s->calls == s->retry_at)
+        return KMP_RETRY;
+    if (s->calls == s->give_up_at)
+        return KMP_HALT;
+    r[0] = -0.04 * y[0] + 1e4 * y[1] * y[2] - yp[0];
+    r[1] = 0.04 * y[0] - 1e4 * y[1] * y[2] - 3e7 * y[1] * y[1] - yp[1];
+    r[2] = y[0] + y[1] + y[2] - 1;
+    return KMP_GO;
+}
+
+static int rates_matrix(void *self, double t, double cj, const double *y, const double *yp, double *a)
+{
+    (void)self;
+    (void)t;
+    (void)yp;
+    double columns[9] = {-0.04 - cj, 0.04, 1, 1e4 * y[2], -1e4 * y[2] - 6e7 * y[1] - cj, 1, 1e4 * y[1], -1e4 * y[1], 1};
+    memcpy(a, columns, sizeof columns);
+    return KMP_GO;
+}
+
+static int count_step(void *self, double t, const double *y, const double *yp)
+{
+    (void)t;
+    (void)yp;
+    reaction *s = self;
+    CHECK(fabs(y[0] + y[1] + y[2] - 1) < 1e-8);
+    return ++s->accepted == s->halt_after ? KMP_HALT : KMP_GO;
+}
+
+static const long col_start[] = {0, 3, 6, 9}, row[] = {0, 1, 2, 0, 1, 2, 0, 1, 2};
+static const double differential[] = {1, 1, 0}, factor[] = {1, 1, 1e8}, atol[] = {1e-12, 1e-16, 1e-12};
+static const double start_y[] = {1, 0, 0}, start_yp[] = {-0.04, 0.04, 0};
+
+static kmp_dae robertson(reaction *s)
+{
+    return (kmp_dae){.n = 3,
+                     .nz = 9,
+                     .col_start = col_start,
+                     .row = row,
+                     .differential = differential,
+                     .factor = factor,
+                     .self = s,
+                     .residual = rates,
+                     .matrix = rates_matrix,
+                     .accept = count_step};
+}
+
+static kmp_ida *start_robertson(kempe_context *context, reaction *r)
+{
+    kmp_dae dae = robertson(r);
+    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-10, atol}, "umfpack");
+    CHECK(s != NULL);
+    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    return s;
+}
+
+static kempe_status run_to(kmp_ida *s, double t_end)
+{
+    kempe_status status = KEMPE_OK;
+    while (status == KEMPE_OK && kmp_ida_t(s) < t_end)
+        status = kmp_ida_step(s);
+    return status;
+}
+
+static void check_at_40(kmp_ida *s)
+{
+    double y[3], yp[3];
+    CHECK(kmp_ida_t(s) == 40);
+    CHECK(kmp_ida_dense(s, 40, y, yp) == KEMPE_OK);
+    CHECK_NEAR(y[0], 0.7158270687193941, 1e-8);
+    CHECK(fabs(y[1] - 0.9185534764557338e-5) < 1e-12);
+    CHECK_NEAR(y[2], 0.2841637457458413, 1e-8);
+    CHECK_NEAR(yp[0], -0.04 * y[0] + 1e4 * y[1] * y[2], 1e-7);
+}
+
+static void test_robertson(void)
+{
+    kempe_context *context = kempe_context_new();
+    reaction r = {0};
+    kmp_ida *s = start_robertson(context, &r);
+    CHECK(run_to(s, 40) == KEMPE_OK);
+    check_at_40(s);
+    kmp_dae_work w = kmp_ida_work(s);
+    CHECK(w.steps == r.accepted && w.steps > 50 && w.factorizations > 0 && w.residuals == r.calls);
+    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    CHECK(run_to(s, 40) == KEMPE_OK);
+    check_at_40(s);
+    CHECK(kmp_ida_work(s).steps == 2 * w.steps); /* the counters go on */
+    CHECK(kmp_ida_step(s) == KEMPE_OK && kmp_ida_t(s) == 40);
+    kmp_ida_free(s);
+    kempe_context_free(context);
+}
+
+static void test_dense_output(void)
+{
+    kempe_context *context = kempe_context_new();
+    reaction r = {0};
+    kmp_ida *s = start_robertson(context, &r);
+    double y[3], yp[3], last[3] = {1, 0, 0};
+    CHECK(kmp_ida_dense(s, 0, y, yp) == KEMPE_OK && y[0] == 1 && yp[1] == 0.04);
+    while (kmp_ida_t(s) < 0.4) {
+        CHECK(kmp_ida_step(s) == KEMPE_OK);
+        double t0 = kmp_ida_t_old(s), t1 = kmp_ida_t(s), after[3];
+        CHECK(kmp_ida_dense(s, t0, y, yp) == KEMPE_OK);
+        CHECK_NEAR(y[0], last[0], 1e-9);
+        CHECK(kmp_ida_dense(s, 0.5 * (t0 + t1), y, yp) == KEMPE_OK);
+        CHECK(kmp_ida_dense(s, t1, last, yp) == KEMPE_OK);
+        CHECK(y[0] < t0 + 1 && last[0] <= y[0]);
+        CHECK(kmp_ida_dense(s, t1, after, yp) == KEMPE_OK && memcmp(after, last, sizeof last) == 0);
+    }
+    CHECK(kmp_ida_dense(s, 1e9, y, yp) == KEMPE_E_BUG);
+    kmp_ida_free(s);
+    kempe_context_free(context);
+}
+
+static void test_retry_halt_and_giving_up(void)
+{
+    kempe_context *context = kempe_context_new();
+    reaction retry = {.retry_at = 30}, halt = {.halt_after = 7}, give_up = {.give_up_at = 40};
+    kmp_ida *s = start_robertson(context, &retry);
+    CHECK(run_to(s, 40) == KEMPE_OK && kmp_ida_work(s).failures > 0);
+    check_at_40(s);
+    kmp_ida_free(s);
+    s = start_robertson(context, &halt);
+    CHECK(run_to(s, 40) == KEMPE_STOPPED && halt.accepted == 7);
+    kmp_ida_free(s);
+    s = start_robertson(context, &give_up);
+    CHECK(run_to(s, 40) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(context), "gave up") != NULL);
+    kmp_ida_free(s);
+    kempe_context_free(context);
+}
+
+static int singular_matrix(void *self, double t, double cj, const double *y, const double *yp, double *a)
+{
+    rates_matrix(self, t, cj, y, yp, a);
+    a[2] = a[5] = a[8] = 0;
+    return KMP_GO;
+}
+
+static void test_singular_matrix_is_told(void)
+{
+    kempe_context *context = kempe_context_new();
+    reaction r = {0};
+    kmp_dae dae = robertson(&r);
+    dae.matrix = singular_matrix;
+    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, atol}, "umfpack");
+    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    CHECK(run_to(s, 40) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(context), "singular") != NULL);
+    printf("  %s\n", kempe_context_message(context));
+    kmp_ida_free(s);
+    CHECK(kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, atol}, "abacus") == NULL);
+    CHECK(strstr(kempe_context_message(context), "abacus") != NULL);
+    kempe_context_free(context);
+}
+
+/* -- KINSOL: a circle and a hyperbola ----------------------------------------------------------------- */
+
+static int curves(void *self, const double *x, double *r)
+{
+    (void)self;
+    r[0] = x[0] * x[0] + x[1] * x[1] - 5;
+    r[1] = x[0] * x[1] - 2;
+    return KMP_GO;
+}
+
+static int curves_jacobian(void *self, const double *x, double *a)
+{
+    (void)self;
+    a[0] = 2 * x[0];
+    a[1] = x[1];
+    a[2] = 2 * x[1];
+    a[3] = x[0];
+    return KMP_GO;
+}
+
+/* x^2 + 1 has no root; its Jacobian vanishes at 0. */
+static int rootless(void *self, const double *x, double *r)
+{
+    (void)self;
+    r[0] = x[0] * x[0] + 1;
+    return KMP_GO;
+}
+
+static int rootless_jacobian(void *self, const double *x, double *a)
+{
+    (void)self;
+    a[0] = 2 * x[0];
+    return KMP_GO;
+}
+
+static void test_kinsol(void)
+{
+    kempe_context *context = kempe_context_new();
+    double x[2] = {30, 1}, one[2] = {1, 1};
+    int iterations = 0;
+    CHECK(kmp_kinsol_solve(context, 2, x, one, one, curves, curves_jacobian, NULL, 1e-13, &iterations) == KEMPE_OK);
+    CHECK_NEAR(x[0], 2, 1e-12);
+    CHECK_NEAR(x[1], 1, 1e-12);
+    CHECK(iterations > 2 && iterations < 20);
+    x[0] = x[1] = 0;
+    CHECK(kmp_kinsol_solve(context, 2, x, one, one, curves, curves_jacobian, NULL, 1e-13, NULL) == KEMPE_E_FAILED);
+    CHECK(x[0] == 0 && x[1] == 0);
+    CHECK(strstr(kempe_context_message(context), "singular") != NULL);
+    x[0] = 3;
+    CHECK(kmp_kinsol_solve(context, 1, x, one, one, rootless, rootless_jacobian, NULL, 1e-13, NULL) == KEMPE_E_FAILED);
+    CHECK(x[0] == 3);
+    printf("  %s\n", kempe_context_message(context));
+    kempe_context_free(context);
+}
+
+int main(void)
+{
+    TEST(test_robertson);
+    TEST(test_dense_output);
+    TEST(test_retry_halt_and_giving_up);
+    TEST(test_singular_matrix_is_told);
+    TEST(test_kinsol);
+    return check_report();
+}

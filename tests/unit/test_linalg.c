@@ -1,0 +1,347 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Dense factorisations against random matrices, the block solver against dense LU. */
+#include "base/memory.h"
+#include "check.h"
+#include "linalg/block.h"
+#include "linalg/dense.h"
+
+#include <stdint.h>
+
+enum { MAX = 40 };
+
+static uint64_t seed = 1;
+
+/* Knuth's MMIX generator; uniform in [-1, 1). */
+static double uniform(void)
+{
+    seed = seed * 6364136223846793005u + 1442695040888963407u;
+    return (double)(seed >> 11) * 0x1p-52 - 1.0;
+}
+
+static int below(int n)
+{
+    int k = (int)((uniform() + 1.0) * 0.5 * n);
+    return k < n ? k : n - 1;
+}
+
+static void randomise(int count, double *a)
+{
+    for (int i = 0; i < count; i++)
+        a[i] = uniform();
+}
+
+/* The largest |b - A x| or |b - A' x|. */
+static double residual(int n, const double *a, int transposed, const double *x, const double *b)
+{
+    double worst = 0;
+    for (int i = 0; i < n; i++) {
+        double s = b[i];
+        for (int j = 0; j < n; j++)
+            s -= (transposed ? a[j + i * n] : a[i + j * n]) * x[j];
+        worst = fmax(worst, fabs(s));
+    }
+    return worst;
+}
+
+static double largest(int n, const double *x)
+{
+    double m = 1;
+    for (int i = 0; i < n; i++)
+        m = fmax(m, fabs(x[i]));
+    return m;
+}
+
+static void test_lu(void)
+{
+    static double a[MAX * MAX], lu[MAX * MAX], b[2 * MAX], x[2 * MAX];
+    int pivot[MAX];
+    for (int n = 1; n <= 12; n++)
+        for (int trial = 0; trial < 200; trial++) {
+            randomise(n * n, a);
+            if (n > 1 && trial % 3 == 0)
+                a[0] = 0;
+            randomise(2 * n, b);
+            memcpy(lu, a, sizeof lu);
+            CHECK(kmp_lu_factor(n, lu, pivot) == 0);
+            for (int t = 0; t < 2; t++) {
+                memcpy(x, b, sizeof x);
+                (t ? kmp_lu_solve_transposed : kmp_lu_solve)(n, lu, pivot, 2, x);
+                for (int m = 0; m < 2; m++)
+                    CHECK(residual(n, a, t, x + m * n, b + m * n) < 1e-13 * largest(n, x + m * n));
+            }
+        }
+}
+
+static void test_lu_singular(void)
+{
+    double a[25];
+    int pivot[5];
+    for (int n = 1; n <= 5; n++) {
+        memset(a, 0, sizeof a);
+        CHECK(kmp_lu_factor(n, a, pivot) == 1);
+        for (int i = 0; i < n; i++)
+            a[i + i * n] = 1;
+        a[(n - 1) * (n + 1)] = 0;
+        CHECK(kmp_lu_factor(n, a, pivot) == n);
+        for (int place = 0; place < n * n; place++) {
+            randomise(n * n, a);
+            a[place] = place % 2 ? NAN : INFINITY;
+            CHECK(kmp_lu_factor(n, a, pivot) != 0);
+        }
+    }
+}
+
+static void test_cholesky(void)
+{
+    double g[100], a[100], l[100], b[10], x[10];
+    for (int n = 1; n <= 10; n++)
+        for (int trial = 0; trial < 50; trial++) {
+            randomise(n * n, g);
+            randomise(n, b);
+            for (int i = 0; i < n; i++)
+                for (int j = 0; j < n; j++) {
+                    a[i + j * n] = i == j;
+                    for (int k = 0; k < n; k++)
+                        a[i + j * n] += g[i + k * n] * g[j + k * n];
+                }
+            memcpy(l, a, sizeof l);
+            for (int j = 1; j < n; j++)
+                l[j * n] = NAN; /* the upper triangle is not read */
+            CHECK(kmp_cholesky_factor(n, l) == 0);
+            memcpy(x, b, sizeof x);
+            kmp_cholesky_solve(n, l, x);
+            CHECK(residual(n, a, 0, x, b) < 1e-13);
+            memcpy(l, a, sizeof l);
+            l[(n - 1) * (n + 1)] = -1;
+            CHECK(kmp_cholesky_factor(n, l) == n);
+        }
+}
+
+static void product(int m, int n, int rank, double *a)
+{
+    double x[MAX * MAX], y[MAX * MAX];
+    randomise(m * rank, x);
+    randomise(rank * n, y);
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < n; j++) {
+            a[i + j * m] = 0;
+            for (int k = 0; k < rank; k++)
+                a[i + j * m] += x[i + k * m] * y[k + j * rank];
+        }
+}
+
+static void test_complete_pivoting_finds_the_rank(void)
+{
+    static double a[MAX * MAX];
+    int r[MAX], c[MAX];
+    double pivots[MAX];
+    for (int m = 1; m <= 8; m++)
+        for (int n = 1; n <= 8; n++)
+            for (int rank = 0; rank <= m && rank <= n; rank++) {
+                product(m, n, rank, a);
+                kmp_lu_complete(m, n, a, NULL, r, c, pivots);
+                int found = 0;
+                for (int k = 0; k < m && k < n; k++)
+                    found += pivots[k] > 1e-10 * pivots[0];
+                CHECK(found == rank);
+            }
+}
+
+/* L U is the matrix with rows r and columns c, and a fixed column comes last. */
+static void test_complete_pivoting_factors(void)
+{
+    enum { M = 5, N = 8 };
+    double a[M * N], lu[M * N], pivots[M];
+    int fixed[N] = {0}, r[M], c[N];
+    fixed[2] = fixed[5] = 1;
+    for (int trial = 0; trial < 100; trial++) {
+        randomise(M * N, a);
+        a[2 * M] = 50;
+        memcpy(lu, a, sizeof a);
+        kmp_lu_complete(M, N, lu, fixed, r, c, pivots);
+        for (int k = 0; k < M; k++)
+            CHECK(!fixed[c[k]] && pivots[k] == fabs(lu[k + k * M]));
+        for (int i = 0; i < M; i++)
+            for (int j = 0; j < N; j++) {
+                double s = 0;
+                for (int k = 0; k <= i && k <= j; k++)
+                    s += (k == i ? 1.0 : lu[i + k * M]) * lu[k + j * M];
+                CHECK(fabs(s - a[r[i] + c[j] * M]) < 1e-13);
+            }
+    }
+}
+
+static void test_complete_pivoting_breaks_ties_by_index(void)
+{
+    double a[6] = {1, 1, 1, -1, 1, 1}, pivots[2];
+    int r[2], c[3];
+    kmp_lu_complete(2, 3, a, NULL, r, c, pivots);
+    CHECK(c[0] == 0 && r[0] == 0);
+}
+
+/* -- blocks ---------------------------------------------------------------------------------------- */
+
+typedef struct pattern {
+    int n, nz, row[MAX * MAX], col[MAX * MAX];
+    double value[MAX * MAX], dense[MAX * MAX];
+} pattern;
+
+static void add(pattern *s, int i, int j, double value)
+{
+    s->row[s->nz] = i;
+    s->col[s->nz] = j;
+    s->value[s->nz++] = value;
+    s->dense[i + j * s->n] = value;
+}
+
+static void shuffle(int n, int *p)
+{
+    for (int i = 0; i < n; i++)
+        p[i] = i;
+    for (int i = n - 1; i > 0; i--) {
+        int k = below(i + 1), t = p[i];
+        p[i] = p[k];
+        p[k] = t;
+    }
+}
+
+/* Upper block-triangular with blocks of 1 to `largest_block`, rows and columns shuffled. */
+static int make_triangular(pattern *s, int n, int largest_block)
+{
+    int p[MAX], q[MAX], block[MAX], count = 0;
+    memset(s, 0, sizeof *s);
+    s->n = n;
+    shuffle(n, p);
+    shuffle(n, q);
+    for (int i = 0; i < n; count++)
+        for (int size = 1 + below(largest_block); size > 0 && i < n; size--)
+            block[i++] = count;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            if (block[i] == block[j] || (block[i] < block[j] && uniform() > 0.4))
+                add(s, p[i], q[j], uniform());
+    return count;
+}
+
+static void make_random(pattern *s, int n, double density)
+{
+    memset(s, 0, sizeof *s);
+    s->n = n;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            if (uniform() < 2 * density - 1)
+                add(s, i, j, uniform());
+}
+
+static int dense_sign(int n, const double *lu, const int *pivot)
+{
+    int sign = 1;
+    for (int i = 0; i < n; i++)
+        sign = (pivot[i] != i) != (lu[i + i * n] < 0) ? -sign : sign;
+    return sign;
+}
+
+/* 0 when the factorisation stops. */
+static double smallest_pivot(int n, double *a)
+{
+    int pivot[MAX];
+    if (kmp_lu_factor(n, a, pivot))
+        return 0;
+    double low = fabs(a[0]);
+    for (int i = 1; i < n; i++)
+        low = fmin(low, fabs(a[i + i * n]));
+    return low;
+}
+
+static void compare_with_dense(const pattern *s, const kmp_block *b)
+{
+    static double lu[MAX * MAX];
+    double right[3 * MAX], x[3 * MAX], one[MAX];
+    int pivot[MAX], n = s->n;
+    memcpy(lu, s->dense, sizeof lu);
+    CHECK(kmp_lu_factor(n, lu, pivot) == 0);
+    CHECK(kmp_block_sign(b) == dense_sign(n, lu, pivot));
+    randomise(3 * n, right);
+    for (int t = 0; t < 2; t++) {
+        memcpy(x, right, sizeof x);
+        (t ? kmp_block_solve_transposed : kmp_block_solve)(b, 3, x);
+        for (int m = 0; m < 3; m++) {
+            CHECK(residual(n, s->dense, t, x + m * n, right + m * n) < 1e-11 * largest(n, x + m * n));
+            memcpy(one, right + m * n, sizeof one);
+            (t ? kmp_block_solve_transposed : kmp_block_solve)(b, 1, one);
+            CHECK(memcmp(one, x + m * n, (size_t)n * sizeof *one) == 0);
+        }
+    }
+}
+
+static void test_blocks_of_triangular_matrices(void)
+{
+    static pattern s;
+    for (int n = 1; n <= 20; n++)
+        for (int trial = 0; trial < 50; trial++) {
+            int count = make_triangular(&s, n, 1 + trial % 5), columns = 0, size;
+            kmp_block *b = kmp_block_new(n, s.nz, s.row, s.col);
+            CHECK(b && kmp_block_count(b) == count);
+            unsigned long before = kmp_memory_count();
+            CHECK(kmp_block_factor(b, s.value) == 0);
+            compare_with_dense(&s, b);
+            CHECK(kmp_memory_count() == before);
+            for (int k = 0; k < count; k++, columns += size)
+                CHECK(kmp_block_columns(b, k, &size) != NULL);
+            CHECK(columns == n);
+            CHECK(kmp_block_quality(b) > 0 && kmp_block_quality(b) <= 1 && kmp_block_smallest(b) > 0);
+            kmp_block_free(b);
+        }
+}
+
+static void test_blocks_of_random_patterns(void)
+{
+    static pattern s;
+    int regular = 0, singular = 0;
+    for (int trial = 0; trial < 2000; trial++) {
+        make_random(&s, 1 + below(14), 0.05 + 0.3 * (uniform() + 1));
+        kmp_block *b = kmp_block_new(s.n, s.nz, s.row, s.col);
+        if (b && kmp_block_factor(b, s.value) == 0) {
+            compare_with_dense(&s, b);
+            regular++;
+        } else {
+            CHECK(smallest_pivot(s.n, s.dense) < 1e-13);
+            singular++;
+        }
+        kmp_block_free(b);
+    }
+    CHECK(regular > 300 && singular > 300);
+}
+
+static void test_block_names_the_singular_column(void)
+{
+    /* columns 1 and 2 form a block of equal columns; column 0 is alone */
+    int row[] = {0, 0, 1, 1, 2, 2}, col[] = {0, 1, 1, 2, 1, 2};
+    double value[] = {5, 1, 1, 1, 1, 1};
+    kmp_block *b = kmp_block_new(3, 6, row, col);
+    CHECK(b && kmp_block_count(b) == 2);
+    int fault = kmp_block_factor(b, value);
+    CHECK(fault == 2 || fault == 3);
+    CHECK(kmp_block_smallest(b) == 0 && kmp_block_quality(b) == 0);
+    value[5] = 3;
+    CHECK(kmp_block_factor(b, value) == 0);
+    CHECK_NEAR(kmp_block_smallest(b), 1, 1e-15);
+    CHECK_NEAR(kmp_block_quality(b), 0.5, 1e-15);
+    kmp_block_free(b);
+    CHECK((b = kmp_block_new(0, 0, row, col)) != NULL && kmp_block_factor(b, value) == 0);
+    kmp_block_free(b);
+}
+
+int main(void)
+{
+    TEST(test_lu);
+    TEST(test_lu_singular);
+    TEST(test_cholesky);
+    TEST(test_complete_pivoting_finds_the_rank);
+    TEST(test_complete_pivoting_factors);
+    TEST(test_complete_pivoting_breaks_ties_by_index);
+    TEST(test_blocks_of_triangular_matrices);
+    TEST(test_blocks_of_random_patterns);
+    TEST(test_block_names_the_singular_column);
+    return check_report();
+}

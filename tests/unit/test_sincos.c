@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sine and cosine: accuracy against the wider long double of x87 (where there is one), identity of the forms
+ * to the last bit, and the corners of the double range. */
+#include "backend/sincos.h"
+#include "check.h"
+
+#include <float.h>
+#include <kempe/runtime.h>
+#include <stdint.h>
+
+static uint64_t seed = 1;
+
+/* Knuth's MMIX generator; uniform in [0, 1). */
+static double uniform(void)
+{
+    seed = seed * 6364136223846793005u + 1442695040888963407u;
+    return (double)(seed >> 11) * 0x1p-53;
+}
+
+static int same(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
+}
+
+/* pi/2 beyond long double: libm's argument is reduced exactly, so sinl of a double is right to 64 bits. */
+static double ulps(double value, long double exact)
+{
+    int e;
+    (void)frexp((double)exact, &e);
+    double ulp = ldexp(1.0, e - DBL_MANT_DIG < -1074 ? -1074 : e - DBL_MANT_DIG);
+    return (double)(fabsl((long double)value - exact) / (long double)ulp);
+}
+
+static double worst;
+
+static void measure(double x)
+{
+    double s, c;
+    kempe_sincos(x, &s, &c);
+    worst = fmax(worst, fmax(ulps(s, sinl((long double)x)), ulps(c, cosl((long double)x))));
+}
+
+static void accuracy_over(double low, double high, int points)
+{
+    worst = 0;
+    for (int i = 0; i < points; i++) {
+        double x = low + (high - low) * uniform();
+        measure(i % 2 ? -x : x);
+    }
+    printf("  [%g, %g]: %.3f ulp\n", low, high, worst);
+    CHECK(worst < 1.0);
+}
+
+static void test_accuracy(void)
+{
+    if (LDBL_MANT_DIG < 64)
+        return;
+    accuracy_over(0, 0.8, 300000);
+    accuracy_over(0, 7, 300000);
+    accuracy_over(0, 1000, 200000);
+    accuracy_over(9e4, 1.1e5, 200000);
+    accuracy_over(1e5, 1e15, 10000);
+}
+
+static void test_accuracy_near_quadrants(void)
+{
+    if (LDBL_MANT_DIG < 64)
+        return;
+    worst = 0;
+    for (int k = 1; k <= 63000; k++) {
+        double x = (double)((long double)k * 1.57079632679489661923132169163975144L / 2.0L);
+        measure(x);
+        measure(nextafter(x, 0));
+        measure(nextafter(x, 1e9));
+        measure(x + 1e-9 * uniform());
+    }
+    measure(0x1.6c6cbc45dc8dep+5); /* 29 pi/2 to 2^-60, the nearest a double comes in this range */
+    printf("  near multiples of pi/4: %.3f ulp\n", worst);
+    CHECK(worst < 1.0);
+}
+
+static void test_tiny(void)
+{
+    for (double x = 1.0; x > 0; x *= 0.37) {
+        double s, c;
+        kempe_sincos(-x, &s, &c);
+        CHECK(s < 0 && s >= -x && c > 0 && c <= 1);
+        if (x < 1e-8)
+            CHECK(s == -x && c == 1);
+        if (LDBL_MANT_DIG >= 64)
+            CHECK(ulps(s, sinl((long double)-x)) < 1.0);
+    }
+}
+
+static void test_corners(void)
+{
+    double s, c;
+    kempe_sincos(0.0, &s, &c);
+    CHECK(same(s, 0.0) && c == 1);
+    kempe_sincos(-0.0, &s, &c);
+    CHECK(same(s, -0.0) && c == 1);
+    kempe_sincos(INFINITY, &s, &c);
+    CHECK(isnan(s) && isnan(c));
+    kempe_sincos(NAN, &s, &c);
+    CHECK(isnan(s) && isnan(c));
+    kempe_sincos(1e300, &s, &c);
+    CHECK(same(s, sin(1e300)) && same(c, cos(1e300)));
+}
+
+static void test_lanes_are_the_scalar_form(void)
+{
+    static const double odd[] = {0.0,  -0.0, INFINITY, -INFINITY, NAN,     5e-324, 1e-310,  1e300,
+                                 -1e5, 1e5,  1e5 + 1,  -1e17,     DBL_MAX, M_PI_2, -M_PI_4, 0x1.6c6cbc45dc8dep+5};
+    int differ = 0;
+    for (int i = 0; i < 200000; i++) {
+        double x[8], s[8], c[8];
+        for (int k = 0; k < 8; k++) {
+            double u = uniform();
+            x[k] = i % 16 == 0 && u < 0.3 ? odd[(int)(u * 53)] : ldexp(u - 0.5, (int)(40 * uniform()) - 20);
+        }
+        kempe_sincos8(x, s, c);
+        for (int k = 0; k < 8; k++) {
+            double ss, cc;
+            kempe_sincos(x[k], &ss, &cc);
+            differ += !same(s[k], ss) || !same(c[k], cc);
+        }
+    }
+    CHECK(differ == 0);
+}
+
+static void test_many_is_the_scalar_form(void)
+{
+    int differ = 0, beyond = 0;
+    for (int n = 1; n <= 33; n++)
+        for (int trial = 0; trial < 100; trial++) {
+            double x[34], s[34], c[34];
+            for (int k = 0; k < n; k++)
+                x[k] = trial == 7 && k % 5 == 0 ? 1e9 * uniform() : 20 * (uniform() - 0.5);
+            s[n] = c[n] = 7;
+            kmp_sincos_many(n, x, s, c);
+            for (int k = 0; k < n; k++) {
+                double ss, cc;
+                kempe_sincos(x[k], &ss, &cc);
+                differ += !same(s[k], ss) || !same(c[k], cc);
+            }
+            beyond += s[n] != 7 || c[n] != 7;
+        }
+    CHECK(differ == 0);
+    CHECK(beyond == 0);
+}
+
+int main(void)
+{
+    TEST(test_accuracy);
+    TEST(test_accuracy_near_quadrants);
+    TEST(test_tiny);
+    TEST(test_corners);
+    TEST(test_lanes_are_the_scalar_form);
+    TEST(test_many_is_the_scalar_form);
+    return check_report();
+}
