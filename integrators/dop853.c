@@ -106,6 +106,9 @@ static const double D[4][DENSE_TERMS] = {
 /* Step-size control: the published code's, with the stabilising exponent beta. */
 static const double SAFETY = 0.9, BETA = 0.04, SHRINK = 3.0, GROW = 6.0, ERROR_FLOOR = 1e-4;
 enum { MAX_REJECT = 1000, STAGES = 16 };
+/* A step is hopeless when this many of its size would be needed to the end; so many in a row are a collapse. */
+#define HOPELESS 1e9
+enum { MAX_HOPELESS = 100 };
 
 struct kmp_dop853 {
     kmp_ode ode;
@@ -115,6 +118,7 @@ struct kmp_dop853 {
     double taken;     /* the last one */
     double error_old; /* of the last accepted step */
     bool rejected;    /* the last attempt was: no growth */
+    int hopeless;     /* consecutive hopeless steps */
     bool dense_ready;
     double *y, *y_old, *dy; /* dy is k[13] after a step, k[1] within one */
     double *stage, *w;
@@ -207,6 +211,7 @@ int kmp_dop853_start(kmp_dop853 *s, double t, const double *y, double t_end, dou
     s->h = h0;
     s->error_old = ERROR_FLOOR;
     s->rejected = s->dense_ready = false;
+    s->hopeless = 0;
     s->dy = s->k[13];
     memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
     int said = call_rhs(s, t, s->y, s->dy);
@@ -386,12 +391,13 @@ int kmp_dop853_step(kmp_dop853 *s)
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
         double t_new, error = 0.0, h = next_step(s, &t_new);
-        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t))
+        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->hopeless > MAX_HOPELESS)
             return KMP_RETRY;
         outcome what = attempt(s, h, t_new, &error);
         if (what == HALTED)
             return KMP_HALT;
         if (what == TAKEN) {
+            s->hopeless = HOPELESS * h < s->t_end - s->t ? s->hopeless + 1 : 0;
             take(s, h, t_new, error);
             return KMP_GO;
         }

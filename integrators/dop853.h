@@ -17,7 +17,8 @@ void kmp_dop853_free(kmp_dop853 *s);
 int kmp_dop853_start(kmp_dop853 *s, double t, const double *y, double t_end, double h0);
 
 /** One accepted step, not beyond t_end (the last step ends exactly there). KMP_GO; KMP_HALT when the road gave
- *  up; KMP_RETRY when the step has become too small for t (|h| < 16 eps |t|) or max_reject consecutive
+ *  up; KMP_RETRY when the step has become too small for t (|h| < 16 eps |t|), when more than 100 steps in a row
+ *  would each have to be made 1e9 times to reach t_end, or when max_reject consecutive
  *  rejections (1000) were made. */
 int kmp_dop853_step(kmp_dop853 *s);
 

@@ -17,6 +17,8 @@
 
 /* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
 #define GROWTH_LIMIT 1e3
+/* From this |Bvu| on, a step that became too small is put down to the choice of u. */
+#define EXPLAIN_GROWTH 20.0
 /* A closure correction beyond this many error weights refuses a step. */
 #define CORRECTION_LIMIT 1.0
 /* Newton in an evaluation stops at this fraction of the error weights. */
@@ -37,10 +39,13 @@ typedef struct reduced {
     double *anchor_u; /* p, of the last accepted step */
     double *anchor_v; /* r */
     double *anchor_b; /* r x p: tangent there */
+    double *anchor_c; /* r: vdd there less what udd makes */
     double *udd;      /* p */
     int sign;         /* of det Jv at the start */
     double rtol, atol;
-    double t; /* of the last accepted step */
+    double t;      /* of the last accepted step */
+    double growth; /* |Bvu| there, scaled, and where */
+    int growth_v, growth_u;
 } reduced;
 
 static void pack(reduced *d, const double *q, const double *qd, double *y)
@@ -64,11 +69,12 @@ static void put_u(reduced *d, const double *y)
         d->q[d->part->u[k]] = y[k];
 }
 
-/* Along the tangent from the last accepted step. */
-static void predict_v(reduced *d, const double *y)
+/* Along the tangent from the last accepted step and its curvature: dv = B du + c tau^2 / 2. */
+static void predict_v(reduced *d, double t, const double *y)
 {
+    double tau = t - d->t;
     for (int i = 0; i < d->r; i++) {
-        double v = d->anchor_v[i];
+        double v = d->anchor_v[i] + 0.5 * tau * tau * d->anchor_c[i];
         for (int k = 0; k < d->p; k++)
             v += d->anchor_b[i + k * d->r] * (y[k] - d->anchor_u[k]);
         d->q[d->part->v[i]] = v;
@@ -86,7 +92,7 @@ static int place(reduced *d, double t, const double *y)
         if (kmp_reduction_factor(&d->red))
             return KMP_RETRY;
     } else {
-        predict_v(d, y);
+        predict_v(d, t, y);
         if (kmp_reduction_close(&d->red, t, d->q, d->weight, CLOSE_FRACTION))
             return KMP_RETRY;
     }
@@ -142,16 +148,26 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
 
 static int watch(reduced *d, double t)
 {
-    int v, u;
-    double growth;
     if (d->r == 0)
         return KMP_GO;
-    growth = kmp_reduction_growth(&d->red, &v, &u);
+    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
     if (kmp_block_sign(d->red.block) != d->sign)
-        return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", v, u);
-    if (growth > GROWTH_LIMIT)
-        return dead_centre(d, t, "|dv/du| exceeds 1000", v, u);
+        return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
+    if (d->growth > GROWTH_LIMIT)
+        return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     return KMP_GO;
+}
+
+/* Steps that shrink to nothing where |Bvu| is large: a dead centre that evaluations cannot pass. */
+static void explain(kmp_road *road)
+{
+    reduced *d = (reduced *)road;
+    kmp_text what = {0};
+    if (d->growth < EXPLAIN_GROWTH)
+        return;
+    kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
+    (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
+    kmp_text_free(&what);
 }
 
 /* Rows that are not solved for must close too. */
@@ -179,6 +195,8 @@ static void remember(reduced *d, double t, const double *y)
     for (int i = 0; i < d->r; i++)
         d->anchor_v[i] = d->q[d->part->v[i]];
     memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
+    for (int i = 0; i < d->r; i++)
+        d->anchor_c[i] = d->red.a0[d->part->v[i]];
     for (int i = 0; i < d->n; i++)
         d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
 }
@@ -225,7 +243,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         for (int i = 0; i < d->r; i++)
             d->q[d->part->v[i]] = y[2 * d->p + i];
     else
-        predict_v(d, y);
+        predict_v(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
         kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
@@ -259,6 +277,7 @@ static void release(kmp_road *road)
     kmp_free(d->anchor_u);
     kmp_free(d->anchor_v);
     kmp_free(d->anchor_b);
+    kmp_free(d->anchor_c);
     kmp_free(d->udd);
     kmp_free(d);
 }
@@ -274,8 +293,10 @@ static bool allocate(reduced *d)
     d->anchor_u = KMP_NEW(double, d->p);
     d->anchor_v = KMP_NEW(double, d->r);
     d->anchor_b = KMP_NEW(double, d->r * d->p);
+    d->anchor_c = KMP_NEW(double, d->r);
     d->udd = KMP_NEW(double, d->p);
-    return road->y && road->atol && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v && d->anchor_b && d->udd;
+    return road->y && road->atol && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v && d->anchor_b &&
+           d->anchor_c && d->udd;
 }
 
 static void set_tolerances(reduced *d, double rate_scale)
@@ -327,6 +348,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->atol = start->atol;
     d->road.release = release;
     d->road.row = row;
+    d->road.explain = explain;
     d->road.size = work_index(d) + d->has_work;
     d->road.ode = (kmp_ode){d->road.size, d, rhs, accept};
     if (!allocate(d))

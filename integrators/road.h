@@ -35,6 +35,9 @@ struct kmp_road {
     int (*row)(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work);
 
+    /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never does. */
+    void (*explain)(kmp_road *road);
+
     kmp_ode ode; /* one of the two */
     kmp_dae dae;
     int size;        /* unknowns */

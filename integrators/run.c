@@ -278,12 +278,11 @@ static kempe_status advance_ode(runner *run, kmp_dop853 *solver)
     status = deliver_ode_rows(run, solver);
     while (status == KEMPE_OK && kmp_dop853_t(solver) < run->spec->t_end) {
         double t = kmp_dop853_t(solver);
-        if (kmp_dop853_step(solver) != KMP_GO)
-            return give_up(
-                run,
-                "the step size became too small at t = %.9g: the motion is singular there, or the independent "
-                "coordinates reach a dead centre",
-                t);
+        if (kmp_dop853_step(solver) != KMP_GO) {
+            if (run->road->explain && run->road->reason.length == 0)
+                run->road->explain(run->road);
+            return give_up(run, "the step size became too small at t = %.9g: the motion is singular there", t);
+        }
         status = deliver_ode_rows(run, solver);
         if (status == KEMPE_OK && interrupted(run, kmp_dop853_t(solver)))
             return KEMPE_STOPPED;

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "results/print.h"
+#include <math.h>
+#include <string.h>
+
+const char *kmp_status_word(kempe_status status)
+{
+    return status == KEMPE_OK ? "ok" : status == KEMPE_STOPPED ? "stopped" : "failed";
+}
+
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "model", system->model->name);
+    kmp_json_string(json, "status", kmp_status_word(status));
+    kmp_json_string(json, "reason", reason ? reason : "");
+    kmp_json_number(json, "build_s", build_s);
+}
+
+void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
+                       const double *values)
+{
+    kmp_json_object(json, key);
+    for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
+        kmp_json_number(json, kmp_quantity_name(system, quantity, k), values ? values[k] : NAN);
+    kmp_json_end(json);
+}
+
+void kmp_print_coordinates(kmp_json *json, const char *key, const kempe_system *system, int count,
+                           const int *coordinates)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < count; k++)
+        kmp_json_string(json, NULL, system->model->motions[coordinates[k]].name);
+    kmp_json_end(json);
+}
+
+void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)
+{
+    kmp_json_object(json, "residual");
+    kmp_json_number(json, "h_max", verdict->h_max);
+    kmp_json_number(json, "hdot_max", verdict->hdot_max);
+    kmp_json_end(json);
+    kmp_json_object(json, "energy");
+    kmp_json_number(json, "drift_rel", verdict->drift_rel);
+    kmp_json_end(json);
+}
+
+void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict)
+{
+    kmp_json_object(json, "error");
+    kmp_json_number(json, "q", verdict->error[KMP_QUANTITY_Q]);
+    kmp_json_number(json, "qd", verdict->error[KMP_QUANTITY_QD]);
+    kmp_json_number(json, "lambda", verdict->error[KMP_QUANTITY_LAMBDA]);
+    kmp_json_end(json);
+}
+
+void kmp_print_work(kmp_json *json, const kmp_run_report *report)
+{
+    kmp_json_object(json, "work");
+    kmp_json_whole(json, "steps", report->steps);
+    kmp_json_whole(json, "rejected", report->rejected);
+    kmp_json_whole(json, "refused", report->refused);
+    kmp_json_whole(json, "rhs", report->rhs);
+    kmp_json_whole(json, "newton", report->newton);
+    kmp_json_whole(json, "factorizations", report->factorizations);
+    kmp_json_whole(json, "exchanges", report->exchanges);
+    kmp_json_end(json);
+}
+
+void kmp_print_cell(kmp_text *text, int width, int digits, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "%*.*e", width, digits, x);
+    else
+        kmp_text_printf(text, "%*s", width, "-");
+}
+
+int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
+{
+    int width = 0;
+    for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
+        int length = (int)strlen(kmp_quantity_name(system, quantity, k));
+        width = length > width ? length : width;
+    }
+    return width;
+}
+
+const char *kmp_print_unit(const kempe_system *system, int coordinate)
+{
+    return system->model->motions[coordinate].rotation ? "rad" : "m";
+}
+
+kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)
+{
+    char *s = kmp_text_take(text);
+    if (!s)
+        return kmp_fail_memory(context);
+    *out = s;
+    return KEMPE_OK;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The times at which a run delivers rows. */
+#ifndef KMP_RESULTS_TIMES_H
+#define KMP_RESULTS_TIMES_H
+
+#include "results/reference.h"
+
+enum { KMP_MOST_ROWS = 1000000 };
+
+typedef struct kmp_times {
+    int count;
+    double *t;
+} kmp_times;
+
+/** 0, every, 2 every ... t_end and the reference's times (NULL: none), ascending, none twice; a grid time within
+ * rounding of t_end or of a reference time gives way to it. every > 0; at most KMP_MOST_ROWS grid times. false: no
+ * memory. */
+bool kmp_times_init(kmp_times *times, double every, double t_end, const kmp_reference *reference);
+void kmp_times_free(kmp_times *times);
+
+#endif

@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Simulating: options to a run, a run to a trajectory. */
+#include "results/trajectory.h"
+#include "base/memory.h"
+#include "model/nearest.h"
+#include "results/print.h"
+#include "results/times.h"
+#include <math.h>
+#include <string.h>
+
+enum { DEFAULT_ROWS = 200 };
+
+/* All that a simulation needs until it is done. */
+typedef struct job {
+    const kempe_system *system;
+    kempe_context *context;
+    const kempe_run *run;
+    kmp_run_spec spec;
+    int *u;
+    kmp_reference reference;
+    bool has_reference;
+    kmp_times times;
+} job;
+
+kempe_run kempe_run_default(void)
+{
+    return (kempe_run){0};
+}
+
+/* -- options ----------------------------------------------------------------------------------------- */
+
+static kempe_status check_number(kempe_context *context, const char *name, double x)
+{
+    if (x >= 0 && isfinite(x))
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", name, x);
+}
+
+static kempe_status check_numbers(const job *j)
+{
+    const struct {
+        const char *name;
+        double value;
+    } numbers[] = {{"rtol", j->run->rtol}, {"atol", j->run->atol}, {"t_end", j->run->t_end}, {"every", j->run->every}};
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+        kempe_status status = check_number(j->context, numbers[k].name, numbers[k].value);
+        if (status != KEMPE_OK)
+            return status;
+    }
+    return KEMPE_OK;
+}
+
+/* The coordinate called by the first `length` characters of `name`; -1 after a message. */
+static int find_coordinate(const job *j, const char *name, int length)
+{
+    kmp_text word = {0}, sentence = {0};
+    kmp_text_printf(&word, "%.*s", length, name);
+    if (word.failed)
+        return (int)kmp_fail_memory(j->context);
+    kmp_nearest nearest = kmp_nearest_begin(word.s);
+    int found = -1;
+    for (int k = 0; k < j->system->n && found < 0; k++) {
+        kmp_nearest_offer(&nearest, j->system->model->motions[k].name);
+        if (strcmp(j->system->model->motions[k].name, word.s) == 0)
+            found = k;
+    }
+    if (found < 0) {
+        kmp_nearest_suggest(&nearest, &sentence);
+        (void)kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: there is no coordinate '%s'%s", word.s,
+                       sentence.s ? sentence.s : "");
+    }
+    kmp_text_free(&sentence);
+    kmp_text_free(&word);
+    return found;
+}
+
+static kempe_status read_wish(job *j)
+{
+    const char *s = j->run->u;
+    j->u = KMP_NEW(int, j->system->n);
+    if (!j->u)
+        return kmp_fail_memory(j->context);
+    while (s && *s) {
+        int length = (int)strcspn(s, ","), k = find_coordinate(j, s, length);
+        if (k < 0)
+            return KEMPE_E_ARGUMENT;
+        for (int i = 0; i < j->spec.u_count; i++)
+            if (j->u[i] == k)
+                return kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: coordinate '%.*s' stands twice", length, s);
+        j->u[j->spec.u_count++] = k;
+        s += length + (s[length] == ',');
+    }
+    j->spec.u = j->spec.u_count ? j->u : NULL;
+    return KEMPE_OK;
+}
+
+/* What was asked for counts; the model's or the default spacing is widened when it gives too many rows. */
+static kempe_status choose_spacing(const job *j, double *every)
+{
+    double t_end = j->spec.t_end, wished = j->system->model->run.every;
+    *every = j->run->every > 0 ? j->run->every : wished > 0 ? wished : t_end / DEFAULT_ROWS;
+    double rows = t_end / *every;
+    if (rows <= KMP_MOST_ROWS)
+        return KEMPE_OK;
+    if (j->run->every > 0)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                        "every = %g s makes %.3g rows up to t_end = %g s, at most %d are kept; ask for fewer",
+                        j->run->every, rows, t_end, KMP_MOST_ROWS);
+    *every *= ceil(rows / KMP_MOST_ROWS);
+    kmp_log(j->context, KEMPE_LOG_NOTE, "rows every %g s: more than %d up to t_end = %g s are not kept", *every,
+            KMP_MOST_ROWS, t_end);
+    return KEMPE_OK;
+}
+
+static kempe_status prepare_times(job *j)
+{
+    double every;
+    if (!(j->spec.t_end > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to run, in the model or as an option");
+    kempe_status status = KEMPE_OK;
+    if (j->run->reference) {
+        status = kmp_reference_read(j->system, j->run->reference, &j->reference);
+        j->has_reference = status == KEMPE_OK;
+    }
+    if (status == KEMPE_OK)
+        status = choose_spacing(j, &every);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_reference_limit(&j->reference, j->spec.t_end);
+    if (!kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL))
+        return kmp_fail_memory(j->context);
+    j->spec.time_count = j->times.count;
+    j->spec.times = j->times.t;
+    return KEMPE_OK;
+}
+
+static kempe_status prepare(job *j)
+{
+    const kempe_run *run = j->run;
+    j->spec = (kmp_run_spec){.road = run->road,
+                             .form = run->form,
+                             .integrator = run->integrator,
+                             .linear = run->linear,
+                             .backend = run->backend,
+                             .rtol = run->rtol,
+                             .atol = run->atol,
+                             .t_end = run->t_end};
+    kempe_status status = check_numbers(j);
+    if (status == KEMPE_OK)
+        status = read_wish(j);
+    if (status == KEMPE_OK)
+        status = kmp_run_resolve(j->system, &j->spec);
+    return status == KEMPE_OK ? prepare_times(j) : status;
+}
+
+static void release(job *j)
+{
+    kmp_free(j->u);
+    kmp_reference_free(&j->reference);
+    kmp_times_free(&j->times);
+}
+
+/* -- the trajectory ---------------------------------------------------------------------------------- */
+
+static bool copy(char **to, const char *from)
+{
+    *to = from ? kmp_strdup(from) : NULL;
+    return *to || !from;
+}
+
+static int position_count(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->output_count; k++)
+        count += model->outputs[k].kind == KMP_OUTPUT_POSITION;
+    return count;
+}
+
+static kempe_trajectory *trajectory_new(const job *j)
+{
+    const kmp_run_spec *spec = &j->spec;
+    int reactions = 3 * j->system->model->closure_count, positions = 3 * position_count(j->system->model);
+    kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
+    if (!t)
+        return NULL;
+    *t = (kempe_trajectory){.system = j->system, .rtol = spec->rtol, .atol = spec->atol, .t_end = spec->t_end};
+    t->verdict = kmp_verdict_none();
+    kmp_table_init(&t->table, j->system->n, j->system->m);
+    t->reaction = KMP_NEW(double, reactions);
+    t->position = KMP_NEW(double, positions);
+    if (!t->reaction || !t->position || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
+        !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
+        !copy(&t->backend, spec->backend) || !copy(&t->source, j->run->reference)) {
+        kempe_trajectory_free(t);
+        return NULL;
+    }
+    for (int k = 0; k < reactions; k++)
+        t->reaction[k] = NAN;
+    for (int k = 0; k < positions; k++)
+        t->position[k] = NAN;
+    return t;
+}
+
+void kempe_trajectory_free(kempe_trajectory *trajectory)
+{
+    if (!trajectory)
+        return;
+    char *names[] = {trajectory->road,    trajectory->form,   trajectory->integrator, trajectory->linear,
+                     trajectory->backend, trajectory->source, trajectory->reason,     trajectory->report.reason};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        kmp_free(names[k]);
+    kmp_table_free(&trajectory->table);
+    kmp_free(trajectory->reaction);
+    kmp_free(trajectory->position);
+    kmp_free(trajectory);
+}
+
+/* -- running ----------------------------------------------------------------------------------------- */
+
+/* Moves the reason out of the report; a failure without one takes the context's message, and the other way round. */
+static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
+{
+    const char *message = kempe_context_message(context);
+    t->reason = t->report.reason ? t->report.reason : kmp_strdup(t->status == KEMPE_OK ? "" : message);
+    t->report.reason = NULL;
+    if (!t->reason)
+        return kmp_fail_memory(context);
+    if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason))
+        return kmp_fail(context, KEMPE_E_FAILED, "%s", t->reason);
+    return t->status;
+}
+
+static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
+{
+    const kempe_model *model = t->system->model;
+    int last = t->table.rows - 1, positions = position_count(model);
+    if (last < 0)
+        return;
+    double time = kmp_table_time(&t->table, last);
+    const double *q = kmp_table_get(&t->table, KMP_QUANTITY_Q, last);
+    if (model->closure_count > 0)
+        memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_table_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
+               3 * (size_t)model->closure_count * sizeof(double));
+    if (positions > 0)
+        memcpy(t->position, kmp_plant_positions(plant, time, q), 3 * (size_t)positions * sizeof(double));
+}
+
+static kempe_status judge(kempe_trajectory *t, const job *j)
+{
+    kmp_plant *plant = kmp_plant_new(t->system, t->backend);
+    if (!plant)
+        return KEMPE_E_MEMORY;
+    t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
+    judge_last_row(t, plant);
+    kmp_plant_free(plant);
+    return KEMPE_OK;
+}
+
+static bool has_result(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
+static kempe_status run(const job *j, kempe_trajectory **trajectory)
+{
+    kempe_trajectory *t = trajectory_new(j);
+    if (!t)
+        return kmp_fail_memory(j->context);
+    kempe_status status = kmp_run(j->system, &j->spec, NULL, kmp_table_add, &t->table, &t->report);
+    if (has_result(status)) {
+        t->status = status;
+        status = settle_reason(t, j->context);
+    }
+    kempe_status judged = has_result(status) ? judge(t, j) : KEMPE_OK;
+    status = judged == KEMPE_OK ? status : judged;
+    if (has_result(status))
+        *trajectory = t;
+    else
+        kempe_trajectory_free(t);
+    return status;
+}
+
+kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options, kempe_trajectory **trajectory)
+{
+    job j = {.system = system, .context = system->context, .run = options};
+    kmp_context_clear(j.context);
+    kempe_status status = prepare(&j);
+    if (status == KEMPE_OK)
+        status = run(&j, trajectory);
+    release(&j);
+    return status;
+}
+
+/* -- getters ----------------------------------------------------------------------------------------- */
+
+int kempe_trajectory_row_count(const kempe_trajectory *trajectory)
+{
+    return trajectory->table.rows;
+}
+
+static bool has_row(const kempe_trajectory *trajectory, int row)
+{
+    return row >= 0 && row < trajectory->table.rows;
+}
+
+double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
+{
+    return has_row(trajectory, row) ? kmp_table_time(&trajectory->table, row) : NAN;
+}
+
+static const double *get(const kempe_trajectory *trajectory, kmp_quantity quantity, int row)
+{
+    return has_row(trajectory, row) ? kmp_table_get(&trajectory->table, quantity, row) : NULL;
+}
+
+const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)
+{
+    return get(trajectory, KMP_QUANTITY_Q, row);
+}
+
+const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row)
+{
+    return get(trajectory, KMP_QUANTITY_QD, row);
+}
+
+const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
+{
+    return get(trajectory, KMP_QUANTITY_QDD, row);
+}
+
+const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
+{
+    return get(trajectory, KMP_QUANTITY_LAMBDA, row);
+}
+
+const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
+{
+    return kmp_status_word(trajectory->status);
+}
+
+const char *kempe_trajectory_reason(const kempe_trajectory *trajectory)
+{
+    return trajectory->reason;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What one run leaves: its table, its verdict, its work. */
+#ifndef KMP_RESULTS_TRAJECTORY_H
+#define KMP_RESULTS_TRAJECTORY_H
+
+#include "integrators/run.h"
+#include "results/verdict.h"
+
+struct kempe_trajectory {
+    const kempe_system *system;
+    kempe_status status;
+    char *reason;                                      /* "" when ok */
+    char *road, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
+    double rtol, atol, t_end;
+    char *source; /* the reference's path, NULL when none was given */
+    kmp_table table;
+    kmp_verdict verdict;
+    kmp_run_report report; /* its reason has moved to `reason` */
+    double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
+    double *position;      /* 3 a position output, likewise */
+};
+
+#endif

@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A trajectory as a report and as one JSON object. */
+#include "results/print.h"
+#include "results/trajectory.h"
+#include <math.h>
+
+static int last_row(const kempe_trajectory *t)
+{
+    return t->table.rows - 1;
+}
+
+static const double *at_end(const kempe_trajectory *t, kmp_quantity quantity)
+{
+    return t->table.rows > 0 ? kmp_table_get(&t->table, quantity, last_row(t)) : NULL;
+}
+
+static double end_time(const kempe_trajectory *t)
+{
+    return t->table.rows > 0 ? kmp_table_time(&t->table, last_row(t)) : NAN;
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void show_head(kmp_text *text, const kempe_trajectory *t)
+{
+    kmp_text_printf(text, "%s: road %s", t->system->model->name, t->road);
+    if (t->form)
+        kmp_text_printf(text, ", form %s", t->form);
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g\n", t->integrator, t->rtol, t->atol);
+    kmp_text_printf(text, "%s", kmp_status_word(t->status));
+    if (t->status != KEMPE_OK)
+        kmp_text_printf(text, " at t = %.9g s: %s", t->report.t, t->reason);
+    kmp_text_printf(text, "\n\n");
+}
+
+static void show_state(kmp_text *text, const kempe_trajectory *t)
+{
+    const double *q = at_end(t, KMP_QUANTITY_Q), *qd = at_end(t, KMP_QUANTITY_QD), *qdd = at_end(t, KMP_QUANTITY_QDD);
+    int width = kmp_print_width(t->system, KMP_QUANTITY_Q);
+    if (!q)
+        return;
+    kmp_text_printf(text, "at t = %.9g s\n", end_time(t));
+    kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "q", "qd", "qdd");
+    for (int k = 0; k < t->system->n; k++)
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g\n", width, t->system->model->motions[k].name,
+                        kmp_print_unit(t->system, k), q[k], qd[k], qdd[k]);
+    kmp_text_put(text, "\n");
+}
+
+static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
+{
+    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
+    int width = kmp_print_width(t->system, KMP_QUANTITY_LAMBDA);
+    if (!lambda || t->system->m == 0)
+        return;
+    kmp_text_printf(text, "  %-*s  %28s\n", width, "", "lambda");
+    for (int r = 0; r < t->system->m; r++)
+        kmp_text_printf(text, "  %-*s  %28.15g\n", width, t->system->row_names[r], lambda[r]);
+    kmp_text_put(text, "\n");
+}
+
+static void show_positions(kmp_text *text, const kempe_trajectory *t)
+{
+    const kempe_model *model = t->system->model;
+    const double *x = t->position;
+    bool any = false;
+    for (int k = 0; t->table.rows > 0 && k < model->output_count; k++) {
+        if (model->outputs[k].kind != KMP_OUTPUT_POSITION)
+            continue;
+        const kmp_point *point = &model->points[model->outputs[k].index];
+        kmp_text_printf(text, "  position(%s.%s)  %.12g  %.12g  %.12g m\n", model->bodies[point->body].name,
+                        point->name, x[0], x[1], x[2]);
+        x += 3;
+        any = true;
+    }
+    kmp_text_put(text, any ? "\n" : "");
+}
+
+static void show_error(kmp_text *text, const kempe_trajectory *t)
+{
+    if (!t->source)
+        return;
+    kmp_text_put(text, "error     ");
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        if (isfinite(t->verdict.error[k]))
+            kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
+    kmp_text_printf(text, "against %s\n", t->source);
+}
+
+static void show_verdict(kmp_text *text, const kempe_trajectory *t)
+{
+    const kmp_run_report *r = &t->report;
+    kmp_text_put(text, "closure   |h| ");
+    kmp_print_cell(text, 0, 2, t->verdict.h_max);
+    kmp_text_put(text, "  |hdot| ");
+    kmp_print_cell(text, 0, 2, t->verdict.hdot_max);
+    kmp_text_printf(text, "  (scaled by the characteristic length, %.6g m)\nenergy    drift ", t->system->length);
+    kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
+    kmp_text_put(text, " of its size\n");
+    show_error(text, t);
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
+                    r->steps, r->rejected, r->refused, r->rhs, r->newton);
+    kmp_text_printf(text, "          factorizations %ld, exchanges %ld; %d rows\n", r->factorizations, r->exchanges,
+                    t->table.rows);
+    kmp_text_printf(text, "cpu       %.4g ms integrating, %.4g ms preparing\n", 1e3 * r->cpu_s,
+                    1e3 * (r->build_s + t->system->build_s));
+}
+
+static void show(kmp_text *text, const kempe_trajectory *t)
+{
+    show_head(text, t);
+    show_state(text, t);
+    show_multipliers(text, t);
+    show_positions(text, t);
+    show_verdict(text, t);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_settings(kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_json_string(json, "road", t->road);
+    kmp_json_string(json, "form", t->form);
+    kmp_json_string(json, "integrator", t->integrator);
+    kmp_json_number(json, "rtol", t->rtol);
+    kmp_json_number(json, "atol", t->atol);
+    kmp_json_number(json, "length", t->system->length);
+    kmp_json_number(json, "rate_scale", t->report.rate_scale);
+    kmp_json_string(json, "tolerances",
+                    "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
+                    "rate_scale");
+}
+
+/* The kept rows of each closure. */
+static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
+{
+    const kempe_system *s = t->system;
+    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
+    kmp_json_object(json, "lambda");
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_json_array(json, s->model->closures[c].name);
+        for (int r = 0; r < s->m; r++)
+            if (s->rows[r].closure == c)
+                kmp_json_number(json, NULL, lambda ? lambda[r] : NAN);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_object(json, "reaction");
+    for (int c = 0; c < s->model->closure_count; c++)
+        kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
+    kmp_json_end(json);
+}
+
+/* True when an earlier position output shows the same point: a key must not stand twice. */
+static bool shown_before(const kempe_model *model, int output)
+{
+    for (int k = 0; k < output; k++)
+        if (model->outputs[k].kind == KMP_OUTPUT_POSITION && model->outputs[k].index == model->outputs[output].index)
+            return true;
+    return false;
+}
+
+static void json_positions(kmp_json *json, const kempe_trajectory *t)
+{
+    const kempe_model *model = t->system->model;
+    kmp_json_object(json, "position");
+    for (int k = 0, i = 0; k < model->output_count; k++) {
+        if (model->outputs[k].kind != KMP_OUTPUT_POSITION)
+            continue;
+        const kmp_point *point = &model->points[model->outputs[k].index];
+        kmp_text name = {0};
+        kmp_text_printf(&name, "%s.%s", model->bodies[point->body].name, point->name);
+        if (name.failed)
+            json->text->failed = true;
+        else if (!shown_before(model, k))
+            kmp_json_numbers(json, name.s, 3, t->position + 3 * i);
+        kmp_text_free(&name);
+        i++;
+    }
+    kmp_json_end(json);
+}
+
+static void json_state(kmp_json *json, const kempe_trajectory *t)
+{
+    kmp_json_number(json, "t", end_time(t));
+    for (int k = KMP_QUANTITY_Q; k <= KMP_QUANTITY_QDD; k++)
+        kmp_print_entries(json, kmp_quantity_prefix((kmp_quantity)k), t->system, (kmp_quantity)k,
+                          at_end(t, (kmp_quantity)k));
+    json_multipliers(json, t);
+    json_positions(json, t);
+}
+
+static void json(kmp_text *text, const kempe_trajectory *t)
+{
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, t->system, t->status, t->reason, t->system->build_s + t->report.build_s);
+    json_settings(&j, t);
+    json_state(&j, t);
+    kmp_print_verdict(&j, &t->verdict);
+    kmp_json_string(&j, "reference", t->source);
+    kmp_print_errors(&j, &t->verdict);
+    kmp_print_work(&j, &t->report);
+    kmp_json_number(&j, "cpu_s", t->report.cpu_s);
+    kmp_json_end(&j);
+}
+
+kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text)
+{
+    kmp_text out = {0};
+    kmp_context_clear(trajectory->system->context);
+    if (format == KEMPE_JSON)
+        json(&out, trajectory);
+    else
+        show(&out, trajectory);
+    return kmp_print_finish(trajectory->system->context, &out, text);
+}

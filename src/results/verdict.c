@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "results/verdict.h"
+#include <math.h>
+
+/* The sums over rows that the energy's drift is made of. */
+typedef struct balance {
+    double first;           /* E - work of the first row */
+    double drift;           /* max |E - work - first| */
+    double kinetic;         /* max */
+    double lowest, highest; /* potential energy */
+} balance;
+
+kmp_verdict kmp_verdict_none(void)
+{
+    return (kmp_verdict){NAN, NAN, NAN, {NAN, NAN, NAN, NAN}};
+}
+
+/* fmax that keeps what is not a number. */
+static double larger(double a, double b)
+{
+    return a > b || isnan(a) ? a : b;
+}
+
+static void add_energy(balance *b, double kinetic, double potential, double work, bool is_first)
+{
+    double left = kinetic + potential - work;
+    if (is_first)
+        *b = (balance){.first = left, .lowest = potential, .highest = potential};
+    b->drift = larger(b->drift, fabs(left - b->first));
+    b->kinetic = larger(b->kinetic, kinetic);
+    b->lowest = fmin(b->lowest, potential);
+    b->highest = fmax(b->highest, potential);
+}
+
+static void judge_row(kmp_verdict *verdict, balance *b, const kmp_table *table, int row, kmp_plant *plant)
+{
+    double t = kmp_table_time(table, row);
+    const double *q = kmp_table_get(table, KMP_QUANTITY_Q, row), *qd = kmp_table_get(table, KMP_QUANTITY_QD, row);
+    kmp_plant_closure(plant, t, q);
+    kmp_plant_mass(plant);
+    verdict->h_max = larger(verdict->h_max, kmp_plant_residual(plant));
+    verdict->hdot_max = larger(verdict->hdot_max, kmp_plant_rate_residual(plant, qd));
+    double kinetic = kmp_plant_kinetic(plant, qd), potential = kmp_plant_potential(plant, t, q);
+    add_energy(b, kinetic, potential, kmp_table_work(table, row), row == 0);
+}
+
+static void compare_entries(double *error, int count, const double *x, const double *ref)
+{
+    for (int k = 0; k < count; k++) {
+        if (isnan(ref[k]))
+            continue;
+        double e = fabs(x[k] - ref[k]) / fmax(fabs(ref[k]), 1);
+        *error = isnan(*error) ? e : larger(*error, e);
+    }
+}
+
+static bool same(double a, double b)
+{
+    return a <= b && a >= b;
+}
+
+/* Both tables ascend: one walk along the two. */
+static void compare_rows(kmp_verdict *verdict, const kmp_table *table, const kmp_reference *reference)
+{
+    for (int row = 0, r = 0; row < table->rows; row++) {
+        double t = kmp_table_time(table, row);
+        while (r < reference->rows && reference->t[r] < t)
+            r++;
+        if (r == reference->rows || !same(reference->t[r], t))
+            continue;
+        for (int k = 0; k < KMP_QUANTITIES; k++) {
+            int width = k == KMP_QUANTITY_LAMBDA ? table->m : table->n;
+            compare_entries(&verdict->error[k], width, kmp_table_get(table, (kmp_quantity)k, row),
+                            reference->value[k] + (size_t)r * (size_t)width);
+        }
+    }
+}
+
+kmp_verdict kmp_verdict_of(const kmp_table *table, kmp_plant *plant, const kmp_reference *reference)
+{
+    kmp_verdict verdict = kmp_verdict_none();
+    balance b = {0};
+    if (table->rows == 0)
+        return verdict;
+    verdict.h_max = verdict.hdot_max = 0;
+    for (int row = 0; row < table->rows; row++)
+        judge_row(&verdict, &b, table, row, plant);
+    double size = fmax(b.kinetic, b.highest - b.lowest);
+    verdict.drift_rel = size > 0 ? b.drift / size : 0;
+    if (reference)
+        compare_rows(&verdict, table, reference);
+    return verdict;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a run is worth: how well its rows keep the closures and the energy, and how far they are from a reference. */
+#ifndef KMP_RESULTS_VERDICT_H
+#define KMP_RESULTS_VERDICT_H
+
+#include "constraints/plant.h"
+#include "results/reference.h"
+
+typedef struct kmp_verdict {
+    double h_max, hdot_max;       /* largest scaled residual of h and of J qd + h_t */
+    double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy) */
+    double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, 1); NaN where the reference has nothing to say */
+} kmp_verdict;
+
+/** Nothing known: all NaN. */
+kmp_verdict kmp_verdict_none(void);
+
+/** Judges a table, NaN when it is empty. `reference` may be NULL; only rows at exactly its times are compared. */
+kmp_verdict kmp_verdict_of(const kmp_table *table, kmp_plant *plant, const kmp_reference *reference);
+
+#endif

@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Every road against digits that Kempe did not produce: examples' reference.csv, the IFToMM and Modelica problems of
+ * tests/models. Where a choice of u fails, it must say so. */
+#include "base/memory.h"
+#include "check.h"
+#include "constraints/plant.h"
+#include "integrators/run.h"
+#include "results/reference.h"
+#include <stdlib.h>
+
+typedef struct loaded {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} loaded;
+
+static loaded load(const char *path)
+{
+    loaded l = {kempe_context_new(), NULL, NULL};
+    char full[512];
+    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    if (kempe_model_read(l.context, full, &l.model) != KEMPE_OK || kempe_system_new(l.model, &l.system) != KEMPE_OK) {
+        printf("%s\n", kempe_context_message(l.context));
+        CHECK(!"the model reads and derives");
+    }
+    return l;
+}
+
+static void unload(loaded *l)
+{
+    kempe_system_free(l->system);
+    kempe_model_free(l->model);
+    kempe_context_free(l->context);
+}
+
+/* The last row of a run, and how many came. */
+typedef struct last_row {
+    const kempe_system *s;
+    double t, q[16], qd[16], qdd[16], lambda[16];
+    int rows;
+    unsigned long allocations[2]; /* at the first and at the last row */
+    const kmp_reference *reference;
+    double error[3]; /* q, qd, lambda over all rows with reference values */
+} last_row;
+
+static void measure(last_row *r)
+{
+    const double *got[3] = {r->q, r->qd, r->lambda};
+    const kmp_quantity quantity[3] = {KMP_QUANTITY_Q, KMP_QUANTITY_QD, KMP_QUANTITY_LAMBDA};
+    for (int k = 0; k < r->reference->rows; k++) {
+        if (r->reference->t[k] != r->t)
+            continue;
+        for (int e = 0; e < 3; e++) {
+            int count = quantity[e] == KMP_QUANTITY_LAMBDA ? r->s->m : r->s->n;
+            for (int i = 0; i < count; i++) {
+                double ref = r->reference->value[quantity[e]][k * count + i];
+                if (!isnan(ref))
+                    r->error[e] = fmax(r->error[e], fabs(got[e][i] - ref) / fmax(fabs(ref), 1));
+            }
+        }
+    }
+}
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    last_row *r = user;
+    (void)work;
+    r->t = t;
+    for (int i = 0; i < r->s->n; i++) {
+        r->q[i] = q[i];
+        r->qd[i] = qd[i];
+        r->qdd[i] = qdd[i];
+    }
+    for (int i = 0; i < r->s->m; i++)
+        r->lambda[i] = lambda[i];
+    r->allocations[r->rows++ > 0] = kmp_memory_count();
+    if (r->reference)
+        measure(r);
+    return 0;
+}
+
+static kempe_status run(const loaded *l, const char *road, const char *form, double rtol, double t_end, int count,
+                        const double *times, last_row *row, char **reason)
+{
+    kmp_run_report report;
+    kmp_run_spec spec = {.road = road, .form = form, .rtol = rtol, .t_end = t_end, .time_count = count, .times = times};
+    const kmp_reference *reference = row->reference;
+    *row = (last_row){.s = l->system, .reference = reference};
+    kempe_status status = kmp_run_resolve(l->system, &spec);
+    CHECK(status == KEMPE_OK);
+    status = kmp_run(l->system, &spec, NULL, take_row, row, &report);
+    if (reason)
+        *reason = report.reason;
+    else
+        kmp_free(report.reason);
+    return status;
+}
+
+/* Errors against an example's reference.csv over all its times up to t_end. */
+static void against_reference(const char *example, const char *road, const char *form, double rtol, double t_end,
+                              const double allowed[3])
+{
+    loaded l = load(example);
+    char path[512];
+    kmp_reference reference;
+    last_row row = {0};
+    snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, example);
+    snprintf(strrchr(path, '/'), 32, "/reference.csv");
+    CHECK(kmp_reference_read(l.system, path, &reference) == KEMPE_OK);
+    int count = 0;
+    while (count < reference.rows && reference.t[count] <= t_end)
+        count++;
+    CHECK(count > 1 && reference.t[count - 1] == t_end);
+    row.reference = &reference;
+    CHECK(run(&l, road, form, rtol, t_end, count, reference.t, &row, NULL) == KEMPE_OK);
+    CHECK(row.rows == count);
+    printf("  %-34s %s/%-8s rtol %.0e t %-5g q %.1e qd %.1e lambda %.1e\n", example, road, form, rtol, t_end, row.error[0],
+           row.error[1], row.error[2]);
+    for (int e = 0; e < 3; e++)
+        CHECK(row.error[e] <= allowed[e]);
+    kmp_reference_free(&reference);
+    unload(&l);
+}
+
+static void andrews_reaches_its_digits(void)
+{
+    const double ode[3] = {1e-10, 1e-8, 1e-8}, dae[3] = {1e-7, 1e-5, 1e-5};
+    for (int k = 0; k < 2; k++) {
+        double t_end = k ? 0.05 : 0.03;
+        against_reference("examples/andrews/andrews.yaml", "reduced", "carried", 1e-12, t_end, ode);
+        against_reference("examples/andrews/andrews.yaml", "reduced", "closed", 1e-12, t_end, ode);
+        against_reference("examples/andrews/andrews.yaml", "projected", "none", 1e-12, t_end, ode);
+        against_reference("examples/andrews/andrews.yaml", "dae", "ah", 1e-12, t_end, dae);
+    }
+}
+
+static void linkages_reach_their_digits(void)
+{
+    const double allowed[3] = {1e-8, 1e-8, 1e-8};
+    const char *const models[2] = {"examples/four_bar/four_bar.yaml", "examples/slider_crank/slider_crank.yaml"};
+    for (int k = 0; k < 2; k++) {
+        double t_end = k ? 10 : 5;
+        against_reference(models[k], "reduced", "carried", 1e-12, t_end, allowed);
+        against_reference(models[k], "reduced", "closed", 1e-12, t_end, allowed);
+        against_reference(models[k], "projected", "none", 1e-12, t_end, allowed);
+    }
+}
+
+static void andrews_starts_with_the_published_accelerations(void)
+{
+    loaded l = load("examples/andrews/andrews.yaml");
+    const double zero = 0;
+    last_row row = {0};
+    static const char *const ways[4][2] = {
+        {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
+    for (int k = 0; k < 4; k++) {
+        CHECK(run(&l, ways[k][0], ways[k][1], 1e-6, 1e-6, 1, &zero, &row, NULL) == KEMPE_OK);
+        CHECK_NEAR(row.qdd[0], 14222.4439199541138705911625887, 1e-10);
+        CHECK_NEAR(row.qdd[1], -10666.8329399655854029433719415, 1e-10);
+        CHECK_NEAR(row.lambda[0], 98.5668703962410896057654982170, 1e-10);
+        CHECK_NEAR(row.lambda[1], -6.12268834425566265503114393122, 1e-10);
+        for (int i = 2; i < 6; i++)
+            CHECK_NEAR(row.lambda[i], 0, 1e-10);
+    }
+    unload(&l);
+}
+
+static void spatial_problems_reach_their_digits(void)
+{
+    static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}};
+    double end = 10;
+    last_row row = {0};
+    for (int k = 0; k < 3; k++) {
+        loaded l = load("tests/models/pendulum.yaml");
+        CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
+        CHECK_NEAR(-cos(row.q[0]), -0.275087462576116860, 1e-9); /* IFToMM A01 */
+        CHECK_NEAR(-sin(row.q[0]), -0.961419205099125064, 1e-9);
+        unload(&l);
+
+        l = load("tests/models/fourbar2.yaml"); /* Modelica Fourbar2, recomputed in quadruple precision */
+        double five = 5;
+        CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 5, 1, &five, &row, NULL) == KEMPE_OK);
+        CHECK_NEAR(row.q[0], 40.2420250649953602, 1e-10);
+        CHECK_NEAR(row.qd[0], 11.6350069101560833, 1e-9);
+        CHECK_NEAR(row.q[1], -0.417541177807820895, 1e-10);
+        unload(&l);
+
+        l = load("tests/models/bricard.yaml"); /* IFToMM A04: P3 after 10 s; 6 rows of rank 4 */
+        CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
+        kmp_plant *plant = kmp_plant_new(l.system, "tape");
+        const double *p3 = kmp_plant_positions(plant, 10, row.q);
+        CHECK_NEAR(p3[0], 0.999730987303835346, 1e-9);
+        CHECK_NEAR(p3[1], -0.999999963825817275, 1e-9);
+        CHECK_NEAR(p3[2], -2.68976512249305e-4, 1e-9);
+        kmp_plant_free(plant);
+        unload(&l);
+    }
+}
+
+/* A fixed u dies at a dead centre: at no tolerance may the run end well with another answer than the projected road's. */
+static void a_bad_choice_of_u_says_so(void)
+{
+    loaded l = load("tests/models/triple_rocker.yaml");
+    double end = 3;
+    last_row right = {0}, row = {0};
+    CHECK(run(&l, "projected", NULL, 1e-12, 3, 1, &end, &right, NULL) == KEMPE_OK);
+    for (int k = 0; k <= 36; k++) {
+        double rtol = pow(10, -4 - 0.25 * k);
+        for (int form = 0; form < 2; form++) {
+            char *reason = NULL;
+            kempe_status status = run(&l, "reduced", form ? "closed" : "carried", rtol, 3, 1, &end, &row, &reason);
+            CHECK(status == KEMPE_E_FAILED);
+            CHECK(reason && strstr(reason, "dead centre") && strstr(reason, "'B'"));
+            kmp_free(reason);
+        }
+    }
+    unload(&l);
+}
+
+/* The same for every single coordinate of Andrews as u: right, refused at the start, or failed with a reason. */
+static void no_choice_of_u_is_silently_wrong(void)
+{
+    loaded l = load("examples/andrews/andrews.yaml");
+    double end = 0.03;
+    last_row row = {0};
+    int good = 0, failed = 0;
+    for (int u = 0; u < 7; u++)
+        for (int form = 0; form < 2; form++) {
+            kmp_run_report report;
+            kmp_run_spec spec = {.road = "reduced",
+                                 .form = form ? "closed" : "carried",
+                                 .rtol = 1e-9,
+                                 .t_end = end,
+                                 .time_count = 1,
+                                 .times = &end,
+                                 .u = &u,
+                                 .u_count = 1};
+            row = (last_row){.s = l.system};
+            CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+            kempe_status status = kmp_run(l.system, &spec, NULL, take_row, &row, &report);
+            if (status == KEMPE_OK)
+                CHECK_NEAR(row.q[0], 15.810771195153707, 1e-6);
+            else
+                CHECK(status == KEMPE_E_FAILED && report.reason && strlen(report.reason) > 20);
+            good += status == KEMPE_OK;
+            failed += status != KEMPE_OK;
+            kmp_free(report.reason);
+        }
+    printf("  7 choices of u, 2 forms: %d right, %d failed with a reason\n", good, failed);
+    CHECK(good >= 4 && failed >= 6);
+    unload(&l);
+}
+
+static void stepping_allocates_nothing(void)
+{
+    loaded l = load("examples/andrews/andrews.yaml");
+    const double times[3] = {0, 0.015, 0.03};
+    static const char *const ways[4][2] = {
+        {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
+    last_row row = {0};
+    for (int k = 0; k < 4; k++) {
+        CHECK(run(&l, ways[k][0], ways[k][1], 1e-8, 0.03, 3, times, &row, NULL) == KEMPE_OK);
+        CHECK(row.rows == 3);
+        CHECK(row.allocations[1] == row.allocations[0]);
+    }
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(andrews_starts_with_the_published_accelerations);
+    TEST(andrews_reaches_its_digits);
+    TEST(linkages_reach_their_digits);
+    TEST(spatial_problems_reach_their_digits);
+    TEST(a_bad_choice_of_u_says_so);
+    TEST(no_choice_of_u_is_silently_wrong);
+    TEST(stepping_allocates_nothing);
+    return check_report();
+}
