@@ -35,7 +35,8 @@ struct kmp_road {
     int (*row)(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work);
 
-    /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never does. */
+    /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never
+     * does. */
     void (*explain)(kmp_road *road);
 
     kmp_ode ode; /* one of the two */

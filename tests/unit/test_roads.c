@@ -115,8 +115,8 @@ static void against_reference(const char *example, const char *road, const char 
     row.reference = &reference;
     CHECK(run(&l, road, form, rtol, t_end, count, reference.t, &row, NULL) == KEMPE_OK);
     CHECK(row.rows == count);
-    printf("  %-34s %s/%-8s rtol %.0e t %-5g q %.1e qd %.1e lambda %.1e\n", example, road, form, rtol, t_end, row.error[0],
-           row.error[1], row.error[2]);
+    printf("  %-34s %s/%-8s rtol %.0e t %-5g q %.1e qd %.1e lambda %.1e\n", example, road, form, rtol, t_end,
+           row.error[0], row.error[1], row.error[2]);
     for (int e = 0; e < 3; e++)
         CHECK(row.error[e] <= allowed[e]);
     kmp_reference_free(&reference);
@@ -198,7 +198,8 @@ static void spatial_problems_reach_their_digits(void)
     }
 }
 
-/* A fixed u dies at a dead centre: at no tolerance may the run end well with another answer than the projected road's. */
+/* A fixed u dies at a dead centre: at no tolerance may the run end well with another answer than the projected road's.
+ */
 static void a_bad_choice_of_u_says_so(void)
 {
     loaded l = load("tests/models/triple_rocker.yaml");
