@@ -23,22 +23,22 @@ kmp_derivative *kmp_time_derivative(const kmp_tree *tree)
     return d;
 }
 
+/* v of an ancestor's axes in link's. */
+static kmp_vec from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v)
+{
+    if (link == ancestor)
+        return v;
+    return kmp_link_to_child(tree, link, from_ancestor(tree, tree->links[link].parent, ancestor, v));
+}
+
 /* A force at a point, given in the axes of an ancestor link, onto the point's link. */
 static void apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied)
 {
     kmp_graph *g = tree->graph;
-    int path[64], depth = 0, link = kmp_point_link(tree, point);
+    int link = kmp_point_link(tree, point);
     if (link == 0)
         return;
-    for (int i = link; i != frame; i = tree->links[i].parent) {
-        if (depth == 64) { /* deeper: turn what is gathered first */
-            apply_at(tree, point, i, force, applied);
-            return;
-        }
-        path[depth++] = i;
-    }
-    while (depth > 0)
-        force = kmp_link_to_child(tree, path[--depth], force);
+    force = from_ancestor(tree, link, frame, force);
     kmp_vec moment = kmp_vec_cross(g, kmp_point_local(tree, point), force);
     applied[link].force = kmp_vec_add(g, applied[link].force, force);
     applied[link].moment = kmp_vec_add(g, applied[link].moment, moment);

@@ -106,13 +106,14 @@ static void remember(kmp_rotations *r, kmp_ref first, kmp_ref second, kmp_ref y,
 
 enum { MAX_TERMS = 64 };
 
+/* The terms of a sum; the number returned may exceed what was stored. */
 static int flatten(const kmp_graph *g, kmp_ref a, kmp_ref *terms, int count)
 {
     const kmp_node *n = kmp_graph_node(g, kmp_id(a));
-    if (n->op != KMP_OP_ADD || count + 2 > MAX_TERMS) {
+    if (n->op != KMP_OP_ADD || count >= MAX_TERMS) {
         if (count < MAX_TERMS)
-            terms[count++] = a;
-        return count;
+            terms[count] = a;
+        return count + 1;
     }
     count = flatten(g, n->a ^ (a & 1), terms, count);
     return flatten(g, n->b ^ (a & 1), terms, count);
@@ -121,10 +122,9 @@ static int flatten(const kmp_graph *g, kmp_ref a, kmp_ref *terms, int count)
 kmp_ref kmp_angle_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref terms[MAX_TERMS], sum = KMP_ZERO;
-    int n = flatten(g, a, terms, 0);
-    if (n > MAX_TERMS / 2)
+    int n = flatten(g, b, terms, flatten(g, a, terms, 0));
+    if (n > MAX_TERMS)
         return kmp_add(g, a, b);
-    n = flatten(g, b, terms, n);
     for (int i = 1; i < n; i++) /* by id: from the root of the tree outwards */
         for (int k = i; k > 0 && kmp_id(terms[k]) < kmp_id(terms[k - 1]); k--) {
             kmp_ref t = terms[k];

@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* All sets of equations of a model as numbers at a state. */
+#ifndef KEMPE_TESTS_DERIVED_H
+#define KEMPE_TESTS_DERIVED_H
+
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "dynamics/equations.h"
+#include "random.h"
+#include "symbolic/program.h"
+#include <string.h>
+
+enum { STATE_MAX = 128, DERIVED_SETS = 14 };
+
+typedef struct state {
+    double t, q[STATE_MAX], qd[STATE_MAX], qdd[STATE_MAX], lambda[STATE_MAX], mu[STATE_MAX];
+} state;
+
+typedef struct derived {
+    kmp_equations eq;
+    kmp_program *program;
+    kmp_machine *machine;
+    double parameters[8];
+    int n, m;
+    /* owned by the machine; entries of M above the diagonal are zero */
+    const double *mass, *bias, *h, *h_t, *jacobian, *jdqd, *residual, *jt_mu, *hdot, *potential, *power, *reaction,
+        *position;
+} derived;
+
+static inline state random_state_vectors(void)
+{
+    state s = {.t = between(0, 2)};
+    for (int k = 0; k < STATE_MAX; k++) {
+        s.q[k] = between(-2, 2);
+        s.qd[k] = between(-2, 2);
+        s.qdd[k] = between(-5, 5);
+        s.lambda[k] = between(-5, 5);
+        s.mu[k] = between(-2, 2);
+    }
+    return s;
+}
+
+typedef struct derived_set {
+    const kmp_ref *of;
+    int count;
+    const double **to;
+} derived_set;
+
+static inline int derived_list(derived *d, derived_set *set)
+{
+    const kmp_equations *eq = &d->eq;
+    int n = d->n, m = d->m;
+    const derived_set all[] = {{eq->mass, n * n, &d->mass},
+                               {eq->bias, n, &d->bias},
+                               {eq->h, m, &d->h},
+                               {eq->h_t, m, &d->h_t},
+                               {eq->jacobian, m * n, &d->jacobian},
+                               {eq->jdqd, m, &d->jdqd},
+                               {eq->residual, n, &d->residual},
+                               {eq->jt_mu, n, &d->jt_mu},
+                               {eq->hdot, m, &d->hdot},
+                               {&eq->potential, 1, &d->potential},
+                               {&eq->power, 1, &d->power},
+                               {eq->reaction, 3 * eq->model->closure_count, &d->reaction},
+                               {eq->position, 3 * eq->position_count, &d->position}};
+    memcpy(set, all, sizeof all);
+    return (int)(sizeof all / sizeof *all);
+}
+
+/* false: the model has a closure that can never be met. */
+static inline bool derived_init(derived *d, const kempe_model *model, unsigned sets, kmp_scheme scheme, bool keep)
+{
+    derived_set set[DERIVED_SETS];
+    *d = (derived){.n = model->motion_count};
+    if (kmp_equations_init(&d->eq, model, sets, scheme, keep) != KEMPE_OK)
+        return false;
+    d->m = d->eq.m;
+    int total = 0, sets_count = derived_list(d, set);
+    for (int k = 0; k < sets_count; k++)
+        total += set[k].count;
+    kmp_ref *all = KMP_NEW(kmp_ref, total);
+    for (int k = 0, i = 0; k < sets_count; i += set[k].count, k++)
+        if (set[k].count)
+            memcpy(all + i, set[k].of, (size_t)set[k].count * sizeof *all);
+    const kmp_ref *group = all;
+    d->program = kmp_program_new(d->eq.graph, 1, &total, &group);
+    d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
+    kmp_free(all);
+    for (int k = 0; k < model->parameter_count && k < 8; k++)
+        d->parameters[k] = model->parameters[k].number.value;
+    return true;
+}
+
+static inline void derived_free(derived *d)
+{
+    kmp_machine_free(d->machine);
+    kmp_program_free(d->program);
+    kmp_equations_free(&d->eq);
+}
+
+static inline void derived_eval(derived *d, const state *s)
+{
+    derived_set set[DERIVED_SETS];
+    kmp_machine_set(d->machine, KMP_IN_PARAMETER, d->parameters);
+    kmp_machine_set(d->machine, KMP_IN_TIME, &s->t);
+    kmp_machine_set(d->machine, KMP_IN_Q, s->q);
+    kmp_machine_set(d->machine, KMP_IN_QD, s->qd);
+    kmp_machine_set(d->machine, KMP_IN_QDD, s->qdd);
+    kmp_machine_set(d->machine, KMP_IN_LAMBDA, s->lambda);
+    kmp_machine_set(d->machine, KMP_IN_MU, s->mu);
+    (void)kmp_machine_run(d->machine, 0);
+    const double *out = kmp_machine_run(d->machine, 1);
+    int count = derived_list(d, set);
+    for (int k = 0; k < count; out += set[k].count, k++)
+        *set[k].to = out;
+}
+
+/* out = M x */
+static inline void derived_mass_times(const derived *d, const double *x, double *out)
+{
+    for (int i = 0; i < d->n; i++)
+        out[i] = 0;
+    for (int i = 0; i < d->n; i++)
+        for (int k = 0; k <= i; k++) {
+            double mik = d->mass[i * d->n + k];
+            out[i] += mik * x[k];
+            if (k != i)
+                out[k] += mik * x[i];
+        }
+}
+
+/* out = J' x */
+static inline void derived_transposed(const derived *d, const double *x, double *out)
+{
+    for (int k = 0; k < d->n; k++) {
+        out[k] = 0;
+        for (int r = 0; r < d->m; r++)
+            out[k] += d->jacobian[r * d->n + k] * x[r];
+    }
+}
+
+/* out = J x */
+static inline void derived_jacobian_times(const derived *d, const double *x, double *out)
+{
+    for (int r = 0; r < d->m; r++) {
+        out[r] = 0;
+        for (int k = 0; k < d->n; k++)
+            out[r] += d->jacobian[r * d->n + k] * x[k];
+    }
+}
+
+#endif

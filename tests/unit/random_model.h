@@ -1,0 +1,451 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Random spatial mechanisms as text of the model language, read by the reader; and their kinematics and energies once
+ * more, plainly: rotation matrices by Rodrigues' formula, one motion after the other, rates by differences. */
+#ifndef KEMPE_TESTS_RANDOM_MODEL_H
+#define KEMPE_TESTS_RANDOM_MODEL_H
+
+#include "base/memory.h"
+#include "base/text.h"
+#include "model/model.h"
+#include "random.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MODEL_MAX_N = 96, MODEL_MAX_BODIES = 80 };
+
+/* What a random model has. */
+enum {
+    MODEL_LOOPS = 1,
+    MODEL_FORCES = 2,  /* springs and efforts, conservative */
+    MODEL_DAMPING = 4, /* and not: damping of springs, efforts over t, q and qd */
+    MODEL_SYMBOLS = 8  /* numbers as expressions of parameters */
+};
+
+/* -- writing ----------------------------------------------------------------------------------------- */
+
+/* A number, or an expression of about that size. */
+static inline void put_number(kmp_text *text, double x, unsigned flags)
+{
+    kmp_text_printf(text, "\"");
+    if (flags & MODEL_SYMBOLS)
+        switch (pick(5)) {
+        case 0:
+            kmp_text_printf(text, "a*(%.17g)", x);
+            break;
+        case 1:
+            kmp_text_printf(text, "(%.17g)/b", x);
+            break;
+        case 2:
+            kmp_text_printf(text, "(%.17g)*sqrt(a*b)", x);
+            break;
+        case 3:
+            kmp_text_printf(text, "(%.17g)*b^-1.5", x);
+            break;
+        default:
+            kmp_text_printf(text, "%.17g", x);
+        }
+    else
+        kmp_text_printf(text, "%.17g", x);
+    kmp_text_printf(text, "\"");
+}
+
+/* [x, y, z]; sometimes with zeros. */
+static inline void put_vector(kmp_text *text, double size, unsigned flags)
+{
+    int zeros = pick(4);
+    for (int k = 0; k < 3; k++) {
+        kmp_text_put(text, k ? ", " : "[");
+        put_number(text, zeros == 0 && k != 1 ? 0 : between(-size, size), flags);
+    }
+    kmp_text_put(text, "]");
+}
+
+/* No coordinate axis twice in a joint: two motions along one line would be one too many. */
+static inline void put_motion(kmp_text *text, bool used[2][3])
+{
+    int translation = pick(3) == 0, axis = pick(3);
+    const char *letter = translation ? "T" : "R";
+    if (pick(3) && !used[translation][axis]) {
+        used[translation][axis] = true;
+        kmp_text_printf(text, "%s%s%d", pick(3) ? "" : "-", letter, 1 + axis);
+        return;
+    }
+    kmp_text_printf(text, "{%s: [%.17g, %.17g, %.17g]}", letter, between(-1, 1), between(-1, 1), between(-1, 1));
+}
+
+static inline void put_joint(kmp_text *text, int body)
+{
+    static const char *const axes[] = {"x", "y", "z", "-x", "-y", "-z", "[1, 2, -3]", "[-1, 0.5, 0]"};
+    static const char *const kinds[] = {"revolute", "revolute", "prismatic", "cylindrical"};
+    int parent = body == 1 || pick(5) == 0 ? 0 : pick(3) ? body - 1 : 1 + pick(body - 1), motions = 1 + pick(3);
+    bool used[2][3] = {{false}};
+    kmp_text_printf(text, "    joint: {");
+    if (pick(2)) {
+        kmp_text_printf(text, "%s: %s", kinds[pick(4)], axes[pick(8)]);
+    } else {
+        for (int k = 0; k < motions; k++) {
+            kmp_text_put(text, k ? ", " : "motions: [");
+            put_motion(text, used);
+        }
+        kmp_text_put(text, "]");
+    }
+    if (parent)
+        kmp_text_printf(text, ", at: b%d%s}\n", parent, pick(4) ? pick(2) ? ".P" : ".Q" : "");
+    else
+        kmp_text_printf(text, ", at: ground%s}\n", pick(2) ? ".P" : "");
+}
+
+/* Inertia of six point masses about their middle: some body has it. */
+static inline void put_inertia(kmp_text *text, unsigned flags)
+{
+    static const char *const names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+    static const int row[] = {0, 1, 2, 0, 0, 1}, column[] = {0, 1, 2, 1, 2, 2};
+    double t[6] = {0};
+    for (int p = 0; p < 6; p++) {
+        double x[3] = {between(-1, 1), between(-1, 1), between(-1, 1)}, m = between(0.05, 0.5);
+        for (int k = 0; k < 6; k++)
+            t[k] -= m * x[row[k]] * x[column[k]];
+        for (int k = 0; k < 3; k++)
+            t[k] += m * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    }
+    /* one factor for all six, so that the tensor stays possible */
+    bool symbols = flags & MODEL_SYMBOLS && pick(2);
+    for (int k = 0; k < 6; k++)
+        kmp_text_printf(text, "%s%s: %s%.17g%s", k ? ", " : "    inertia: {", names[k], symbols ? "(" : "", t[k],
+                        symbols ? ")*a^2" : "");
+    kmp_text_put(text, "}\n");
+}
+
+static inline void put_body(kmp_text *text, int body, unsigned flags)
+{
+    kmp_text_printf(text, "  b%d:\n", body);
+    put_joint(text, body);
+    kmp_text_put(text, "    mass: ");
+    put_number(text, between(0.2, 3), flags);
+    kmp_text_put(text, "\n    com: ");
+    put_vector(text, 0.5, flags);
+    kmp_text_put(text, "\n");
+    put_inertia(text, flags);
+    kmp_text_put(text, "    points: {P: ");
+    put_vector(text, 1, flags);
+    kmp_text_put(text, ", Q: ");
+    put_vector(text, 1, flags);
+    kmp_text_put(text, "}\n");
+}
+
+/* Two points of different bodies, one of which may be the ground. */
+static inline void put_pair(kmp_text *text, int bodies)
+{
+    int a = 1 + pick(bodies), b;
+    do
+        b = pick(bodies + 1);
+    while (a == b);
+    bool swap = pick(2);
+    for (int k = 0; k < 2; k++) {
+        int body = (k == 0) != swap ? a : b;
+        kmp_text_put(text, k ? ", " : "[");
+        if (body)
+            kmp_text_printf(text, "b%d.%s", body, pick(2) ? "P" : "Q");
+        else
+            kmp_text_printf(text, "ground.%s", pick(2) ? "P" : "Q");
+    }
+    kmp_text_put(text, "]");
+}
+
+static inline void put_loops(kmp_text *text, int bodies, unsigned flags)
+{
+    kmp_text_put(text, "loops:\n");
+    for (int k = 0; k < 2; k++) {
+        bool rod = pick(2);
+        kmp_text_printf(text, "  L%d: {%s: ", k, rod ? "rod" : "ball");
+        put_pair(text, bodies);
+        if (rod) {
+            kmp_text_put(text, ", length: ");
+            put_number(text, between(0.3, 2), flags);
+        }
+        kmp_text_put(text, "}\n");
+    }
+}
+
+static inline void put_springs(kmp_text *text, int bodies, unsigned flags)
+{
+    for (int k = 0; k < 2; k++) {
+        kmp_text_printf(text, "  s%d: {spring: ", k);
+        put_pair(text, bodies);
+        kmp_text_put(text, ", stiffness: ");
+        put_number(text, between(5, 50), flags);
+        kmp_text_put(text, ", free_length: ");
+        put_number(text, between(0.2, 1), flags);
+        if (flags & MODEL_DAMPING) {
+            kmp_text_put(text, ", damping: ");
+            put_number(text, between(0.5, 3), flags);
+        }
+        kmp_text_put(text, "}\n");
+    }
+}
+
+static inline void put_frame(kmp_text *text, uint64_t seed, int bodies, unsigned flags)
+{
+    random_seed(seed);
+    kmp_text_put(text, "kempe: 1\nname: random\nparameters: {a: 1.25, b: 0.875}\ngravity: ");
+    put_vector(text, 9, flags);
+    kmp_text_put(text, "\nground:\n  points: {P: ");
+    put_vector(text, 1, flags);
+    kmp_text_put(text, ", Q: ");
+    put_vector(text, 1, flags);
+    kmp_text_put(text, "}\nbodies:\n");
+    for (int b = 1; b <= bodies; b++)
+        put_body(text, b, flags);
+    if (flags & MODEL_LOOPS)
+        put_loops(text, bodies, flags);
+    kmp_text_put(text, "run: {outputs: [q");
+    for (int b = 1; b <= bodies; b++)
+        kmp_text_printf(text, ", position(b%d.P), position(b%d.Q)", b, b);
+    kmp_text_put(text, "]}\n");
+}
+
+/* -- the model --------------------------------------------------------------------------------------- */
+
+/* a - rate qd(motion) - slope q(other), the first times cos 3 t when the model is not conservative. */
+typedef struct effort {
+    int motion, other;
+    double a, rate, slope;
+    bool conservative;
+} effort;
+
+typedef struct random_model {
+    kempe_context *context;
+    kempe_model *model;
+    effort efforts[2];
+    int effort_count;
+} random_model;
+
+static inline double effort_value(const effort *e, double t, const double *q, const double *qd)
+{
+    return e->conservative ? e->a : e->a * cos(3 * t) - e->rate * qd[e->motion] - e->slope * q[e->other];
+}
+
+static inline void put_efforts(kmp_text *text, random_model *r, unsigned flags)
+{
+    const kempe_model *model = r->model;
+    for (int k = 0; k < 2; k++) {
+        effort e = {pick(model->motion_count), pick(model->motion_count), between(-3, 3), between(0, 1), between(0, 1),
+                    !(flags & MODEL_DAMPING)};
+        const kmp_motion *motion = &model->motions[e.motion];
+        kmp_text_printf(text, "  e%d: {joint: %s, %s: \"%.17g", k, motion->name, motion->rotation ? "torque" : "force",
+                        e.a);
+        if (!e.conservative)
+            kmp_text_printf(text, "*cos(3*t) - %.17g*qd(%s) - %.17g*q(%s)", e.rate, motion->name, e.slope,
+                            model->motions[e.other].name);
+        kmp_text_put(text, "\"}\n");
+        r->efforts[r->effort_count++] = e;
+    }
+}
+
+/* Read twice: the efforts need the names of the coordinates. */
+static inline random_model random_model_new(uint64_t seed, int bodies, unsigned flags)
+{
+    random_model r = {.context = kempe_context_new()};
+    kmp_text text = {0};
+    put_frame(&text, seed, bodies, flags);
+    if (kempe_model_read_text(r.context, text.s, "random", &r.model) == KEMPE_OK && flags & MODEL_FORCES) {
+        kmp_text_put(&text, "forces:\n");
+        put_springs(&text, bodies, flags);
+        put_efforts(&text, &r, flags);
+        kempe_model_free(r.model);
+        r.model = NULL;
+        (void)kempe_model_read_text(r.context, text.s, "random", &r.model);
+    }
+    if (!r.model)
+        printf("seed %d: %s\n%s\n", (int)seed, kempe_context_message(r.context), text.s);
+    kmp_text_free(&text);
+    return r;
+}
+
+static inline void random_model_free(random_model *r)
+{
+    kempe_model_free(r->model);
+    kempe_context_free(r->context);
+}
+
+/* -- plain kinematics -------------------------------------------------------------------------------- */
+
+typedef struct pose {
+    double r[3][3], x[3]; /* body axes to ground axes; the origin */
+} pose;
+
+static inline void pose_apply(const pose *p, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = p->x[i] + p->r[i][0] * v[0] + p->r[i][1] * v[1] + p->r[i][2] * v[2];
+}
+
+/* r <- r (1 + sin e~ + (1 - cos) e~ e~) */
+static inline void pose_turn(pose *p, const double e[3], double angle)
+{
+    double cross[3][3] = {{0, -e[2], e[1]}, {e[2], 0, -e[0]}, {-e[1], e[0], 0}}, turn[3][3], r[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            double square = 0;
+            for (int k = 0; k < 3; k++)
+                square += cross[i][k] * cross[k][j];
+            turn[i][j] = (i == j) + sin(angle) * cross[i][j] + (1 - cos(angle)) * square;
+        }
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            r[i][j] = 0;
+            for (int k = 0; k < 3; k++)
+                r[i][j] += p->r[i][k] * turn[k][j];
+        }
+    memcpy(p->r, r, sizeof r);
+}
+
+static inline void number_values(const kmp_number *number, double *value)
+{
+    for (int k = 0; k < 3; k++)
+        value[k] = number[k].value;
+}
+
+static inline void plain_poses(const kempe_model *model, const double *q, pose *p)
+{
+    p[0] = (pose){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        double at[3] = {0}, slide[3];
+        if (body->at >= 0)
+            number_values(model->points[body->at].at, at);
+        p[b] = p[body->parent];
+        pose_apply(&p[body->parent], at, p[b].x);
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
+            const kmp_motion *motion = &model->motions[k];
+            for (int i = 0; i < 3; i++)
+                slide[i] = q[k] * motion->axis[i];
+            if (motion->rotation)
+                pose_turn(&p[b], motion->axis, q[k]);
+            else
+                pose_apply(&p[b], slide, p[b].x);
+        }
+    }
+}
+
+static inline void plain_point(const kempe_model *model, const pose *p, int point, double x[3])
+{
+    double at[3];
+    number_values(model->points[point].at, at);
+    pose_apply(&p[model->points[point].body], at, x);
+}
+
+static inline double plain_distance(const kempe_model *model, const double *q, const int point[2])
+{
+    pose p[MODEL_MAX_BODIES];
+    double a[3], b[3], square = 0;
+    plain_poses(model, q, p);
+    plain_point(model, p, point[0], a);
+    plain_point(model, p, point[1], b);
+    for (int k = 0; k < 3; k++)
+        square += (a[k] - b[k]) * (a[k] - b[k]);
+    return sqrt(square);
+}
+
+/* Of gravity and springs. */
+static inline double plain_potential(const kempe_model *model, const double *q)
+{
+    pose p[MODEL_MAX_BODIES];
+    double v = 0, com[3], x[3], gravity[3];
+    plain_poses(model, q, p);
+    number_values(model->gravity, gravity);
+    for (int b = 1; b < model->body_count; b++) {
+        number_values(model->bodies[b].com, com);
+        pose_apply(&p[b], com, x);
+        for (int k = 0; k < 3; k++)
+            v -= model->bodies[b].mass.value * gravity[k] * x[k];
+    }
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *f = &model->forces[k];
+        if (f->kind != KMP_FORCE_SPRING)
+            continue;
+        double stretch = plain_distance(model, q, f->point) - f->free_length.value;
+        v += f->stiffness.value * stretch * stretch / 2;
+    }
+    return v;
+}
+
+/* -- differences ------------------------------------------------------------------------------------- */
+
+typedef void field(void *user, const double *x, double *out);
+
+/* Derivative of `count` values along a direction at x (n), central with two extrapolations. */
+static inline void difference(field *f, void *user, int n, const double *x, const double *direction, int count,
+                              double *out)
+{
+    enum { MOST = 4096 };
+    static double table[3][MOST], up[MOST], down[MOST];
+    double moved[MODEL_MAX_N];
+    for (int level = 0; level < 3; level++) {
+        double h = ldexp(1e-2, -level);
+        for (int k = 0; k < n; k++)
+            moved[k] = x[k] + h * direction[k];
+        f(user, moved, up);
+        for (int k = 0; k < n; k++)
+            moved[k] = x[k] - h * direction[k];
+        f(user, moved, down);
+        for (int k = 0; k < count; k++)
+            table[level][k] = (up[k] - down[k]) / (2 * h);
+    }
+    for (int k = 0; k < count; k++) {
+        double first = (4 * table[1][k] - table[0][k]) / 3, second = (4 * table[2][k] - table[1][k]) / 3;
+        out[k] = (16 * second - first) / 15;
+    }
+}
+
+/* Poses and points as one row of numbers. */
+typedef struct posed {
+    const kempe_model *model;
+} posed;
+
+static inline void pose_field(void *user, const double *q, double *out)
+{
+    const kempe_model *model = ((posed *)user)->model;
+    pose p[MODEL_MAX_BODIES];
+    plain_poses(model, q, p);
+    memcpy(out, p, (size_t)model->body_count * sizeof *p);
+}
+
+/* w of w~ = dr r', in body axes: r' w. */
+static inline void spin_in_body(const pose *p, const pose *rate, double w[3])
+{
+    double s[3][3] = {{0}}; /* r' dr */
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++)
+                s[i][j] += p->r[k][i] * rate->r[k][j];
+    w[0] = (s[2][1] - s[1][2]) / 2;
+    w[1] = (s[0][2] - s[2][0]) / 2;
+    w[2] = (s[1][0] - s[0][1]) / 2;
+}
+
+/* sum of m v v / 2 + w I w / 2, poses differentiated numerically. */
+static inline double plain_kinetic(const kempe_model *model, const double *q, const double *qd)
+{
+    static const int entry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    posed user = {model};
+    pose p[MODEL_MAX_BODIES], rate[MODEL_MAX_BODIES];
+    double energy = 0, com[3], v[3], w[3];
+    plain_poses(model, q, p);
+    difference(pose_field, &user, model->motion_count, q, qd, 12 * model->body_count, &rate[0].r[0][0]);
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        number_values(body->com, com);
+        pose_apply(&rate[b], com, v);
+        spin_in_body(&p[b], &rate[b], w);
+        for (int i = 0; i < 3; i++) {
+            energy += body->mass.value * v[i] * v[i] / 2;
+            for (int j = 0; j < 3; j++)
+                energy += w[i] * body->inertia[entry[i][j]].value * w[j] / 2;
+        }
+    }
+    return energy;
+}
+
+#endif

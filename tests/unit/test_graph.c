@@ -1,0 +1,402 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The expression graph: what is simplified at birth, that simplifying never changes a value, and derivatives against
+ * differences. */
+#include "base/memory.h"
+#include "base/text.h"
+#include "check.h"
+#include "random_graph.h"
+#include "symbolic/derivative.h"
+#include "symbolic/program.h"
+
+/* -- simplification ---------------------------------------------------------------------------------- */
+
+typedef struct scene {
+    kmp_graph *g;
+    kmp_ref x, y, z, w;
+} scene;
+
+static scene new_scene(void)
+{
+    scene s = {.g = kmp_graph_new()};
+    s.x = kmp_input(s.g, KMP_IN_Q, 0);
+    s.y = kmp_input(s.g, KMP_IN_Q, 1);
+    s.z = kmp_input(s.g, KMP_IN_QD, 0);
+    s.w = kmp_input(s.g, KMP_IN_PARAMETER, 3);
+    return s;
+}
+
+static void test_numbers(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    double value = 0;
+    CHECK(kmp_const(g, 0) == KMP_ZERO && kmp_const(g, -0.0) == KMP_ZERO && kmp_const(g, 1) == KMP_ONE);
+    CHECK(kmp_const(g, -1) == kmp_neg(KMP_ONE) && kmp_neg(KMP_ZERO) == KMP_ZERO);
+    CHECK(kmp_const(g, 2.5) == kmp_neg(kmp_const(g, -2.5)));
+    CHECK(kmp_is_const(g, kmp_const(g, -2.5), &value) && value == -2.5);
+    CHECK(!kmp_is_const(g, s.x, &value));
+    CHECK(kmp_add(g, kmp_const(g, 2), kmp_const(g, -5)) == kmp_const(g, -3));
+    CHECK(kmp_mul(g, kmp_const(g, 2), kmp_const(g, -5)) == kmp_const(g, -10));
+    CHECK(kmp_div(g, kmp_const(g, -1), kmp_const(g, 4)) == kmp_const(g, -0.25));
+    CHECK(kmp_sqrt(g, kmp_const(g, 9)) == kmp_const(g, 3));
+    CHECK(kmp_sin(g, KMP_ZERO) == KMP_ZERO && kmp_cos(g, KMP_ZERO) == KMP_ONE);
+    CHECK(kmp_graph_node(g, kmp_id(s.x))->depends == 1 << KMP_IN_Q);
+    CHECK(kmp_graph_node(g, kmp_id(kmp_mul(g, s.x, s.w)))->depends == (1 << KMP_IN_Q | 1 << KMP_IN_PARAMETER));
+    kmp_graph_free(g);
+}
+
+static void test_neutral(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    CHECK(kmp_add(g, s.x, KMP_ZERO) == s.x && kmp_add(g, KMP_ZERO, kmp_neg(s.x)) == kmp_neg(s.x));
+    CHECK(kmp_sub(g, KMP_ZERO, s.x) == kmp_neg(s.x) && kmp_sub(g, s.x, KMP_ZERO) == s.x);
+    CHECK(kmp_mul(g, s.x, KMP_ZERO) == KMP_ZERO && kmp_mul(g, KMP_ZERO, kmp_neg(s.x)) == KMP_ZERO);
+    CHECK(kmp_mul(g, s.x, KMP_ONE) == s.x && kmp_mul(g, kmp_neg(KMP_ONE), s.x) == kmp_neg(s.x));
+    CHECK(kmp_div(g, s.x, KMP_ONE) == s.x && kmp_div(g, KMP_ZERO, s.x) == KMP_ZERO);
+    CHECK(kmp_div(g, s.x, s.x) == KMP_ONE && kmp_div(g, s.x, kmp_neg(s.x)) == kmp_neg(KMP_ONE));
+    CHECK(kmp_div(g, s.x, kmp_const(g, 4)) == kmp_mul(g, kmp_const(g, 0.25), s.x));
+    CHECK(kmp_power(g, s.x, 0) == KMP_ONE && kmp_power(g, s.x, 1) == s.x);
+    CHECK(kmp_power(g, s.x, 2) == kmp_mul(g, s.x, s.x) && kmp_power(g, s.x, 0.5) == kmp_sqrt(g, s.x));
+    CHECK(kmp_power(g, s.x, -1) == kmp_div(g, KMP_ONE, s.x));
+    kmp_graph_free(g);
+}
+
+static void test_signs(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref nx = kmp_neg(s.x), ny = kmp_neg(s.y);
+    CHECK(kmp_neg(nx) == s.x);
+    CHECK(kmp_add(g, nx, ny) == kmp_neg(kmp_add(g, s.x, s.y)));
+    CHECK(kmp_sub(g, s.x, s.y) == kmp_neg(kmp_sub(g, s.y, s.x)));
+    CHECK(kmp_mul(g, nx, s.y) == kmp_neg(kmp_mul(g, s.x, s.y)) && kmp_mul(g, nx, ny) == kmp_mul(g, s.x, s.y));
+    CHECK(kmp_div(g, nx, s.y) == kmp_neg(kmp_div(g, s.x, s.y)) && kmp_div(g, nx, ny) == kmp_div(g, s.x, s.y));
+    CHECK(kmp_sin(g, nx) == kmp_neg(kmp_sin(g, s.x)) && kmp_cos(g, nx) == kmp_cos(g, s.x));
+    CHECK(kmp_sqrt(g, nx) != kmp_sqrt(g, s.x) && kmp_sqrt(g, nx) != kmp_neg(kmp_sqrt(g, s.x)));
+    CHECK(kmp_unary(g, KMP_OP_EXP, nx) != kmp_unary(g, KMP_OP_EXP, s.x));
+    kmp_graph_free(g);
+}
+
+static void test_terms(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref sum = kmp_add(g, s.x, s.y), two = kmp_const(g, 2), half = kmp_const(g, 0.5);
+    CHECK(kmp_sub(g, s.x, s.x) == KMP_ZERO && kmp_sub(g, sum, sum) == KMP_ZERO);
+    CHECK(kmp_sub(g, sum, s.x) == s.y && kmp_sub(g, sum, s.y) == s.x && kmp_sub(g, s.x, sum) == kmp_neg(s.y));
+    CHECK(kmp_add(g, kmp_sub(g, s.x, s.y), s.y) == s.x && kmp_add(g, s.y, kmp_sub(g, s.x, s.y)) == s.x);
+    CHECK(kmp_add(g, s.x, s.x) == kmp_mul(g, two, s.x));
+    CHECK(kmp_add(g, kmp_mul(g, two, s.x), kmp_mul(g, half, s.x)) == kmp_mul(g, kmp_const(g, 2.5), s.x));
+    CHECK(kmp_sub(g, kmp_mul(g, two, s.x), kmp_mul(g, kmp_const(g, 3), s.x)) == kmp_neg(s.x));
+    CHECK(kmp_sub(g, kmp_mul(g, two, s.x), s.x) == s.x);
+    CHECK(kmp_mul(g, two, kmp_mul(g, half, s.x)) == s.x);
+    CHECK(kmp_add(g, kmp_add(g, two, s.x), half) == kmp_add(g, kmp_const(g, 2.5), s.x));
+    CHECK(kmp_sub(g, kmp_add(g, two, s.x), two) == s.x);
+    kmp_ref yx = kmp_mul(g, s.y, s.x);
+    CHECK(kmp_mul(g, yx, s.x) == kmp_mul(g, s.y, kmp_mul(g, s.x, s.x)));
+    kmp_graph_free(g);
+}
+
+static void test_pythagoras(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref sx = kmp_sin(g, s.x), cx = kmp_cos(g, s.x), cy = kmp_cos(g, s.y), five = kmp_const(g, -5);
+    kmp_ref ss = kmp_mul(g, sx, sx), cc = kmp_mul(g, cx, cx), yy = kmp_mul(g, cy, cy);
+    CHECK(kmp_add(g, ss, cc) == KMP_ONE && kmp_add(g, cc, ss) == KMP_ONE);
+    CHECK(kmp_add(g, kmp_mul(g, five, ss), kmp_mul(g, five, cc)) == five);
+    CHECK(kmp_sub(g, kmp_neg(ss), cc) == kmp_neg(KMP_ONE));
+    CHECK(kmp_graph_node(g, kmp_id(kmp_add(g, ss, yy)))->op == KMP_OP_ADD);
+    CHECK(kmp_graph_node(g, kmp_id(kmp_sub(g, ss, cc)))->op == KMP_OP_ADD);
+    CHECK(kmp_graph_node(g, kmp_id(kmp_add(g, ss, kmp_mul(g, five, cc))))->op == KMP_OP_ADD);
+    kmp_graph_free(g);
+}
+
+static void test_hash_consing(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref a = kmp_add(g, s.x, s.y), b = kmp_mul(g, s.x, s.y), c = kmp_div(g, s.x, s.y), d = kmp_sin(g, a);
+    uint32_t count = kmp_graph_count(g);
+    CHECK(kmp_add(g, s.y, s.x) == a && kmp_mul(g, s.y, s.x) == b && kmp_div(g, s.x, s.y) == c && kmp_sin(g, a) == d);
+    CHECK(kmp_input(g, KMP_IN_Q, 1) == s.y && kmp_input(g, KMP_IN_QD, 0) == s.z);
+    CHECK(kmp_graph_count(g) == count);
+    CHECK(kmp_div(g, s.y, s.x) != c && kmp_input(g, KMP_IN_Q, 0) != kmp_input(g, KMP_IN_QD, 0));
+    for (uint32_t k = 0; k < 5000; k++) /* many growths of the table */
+        (void)kmp_add(g, s.x, kmp_input(g, KMP_IN_MU, k));
+    CHECK(kmp_add(g, s.y, s.x) == a && kmp_const(g, 1) == KMP_ONE && !kmp_graph_failed(g));
+    bool sorted = true; /* operands precede */
+    for (uint32_t id = 2; id < kmp_graph_count(g); id++) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        if (kmp_op_arity((kmp_op)n->op) == 2)
+            sorted = sorted && kmp_id(n->a) < id && kmp_id(n->b) < id;
+    }
+    CHECK(sorted);
+    kmp_graph_free(g);
+}
+
+/* -- rotation ---------------------------------------------------------------------------------------- */
+
+static void test_rotation_back(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref a = kmp_input(g, KMP_IN_Q, 7), b = kmp_input(g, KMP_IN_Q, 8), y = s.x, z = s.y;
+    kmp_rotate(g, a, &y, &z);
+    CHECK(y == kmp_sub(g, kmp_mul(g, s.x, kmp_cos(g, a)), kmp_mul(g, s.y, kmp_sin(g, a))));
+    CHECK(z == kmp_add(g, kmp_mul(g, s.x, kmp_sin(g, a)), kmp_mul(g, s.y, kmp_cos(g, a))));
+    kmp_rotate(g, kmp_neg(a), &y, &z);
+    CHECK(y == s.x && z == s.y);
+    y = KMP_ZERO; /* one component only, two angles, back in the order of going */
+    z = kmp_const(g, 0.3);
+    kmp_rotate(g, a, &y, &z);
+    kmp_rotate(g, b, &y, &z);
+    kmp_rotate(g, kmp_neg(a), &y, &z);
+    kmp_rotate(g, kmp_neg(b), &y, &z);
+    CHECK(y == KMP_ZERO && z == kmp_const(g, 0.3));
+    y = z = KMP_ZERO;
+    kmp_rotate(g, a, &y, &z);
+    CHECK(y == KMP_ZERO && z == KMP_ZERO);
+    kmp_graph_free(g);
+}
+
+static void test_rotation_sum(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref a = kmp_input(g, KMP_IN_Q, 7), b = kmp_input(g, KMP_IN_Q, 8), y = s.x, z = s.y, u = s.x, v = s.y;
+    kmp_rotate(g, a, &y, &z);
+    kmp_rotate(g, b, &y, &z);
+    kmp_rotate(g, kmp_add(g, a, b), &u, &v);
+    CHECK(y == u && z == v);
+    u = s.x;
+    v = s.y;
+    kmp_rotate(g, b, &u, &v);
+    kmp_rotate(g, a, &u, &v);
+    CHECK(y == u && z == v);
+    CHECK(kmp_angle_add(g, kmp_sub(g, a, b), kmp_add(g, b, s.x)) == kmp_add(g, s.x, a));
+    kmp_graph_free(g);
+}
+
+static void test_rotation_quarters(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref a = kmp_input(g, KMP_IN_Q, 7), y = s.x, z = s.y;
+    kmp_rotate(g, a, &y, &z);
+    kmp_ref turned[4][2] = {{y, z}, {kmp_neg(z), y}, {kmp_neg(y), kmp_neg(z)}, {z, kmp_neg(y)}};
+    kmp_ref source[4][2] = {{s.x, s.y}, {kmp_neg(s.y), s.x}, {kmp_neg(s.x), kmp_neg(s.y)}, {s.y, kmp_neg(s.x)}};
+    for (int k = 0; k < 4; k++) {
+        kmp_rotate(g, kmp_neg(a), &turned[k][0], &turned[k][1]);
+        CHECK(turned[k][0] == source[k][0] && turned[k][1] == source[k][1]);
+    }
+    kmp_graph_free(g);
+}
+
+/* A result with a zero component is known by its other one. */
+static void test_rotation_onto_axis(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref y = kmp_sin(g, s.x), z = kmp_cos(g, s.x);
+    kmp_rotate(g, s.x, &y, &z);
+    CHECK(y == KMP_ZERO && z == KMP_ONE);
+    kmp_rotate(g, kmp_neg(s.x), &y, &z);
+    CHECK(y == kmp_sin(g, s.x) && z == kmp_cos(g, s.x));
+    kmp_graph_free(g);
+}
+
+/* Sums of more terms than any table of the implementation holds keep them all. */
+static void test_long_angles(void)
+{
+    enum { TERMS = 100 };
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref sum = KMP_ZERO, one = kmp_input(g, KMP_IN_Q, TERMS);
+    double q[TERMS + 1], expected = 0;
+    for (uint32_t k = 0; k <= TERMS; k++)
+        q[k] = 1 + k;
+    for (uint32_t k = 0; k < TERMS; k++) {
+        sum = kmp_angle_add(g, sum, kmp_input(g, KMP_IN_Q, k));
+        expected += q[k];
+    }
+    kmp_ref left = kmp_angle_add(g, one, sum), right = kmp_angle_add(g, sum, one);
+    double *value = KMP_NEW(double, kmp_graph_count(g));
+    kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = q}, value);
+    CHECK_NEAR(value_of(value, sum), expected, 1e-15);
+    CHECK_NEAR(value_of(value, left), expected + q[TERMS], 1e-15);
+    CHECK_NEAR(value_of(value, right), expected + q[TERMS], 1e-15);
+    kmp_free(value);
+    kmp_graph_free(g);
+}
+
+/* -- values and derivatives -------------------------------------------------------------------------- */
+
+static void random_point(double *x, double *xd)
+{
+    for (int k = 0; k < GRAPH_INPUTS; k++) {
+        x[k] = between(-1.5, 1.5);
+        xd[k] = between(-1, 1);
+    }
+}
+
+/* Central difference along xd of all steps, with two extrapolations; `error` is what the last one changed. */
+static void differences(const steps *s, const double *x, const double *xd, double *d, double *error)
+{
+    double table[3][GRAPH_STEPS], up[GRAPH_STEPS], down[GRAPH_STEPS], moved[GRAPH_INPUTS];
+    for (int level = 0; level < 3; level++) {
+        double h = ldexp(4e-3, -level);
+        for (int k = 0; k < GRAPH_INPUTS; k++)
+            moved[k] = x[k] + h * xd[k];
+        steps_eval(s, moved, up);
+        for (int k = 0; k < GRAPH_INPUTS; k++)
+            moved[k] = x[k] - h * xd[k];
+        steps_eval(s, moved, down);
+        for (int k = 0; k < s->count; k++)
+            table[level][k] = (up[k] - down[k]) / (2 * h);
+    }
+    for (int k = 0; k < s->count; k++) {
+        double first = (4 * table[1][k] - table[0][k]) / 3, second = (4 * table[2][k] - table[1][k]) / 3;
+        d[k] = (16 * second - first) / 15;
+        error[k] = fabs(d[k] - second);
+    }
+}
+
+static int compared, skipped;
+
+/* One random expression list: values of the graph and of its derivatives. */
+static void compare_steps(uint64_t seed)
+{
+    double x[GRAPH_INPUTS], xd[GRAPH_INPUTS], v[GRAPH_STEPS], d[GRAPH_STEPS], error[GRAPH_STEPS];
+    kmp_ref r[GRAPH_STEPS], dr[GRAPH_STEPS], leaf[GRAPH_INPUTS], direction[GRAPH_INPUTS];
+    steps s;
+    random_seed(seed);
+    random_point(x, xd);
+    random_steps(&s, GRAPH_STEPS / 2, x);
+    steps_eval(&s, x, v);
+    differences(&s, x, xd, d, error);
+    kmp_graph *g = kmp_graph_new();
+    steps_build(&s, g, r);
+    for (uint32_t k = 0; k < GRAPH_INPUTS; k++) {
+        leaf[k] = kmp_input(g, KMP_IN_Q, k);
+        direction[k] = kmp_input(g, KMP_IN_QD, k);
+    }
+    kmp_derivative *along = kmp_derivative_new(g, GRAPH_INPUTS, leaf, direction);
+    for (int k = s.count - 1; k >= 0; k--)
+        dr[k] = kmp_derivative_of(along, r[k]);
+    double *value = KMP_NEW(double, kmp_graph_count(g));
+    kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = x, [KMP_IN_QD] = xd}, value);
+    for (int k = 0; k < s.count; k++) {
+        bool smooth = error[k] < 1e-9 * fmax(1, fabs(d[k]));
+        CHECK_NEAR(value_of(value, r[k]), v[k], 1e-12 * fmax(1, fabs(d[k])));
+        compared += smooth;
+        skipped += !smooth;
+        if (smooth)
+            CHECK_NEAR(value_of(value, dr[k]), d[k], 1e-8);
+    }
+    kmp_free(value);
+    kmp_derivative_free(along);
+    kmp_graph_free(g);
+}
+
+static void test_random_graphs(void)
+{
+    for (uint64_t seed = 1; seed <= 200; seed++)
+        compare_steps(seed);
+    printf("  %d derivatives compared, %d too steep for differences\n", compared, skipped);
+    CHECK(compared > 20 * skipped);
+}
+
+/* Every function of one variable at one point, in the middle of its domain. */
+static void test_unary_derivatives(void)
+{
+    static const double points[] = {0.3, 1.1, 2.7};
+    for (int op = 0; op < KMP_OP_COUNT; op++) {
+        if (kmp_op_arity((kmp_op)op) != 1)
+            continue;
+        kmp_graph *g = kmp_graph_new();
+        kmp_ref x = kmp_input(g, KMP_IN_Q, 0), one = KMP_ONE;
+        kmp_derivative *d = kmp_derivative_new(g, 1, &x, &one);
+        kmp_ref y = kmp_unary(g, (kmp_op)op, x), dy = kmp_derivative_of(d, y);
+        double *value = KMP_NEW(double, kmp_graph_count(g));
+        for (int k = 0; k < 3; k++) {
+            double q = points[k], h = 1e-3, near = 0, far = 0;
+            near = (kmp_op_value((kmp_op)op, q + h) - kmp_op_value((kmp_op)op, q - h)) / (2 * h);
+            far = (kmp_op_value((kmp_op)op, q + 2 * h) - kmp_op_value((kmp_op)op, q - 2 * h)) / (4 * h);
+            kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = &q}, value);
+            CHECK_NEAR(value_of(value, y), kmp_op_value((kmp_op)op, q), 0);
+            CHECK_NEAR(value_of(value, dy), (4 * near - far) / 3, 1e-8);
+        }
+        kmp_free(value);
+        kmp_derivative_free(d);
+        kmp_graph_free(g);
+    }
+}
+
+/* The derivative of a rotated pair is found in the pair: no new products but those with the rate. */
+static void test_pair_derivative(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref y = kmp_const(g, 0.3), z = kmp_const(g, -0.7), one = KMP_ONE;
+    kmp_rotate(g, s.x, &y, &z);
+    kmp_derivative *d = kmp_derivative_new(g, 1, &s.x, &one);
+    CHECK(kmp_derivative_of(d, y) == kmp_neg(z) && kmp_derivative_of(d, z) == y);
+    CHECK(kmp_derivative_of(d, s.y) == KMP_ZERO && kmp_derivative_of(d, kmp_neg(s.x)) == kmp_neg(KMP_ONE));
+    kmp_derivative_free(d);
+    kmp_graph_free(g);
+}
+
+/* -- determinism ------------------------------------------------------------------------------------- */
+
+static char *program_text(uint64_t seed)
+{
+    double x[GRAPH_INPUTS], xd[GRAPH_INPUTS];
+    steps s;
+    kmp_ref r[GRAPH_STEPS];
+    kmp_text text = {0};
+    random_seed(seed);
+    random_point(x, xd);
+    random_steps(&s, GRAPH_STEPS, x);
+    kmp_graph *g = kmp_graph_new();
+    steps_build(&s, g, r);
+    const kmp_ref *group = r;
+    kmp_program *p = kmp_program_new(g, 1, &s.count, &group);
+    kmp_program_print(p, NULL, &text);
+    kmp_program_free(p);
+    kmp_graph_free(g);
+    return kmp_text_take(&text);
+}
+
+static void test_determinism(void)
+{
+    for (uint64_t seed = 1; seed <= 20; seed++) {
+        char *first = program_text(seed), *other = program_text(seed + 1000), *again = program_text(seed);
+        CHECK(first && again && strlen(first) > 100);
+        CHECK_TEXT(again, first);
+        CHECK(strcmp(first, other) != 0);
+        kmp_free(first);
+        kmp_free(other);
+        kmp_free(again);
+    }
+}
+
+int main(void)
+{
+    TEST(test_numbers);
+    TEST(test_neutral);
+    TEST(test_signs);
+    TEST(test_terms);
+    TEST(test_pythagoras);
+    TEST(test_hash_consing);
+    TEST(test_rotation_back);
+    TEST(test_rotation_sum);
+    TEST(test_rotation_quarters);
+    TEST(test_rotation_onto_axis);
+    TEST(test_long_angles);
+    TEST(test_random_graphs);
+    TEST(test_unary_derivatives);
+    TEST(test_pair_derivative);
+    TEST(test_determinism);
+    return check_report();
+}

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The iteration matrix of the dae road against differences of its residual, column by column, multipliers included. */
+#include "check.h"
+#include "integrators/road.h"
+#include "random_model.h"
+
+enum { SIZE = 64, DOF = 32, MODELS = 40 };
+
+typedef struct bench {
+    kempe_system *system;
+    kmp_plant *plant;
+    kmp_partition part;
+    kmp_road *road;
+} bench;
+
+/* At random coordinates: nothing has to be closed for a residual. */
+static bool bench_open(bench *b, const random_model *r)
+{
+    static double jacobian[DOF * DOF];
+    double q[DOF] = {0}, zero[DOF] = {0};
+    *b = (bench){0};
+    if (kempe_system_new(r->model, &b->system) != KEMPE_OK)
+        return false;
+    b->plant = kmp_plant_new(b->system, "tape");
+    for (int k = 0; k < b->system->n; k++)
+        q[k] = between(-1, 1);
+    kmp_plant_closure(b->plant, 0, q);
+    kmp_plant_dense_jacobian(b->plant, jacobian);
+    if (kmp_partition_init(&b->part, b->system, jacobian, NULL, 0) != KEMPE_OK)
+        return false;
+    kmp_road_start start = {.system = b->system,
+                            .plant = b->plant,
+                            .part = &b->part,
+                            .q = q,
+                            .qd = zero,
+                            .qdd = zero,
+                            .lambda = zero,
+                            .rtol = 1e-6,
+                            .atol = 1e-6,
+                            .rate_scale = 1,
+                            .t_end = 1};
+    b->road = kmp_road_ah.create(&start);
+    return b->road != NULL;
+}
+
+static void bench_close(bench *b)
+{
+    if (b->road)
+        b->road->release(b->road);
+    kmp_partition_free(&b->part);
+    kmp_plant_free(b->plant);
+    kempe_system_free(b->system);
+}
+
+/* F along (dy, dyp) = e_c (1, cj). */
+typedef struct along {
+    const kmp_dae *dae;
+    double t, cj;
+    const double *y, *yp;
+    int column;
+} along;
+
+static void residual_field(void *user, const double *s, double *out)
+{
+    const along *a = user;
+    double y[SIZE], yp[SIZE];
+    memcpy(y, a->y, sizeof y);
+    memcpy(yp, a->yp, sizeof yp);
+    y[a->column] += s[0];
+    yp[a->column] += a->cj * s[0];
+    CHECK(a->dae->residual(a->dae->self, a->t, y, yp, out) == KMP_GO);
+}
+
+/* The column of compressed values, spread. */
+static void spread(const kmp_dae *dae, const double *values, int column, double *out)
+{
+    for (int i = 0; i < dae->n; i++)
+        out[i] = 0;
+    for (long k = dae->col_start[column]; k < dae->col_start[column + 1]; k++) {
+        CHECK(dae->row[k] >= 0 && dae->row[k] < dae->n);
+        CHECK(k == dae->col_start[column] || dae->row[k] > dae->row[k - 1]);
+        out[dae->row[k]] += values[k];
+    }
+}
+
+static void check_column(int number, along *a, const double *values)
+{
+    double zero = 0, one = 1, expected[SIZE], column[SIZE], size = 1;
+    difference(residual_field, a, 1, &zero, &one, a->dae->n, expected);
+    spread(a->dae, values, a->column, column);
+    for (int i = 0; i < a->dae->n; i++)
+        size = fmax(size, fabs(expected[i]));
+    for (int i = 0; i < a->dae->n; i++)
+        if (!(fabs(column[i] - expected[i]) <= 1e-7 * size)) {
+            check_failures++;
+            printf("model %d: entry (%d, %d) of %d is %.12g, by differences %.12g\n", number, i, a->column, a->dae->n,
+                   column[i], expected[i]);
+        }
+}
+
+static void check_matrix(int number, const kmp_dae *dae, double cj)
+{
+    double y[SIZE], yp[SIZE], *values = KMP_NEW(double, dae->nz);
+    for (int k = 0; k < SIZE; k++) {
+        y[k] = between(-1.5, 1.5);
+        yp[k] = between(-3, 3);
+    }
+    along a = {dae, 0.4, cj, y, yp, 0};
+    CHECK(dae->col_start[0] == 0 && dae->col_start[dae->n] == dae->nz);
+    CHECK(dae->matrix(dae->self, a.t, cj, y, yp, values) == KMP_GO);
+    for (; a.column < dae->n; a.column++)
+        check_column(number, &a, values);
+    kmp_free(values);
+}
+
+static void test_tangents(void)
+{
+    int used = 0;
+    for (int number = 0; number < MODELS; number++) {
+        bench b;
+        random_model r = random_model_new((uint64_t)(number + 101), 1 + number % 4, (unsigned)number * 7 % 16);
+        CHECK(r.model != NULL);
+        if (r.model && bench_open(&b, &r)) {
+            CHECK(b.road->size == 2 * b.part.n + 2 * b.part.r && b.road->dae.n == b.road->size);
+            CHECK(b.road->size <= SIZE);
+            check_matrix(number, &b.road->dae, 0.7);
+            check_matrix(number, &b.road->dae, 1);
+            used++;
+        }
+        bench_close(&b);
+        random_model_free(&r);
+    }
+    CHECK(4 * used >= 3 * MODELS);
+}
+
+int main(void)
+{
+    TEST(test_tangents);
+    return check_report();
+}
