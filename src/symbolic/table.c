@@ -13,6 +13,11 @@ const char *kmp_table_method_name(kmp_table_method method)
     return method_names[method];
 }
 
+int kmp_table_degree(const kmp_table *table)
+{
+    return table->method == KMP_TABLE_LINEAR ? 1 : 3;
+}
+
 int kmp_table_check(int count, const double *x, const double *y)
 {
     if (count < 2)

@@ -33,6 +33,9 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
 /** Value (derivative 0) or derivative of a given order at x; NaN for NaN. A binary search: no state, no allocation. */
 double kmp_table_value(const kmp_table *table, int derivative, double x);
 
+/** Derivatives of a higher order are zero everywhere: 1 or 3. */
+int kmp_table_degree(const kmp_table *table);
+
 /** "linear", "cubic". */
 const char *kmp_table_method_name(kmp_table_method method);
 
@@ -45,5 +48,6 @@ const kmp_table *kmp_graph_table(const kmp_graph *g, int table);
 
 /** table(x). Its derivatives are nodes of the same table with a higher order. */
 kmp_ref kmp_table_at(kmp_graph *g, int table, kmp_ref x);
+kmp_ref kmp_table_derivative_at(kmp_graph *g, int table, int derivative, kmp_ref x);
 
 #endif
