@@ -177,7 +177,8 @@ static void read_points(kmp_reader *r, const kmp_node *owner, int body)
         point->body = body;
         model->point_count++;
         kmp_read_vector(r, map->items[i],
-                        kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text), point->at);
+                        kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text),
+                        KMP_DIM_LENGTH, point->at);
     }
 }
 

@@ -19,7 +19,7 @@ static const char *const closure_keys[] = {"ball", "rod", "length", NULL};
 static void read_length(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
 {
     const char *length_of = kmp_reader_say(r, "the length of %s", what);
-    if (kmp_read_number(r, node, length_of, &closure->length) && !(closure->length.value > 0))
+    if (kmp_read_number(r, node, length_of, KMP_DIM_LENGTH, &closure->length) && !(closure->length.value > 0))
         kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive (a ball closure has length zero)",
                             length_of, closure->length.value);
 }
@@ -120,7 +120,8 @@ static void read_joint_force(kmp_reader *r, const kmp_node *map, const char *wha
     force->kind = KMP_FORCE_JOINT;
     force->motion = motion;
     if (effort)
-        force->effort = kmp_read_effort(r, effort, what);
+        force->effort =
+            kmp_read_effort(r, effort, what, motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion));
 }
 
 static void read_spring(kmp_reader *r, const kmp_node *map, const char *what, kmp_force *force)
@@ -134,11 +135,13 @@ static void read_spring(kmp_reader *r, const kmp_node *map, const char *what, km
     kmp_read_two_points(r, kmp_node_get(map, "spring"), what, force->point);
     refuse_keys(r, map, what, "spring", others);
     if (stiffness)
-        kmp_read_number(r, stiffness, kmp_reader_say(r, "the stiffness of %s", what), &force->stiffness);
+        kmp_read_number(r, stiffness, kmp_reader_say(r, "the stiffness of %s", what), KMP_DIM(0, 1, -2),
+                        &force->stiffness);
     if (damping)
-        kmp_read_number(r, damping, kmp_reader_say(r, "the damping of %s", what), &force->damping);
+        kmp_read_number(r, damping, kmp_reader_say(r, "the damping of %s", what), KMP_DIM(0, 1, -1), &force->damping);
     if (free_length)
-        kmp_read_number(r, free_length, kmp_reader_say(r, "the free_length of %s", what), &force->free_length);
+        kmp_read_number(r, free_length, kmp_reader_say(r, "the free_length of %s", what), KMP_DIM_LENGTH,
+                        &force->free_length);
 }
 
 static void read_force(kmp_reader *r, const kmp_node *map, const char *what, kmp_force *force)

@@ -52,7 +52,8 @@ static state value_one(valuation *v, int i)
         return BAD;
     }
     r->parameter_values[i] = value;
-    return KNOWN;
+    const char *what = kmp_reader_say(r, "parameter '%s'", r->model->parameters[i].name);
+    return kmp_check_dimension(r, node, what, v->exprs[i], KMP_DIM_ANY, &r->parameter_dimensions[i]) ? KNOWN : BAD;
 }
 
 static void value_all(valuation *v)
@@ -104,7 +105,8 @@ static bool take_names(kmp_reader *r, const kmp_node *map)
     model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, map->count);
     r->parameter_known = KMP_ARENA_NEW(&r->scratch, bool, map->count);
     r->parameter_values = KMP_ARENA_NEW(&r->scratch, double, map->count);
-    if (!model->parameters || !r->parameter_known || !r->parameter_values)
+    r->parameter_dimensions = KMP_ARENA_NEW(&r->scratch, kmp_dimension, map->count);
+    if (!model->parameters || !r->parameter_known || !r->parameter_values || !r->parameter_dimensions)
         return false;
     for (int i = 0; i < map->count; i++) {
         const char *name = kmp_read_name(r, map->keys[i], "a parameter");

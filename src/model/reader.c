@@ -41,7 +41,7 @@ static void read_head(kmp_reader *r)
     const char *given = name ? kmp_read_word(r, name, "name") : name_of_file(r);
     r->model->name = given ? kmp_arena_strdup(&r->model->arena, given) : "";
     if (gravity)
-        kmp_read_vector(r, gravity, "gravity", r->model->gravity);
+        kmp_read_vector(r, gravity, "gravity", KMP_DIM_GRAVITY, r->model->gravity);
 }
 
 static void read_parts(kmp_reader *r)

@@ -18,6 +18,7 @@ typedef struct kmp_reader {
     bool wrong;            /* something was complained of */
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
     double *parameter_values;
+    kmp_dimension *parameter_dimensions;
 } kmp_reader;
 
 /* -- complaints ---------------------------------------------------------------------------------- */
@@ -51,16 +52,26 @@ const kmp_node *kmp_read_required(kmp_reader *r, const kmp_node *map, const char
 
 /* -- values -------------------------------------------------------------------------------------- */
 
-/** An expression of parameters, finite. */
-bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_number *number);
-bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_number vector[3]);
+/** An expression of parameters, finite, of this dimension where its own is known. */
+bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number);
+bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
 /** An expression of parameters, not valued; NULL after a complaint. */
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
 
+/** Complains of an expression whose dimensions do not fit each other, or whose own is known and not the wanted one. */
+bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, const kmp_expr *expr,
+                         kmp_dimension wanted, kmp_dimension *dimension);
+
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what);
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted);
+
+/** The dimension of a coordinate, times s^power: that of its rate with -1. */
+kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);
+
+/** The dimension of the effort on a motion: N m or N. */
+kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion);
 
 /* -- names: an index, or -1 after a complaint ------------------------------------------------------ */
 
