@@ -98,6 +98,11 @@ kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y)
     if (x == y)
         return x;
     condition &= ~(kmp_ref)1;
+    const kmp_node *n = kmp_graph_node(g, kmp_id(condition));
+    if (n->op == KMP_OP_SELECT && n->b == KMP_ZERO && n->c == KMP_ONE) /* not c ? x : y */
+        return kmp_select(g, n->a, y, x);
+    if (n->op == KMP_OP_LESS && x == KMP_ONE && y == KMP_ZERO)
+        return condition;
     kmp_ref sign = x & y & 1;
     return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_SELECT, .a = condition, .b = x ^ sign, .c = y ^ sign}) ^ sign;
 }
