@@ -9,6 +9,7 @@
 
 #include "base/text.h"
 #include "symbolic/graph.h"
+#include <kempe/kempe.h>
 
 typedef struct kmp_instruction {
     uint8_t op;
@@ -59,7 +60,11 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
 /** Value of instruction i from those of its operands (signs included), the one that every back end uses. */
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
 
-/** As text, one instruction a line; `stage_name` (stages entries) may be NULL. */
+/** As text, one instruction a line; `stage_name` (stages entries) may be NULL. The text reads back to a program with
+ *  the same text and the same results to the bit (docs/program_format.md). */
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text);
+
+/** Reads such a text; names of stages are passed over. KEMPE_E_INPUT: what is wrong, at file:line:column. */
+kempe_status kmp_program_read(kempe_context *context, const char *file, const char *text, kmp_program **program);
 
 #endif
