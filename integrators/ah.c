@@ -232,8 +232,9 @@ static bool residual_program(ah *d, kmp_equations *eq)
 static kempe_status make_programs(ah *d)
 {
     kmp_equations eq;
-    kempe_status status = kmp_equations_init(&eq, d->s->model, KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL,
-                                             KMP_SCHEME_COMPOSITE, false);
+    kmp_events events = d->s->events; /* the system has met all conditions: none is added */
+    kempe_status status = kmp_equations_init_smooth(&eq, d->s->model, KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL,
+                                                    KMP_SCHEME_COMPOSITE, &events);
     if (status != KEMPE_OK)
         return status;
     gather g = {.d = d, .eq = &eq};
@@ -277,6 +278,7 @@ static void set_inputs(ah *d, kmp_machine *machine, double t, const double *y, c
     kmp_machine_set(machine, KMP_IN_QDD, yp + at_v(d));
     kmp_machine_set(machine, KMP_IN_LAMBDA, d->lambda);
     kmp_machine_set(machine, KMP_IN_MU, d->mu);
+    kmp_machine_set(machine, KMP_IN_MODE, d->plant->mode);
 }
 
 static int residual(void *self, double t, const double *y, const double *yp, double *r)
