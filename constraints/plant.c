@@ -217,6 +217,15 @@ double kmp_plant_residual(const kmp_plant *plant)
     return worst;
 }
 
+void kmp_plant_rates(const kmp_plant *plant, const double *qd, double *rates)
+{
+    const kmp_pattern *p = &plant->system->jacobian;
+    for (int r = 0; r < plant->m; r++)
+        rates[r] = plant->h_t ? plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        rates[p->row[k]] += plant->jacobian[k] * qd[p->col[k]];
+}
+
 double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd)
 {
     const kmp_pattern *p = &plant->system->jacobian;

@@ -56,6 +56,9 @@ double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
 /** max |h| / row scale of the last kmp_plant_closure. */
 double kmp_plant_residual(const kmp_plant *plant);
 
+/** J qd + h_t (m values) at the last kmp_plant_closure. */
+void kmp_plant_rates(const kmp_plant *plant, const double *qd, double *rates);
+
 /** max |J qd + h_t| / row scale. */
 double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd);
 

@@ -335,6 +335,47 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
+/* Closes the integrator's q and qd along the mass-orthogonal direction; then accelerations and multipliers there. */
+static int close_state(ah *d, double t, double *q, double *qd, double *qdd)
+{
+    for (int pass = 0; pass < 3; pass++) {
+        kmp_plant_closure(d->plant, t, q);
+        kmp_plant_mass(d->plant);
+        kmp_plant_bias(d->plant, qd);
+        if (kmp_saddle_factor(&d->saddle))
+            return KMP_HALT;
+        if (pass == 2)
+            break;
+        kmp_saddle_correction(&d->saddle, d->plant->h, qdd);
+        for (int i = 0; i < d->n; i++)
+            q[i] += qdd[i];
+        kmp_plant_rates(d->plant, qd, d->mu);
+        kmp_saddle_correction(&d->saddle, d->mu, qdd);
+        for (int i = 0; i < d->n; i++)
+            qd[i] += qdd[i];
+    }
+    kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
+    return KMP_GO;
+}
+
+static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp)
+{
+    ah *d = (ah *)road;
+    int n = d->n;
+    (void)qdd, (void)lambda;
+    memcpy(y, q, (size_t)n * sizeof *y);
+    memcpy(y + n, qd, (size_t)n * sizeof *y);
+    if (close_state(d, t, y, y + n, yp + n) != KMP_GO)
+        return KMP_HALT;
+    memcpy(yp, y + n, (size_t)n * sizeof *y);
+    for (int i = 0; i < d->r; i++) {
+        yp[at_l(d) + i] = d->lambda[d->part->rows[i]];
+        yp[at_mu(d) + i] = 0;
+    }
+    return KMP_GO;
+}
+
 /* -- making one -------------------------------------------------------------------------------------- */
 
 static void release(kmp_road *road)
@@ -408,6 +449,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->r = start->part->r;
     d->road.release = release;
     d->road.row = row;
+    d->road.resume = resume;
     d->road.size = 2 * d->n + 2 * d->r;
     if (!allocate(d)) {
         (void)kmp_fail_memory(d->s->context);

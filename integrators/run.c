@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "integrators/events.h"
 #include "integrators/road.h"
 #include "integrators/solver.h"
 #include <math.h>
@@ -19,6 +20,9 @@ struct kmp_runner {
     kmp_road *road;
     const kmp_solver_kind *kind;
     void *solver;
+    kmp_crossing *crossing; /* NULL when the model has no conditions */
+    bool at_event;
+    double event_t;       /* where the last step ends when at_event */
     double *y, *yp;       /* at a row; yp for a DAE only */
     double *qdd, *lambda; /* at the start */
     double work;          /* of non-conservative forces on a dae road, by quadrature up to work_t */
@@ -111,7 +115,10 @@ static kempe_status make_solver(kmp_runner *run)
     if (!run->y || (road->yp && !run->yp))
         return kmp_fail_memory(run->s->context);
     run->solver = run->kind->create(&setup);
-    return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    if (!run->solver || !run->s->changes)
+        return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver);
+    return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 
 /* -- failures ---------------------------------------------------------------------------------------- */
@@ -188,6 +195,7 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     run->lambda = KMP_NEW(double, run->s->m);
     if (!run->plant || !run->qdd || !run->lambda)
         return kmp_fail_memory(run->s->context);
+    kmp_plant_freeze(run->plant, 0, start->q, start->qd);
     kempe_status status = choose_partition(run, start);
     if (status == KEMPE_OK)
         status = accelerate(run, start);
@@ -235,6 +243,7 @@ void kmp_runner_free(kmp_runner *run)
 {
     if (!run)
         return;
+    kmp_crossing_free(run->crossing);
     if (run->solver)
         run->kind->release(run->solver);
     if (run->road)
@@ -252,7 +261,7 @@ void kmp_runner_free(kmp_runner *run)
 
 double kmp_runner_t(const kmp_runner *run)
 {
-    return run->kind->t(run->solver);
+    return run->at_event ? run->event_t : run->kind->t(run->solver);
 }
 
 double kmp_runner_t_old(const kmp_runner *run)
@@ -281,14 +290,32 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
+/* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
+static kempe_status pass_event(kmp_runner *run, double t)
+{
+    double h = run->kind->t(run->solver) - run->kind->t_old(run->solver);
+    if (!run->at_event)
+        return KEMPE_OK;
+    kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    if (status == KEMPE_OK)
+        status = run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
+                                  run->kind->corrects ? fmin(h, run->spec.t_end - t) : first_step(run));
+    run->at_event = false;
+    return status;
+}
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
     kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
     if (status == KEMPE_OK)
+        status = pass_event(run, t);
+    if (status == KEMPE_OK)
         status = renew(run, t);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
+    if (status == KEMPE_OK && run->crossing)
+        status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
         return give_up(run, status, "the step size became too small: the motion is singular", t);
     return attend(run);
@@ -324,6 +351,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->newton = w.newton + run->road->newton;
     report->factorizations = w.factorizations + run->road->factorizations;
     report->exchanges = run->road->exchanges;
+    report->events = run->crossing ? kmp_crossing_count(run->crossing) : 0;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
