@@ -10,6 +10,7 @@
 #include "backend/machine.h"
 #include "backend/sincos.h"
 #include "base/memory.h"
+#include "symbolic/implicit.h"
 #include <string.h>
 
 typedef struct record16 {
@@ -53,6 +54,9 @@ typedef struct tape {
     uint32_t *stage; /* stages + 1: first segment */
     output *output;
     double *out;
+    kmp_solving **solving; /* of each block */
+    output *argument;      /* of implicit instructions, one after another */
+    uint32_t arguments;
 } tape;
 
 enum { SLOT_ONE, SLOT_MINUS_ONE, SLOT_MINUS_ZERO, SLOT_WASTE, FIRST_SLOT };
@@ -220,6 +224,19 @@ static void write_angle(builder *b, int i, uint32_t first)
         t->cosine[k] = d;
 }
 
+/* The items of the list that an implicit instruction reads; operand[0] is where they begin. */
+static void write_arguments(builder *b, special *s, const kmp_instruction *in)
+{
+    tape *t = b->t;
+    uint32_t list = in->a;
+    s->operand[0] = t->arguments;
+    for (int l = 0; l < b->p->block[in->b].arguments; l++) {
+        const kmp_instruction *item = &b->p->instruction[instruction_of(b, list)];
+        t->argument[t->arguments++] = (output){slot_of(b, item->a), item->a & 1 ? -1 : 1};
+        list = item->b;
+    }
+}
+
 static void write_special(builder *b, int i, uint32_t first_angle)
 {
     const kmp_instruction *in = &b->p->instruction[i];
@@ -229,6 +246,10 @@ static void write_special(builder *b, int i, uint32_t first_angle)
     }
     special *s = &b->t->specials[b->t->special_count++];
     *s = (special){.op = in->op, .instruction = (uint32_t)i, .d = slot_of(b, (uint32_t)(b->leaves + i) << 1)};
+    if (in->op == KMP_OP_IMPLICIT) {
+        write_arguments(b, s, in);
+        return;
+    }
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
         s->operand[k] = slot_of(b, kmp_instruction_operand(in, k));
         s->minus[k] = kmp_instruction_operand(in, k) & 1;
@@ -263,6 +284,22 @@ static uint32_t count_segments(const builder *b)
     for (int s = 0; s < b->p->stages; s++)
         count += deepest(b, s) + 1;
     return count;
+}
+
+static bool allocate_blocks(builder *b)
+{
+    tape *t = b->t;
+    const kmp_program *p = b->p;
+    size_t count = 0;
+    for (int i = 0; i < p->code[p->stages]; i++)
+        if (p->instruction[i].op == KMP_OP_IMPLICIT)
+            count += (size_t)p->block[p->instruction[i].b].arguments;
+    t->argument = KMP_NEW(output, count);
+    t->solving = KMP_NEW(kmp_solving *, p->block_count);
+    bool ok = t->argument && t->solving;
+    for (int k = 0; ok && k < p->block_count; k++)
+        ok = (t->solving[k] = kmp_solving_new(&p->block[k])) != NULL;
+    return ok;
 }
 
 static bool allocate_code(builder *b)
@@ -339,6 +376,10 @@ static void release(void *code)
     kmp_free(t->stage);
     kmp_free(t->output);
     kmp_free(t->out);
+    for (int k = 0; t->solving && k < t->program->block_count; k++)
+        kmp_solving_free(t->solving[k]);
+    kmp_free(t->solving);
+    kmp_free(t->argument);
     kmp_free(t);
 }
 
@@ -349,7 +390,7 @@ static void *prepare(const kmp_program *p)
     if (ok) {
         b.t->program = p;
         analyse(&b);
-        ok = allocate_code(&b);
+        ok = allocate_code(&b) && allocate_blocks(&b);
     }
     if (ok)
         write_code(&b);
@@ -402,17 +443,33 @@ static void run_angles(tape *t, uint32_t first, uint32_t end)
     }
 }
 
+static double run_implicit(const tape *t, const special *s)
+{
+    const kmp_instruction *in = &t->program->instruction[s->instruction];
+    kmp_solving *solving = t->solving[in->b];
+    double *p = kmp_solving_arguments(solving);
+    for (int l = 0; l < t->program->block[in->b].arguments; l++) {
+        const output *a = &t->argument[s->operand[0] + (uint32_t)l];
+        p[l] = t->v[a->slot] * a->factor;
+    }
+    return kmp_solving_value(solving, (int)in->c);
+}
+
 /* Operands that an operation has not are the slot of 1. */
-static void run_special(const kmp_program *p, const special *s, double *v)
+static void run_special(const tape *t, const special *s, double *v)
 {
     double x[3];
     if (s->op == KMP_OP_DIV) { /* carries no signs */
         v[s->d] = v[s->operand[0]] / v[s->operand[1]];
         return;
     }
+    if (s->op == KMP_OP_IMPLICIT) {
+        v[s->d] = run_implicit(t, s);
+        return;
+    }
     for (int k = 0; k < 3; k++)
         x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
-    v[s->d] = kmp_program_value(p, (int)s->instruction, x[0], x[1], x[2]);
+    v[s->d] = kmp_program_value(t->program, (int)s->instruction, x[0], x[1], x[2]);
 }
 
 static void run(void *code, int stage)
@@ -427,7 +484,7 @@ static void run(void *code, int stage)
         if (next->angle > here->angle)
             run_angles(t, here->angle, next->angle);
         for (uint32_t i = here->special; i < next->special; i++)
-            run_special(t->program, &t->specials[i], t->v);
+            run_special(t, &t->specials[i], t->v);
     }
     for (int k = t->program->outputs[stage]; k < t->program->outputs[stage + 1]; k++)
         t->out[k] = t->v[t->output[k].slot] * t->output[k].factor;

@@ -3,6 +3,7 @@
  * dY = Rot(a) (dy, dz) . e1 - Z da, which the graph mostly holds already. */
 #include "symbolic/derivative.h"
 #include "base/memory.h"
+#include "symbolic/implicit.h"
 #include "symbolic/rotation.h"
 #include "symbolic/table.h"
 
@@ -139,6 +140,8 @@ static kmp_ref derive_arithmetic(kmp_graph *g, const kmp_node *n, kmp_ref f, con
 
 static kmp_ref derive_applied(kmp_graph *g, const kmp_node *n, const kmp_ref d[3])
 {
+    if (n->op == KMP_OP_IMPLICIT)
+        return kmp_implicit_derivative(g, (int)n->b, (int)n->c, n->a, d[0]);
     return kmp_mul(g, kmp_table_derivative_at(g, (int)n->b, (int)n->c + 1, n->a), d[0]);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Constructors of everything but arithmetic, and their simplifications at birth: numbers, signs of odd and even
  * functions, choices that are already made. */
+#include "symbolic/implicit.h"
 #include "symbolic/table.h"
 #include <math.h>
 
@@ -83,7 +84,7 @@ kmp_ref kmp_binary(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
         return kmp_less(g, a, b);
     if (op == KMP_OP_POW && number)
         return kmp_power(g, a, y);
-    if (number && kmp_is_const(g, a, &x))
+    if (op != KMP_OP_LIST && number && kmp_is_const(g, a, &x))
         return kmp_const(g, kmp_op_value(op, x, y, 0));
     if (a == b && (op == KMP_OP_MIN || op == KMP_OP_MAX))
         return a;
@@ -130,7 +131,8 @@ kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, const kmp_ref operands[3])
     case KMP_FORM_LEAF:
         return id << 1;
     case KMP_FORM_APPLIED:
-        return kmp_table_derivative_at(g, (int)n.b, (int)n.c, operands[0]);
+        return n.op == KMP_OP_TABLE ? kmp_table_derivative_at(g, (int)n.b, (int)n.c, operands[0])
+                                    : kmp_implicit_component(g, (int)n.b, (int)n.c, operands[0]);
     default:
         return kmp_operate(g, (kmp_op)n.op, operands);
     }

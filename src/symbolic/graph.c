@@ -3,6 +3,7 @@
  * equal terms, cos^2 + sin^2. Fisette and Samin 1996, section 3.1, at the moment a node would be made. */
 #include "symbolic/graph.h"
 #include "base/memory.h"
+#include "symbolic/implicit.h"
 #include "symbolic/rotation.h"
 #include "symbolic/table.h"
 #include <math.h>
@@ -18,6 +19,8 @@ struct kmp_graph {
     kmp_rotations *rotations;
     kmp_table **tables;
     int table_count;
+    kmp_implicit **implicits;
+    int implicit_count;
     bool failed;
 };
 
@@ -136,6 +139,9 @@ void kmp_graph_free(kmp_graph *g)
     for (int k = 0; k < g->table_count; k++)
         kmp_table_free(g->tables[k]);
     kmp_free(g->tables);
+    for (int k = 0; k < g->implicit_count; k++)
+        kmp_implicit_free(g->implicits[k]);
+    kmp_free(g->implicits);
     kmp_free(g->nodes);
     kmp_free(g->values);
     kmp_free(g->table);
@@ -387,6 +393,24 @@ const kmp_table *kmp_graph_table(const kmp_graph *g, int table)
     return table >= 0 && table < g->table_count ? g->tables[table] : NULL;
 }
 
+int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block)
+{
+    kmp_implicit **blocks = kmp_realloc(g->implicits, (size_t)g->implicit_count + 1, sizeof(kmp_implicit *));
+    if (!blocks) {
+        kmp_implicit_free(block);
+        g->failed = true;
+        return -1;
+    }
+    g->implicits = blocks;
+    blocks[g->implicit_count] = block;
+    return g->implicit_count++;
+}
+
+const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block)
+{
+    return block >= 0 && block < g->implicit_count ? g->implicits[block] : NULL;
+}
+
 /* -- values ---------------------------------------------------------------------------------------- */
 
 static double operand(const double *value, kmp_ref r)
@@ -394,11 +418,27 @@ static double operand(const double *value, kmp_ref r)
     return kmp_is_negative(r) ? -value[kmp_id(r)] : value[kmp_id(r)];
 }
 
+static double implicit_value(const kmp_graph *g, const kmp_node *n, const double *value)
+{
+    const kmp_block *block = kmp_implicit_block(g->implicits[n->b]);
+    kmp_solving *solving = kmp_solving_new(block);
+    double y = NAN;
+    kmp_ref list = n->a;
+    for (int l = 0; solving && l < block->arguments; l++, list = g->nodes[kmp_id(list)].b)
+        kmp_solving_arguments(solving)[l] = operand(value, g->nodes[kmp_id(list)].a);
+    if (solving)
+        y = kmp_solving_value(solving, (int)n->c);
+    kmp_solving_free(solving);
+    return y;
+}
+
 static double value_of(const kmp_graph *g, const kmp_node *n, const double *value)
 {
     double x[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
         x[k] = operand(value, kmp_operand(n, k));
+    if (n->op == KMP_OP_IMPLICIT)
+        return implicit_value(g, n, value);
     if (n->op == KMP_OP_TABLE)
         return kmp_table_value(g->tables[n->b], (int)n->c, x[0]);
     return kmp_op_value((kmp_op)n->op, x[0], x[1], x[2]);

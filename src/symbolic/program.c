@@ -2,6 +2,7 @@
 /* Scheduling: mark what each stage needs, number it, write it down. */
 #include "symbolic/program.h"
 #include "base/memory.h"
+#include "symbolic/implicit.h"
 #include "symbolic/live.h"
 #include "symbolic/table.h"
 #include "symbolic/trig.h"
@@ -81,6 +82,27 @@ static bool allocate(kmp_program *p, uint32_t nodes, int output_count)
     return p->code && p->outputs && p->output && p->instruction && p->constant && p->input;
 }
 
+/* Copies the blocks that occur, numbered as they come. */
+static bool take_blocks(const kmp_graph *g, kmp_program *p)
+{
+    int blocks = 0, *number;
+    while (kmp_graph_implicit(g, blocks))
+        blocks++;
+    number = KMP_NEW(int, blocks); /* + 1, 0: not met */
+    bool ok = number;
+    for (int i = 0; ok && i < p->code[p->stages]; i++) {
+        kmp_instruction *in = &p->instruction[i];
+        if (in->op != KMP_OP_IMPLICIT)
+            continue;
+        if (number[in->b] == 0)
+            number[in->b] = 1 + kmp_program_add_block(p, kmp_implicit_block(kmp_graph_implicit(g, (int)in->b)));
+        ok = number[in->b] > 0;
+        in->b = (uint32_t)(number[in->b] - 1);
+    }
+    kmp_free(number);
+    return ok;
+}
+
 /* Copies the tables that occur, numbered as they come. */
 static bool take_tables(const kmp_graph *g, kmp_program *p)
 {
@@ -122,7 +144,7 @@ static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const k
             p->outputs[k + 2] = p->outputs[k + 1] + count[k];
         for (int k = 0; k < total; k++)
             p->output[k] = operand(number, outputs[k]);
-        ok = take_tables(g, p);
+        ok = take_tables(g, p) && take_blocks(g, p);
     }
     if (!ok) {
         kmp_program_free(p);
@@ -164,6 +186,9 @@ void kmp_program_free(kmp_program *p)
     for (int k = 0; k < p->table_count; k++)
         kmp_table_free(p->table[k]);
     kmp_free(p->table);
+    for (int k = 0; k < p->block_count; k++)
+        kmp_program_free(p->block[k].program);
+    kmp_free(p->block);
     kmp_free(p);
 }
 
@@ -178,6 +203,51 @@ int kmp_program_add_table(kmp_program *p, const kmp_table *table)
     p->table = tables;
     tables[p->table_count] = kmp_table_new(table->method, table->count, table->x, table->y);
     return tables[p->table_count] ? p->table_count++ : -1;
+}
+
+static void *copy(const void *from, size_t count, size_t size)
+{
+    void *to = kmp_calloc(count, size);
+    if (to && count)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+kmp_program *kmp_program_copy(const kmp_program *p)
+{
+    kmp_program *c = KMP_NEW(kmp_program, 1);
+    if (!c)
+        return NULL;
+    *c = (kmp_program){.stages = p->stages, .graph_nodes = p->graph_nodes};
+    c->constant_count = p->constant_count;
+    c->input_count = p->input_count;
+    c->code = copy(p->code, (size_t)p->stages + 1, sizeof *c->code);
+    c->outputs = copy(p->outputs, (size_t)p->stages + 1, sizeof *c->outputs);
+    c->output = copy(p->output, (size_t)p->outputs[p->stages], sizeof *c->output);
+    c->instruction = copy(p->instruction, (size_t)p->code[p->stages], sizeof *c->instruction);
+    c->constant = copy(p->constant, (size_t)p->constant_count, sizeof *c->constant);
+    c->input = copy(p->input, (size_t)p->input_count, sizeof *c->input);
+    bool ok = c->code && c->outputs && c->output && c->instruction && c->constant && c->input;
+    for (int k = 0; ok && k < p->table_count; k++)
+        ok = kmp_program_add_table(c, p->table[k]) == k;
+    for (int k = 0; ok && k < p->block_count; k++)
+        ok = kmp_program_add_block(c, &p->block[k]) == k;
+    if (!ok) {
+        kmp_program_free(c);
+        return NULL;
+    }
+    return c;
+}
+
+int kmp_program_add_block(kmp_program *p, const kmp_block *block)
+{
+    kmp_block *blocks = kmp_realloc(p->block, (size_t)p->block_count + 1, sizeof *blocks);
+    if (!blocks)
+        return -1;
+    p->block = blocks;
+    blocks[p->block_count] = *block;
+    blocks[p->block_count].program = kmp_program_copy(block->program);
+    return blocks[p->block_count].program ? p->block_count++ : -1;
 }
 
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z)
@@ -201,6 +271,8 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
             break;
         case KMP_OP_DIV:
             c.div++;
+            break;
+        case KMP_OP_LIST: /* computes nothing */
             break;
         case KMP_OP_SIN:
         case KMP_OP_COS:

@@ -34,6 +34,14 @@ typedef struct kmp_counts {
     long paper, robotran;
 } kmp_counts;
 
+/** An implicit block: stage 1 of its program gives the first guess of the unknowns q from the arguments p, stage 2
+ *  residuals and their derivatives by the unknowns, row by row. */
+typedef struct kmp_block {
+    int unknowns, arguments;
+    bool linear; /* known to be */
+    struct kmp_program *program;
+} kmp_block;
+
 typedef struct kmp_program {
     int stages;       /* stage 0 included */
     int *code;        /* stages + 1: first instruction of each stage, and the end */
@@ -45,6 +53,8 @@ typedef struct kmp_program {
     int constant_count, input_count;
     struct kmp_table **table; /* those that occur, copied */
     int table_count;
+    kmp_block *block; /* those that occur, copied */
+    int block_count;
     uint32_t graph_nodes; /* before useless ones were left out */
 } kmp_program;
 
@@ -57,7 +67,13 @@ int kmp_program_add_table(kmp_program *p, const struct kmp_table *table);
 
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
 
-/** Value of instruction i from those of its operands (signs included), the one that every back end uses. */
+/** A copy, by itself. NULL: no memory. */
+kmp_program *kmp_program_copy(const kmp_program *p);
+/** Number of a copy of the block in the program; -1: no memory. */
+int kmp_program_add_block(kmp_program *p, const kmp_block *block);
+
+/** Value of instruction i (of no implicit block) from those of its operands (signs included), the one that every back
+ * end uses. */
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
 
 /** As text, one instruction a line; `stage_name` (stages entries) may be NULL. The text reads back to a program with

@@ -5,8 +5,6 @@
 #include "symbolic/table.h"
 #include <math.h>
 
-const char *const kmp_input_words[KMP_IN_COUNT] = {"p", "t", "q", "qd", "qdd", "lambda", "mu", "mode"};
-
 static void print_number(double x, kmp_text *text)
 {
     if (isfinite(x))
@@ -80,6 +78,10 @@ void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_
     kmp_text_put(text, "program 1\n");
     for (int k = 0; k < p->table_count; k++)
         print_table(p->table[k], k, text);
+    for (int k = 0; k < p->block_count; k++) {
+        kmp_text_printf(text, "implicit %d unknowns %d arguments %d\n", k, p->block[k].unknowns, p->block[k].arguments);
+        kmp_program_print(p->block[k].program, NULL, text);
+    }
     for (int s = 0; s < p->stages; s++) {
         kmp_text_printf(text, "stage %d%s%s\n", s, stage_name ? " " : "", stage_name ? stage_name[s] : "");
         for (int i = p->code[s]; i < p->code[s + 1]; i++)

@@ -106,7 +106,7 @@ static void complains(const char *text, const char *message)
 static void test_complaints(void)
 {
     complains("", "f:1:1: 'program 1' is wanted here");
-    complains("program 1\n", "f:2:1: 'table' or 'stage' is wanted here");
+    complains("program 1\n", "f:2:1: 'table', 'implicit' or 'stage' is wanted here");
     complains("program 1\nend\n", "f:2:4: a program has at least stage 0");
     complains("program 1\nstage 1\nend\n", "f:2:8: stage 0 comes next, not 1");
     complains("program 1\nstage 0\n  v1 = t + t\nend\n", "f:3:4: v0 comes next, not v1");

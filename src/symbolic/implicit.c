@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Blocks in the graph: their local equations are derived once; a derivative brings them into the graph around with the
+ * unknowns and arguments put in, and solves the linear system for one unknown by a quotient, for more by a
+ * linear block. Arguments travel as a chain of LIST nodes. */
+#include "symbolic/implicit.h"
+#include "base/memory.h"
+#include "symbolic/derivative.h"
+#include "symbolic/live.h"
+#include "symbolic/table.h"
+
+enum { MOST = KMP_IMPLICIT_MOST };
+
+struct kmp_implicit {
+    kmp_block block;
+    kmp_graph *local;
+    kmp_ref slope[MOST * MOST]; /* dF_i/dy_j at i unknowns + j */
+    kmp_ref change[MOST];       /* dF_i along dp = KMP_IN_LAMBDA */
+};
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static bool derive_slopes(kmp_implicit *b, const kmp_ref *residual)
+{
+    int n = b->block.unknowns;
+    for (int j = 0; j < n; j++) {
+        kmp_ref y = kmp_input(b->local, KMP_IN_Q, (uint32_t)j), one = KMP_ONE;
+        kmp_derivative *d = kmp_derivative_new(b->local, 1, &y, &one);
+        if (!d)
+            return false;
+        for (int i = 0; i < n; i++)
+            b->slope[i * n + j] = kmp_derivative_of(d, residual[i]);
+        kmp_derivative_free(d);
+    }
+    return true;
+}
+
+static bool derive_changes(kmp_implicit *b, const kmp_ref *residual)
+{
+    int count = b->block.arguments;
+    kmp_ref *p = KMP_NEW(kmp_ref, 2 * count);
+    kmp_derivative *d = NULL;
+    for (int l = 0; p && l < count; l++) {
+        p[l] = kmp_input(b->local, KMP_IN_PARAMETER, (uint32_t)l);
+        p[count + l] = kmp_input(b->local, KMP_IN_LAMBDA, (uint32_t)l);
+    }
+    if (p)
+        d = kmp_derivative_new(b->local, count, p, p + count);
+    for (int i = 0; d && i < b->block.unknowns; i++)
+        b->change[i] = kmp_derivative_of(d, residual[i]);
+    kmp_derivative_free(d);
+    kmp_free(p);
+    return d;
+}
+
+/* Stages: 1 the guess, 2 residuals and slopes. */
+static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref *guess)
+{
+    int n = b->block.unknowns, count[2] = {n, n + n * n};
+    kmp_ref equations[MOST + MOST * MOST];
+    for (int i = 0; i < n; i++)
+        equations[i] = residual[i];
+    for (int i = 0; i < n * n; i++)
+        equations[n + i] = b->slope[i];
+    const kmp_ref *groups[2] = {guess, equations};
+    b->block.program = kmp_program_new(b->local, 2, count, groups);
+    return b->block.program;
+}
+
+kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                               const kmp_ref *guess)
+{
+    kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
+    if (!b) {
+        kmp_graph_free(local);
+        return NULL;
+    }
+    b->local = local;
+    b->block.unknowns = unknowns;
+    b->block.arguments = arguments;
+    bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
+    if (!plain || !derive_slopes(b, residual) || !derive_changes(b, residual) || !make_program(b, residual, guess)) {
+        kmp_implicit_free(b);
+        return NULL;
+    }
+    return b;
+}
+
+void kmp_implicit_free(kmp_implicit *b)
+{
+    if (!b)
+        return;
+    kmp_program_free(b->block.program);
+    kmp_graph_free(b->local);
+    kmp_free(b);
+}
+
+const kmp_block *kmp_implicit_block(const kmp_implicit *b)
+{
+    return &b->block;
+}
+
+/* -- in the graph ------------------------------------------------------------------------------------ */
+
+static kmp_ref list_of(kmp_graph *g, int count, const kmp_ref *items)
+{
+    kmp_ref list = KMP_ZERO;
+    for (int l = count; l-- > 0;)
+        list = kmp_binary(g, KMP_OP_LIST, items[l], list);
+    return list;
+}
+
+/* The items of a list; KMP_ZERO is a list of zeros. */
+static void items_of(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items)
+{
+    for (int l = 0; l < count; l++) {
+        const kmp_node *n = kmp_graph_node(g, kmp_id(list));
+        bool more = n->op == KMP_OP_LIST;
+        items[l] = more ? n->a : KMP_ZERO;
+        list = more ? n->b : KMP_ZERO;
+    }
+}
+
+kmp_ref kmp_implicit_component(kmp_graph *g, int block, int component, kmp_ref list)
+{
+    return kmp_graph_intern(
+        g, (kmp_node){.op = KMP_OP_IMPLICIT, .a = list, .b = (uint32_t)block, .c = (uint32_t)component});
+}
+
+void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref *unknowns)
+{
+    const kmp_block *b = &kmp_graph_implicit(g, block)->block;
+    kmp_ref list = list_of(g, b->arguments, arguments);
+    for (int j = 0; j < b->unknowns; j++)
+        unknowns[j] = kmp_implicit_component(g, block, j, list);
+}
+
+/* -- derivatives ------------------------------------------------------------------------------------- */
+
+/* What the inputs of a local graph become in the graph around. */
+typedef struct setting {
+    kmp_graph *g;
+    const kmp_ref *unknowns, *arguments, *differentials;
+} setting;
+
+static kmp_ref import_leaf(const setting *s, const kmp_graph *local, uint32_t id)
+{
+    const kmp_node *n = kmp_graph_node(local, id);
+    if (n->op == KMP_OP_CONST)
+        return kmp_const(s->g, kmp_graph_value(local, id));
+    return n->a == KMP_IN_Q           ? s->unknowns[n->b]
+           : n->a == KMP_IN_PARAMETER ? s->arguments[n->b]
+                                      : s->differentials[n->b];
+}
+
+static kmp_ref import_node(const setting *s, const kmp_graph *local, uint32_t id, const kmp_ref *map)
+{
+    const kmp_node *n = kmp_graph_node(local, id);
+    kmp_ref x[3] = {0};
+    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++) {
+        kmp_ref r = kmp_operand(n, k);
+        x[k] = kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
+    }
+    if (n->op == KMP_OP_TABLE) {
+        int table = kmp_graph_add_table(s->g, kmp_graph_table(local, (int)n->b));
+        return kmp_table_derivative_at(s->g, table, (int)n->c, x[0]);
+    }
+    return kmp_operate(s->g, (kmp_op)n->op, x);
+}
+
+/* References of a local graph in the one around, in place. false: no memory. */
+static bool import(const setting *s, const kmp_graph *local, int count, kmp_ref *refs)
+{
+    uint32_t nodes = kmp_graph_count(local);
+    uint8_t *live = KMP_NEW(uint8_t, nodes);
+    kmp_ref *map = KMP_NEW(kmp_ref, nodes);
+    bool ok = live && map;
+    if (ok)
+        kmp_live_mark(local, count, refs, live, 1);
+    for (uint32_t id = 0; ok && id < nodes; id++)
+        if (live[id])
+            map[id] = kmp_op_form_of((kmp_op)kmp_graph_node(local, id)->op) == KMP_FORM_LEAF
+                          ? import_leaf(s, local, id)
+                          : import_node(s, local, id, map);
+    for (int k = 0; ok && k < count; k++)
+        refs[k] = kmp_is_negative(refs[k]) ? kmp_neg(map[kmp_id(refs[k])]) : map[kmp_id(refs[k])];
+    kmp_free(live);
+    kmp_free(map);
+    return ok;
+}
+
+/* The block A x + b = 0 of n unknowns: arguments A row by row, then b; the number remembered by the graph. */
+static int linear_block(kmp_graph *g, int n)
+{
+    for (int k = 0; kmp_graph_implicit(g, k); k++)
+        if (kmp_graph_implicit(g, k)->block.linear && kmp_graph_implicit(g, k)->block.unknowns == n)
+            return k;
+    kmp_graph *local = kmp_graph_new();
+    kmp_ref residual[MOST], guess[MOST] = {0};
+    if (!local)
+        return -1;
+    for (int i = 0; i < n; i++) {
+        residual[i] = kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(n * n + i));
+        for (int j = 0; j < n; j++)
+            residual[i] = kmp_add(local, residual[i],
+                                  kmp_mul(local, kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(i * n + j)),
+                                          kmp_input(local, KMP_IN_Q, (uint32_t)j)));
+    }
+    kmp_implicit *b = kmp_implicit_new(local, n, n * n + n, residual, guess);
+    if (!b)
+        return -1;
+    b->block.linear = true;
+    return kmp_graph_add_implicit(g, b);
+}
+
+kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
+{
+    const kmp_implicit *b = kmp_graph_implicit(g, block);
+    int n = b->block.unknowns, m = b->block.arguments;
+    kmp_ref *p = KMP_NEW(kmp_ref, 2 * m), y[MOST], dy[MOST], equations[MOST * MOST + MOST];
+    if (!p || differentials == KMP_ZERO) {
+        kmp_free(p);
+        return KMP_ZERO;
+    }
+    items_of(g, list, m, p);
+    items_of(g, differentials, m, p + m);
+    for (int j = 0; j < n; j++)
+        y[j] = kmp_implicit_component(g, block, j, list);
+    for (int i = 0; i < n * n; i++)
+        equations[i] = b->slope[i];
+    for (int i = 0; i < n; i++)
+        equations[n * n + i] = b->change[i];
+    const setting s = {g, y, p, p + m};
+    bool ok = import(&s, b->local, n * n + n, equations);
+    kmp_free(p);
+    if (ok && n == 1)
+        return kmp_neg(kmp_div(g, equations[1], equations[0]));
+    int linear = ok ? linear_block(g, n) : -1;
+    if (linear < 0)
+        return KMP_ZERO;
+    kmp_implicit_at(g, linear, equations, dy);
+    return dy[component];
+}

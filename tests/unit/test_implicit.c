@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Implicit blocks: solutions, first and second derivatives against differences, the same bits from graph, tape and a
+ * program that was written and read, and NaN where there is no solution. */
+#include "backend/machine.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "check.h"
+#include "symbolic/derivative.h"
+#include "symbolic/implicit.h"
+#include <math.h>
+
+/* y^3 + y = p */
+static int cubic_block(kmp_graph *g)
+{
+    kmp_graph *local = kmp_graph_new();
+    kmp_ref y = kmp_input(local, KMP_IN_Q, 0), p = kmp_input(local, KMP_IN_PARAMETER, 0);
+    kmp_ref residual = kmp_sub(local, kmp_add(local, kmp_power(local, y, 3), y), p);
+    return kmp_graph_add_implicit(g, kmp_implicit_new(local, 1, 1, &residual, &p));
+}
+
+/* Circle x^2 + y^2 = p0 and line y = p1 x + p2, on the side of positive x. */
+static int circle_block(kmp_graph *g)
+{
+    kmp_graph *l = kmp_graph_new();
+    kmp_ref x = kmp_input(l, KMP_IN_Q, 0), y = kmp_input(l, KMP_IN_Q, 1), p[3], residual[2], guess[2];
+    for (uint32_t k = 0; k < 3; k++)
+        p[k] = kmp_input(l, KMP_IN_PARAMETER, k);
+    residual[0] = kmp_sub(l, kmp_add(l, kmp_mul(l, x, x), kmp_mul(l, y, y)), p[0]);
+    residual[1] = kmp_sub(l, kmp_add(l, kmp_mul(l, p[1], x), p[2]), y);
+    guess[0] = kmp_sqrt(l, p[0]);
+    guess[1] = p[2];
+    return kmp_graph_add_implicit(g, kmp_implicit_new(l, 2, 3, residual, guess));
+}
+
+static double circle_x(double radius2, double slope, double offset)
+{
+    double a = 1 + slope * slope, b = slope * offset, c = offset * offset - radius2;
+    return (-b + sqrt(b * b - a * c)) / a;
+}
+
+/* Scene: f and its derivatives of order 1 and 2 along q = base + s direction; s is the input. */
+typedef struct scene {
+    kmp_graph *g;
+    kmp_ref s, out[6]; /* two functions, each with two derivatives */
+    kmp_program *program;
+} scene;
+
+static scene new_scene(void)
+{
+    scene c = {.g = kmp_graph_new()};
+    kmp_graph *g = c.g;
+    c.s = kmp_input(g, KMP_IN_Q, 0);
+    int cubic = cubic_block(g), circle = circle_block(g);
+    kmp_ref one = KMP_ONE, y, xy[2], arguments[3];
+    kmp_ref p = kmp_add(g, kmp_sin(g, c.s), kmp_mul(g, kmp_const(g, 2), c.s));
+    kmp_implicit_at(g, cubic, &p, &y);
+    arguments[0] = kmp_add(g, kmp_const(g, 4), kmp_mul(g, c.s, c.s));
+    arguments[1] = kmp_neg(c.s);
+    arguments[2] = kmp_const(g, 0.3);
+    kmp_implicit_at(g, circle, arguments, xy);
+    c.out[0] = y;
+    c.out[3] = kmp_mul(g, xy[0], xy[1]);
+    kmp_derivative *d = kmp_derivative_new(g, 1, &c.s, &one);
+    for (int k = 0; k < 6; k += 3)
+        for (int i = 1; i < 3; i++)
+            c.out[k + i] = kmp_derivative_of(d, c.out[k + i - 1]);
+    kmp_derivative_free(d);
+    const kmp_ref *group = c.out;
+    c.program = kmp_program_new(g, 1, &(int){6}, &group);
+    return c;
+}
+
+static void free_scene(scene *c)
+{
+    kmp_program_free(c->program);
+    kmp_graph_free(c->g);
+}
+
+static void eval(const scene *c, double s, double *out)
+{
+    double *value = KMP_NEW(double, kmp_graph_count(c->g));
+    kmp_graph_eval(c->g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = &s}, value);
+    for (int k = 0; k < 6; k++)
+        out[k] = kmp_is_negative(c->out[k]) ? -value[kmp_id(c->out[k])] : value[kmp_id(c->out[k])];
+    kmp_free(value);
+}
+
+static void test_solutions(void)
+{
+    scene c = new_scene();
+    for (double s = -1.2; s < 1.3; s += 0.1) {
+        double out[6], p = sin(s) + 2 * s, x = circle_x(4 + s * s, -s, 0.3);
+        eval(&c, s, out);
+        CHECK_NEAR(out[0] * out[0] * out[0] + out[0], p, 4e-16);
+        CHECK_NEAR(out[3], x * (-s * x + 0.3), 1e-15);
+    }
+    free_scene(&c);
+}
+
+static void test_derivatives(void)
+{
+    scene c = new_scene();
+    const double h = 1e-3;
+    for (double s = -1; s < 1.1; s += 0.2) {
+        double at[6], value[5][6];
+        eval(&c, s, at);
+        for (int i = -2; i <= 2; i++)
+            eval(&c, s + i * h, value[i + 2]);
+        for (int k = 0; k < 6; k++)
+            if (k % 3 < 2) { /* the next output is the derivative of this one */
+                double d = (8 * (value[3][k] - value[1][k]) - (value[4][k] - value[0][k])) / (12 * h);
+                CHECK_NEAR(at[k + 1], d, 1e-9);
+            }
+    }
+    free_scene(&c);
+}
+
+static bool same_bits(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
+}
+
+static void compare_bits(const scene *c, const kmp_program *p)
+{
+    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
+    unsigned long before = kmp_memory_count();
+    double s, all[32][6];
+    int count = 0;
+    for (s = -1.55; s < 1.6; s += 0.1) {
+        kmp_machine_set(machine, KMP_IN_Q, &s);
+        memcpy(all[count++], kmp_machine_run(machine, 1), sizeof all[0]);
+    }
+    CHECK(kmp_memory_count() == before);
+    for (s = -1.55, count = 0; s < 1.6; s += 0.1, count++) {
+        double expected[6];
+        eval(c, s, expected);
+        for (int k = 0; k < 6; k++)
+            CHECK(same_bits(all[count][k], expected[k]));
+    }
+    kmp_machine_free(machine);
+}
+
+static void test_bits(void)
+{
+    scene c = new_scene();
+    kempe_context *context = kempe_context_new();
+    kmp_text text = {0}, again = {0};
+    kmp_program *read = NULL;
+    compare_bits(&c, c.program);
+    kmp_program_print(c.program, NULL, &text);
+    CHECK(kmp_program_read(context, "f", text.s, &read) == KEMPE_OK);
+    if (read) {
+        kmp_program_print(read, NULL, &again);
+        CHECK_TEXT(again.s, text.s);
+        compare_bits(&c, read);
+    } else {
+        printf("%s\n", kempe_context_message(context));
+    }
+    for (size_t n = strlen(text.s) - 1; n-- > 0;) { /* no truncation crashes or is taken for the whole */
+        kmp_program *cut = NULL;
+        char *copy = kmp_strdup(text.s);
+        copy[n] = '\0';
+        CHECK(kmp_program_read(context, "f", copy, &cut) == KEMPE_E_INPUT);
+        kmp_free(copy);
+    }
+    for (size_t n = 0; n < strlen(text.s); n++) { /* nor one changed character */
+        kmp_program *changed = NULL;
+        char *copy = kmp_strdup(text.s);
+        copy[n] = "0129-p[q(v\nl"[n % 12];
+        (void)kmp_program_read(context, "f", copy, &changed);
+        kmp_program_free(changed);
+        kmp_free(copy);
+    }
+    kmp_program_free(read);
+    kmp_text_free(&text);
+    kmp_text_free(&again);
+    kempe_context_free(context);
+    free_scene(&c);
+}
+
+/* A line that misses the circle. */
+static void test_no_solution(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    int circle = circle_block(g);
+    kmp_ref s = kmp_input(g, KMP_IN_Q, 0), xy[2], arguments[3] = {KMP_ONE, KMP_ONE, s};
+    kmp_implicit_at(g, circle, arguments, xy);
+    const kmp_ref *group = xy;
+    kmp_program *p = kmp_program_new(g, 1, &(int){2}, &group);
+    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
+    for (int pass = 0; pass < 2; pass++) {
+        double far = 5, near = 0.5;
+        kmp_machine_set(machine, KMP_IN_Q, &far);
+        CHECK(isnan(kmp_machine_run(machine, 1)[0]));
+        kmp_machine_set(machine, KMP_IN_Q, &near);
+        CHECK_NEAR(kmp_machine_run(machine, 1)[0], circle_x(1, 1, 0.5), 1e-15);
+    }
+    kmp_machine_free(machine);
+    kmp_program_free(p);
+    kmp_graph_free(g);
+}
+
+/* Blocks within blocks are refused. */
+static void test_nesting(void)
+{
+    kmp_graph *local = kmp_graph_new();
+    kmp_ref y = kmp_input(local, KMP_IN_Q, 0), inner;
+    int block = cubic_block(local);
+    kmp_implicit_at(local, block, &y, &inner);
+    CHECK(kmp_implicit_new(local, 1, 0, &inner, &inner) == NULL);
+}
+
+int main(void)
+{
+    TEST(test_solutions);
+    TEST(test_derivatives);
+    TEST(test_bits);
+    TEST(test_no_solution);
+    TEST(test_nesting);
+    return check_report();
+}
