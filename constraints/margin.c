@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include <math.h>
+#include <string.h>
 
 /* A last pivot below this fraction of the first at the start is near a change point; what is usual then. */
 #define NEAR_START 1e-2
@@ -30,16 +31,33 @@ void kmp_margin_free(kmp_margin *margin)
     *margin = (kmp_margin){0};
 }
 
-double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+/* The r-th pivot of some rows (all when `rows` is NULL) of the scaled J. */
+static double last_pivot(kmp_margin *margin, const kmp_plant *plant, const int *rows, int count)
 {
     const kempe_system *s = margin->system;
+    memset(margin->a, 0, (size_t)(count * s->n) * sizeof *margin->a);
+    for (int e = 0, at = 0; e < s->jacobian.count; e++) { /* entries are row by row */
+        int row = s->jacobian.row[e], col = s->jacobian.col[e];
+        while (rows && at < count && rows[at] < row)
+            at++;
+        if (rows && (at == count || rows[at] != row))
+            continue;
+        margin->a[(rows ? at : row) + col * count] = plant->jacobian[e] * s->scale[col] / s->row_scale[row];
+    }
+    kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
+    return margin->pivots[margin->r - 1];
+}
+
+double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+{
     if (margin->r == 0)
         return 1;
-    kmp_plant_dense_jacobian(plant, margin->a);
-    for (int k = 0; k < s->n; k++)
-        for (int i = 0; i < s->m; i++)
-            margin->a[i + k * s->m] *= s->scale[k] / s->row_scale[i];
-    kmp_lu_complete(s->m, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
-    margin->usual = fmax(margin->usual, margin->pivots[margin->r - 1]);
-    return margin->pivots[margin->r - 1] / margin->usual;
+    margin->last = last_pivot(margin, plant, NULL, margin->system->m);
+    margin->usual = fmax(margin->usual, margin->last);
+    return margin->last / margin->usual;
+}
+
+double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)
+{
+    return margin->r == part->m || margin->r == 0 ? 1 : last_pivot(margin, plant, part->rows, margin->r) / margin->last;
 }

@@ -12,6 +12,7 @@ typedef struct kmp_margin {
     const kempe_system *system;
     int r;        /* rank at the start */
     double usual; /* the largest r-th pivot seen */
+    double last;  /* the last one */
     double *a, *pivots;
     int *row, *col;
 } kmp_margin;
@@ -22,5 +23,9 @@ void kmp_margin_free(kmp_margin *margin);
 
 /** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. */
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
+
+/** After kmp_margin_at: how good the independent rows of `part` still are, their last pivot over that of all rows. 1
+ * when no row is redundant. */
+double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part);
 
 #endif

@@ -297,6 +297,8 @@ static void add_report(const kmp_runner *run, kmp_run_report *report)
 /* Margins, of the start's, at which a run enters the zone and leaves it. */
 #define ZONE_IN  0.15
 #define ZONE_OUT 0.2
+/* Last pivot of the independent rows over that of all rows at which others are taken. */
+#define ROWS_OUT 0.2
 
 static void release_road(kmp_runner *run)
 {
@@ -310,6 +312,16 @@ static void release_road(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
+/* Rows and coordinates anew at q; a fixed u stays. */
+static kempe_status choose_again(kmp_runner *run, double t, const double *q)
+{
+    kmp_partition before = run->part;
+    run->has_part = false;
+    kempe_status status = choose_partition(run, t, q, before.u, run->spec.fixed_u ? before.p : 0);
+    kmp_partition_free(&before);
+    return status;
+}
+
 /* Goes on at t with another road, from the state that the old one completes. */
 static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
 {
@@ -320,11 +332,7 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
         return status;
     release_road(run);
     run->in_zone = to_zone;
-    if (!to_zone) {
-        kmp_partition_free(&run->part);
-        run->has_part = false;
-        status = choose_partition(run, t, q, NULL, 0);
-    }
+    status = choose_again(run, t, q);
     if (status == KEMPE_OK)
         status = make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
@@ -336,7 +344,8 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
                : status;
 }
 
-/* Where J comes near to losing a row the zone takes over, and hands back behind it. */
+/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
+ * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
 {
     if (run->margin.r == 0 || !(t > kmp_runner_t_old(run)))
@@ -359,6 +368,10 @@ static kempe_status watch_margin(kmp_runner *run, double t)
                 "t = %.9g to %.9g: passed a change point, where the closures come within %.2g of losing a row",
                 run->zone_t, t, run->zone_margin);
         return change_road(run, t, false);
+    }
+    if (kmp_margin_of_rows(&run->margin, run->plant, &run->part) < ROWS_OUT) {
+        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: other closure rows are taken as the independent ones", t);
+        return change_road(run, t, run->in_zone);
     }
     return KEMPE_OK;
 }
