@@ -62,6 +62,10 @@ void kmp_reduction_correction(kmp_reduction *red);
  * when corrections stop contracting or Jv is singular. */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
 
+/** Arithmetic of one right-hand side beside the program: kmp_reduction_factor, _tangent, _rates, _accelerate; square
+ * roots count as `other`. */
+kmp_counts kmp_reduction_count(const kmp_reduction *red);
+
 /** max |Bvu|, scaled; the v and u that it belongs to. */
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u);
 

@@ -229,6 +229,29 @@ void kmp_cholesky_solve(int n, const double *l, double *b)
     }
 }
 
+/* -- counts ---------------------------------------------------------------------------------------- */
+
+kmp_flops kmp_lu_flops(int n)
+{
+    long products = (long)(n - 1) * n * (2L * n - 1) / 6;
+    return (kmp_flops){.add = products, .mul = products, .div = (long)n * (n - 1) / 2};
+}
+
+kmp_flops kmp_cholesky_factor_flops(int n)
+{
+    kmp_flops f = {.div = (long)n * (n - 1) / 2, .root = n};
+    for (long k = 1; k < n; k++)
+        f.add += k * (k + 1) / 2;
+    f.mul = f.add;
+    return f;
+}
+
+kmp_flops kmp_cholesky_solve_flops(int n)
+{
+    long products = (long)n * (n - 1);
+    return (kmp_flops){.add = products, .mul = products, .div = 2L * n};
+}
+
 /* -- LU with complete pivoting --------------------------------------------------------------------- */
 
 typedef struct place {
