@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Andrews' squeezing mechanism over 0.03 s: every road and form at several tolerances, error of q at the end against the
- * digits of reference.csv, median CPU time of 15 runs; then one right-hand side of the reduced road taken apart, each
- * part run alone over states of the motion. */
+/* Andrews' squeezing mechanism over 0.03 s: every road and form at several tolerances, error of q at the end against
+ * the digits of reference.csv, median CPU time of 15 runs; then one right-hand side of the reduced road taken apart,
+ * each part run alone over states of the motion. */
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/reduction.h"

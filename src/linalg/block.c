@@ -30,7 +30,7 @@ struct kmp_block {
     int *target; /* entry -> place in lu, or -1 - place in off */
 
     double *scratch; /* 2 n: right-hand sides in pivoted order, two interleaved */
-    int sign; /* of det A; 0: the last factorisation failed */
+    int sign;        /* of det A; 0: the last factorisation failed */
 };
 
 /* -- analysis -------------------------------------------------------------------------------------- */
