@@ -36,20 +36,18 @@ static void swap_rows(int n, double *a, int i, int k)
 
 /* -- LU with partial pivoting ---------------------------------------------------------------------- */
 
+/* No branch on which row is larger: it is often either. */
 static int factor_2(double *a, int *pivot)
 {
     int lower = fabs(a[1]) > fabs(a[0]);
+    double u0 = a[lower], l = a[1 - lower] / u0, u01 = a[2 + lower], u1 = a[3 - lower] - l * u01;
     pivot[0] = lower;
     pivot[1] = 1;
-    if (lower) {
-        swap(&a[0], &a[1]);
-        swap(&a[2], &a[3]);
-    }
-    if (!usable(a[0]))
-        return 1;
-    a[1] /= a[0];
-    a[3] -= a[1] * a[2];
-    return usable(a[3]) ? 0 : 2;
+    a[0] = u0;
+    a[1] = l;
+    a[2] = u01;
+    a[3] = u1;
+    return !usable(u0) ? 1 : usable(u1) ? 0 : 2;
 }
 
 static int factor_3(double *a, int *pivot)
