@@ -116,7 +116,7 @@ static loaded load_text(const char *text)
     if (kempe_model_read_text(l.context, text, "model.yaml", &l.model) ||
         kempe_system_new(l.model, &l.system) != KEMPE_OK) {
         printf("%s\n", kempe_context_message(l.context));
-        CHECK(!"the model reads and derives");
+        CHECK(l.system != NULL);
     }
     return l;
 }
