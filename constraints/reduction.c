@@ -24,10 +24,9 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->force = KMP_NEW(double, n);
     red->mx = KMP_NEW(double, n *p);
     red->mr = KMP_NEW(double, p *p);
-    red->fr = KMP_NEW(double, p);
     red->dv = KMP_NEW(double, r);
     return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->jv && red->bvu &&
-           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->fr && red->dv;
+           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
 }
 
 /* Position of `value` in an ascending list, -1 when absent. */
@@ -100,7 +99,6 @@ void kmp_reduction_free(kmp_reduction *red)
     kmp_free(red->force);
     kmp_free(red->mx);
     kmp_free(red->mr);
-    kmp_free(red->fr);
     kmp_free(red->dv);
     *red = (kmp_reduction){0};
 }

@@ -26,7 +26,6 @@ typedef struct kmp_reduction {
     double *force;                   /* n: C + M a0 */
     double *mx;                      /* n x p: M X */
     double *mr;                      /* p x p: reduced mass, then its Cholesky factor */
-    double *fr;                      /* p */
     double *dv;                      /* r: the last correction or right-hand side */
     long newton, factorizations;
 } kmp_reduction;
