@@ -18,6 +18,15 @@ void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, d
 int kmp_cholesky_factor(int n, double *a);
 void kmp_cholesky_solve(int n, const double *l, double *b);
 
+/** Arithmetic of one call; comparisons, signs and moves are none. */
+typedef struct kmp_flops {
+    long add, mul, div, root;
+} kmp_flops;
+
+kmp_flops kmp_lu_flops(int n);
+kmp_flops kmp_cholesky_factor_flops(int n);
+kmp_flops kmp_cholesky_solve_flops(int n);
+
 /** Rank-revealing LU with complete pivoting of an m x n matrix in place (leading dimension m): row r[k] and
  *  column c[k] of the original are the k-th pivot's; r and c are permutations of all rows and columns.
  *  pivots[0 .. min(m, n)) are the absolute pivots, in order. Ties are broken by the smaller index, columns

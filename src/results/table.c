@@ -18,7 +18,7 @@ void kmp_table_free(kmp_table *table)
 
 static size_t stride(const kmp_table *table)
 {
-    return (size_t)(FIRST_VALUE + 3 * table->n + table->m);
+    return FIRST_VALUE + 3 * (size_t)table->n + (size_t)table->m;
 }
 
 static double *row_of(const kmp_table *table, int row)
