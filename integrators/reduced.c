@@ -265,7 +265,11 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void position(kmp_road *road, double t, const double *y, double *q)
 {
     reduced *d = (reduced *)road;
-    (void)place(d, t, y);
+    put_u(d, y);
+    if (!d->carried)
+        (void)place(d, t, y);
+    for (int i = 0; d->carried && i < d->r; i++)
+        d->q[d->part.v[i]] = y[2 * d->p + i];
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
