@@ -15,7 +15,7 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     if (h == KMP_ZERO)
         return KEMPE_OK;
     (void)kmp_is_const(eq->graph, h, &gap);
-    return kmp_complain(eq->context, eq->model->file, closure->place.line, closure->place.column,
+    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
                         "move one of its points",
                         closure->name, "xyz???"[component], gap);

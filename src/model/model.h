@@ -9,9 +9,10 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/** Where something stands in its file, for later complaints. */
+/** Where something stands, for later complaints. */
 typedef struct kmp_place {
     int line, column;
+    int file; /* of the model's files */
 } kmp_place;
 
 typedef struct kmp_parameter {
@@ -100,6 +101,8 @@ struct kempe_model {
     kempe_context *context;
     kmp_arena arena;
     const char *file, *name;
+    const char **files; /* the file itself, then settings and what it includes */
+    int file_count;
     kmp_number gravity[3];
     kmp_parameter *parameters;
     int parameter_count;

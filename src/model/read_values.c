@@ -87,7 +87,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
     }
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
-                            .file = r->file,
+                            .file = r->model->files[node->text_place.file],
                             .line = node->text_place.line,
                             .column = node->text_place.column,
                             .user = r,
@@ -131,7 +131,7 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, 
     }
     if (fault.at) {
         kmp_expr_print_fault(&sentence, &fault);
-        place = (kmp_place){node->text_place.line, fault.at->column};
+        place = (kmp_place){node->text_place.line, fault.at->column, node->text_place.file};
     } else {
         kmp_text_put(&sentence, "expected ");
         kmp_dimension_print(&sentence, wanted);

@@ -14,12 +14,22 @@ typedef struct kmp_reader {
     kempe_model *model;
     kmp_arena scratch; /* lives as long as the reading */
     const char *file;
+    const kempe_setting *settings;
+    int setting_count;
     const kmp_node *root;
     bool wrong;            /* something was complained of */
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
+
+/* -- files (files.c) ------------------------------------------------------------------------------- */
+
+/** A new row of the model's files, whose label stands before line and column of complaints; -1: no memory. */
+int kmp_reader_add_file(kmp_reader *r, const char *label);
+
+/** Sorts the context's complaints by place and drops repeated ones. */
+kempe_status kmp_reader_sort_complaints(kmp_reader *r);
 
 /* -- complaints ---------------------------------------------------------------------------------- */
 
