@@ -57,19 +57,27 @@ typedef struct kmp_closure {
     kmp_number length; /* rod */
 } kmp_closure;
 
+/* The rows of forces.def. */
 typedef enum kmp_force_kind {
-    KMP_FORCE_JOINT, /* `effort` (N m or N) acts on `motion` */
-    KMP_FORCE_SPRING /* point to point: stiffness (L - free_length) + damping Ld, pulling the points together */
+#define KMP_FORCE(kind, name, place, word) KMP_FORCE_##kind,
+#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#include "model/forces.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+    KMP_FORCE_KINDS
 } kmp_force_kind;
 
+/** A force element; what a kind does not use stays zero. */
 typedef struct kmp_force {
     const char *name;
     kmp_force_kind kind;
     kmp_place place;
-    int motion;
-    const kmp_expr *effort;
-    int point[2];
-    kmp_number stiffness, damping, free_length;
+    int motion;                /* -1 when it acts on no joint */
+    const kmp_expr *effort;    /* JOINT: N m or N */
+    const kmp_expr *vector[3]; /* POINT, BODY: ground axes */
+    int point[2], body;
+    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed;
+    bool has_lower, has_upper;
 } kmp_force;
 
 typedef struct kmp_start {

@@ -259,6 +259,15 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     return point;
 }
 
+int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *text = kmp_read_word(r, node, what);
+    int body = text ? kmp_find_body(r->model, text, strlen(text)) : -1;
+    if (text && body < 0)
+        complain_body(r, node->place, text, strlen(text), what);
+    return body;
+}
+
 int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);

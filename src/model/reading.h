@@ -86,6 +86,7 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion);
 /* -- names: an index, or -1 after a complaint ------------------------------------------------------ */
 
 int kmp_find_body(const kempe_model *model, const char *name, size_t length);
+int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what);
 int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what); /* BODY.POINT */
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
 bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2]);
