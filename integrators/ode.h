@@ -9,8 +9,9 @@
 /* What a callback says. */
 enum {
     KMP_GO = 0,
-    KMP_RETRY = 1, /* this state cannot be evaluated, or this step not accepted: try a smaller one */
-    KMP_HALT = -1  /* give up; the road keeps the reason */
+    KMP_RETRY = 1,  /* this state cannot be evaluated, or this step not accepted: try a smaller one */
+    KMP_HALT = -1,  /* give up; the road keeps the reason */
+    KMP_CHANGED = 2 /* the unknowns have another meaning now: start anew from them */
 };
 
 typedef struct kmp_ode {
@@ -24,6 +25,9 @@ typedef struct kmp_ode {
      *  last), and the error weights `w` (an error of w[i] in y[i] is at the tolerance). May correct y slightly
      *  in place; KMP_RETRY refuses the step. NULL: none. */
     int (*accept)(void *self, double t, double *y, const double *dy, const double *w);
+
+    /** j = df/dy (n x n, column-major, zeroed before), exact. NULL: there is none. For implicit integrators. */
+    int (*jacobian)(void *self, double t, const double *y, double *j);
 } kmp_ode;
 
 typedef struct kmp_ode_work {
