@@ -21,6 +21,13 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
                         closure->name, "xyz???"[component], gap);
 }
 
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind)
+{
+    if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
+        return kind->length_power;
+    return model->motions[closure->motion].rotation ? 0 : 1;
+}
+
 static kempe_status derive_rows(kmp_equations *eq)
 {
     const kempe_model *model = eq->model;
@@ -36,7 +43,7 @@ static kempe_status derive_rows(kmp_equations *eq)
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, kind->length_power};
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind)};
             } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
                 status = KEMPE_E_INPUT;
             }

@@ -205,7 +205,8 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
 {
     const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: a constant is wanted", symbol);
+        return complain(p, where, "%s is not allowed here: %s is wanted", symbol,
+                        p->scope->time ? "a function of t" : "a constant");
     if (!take(p, '('))
         return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
     skip_space(p);
@@ -464,10 +465,10 @@ static double call(kmp_function function, double a)
     return NAN;
 }
 
-double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
 {
-    double a = expr->a ? kmp_expr_value(expr->a, parameters) : 0;
-    double b = expr->b ? kmp_expr_value(expr->b, parameters) : 0;
+    double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
+    double b = expr->b ? kmp_expr_value_at(expr->b, parameters, t) : 0;
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->value;
@@ -488,11 +489,17 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
     case KMP_EXPR_CALL:
         return call(expr->function, a);
     case KMP_EXPR_TIME:
+        return t;
     case KMP_EXPR_Q:
     case KMP_EXPR_QD:
         break;
     }
     return NAN;
+}
+
+double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+{
+    return kmp_expr_value_at(expr, parameters, NAN);
 }
 
 bool kmp_expr_is_constant(const kmp_expr *expr)

@@ -81,6 +81,9 @@ const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 /** Value with the given parameter values; t, q and qd must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);
 
+/** The same at a time. */
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
+
 /** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
 void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
 

@@ -48,13 +48,15 @@ typedef struct kmp_body {
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
 } kmp_body;
 
-/** A loop closure between two points; `kind` is its row in constraints/kinds/kinds.def. */
+/** A loop closure between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. */
 typedef struct kmp_closure {
     const char *name;
-    const char *kind; /* "ball", "rod" */
+    const char *kind; /* "ball", "rod", "drive" */
     kmp_place place;
-    int point[2];
-    kmp_number length; /* rod */
+    int point[2];             /* -1 of a drive */
+    kmp_number length;        /* rod; at t = 0 when it is a function of time */
+    int motion;               /* drive; else -1 */
+    const kmp_expr *function; /* of t: a drive's coordinate, a rod's length (NULL when constant) */
 } kmp_closure;
 
 /* The rows of forces.def. */

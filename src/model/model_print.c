@@ -169,6 +169,13 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
         show_body(text, model, i);
 }
 
+static void show_drive(kmp_text *text, const kempe_model *model, const kmp_closure *drive)
+{
+    kmp_text_printf(text, "%s = ", model->motions[drive->motion].name);
+    put_expr(text, model, drive->function);
+    kmp_text_put(text, "\n");
+}
+
 static void show_closures(kmp_text *text, const kempe_model *model)
 {
     if (model->closure_count > 0)
@@ -176,10 +183,17 @@ static void show_closures(kmp_text *text, const kempe_model *model)
     for (int i = 0; i < model->closure_count; i++) {
         const kmp_closure *closure = &model->closures[i];
         kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
+        if (closure->motion >= 0) {
+            show_drive(text, model, closure);
+            continue;
+        }
         put_point(text, model, closure->point[0]);
         kmp_text_put(text, " - ");
         put_point(text, model, closure->point[1]);
-        if (closure->length.value > 0) {
+        if (closure->function) {
+            kmp_text_put(text, ", length ");
+            put_expr(text, model, closure->function);
+        } else if (closure->length.value > 0) {
             kmp_text_put(text, ", length ");
             kmp_text_number(text, closure->length.value);
         }
@@ -422,8 +436,14 @@ static void json_closures(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, i > 0 ? ",\n  {" : "\n  {");
         put_string(text, true, "name", closure->name);
         put_string(text, false, "kind", closure->kind);
-        put_point_key(text, "points", model, closure->point);
-        if (closure->length.value > 0)
+        if (closure->motion >= 0)
+            put_string(text, false, "coordinate", model->motions[closure->motion].name);
+        else
+            put_point_key(text, "points", model, closure->point);
+        if (closure->function) {
+            put_key(text, false, closure->motion >= 0 ? "function" : "length");
+            put_quoted_expr(text, model, closure->function);
+        } else if (closure->length.value > 0)
             put_number(text, false, "length", closure->length.value);
         kmp_text_put(text, "}");
     }

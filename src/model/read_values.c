@@ -76,7 +76,10 @@ static void suggest(void *user, const char *name, bool coordinate, kmp_text *sen
         suggest_parameter(user, name, sentence);
 }
 
-static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, bool constant)
+/* What may stand in an expression beside parameters. */
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE } symbols;
+
+static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, symbols allowed)
 {
     if (node->kind != KMP_NODE_SCALAR || node->empty) {
         kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
@@ -92,9 +95,9 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = constant ? NULL : find_coordinate,
+                            .coordinate = allowed == OF_STATE ? find_coordinate : NULL,
                             .suggest = suggest,
-                            .time = !constant};
+                            .time = allowed != CONSTANT};
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
         r->wrong = true;
@@ -157,7 +160,7 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
 
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what)
 {
-    return parse(r, node, what, true);
+    return parse(r, node, what, CONSTANT);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
@@ -168,7 +171,7 @@ kmp_number kmp_number_of(const kmp_expr *expr, double value)
 
 bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number)
 {
-    const kmp_expr *expr = parse(r, node, what, true);
+    const kmp_expr *expr = parse(r, node, what, CONSTANT);
     if (!expr || !is_known(r, expr))
         return false;
     double value = kmp_expr_value(expr, r->parameter_values);
@@ -194,12 +197,26 @@ bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted)
 {
     kmp_dimension dimension;
-    const kmp_expr *expr = parse(r, node, what, false);
+    const kmp_expr *expr = parse(r, node, what, OF_STATE);
     if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
         !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
         return NULL;
     if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
+    return expr;
+}
+
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+                                  double *first)
+{
+    kmp_dimension dimension;
+    const kmp_expr *expr = parse(r, node, what, OF_TIME);
+    if (!expr || !is_known(r, expr) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return NULL;
+    double value = kmp_expr_value_at(expr, r->parameter_values, 0);
+    if (!check_finite(r, node, what, value))
+        return NULL;
+    *first = value;
     return expr;
 }
 

@@ -9,7 +9,7 @@
 #include <string.h>
 
 static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "ground", "bodies",
-                                         "loops", "forces", "start",   "run",        NULL};
+                                         "loops", "drives", "forces",  "start",      "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 

@@ -77,6 +77,10 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, 
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted);
 
+/** An expression of parameters and t; NULL after a complaint. `*first`: its value at t = 0. */
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+                                  double *first);
+
 /** The dimension of a coordinate, times s^power: that of its rate with -1. */
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);
 
@@ -98,7 +102,7 @@ void kmp_read_parameters(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
-void kmp_read_closures(kmp_reader *r);
+void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
