@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/text.h"
+#include "model/dimension.h"
 
 typedef enum kmp_expr_kind {
     KMP_EXPR_NUMBER,    /* value */
@@ -32,11 +33,15 @@ typedef enum kmp_function {
     KMP_FUNCTION_COUNT
 } kmp_function;
 
+const char *kmp_function_name(kmp_function function);
+
 typedef struct kmp_expr {
     kmp_expr_kind kind;
     kmp_function function;
     int index;
     double value;
+    kmp_dimension unit; /* of a number */
+    int column;         /* where it stands; of an operation, its sign */
     const struct kmp_expr *a, *b;
 } kmp_expr;
 
@@ -76,8 +81,25 @@ const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 /** Value with the given parameter values; t, q and qd must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);
 
+/** The same at a time. */
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
+
 /** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
 void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
+
+/** What is wrong with the dimensions of an expression: the node at which they do not fit, and two that differ. */
+typedef struct kmp_expr_fault {
+    const kmp_expr *at; /* NULL: nothing is wrong */
+    kmp_dimension a, b;
+} kmp_expr_fault;
+
+/** Its dimension, given those and the values of the parameters (the values are needed in exponents alone). The first
+ *  fault is kept. */
+kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dimensions, const double *values,
+                                 kmp_expr_fault *fault);
+
+/** Appends the sentence that belongs to a fault. */
+void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
 
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);
