@@ -20,11 +20,11 @@ typedef struct record32 {
     uint32_t d, a, b, c;
 } record32;
 
-/* A division or a function of one variable. */
+/* A division or a function. */
 typedef struct special {
     uint8_t op;
-    bool minus; /* of the operand of a function */
-    uint32_t d, a, b;
+    bool minus[3]; /* of the operands */
+    uint32_t d, operand[3], instruction;
 } special;
 
 typedef struct segment {
@@ -109,9 +109,9 @@ static uint32_t known(const builder *b, int stage, uint32_t operand)
 static uint32_t depth_of(const builder *b, int i)
 {
     const kmp_instruction *in = &b->p->instruction[i];
-    uint32_t d = known(b, b->stage_of[i], in->a);
-    if (kmp_op_arity((kmp_op)in->op) == 2) {
-        uint32_t e = known(b, b->stage_of[i], in->b);
+    uint32_t d = 0;
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        uint32_t e = known(b, b->stage_of[i], kmp_instruction_operand(in, k));
         d = d > e ? d : e;
     }
     return is_record(in->op) ? d : d + 1;
@@ -121,11 +121,10 @@ static void count_uses(builder *b)
 {
     const kmp_program *p = b->p;
     for (int i = 0; i < p->code[p->stages]; i++) {
-        int a = instruction_of(b, p->instruction[i].a), c = instruction_of(b, p->instruction[i].b);
-        if (a >= 0)
-            b->uses[a]++;
-        if (kmp_op_arity((kmp_op)p->instruction[i].op) == 2 && c >= 0)
-            b->uses[c]++;
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
+            if (instruction_of(b, kmp_instruction_operand(in, k)) >= 0)
+                b->uses[instruction_of(b, kmp_instruction_operand(in, k))]++;
     }
     for (int k = 0; k < p->outputs[p->stages]; k++)
         if (instruction_of(b, p->output[k]) >= 0)
@@ -237,11 +236,12 @@ static void write_special(builder *b, int i, uint32_t first_angle)
         write_angle(b, i, first_angle);
         return;
     }
-    b->t->specials[b->t->special_count++] = (special){.op = in->op,
-                                                      .minus = in->a & 1,
-                                                      .d = slot_of(b, (uint32_t)(b->leaves + i) << 1),
-                                                      .a = slot_of(b, in->a),
-                                                      .b = slot_of(b, in->b)};
+    special *s = &b->t->specials[b->t->special_count++];
+    *s = (special){.op = in->op, .instruction = (uint32_t)i, .d = slot_of(b, (uint32_t)(b->leaves + i) << 1)};
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        s->operand[k] = slot_of(b, kmp_instruction_operand(in, k));
+        s->minus[k] = kmp_instruction_operand(in, k) & 1;
+    }
 }
 
 /* Records of depth k, then the specials that appear in k + 1. */
@@ -451,12 +451,17 @@ static void run_angles(tape *t, uint32_t first, uint32_t end)
     }
 }
 
-static void run_special(const special *s, double *v)
+/* Operands that an operation has not are the slot of 1. */
+static void run_special(const kmp_program *p, const special *s, double *v)
 {
-    if (s->op == KMP_OP_DIV)
-        v[s->d] = v[s->a] / v[s->b];
-    else
-        v[s->d] = kmp_op_value((kmp_op)s->op, s->minus ? -v[s->a] : v[s->a]);
+    double x[3];
+    if (s->op == KMP_OP_DIV) { /* carries no signs */
+        v[s->d] = v[s->operand[0]] / v[s->operand[1]];
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
+    v[s->d] = kmp_program_value(p, (int)s->instruction, x[0], x[1], x[2]);
 }
 
 static void run(void *code, int stage)
@@ -471,7 +476,7 @@ static void run(void *code, int stage)
         if (next->angle > here->angle)
             run_angles(t, here->angle, next->angle);
         for (uint32_t i = here->special; i < next->special; i++)
-            run_special(&t->specials[i], t->v);
+            run_special(t->program, &t->specials[i], t->v);
     }
     for (uint32_t k = t->copy_start[stage]; k < t->copy_start[stage + 1]; k++)
         t->v[t->copies[k].to] = t->v[t->copies[k].from] * t->copies[k].factor;
