@@ -50,6 +50,9 @@ struct kmp_road {
     long newton, factorizations, exchanges;
 };
 
+/** Row k of the table, NULL after the last. */
+const kmp_road_kind *kmp_road_get(int k);
+
 /** The kind of a road and form (NULL: the road's first); NULL when there is none. */
 const kmp_road_kind *kmp_road_find(const char *road, const char *form);
 
