@@ -147,7 +147,7 @@ typedef struct kempe_run {
     const char *road;       /* reduced | dae | projected */
     const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
     const char *integrator; /* dop853 | ida */
-    const char *linear;     /* dae: umfpack */
+    const char *linear;     /* dae: auto, klu, umfpack, dense */
     const char *backend;    /* tape */
     const char *u;          /* independent coordinates asked for, comma-separated */
     double rtol;            /* relative tolerance, > 0 */
