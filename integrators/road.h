@@ -20,6 +20,7 @@ typedef struct kmp_road_start {
     const double *q, *qd;      /* consistent */
     const double *qdd, *lambda;
     double rtol, atol, rate_scale, t_end;
+    bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
 } kmp_road_start;
 
 typedef struct kmp_road_kind {

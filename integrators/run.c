@@ -91,7 +91,8 @@ static kempe_status make_road(kmp_runner *run, const kempe_assembly *start)
                             .rtol = run->spec.rtol,
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
-                            .t_end = run->spec.t_end};
+                            .t_end = run->spec.t_end,
+                            .implicit = kmp_solver_find(run->spec.integrator)->implicit};
     run->road = kmp_road_find(run->spec.road, run->spec.form)->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }

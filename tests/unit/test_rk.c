@@ -77,7 +77,7 @@ static void test_orders(void)
 {
     double end[3], within[3];
     for (int i = 0; i < 3; i++)
-        equal_steps((method->order > 5 ? 6 : 192) << i, &end[i], &within[i]);
+        equal_steps((method->order > 5 ? 6 : 96) << i, &end[i], &within[i]);
     double order = log2(end[0] / end[1]), dense = log2(within[0] / within[1]);
     printf("  order %.2f, %.2f; dense %.2f, %.2f\n", order, log2(end[1] / end[2]), dense, log2(within[1] / within[2]));
     CHECK(order > method->order - 0.5 && order < method->order + 1.5);
