@@ -87,8 +87,9 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
     memcpy(d->violation, d->plant->h, (size_t)d->m * sizeof *d->violation);
     kmp_saddle_correction(&d->saddle, d->violation, d->dx);
+    /* Where J loses rank the projection of the rates would swallow them: such a step is refused too. */
     for (int i = 0; i < n; i++)
-        if (!(fabs(d->dx[i]) <= CORRECTION_LIMIT * w[i]))
+        if (!(fabs(d->dx[i]) <= CORRECTION_LIMIT * w[i]) || !(fabs(d->qd[i]) <= CORRECTION_LIMIT * w[n + i]))
             return KMP_RETRY;
     for (int i = 0; i < n; i++) {
         y[i] += d->dx[i];
