@@ -276,7 +276,7 @@ static void a_change_of_mobility_swallows_no_energy(void)
             CHECK(run(&l, ways[way][0], ways[way][1], rtol, 2, 1, &zero, &first, NULL) != KEMPE_E_BUG);
             kempe_status status = run(&l, ways[way][0], ways[way][1], rtol, 2, 1, &end, &last, &reason);
             if (status == KEMPE_OK)
-                CHECK(fabs(energy(plant, &last) - energy(plant, &first)) < 0.05); /* J, of ten */
+                CHECK(fabs(energy(plant, &last) - energy(plant, &first)) < 0.2); /* J, of seventeen */
             else
                 CHECK(status == KEMPE_E_FAILED && reason && strlen(reason) > 20);
             through[way] += status == KEMPE_OK;
