@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small dense linear algebra, column-major, no allocation: what the hot path of a small mechanism needs.
- * Larger or general tasks use LAPACK, UMFPACK (src/linalg/umfpack.h) or KLU. */
+ * Larger or general tasks use LAPACK (linalg/least.h) and UMFPACK (integrators/umfpack.c). */
 #ifndef KMP_LINALG_DENSE_H
 #define KMP_LINALG_DENSE_H
 
