@@ -2,6 +2,7 @@
 /* The model as it was understood: a summary to read, or one JSON object. */
 #include "base/text.h"
 #include "model/force_table.h"
+#include "model/output_table.h"
 
 /* -- pieces ---------------------------------------------------------------------------------------- */
 
@@ -49,23 +50,6 @@ static void put_point(kmp_text *text, const kempe_model *model, int index)
 {
     const kmp_point *point = &model->points[index];
     kmp_text_printf(text, "%s.%s", model->bodies[point->body].name, point->name);
-}
-
-static void put_output(kmp_text *text, const kempe_model *model, const kmp_output *output)
-{
-    static const char *const words[] = {[KMP_OUTPUT_Q] = "q",
-                                        [KMP_OUTPUT_QD] = "qd",
-                                        [KMP_OUTPUT_QDD] = "qdd",
-                                        [KMP_OUTPUT_LAMBDA] = "lambda",
-                                        [KMP_OUTPUT_POSITION] = "position"};
-    kmp_text_put(text, words[output->kind]);
-    if (output->kind == KMP_OUTPUT_LAMBDA && output->index >= 0)
-        kmp_text_printf(text, "(%s)", model->closures[output->index].name);
-    if (output->kind == KMP_OUTPUT_POSITION) {
-        kmp_text_put(text, "(");
-        put_point(text, model, output->index);
-        kmp_text_put(text, ")");
-    }
 }
 
 static void put_axis(kmp_text *text, const double axis[3])
@@ -257,6 +241,17 @@ static void show_forces(kmp_text *text, const kempe_model *model)
         show_force(text, model, &model->forces[i]);
 }
 
+static void show_sensors(kmp_text *text, const kempe_model *model)
+{
+    if (model->sensor_count > 0)
+        kmp_text_put(text, "sensors\n");
+    for (int i = 0; i < model->sensor_count; i++) {
+        kmp_text_printf(text, "  %s = ", model->sensors[i].name);
+        put_expr(text, model, model->sensors[i].expr);
+        kmp_text_put(text, "\n");
+    }
+}
+
 static void show_start(kmp_text *text, const kempe_model *model)
 {
     const kmp_start *start = &model->start;
@@ -297,7 +292,7 @@ static void show_run(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "\noutputs:");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, " ");
-        put_output(text, model, &model->outputs[i]);
+        kmp_output_print(text, model, &model->outputs[i]);
     }
     kmp_text_put(text, "\n");
 }
@@ -311,6 +306,7 @@ static void show(kmp_text *text, const kempe_model *model)
     show_bodies(text, model);
     show_closures(text, model);
     show_forces(text, model);
+    show_sensors(text, model);
     show_start(text, model);
     show_run(text, model);
 }
@@ -496,6 +492,16 @@ static void json_forces(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]");
 }
 
+static void json_sensors(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"sensors\": {");
+    for (int i = 0; i < model->sensor_count; i++) {
+        put_key(text, i == 0, model->sensors[i].name);
+        put_quoted_expr(text, model, model->sensors[i].expr);
+    }
+    kmp_text_put(text, "}");
+}
+
 static void json_values(kmp_text *text, const kempe_model *model, const char *key, const kmp_number *values)
 {
     put_key(text, key[1] == '\0', key);
@@ -561,7 +567,7 @@ static void json_run(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "], \"outputs\": [");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, i > 0 ? ", \"" : "\"");
-        put_output(text, model, &model->outputs[i]);
+        kmp_output_print(text, model, &model->outputs[i]);
         kmp_text_put(text, "\"");
     }
     kmp_text_put(text, "]}");
@@ -577,6 +583,7 @@ static void json(kmp_text *text, const kempe_model *model)
     json_bodies(text, model);
     json_closures(text, model);
     json_forces(text, model);
+    json_sensors(text, model);
     json_start(text, model);
     json_run(text, model);
     kmp_text_put(text, "}\n");

@@ -308,17 +308,22 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, 
     return true;
 }
 
-int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what)
 {
-    const char *name = kmp_read_word(r, node, what);
-    int motion = name ? find_coordinate(r, name) : -1;
-    if (name && motion < 0) {
+    int motion = find_coordinate(r, name);
+    if (motion < 0) {
         kmp_text rest = {0};
         suggest_coordinate(r, name, &rest);
         if (rest.failed)
             r->scratch.failed = true;
-        kmp_reader_complain(r, node->place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
+        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
         kmp_text_free(&rest);
     }
     return motion;
+}
+
+int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
+    return name ? kmp_read_motion_text(r, node->place, name, what) : -1;
 }

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "ground", "bodies",
-                                         "loops", "drives", "forces",  "start",      "run",    NULL};
+static const char *const model_keys[] = {"kempe",  "name",   "gravity", "parameters", "ground", "bodies", "loops",
+                                         "drives", "forces", "sensors", "start",      "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -59,6 +59,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_closures(r);
     kmp_read_forces(r);
     kmp_read_start(r);
+    kmp_read_sensors(r);
     kmp_read_run(r);
 }
 
