@@ -11,6 +11,7 @@
  * accepted step, because the ODE itself may pass such a point and go on wrongly without any other sign. */
 #include "base/memory.h"
 #include "constraints/reduction.h"
+#include "integrators/reduced_jacobian.h"
 #include "integrators/road.h"
 #include <math.h>
 #include <string.h>
@@ -35,6 +36,7 @@ typedef struct reduced {
     kmp_plant *plant;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
+    kmp_reduced_jacobian tangents; /* when asked for */
     bool carried, has_work, fixed;
     bool due; /* an exchange, before the next step */
     int n, p, r;
@@ -143,6 +145,15 @@ static int rhs(void *self, double t, const double *y, double *dy)
         dy[2 * d->p + i] = d->qd[d->part.v[i]];
     if (d->has_work)
         dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd) + drive_power(d);
+    return KMP_GO;
+}
+
+static int jacobian(void *self, double t, const double *y, double *j)
+{
+    reduced *d = self;
+    if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
+        return KMP_RETRY;
+    kmp_reduced_jacobian_eval(&d->tangents, t, d->q, d->qd, d->udd, d->road.size, j);
     return KMP_GO;
 }
 
@@ -278,7 +289,11 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void position(kmp_road *road, double t, const double *y, double *q)
 {
     reduced *d = (reduced *)road;
-    (void)place(d, t, y);
+    put_u(d, y);
+    if (!d->carried)
+        (void)place(d, t, y);
+    for (int i = 0; d->carried && i < d->r; i++)
+        d->q[d->part.v[i]] = y[2 * d->p + i];
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
@@ -395,6 +410,7 @@ static int renew(kmp_road *road, double t, double *y, double *yp)
 static void release(kmp_road *road)
 {
     reduced *d = (reduced *)road;
+    kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
     kmp_partition_free(&d->part);
     kmp_text_free(&road->reason);
@@ -448,6 +464,17 @@ static bool begin(reduced *d, const kmp_road_start *start)
     return false;
 }
 
+static bool prepare(reduced *d, const kmp_road_start *start)
+{
+    if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK || !begin(d, start))
+        return false;
+    set_tolerances(d);
+    if (!start->implicit || d->carried)
+        return true;
+    d->road.ode.jacobian = jacobian;
+    return kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) == KEMPE_OK;
+}
+
 static kmp_road *create(const kmp_road_start *start, bool carried)
 {
     const kmp_partition *part = start->part;
@@ -476,10 +503,8 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
     if (!kmp_partition_copy(&d->part, part) || !allocate(d))
         (void)kmp_fail_memory(start->system->context);
-    else if (kmp_reduction_init(&d->red, start->plant, &d->part) == KEMPE_OK && begin(d, start)) {
-        set_tolerances(d);
+    else if (prepare(d, start))
         return &d->road;
-    }
     release(&d->road);
     return NULL;
 }

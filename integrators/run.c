@@ -103,7 +103,8 @@ static kempe_status make_road(kmp_runner *run, const kmp_road_kind *way, double 
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
-                            .fixed = run->spec.fixed_u};
+                            .fixed = run->spec.fixed_u,
+                            .implicit = kmp_solver_find(run->spec.integrator)->implicit};
     run->road = way->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }

@@ -158,7 +158,7 @@ typedef struct kempe_run {
     const char *road;       /* reduced | dae | projected */
     const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
     const char *integrator; /* dop853 | ida */
-    const char *linear;     /* dae: umfpack */
+    const char *linear;     /* dae: auto, klu, umfpack, dense */
     const char *backend;    /* tape */
     const char *u;          /* independent coordinates to begin with, comma-separated */
     int fixed_u;            /* keep them: the run fails where they go bad, instead of exchanging them */

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_NESTING = 200, MOST_NODES = 4000, MOST_ARGUMENTS = 2 };
+enum { MOST_NESTING = 200, MOST_NODES = 4000, MOST_ARGUMENTS = 3 };
 
 typedef struct parser {
     const kmp_expr_scope *scope;
@@ -21,7 +21,7 @@ static const struct {
     const char *name;
     int arity;
 } functions[] = {
-#define KMP_FUNCTION(name, arity) {#name, arity},
+#define KMP_FUNCTION(name, arity, value, node) {#name, arity},
 #include "model/functions.def"
 #undef KMP_FUNCTION
 };
@@ -226,9 +226,25 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
     return make(p, where, (kmp_expr){.kind = kind, .index = index});
 }
 
+/* a < b and its like. */
+static const kmp_expr *parse_comparison(parser *p)
+{
+    static const kmp_expr_kind kinds[2][2] = {{KMP_EXPR_LESS, KMP_EXPR_AT_MOST}, {KMP_EXPR_GREATER, KMP_EXPR_AT_LEAST}};
+    const kmp_expr *left = parse_sum(p);
+    if (!left)
+        return NULL;
+    skip_space(p);
+    const char *sign = p->at;
+    if (*sign != '<' && *sign != '>')
+        return complain_wanted(p, "an operator, '<', '<=', '>' or '>='");
+    bool equal = sign[1] == '=';
+    p->at += equal ? 2 : 1;
+    return make_binary(p, sign, kinds[*sign == '>'][equal], left, parse_sum(p));
+}
+
 static const kmp_expr *parse_call(parser *p, const char *where, const char *name)
 {
-    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL, NULL};
+    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
     int count = 0, function = find_function(name);
     if (function < 0)
         return complain_function(p, where, name);
@@ -236,7 +252,8 @@ static const kmp_expr *parse_call(parser *p, const char *where, const char *name
         return complain(p, where, "function '%s' wants its argument in parentheses", name);
     if (!take(p, ')')) {
         do {
-            const kmp_expr *argument = parse_sum(p);
+            bool condition = function == KMP_FUNCTION_if && count == 0;
+            const kmp_expr *argument = condition ? parse_comparison(p) : parse_sum(p);
             if (!argument)
                 return NULL;
             if (count < MOST_ARGUMENTS)
@@ -250,9 +267,12 @@ static const kmp_expr *parse_call(parser *p, const char *where, const char *name
     if (count != arity)
         return complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity, arity == 1 ? "" : "s",
                         count);
-    return make(
-        p, where,
-        (kmp_expr){.kind = KMP_EXPR_CALL, .function = (kmp_function)function, .a = arguments[0], .b = arguments[1]});
+    return make(p, where,
+                (kmp_expr){.kind = KMP_EXPR_CALL,
+                           .function = (kmp_function)function,
+                           .a = arguments[0],
+                           .b = arguments[1],
+                           .c = arguments[2]});
 }
 
 static const kmp_expr *parse_time(parser *p, const char *where)
@@ -451,12 +471,12 @@ const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
 
 /* -- meaning ------------------------------------------------------------------------------------- */
 
-static double call(kmp_function function, double a)
+static double call(kmp_function function, double a, double b, double c)
 {
     switch (function) {
-#define KMP_FUNCTION(name, arity)                                                                                      \
+#define KMP_FUNCTION(name, arity, value, node)                                                                         \
     case KMP_FUNCTION_##name:                                                                                          \
-        return name(a);
+        return value;
 #include "model/functions.def"
 #undef KMP_FUNCTION
     case KMP_FUNCTION_COUNT:
@@ -469,6 +489,7 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
 {
     double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
     double b = expr->b ? kmp_expr_value_at(expr->b, parameters, t) : 0;
+    double c = expr->c ? kmp_expr_value_at(expr->c, parameters, t) : 0;
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->value;
@@ -487,7 +508,15 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
     case KMP_EXPR_POW:
         return pow(a, b);
     case KMP_EXPR_CALL:
-        return call(expr->function, a);
+        return call(expr->function, a, b, c);
+    case KMP_EXPR_LESS:
+        return a < b;
+    case KMP_EXPR_AT_MOST:
+        return a <= b;
+    case KMP_EXPR_GREATER:
+        return a > b;
+    case KMP_EXPR_AT_LEAST:
+        return a >= b;
     case KMP_EXPR_TIME:
         return t;
     case KMP_EXPR_Q:
@@ -506,13 +535,17 @@ bool kmp_expr_is_constant(const kmp_expr *expr)
 {
     if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD)
         return false;
-    return (!expr->a || kmp_expr_is_constant(expr->a)) && (!expr->b || kmp_expr_is_constant(expr->b));
+    const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
+    for (int k = 0; k < 3; k++)
+        if (operands[k] && !kmp_expr_is_constant(operands[k]))
+            return false;
+    return true;
 }
 
 /* -- text ---------------------------------------------------------------------------------------- */
 
 /* How tightly a node binds: what binds less than its place asks for is put in parentheses. */
-enum { BIND_SUM = 1, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
+enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
 
 static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place);
 
@@ -527,6 +560,10 @@ static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         [KMP_EXPR_MUL] = {"*", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
         [KMP_EXPR_DIV] = {"/", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
         [KMP_EXPR_POW] = {"^", BIND_POWER, BIND_PRIMARY, BIND_NEGATIVE},
+        [KMP_EXPR_LESS] = {" < ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_AT_MOST] = {" <= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_GREATER] = {" > ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_AT_LEAST] = {" >= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
     };
     bool open = operators[expr->kind].bind < place;
     kmp_text_put(text, open ? "(" : "");
@@ -539,10 +576,10 @@ static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
 static void print_call(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
 {
     kmp_text_printf(text, "%s(", functions[expr->function].name);
-    print_within(text, expr->a, names, BIND_SUM);
-    if (expr->b) {
-        kmp_text_put(text, ", ");
-        print_within(text, expr->b, names, BIND_SUM);
+    const kmp_expr *arguments[] = {expr->a, expr->b, expr->c};
+    for (int k = 0; k < 3 && arguments[k]; k++) {
+        kmp_text_put(text, k ? ", " : "");
+        print_within(text, arguments[k], names, k ? BIND_SUM : BIND_COMPARISON);
     }
     kmp_text_put(text, ")");
 }

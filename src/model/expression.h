@@ -20,14 +20,17 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_SUB,
     KMP_EXPR_MUL,
     KMP_EXPR_DIV,
-    KMP_EXPR_POW, /* a ^ b; b must be a number or an expression of parameters */
-    KMP_EXPR_CALL /* function, a [, b] */
+    KMP_EXPR_POW,     /* a ^ b; b must be a number or an expression of parameters */
+    KMP_EXPR_CALL,    /* function, a [, b [, c]] */
+    KMP_EXPR_LESS,    /* a < b: 1 or 0; comparisons stand in the first argument of `if` */
+    KMP_EXPR_AT_MOST, /* a <= b */
+    KMP_EXPR_GREATER, /* a > b */
+    KMP_EXPR_AT_LEAST /* a >= b */
 } kmp_expr_kind;
 
-/* Functions of the language, one row each: name, arguments. Their meaning is in expression.c (numbers)
- * and src/dynamics/expand.c (graph). */
+/* Functions of the language, one row each. */
 typedef enum kmp_function {
-#define KMP_FUNCTION(name, arity) KMP_FUNCTION_##name,
+#define KMP_FUNCTION(name, arity, value, node) KMP_FUNCTION_##name,
 #include "model/functions.def"
 #undef KMP_FUNCTION
     KMP_FUNCTION_COUNT
@@ -42,7 +45,7 @@ typedef struct kmp_expr {
     double value;
     kmp_dimension unit; /* of a number */
     int column;         /* where it stands; of an operation, its sign */
-    const struct kmp_expr *a, *b;
+    const struct kmp_expr *a, *b, *c;
 } kmp_expr;
 
 /** A number of the model: its value with the model's parameters, and the expression it came from (NULL for

@@ -9,6 +9,7 @@
 typedef enum rule {
     WANTS_NUMBER,  /* of plain numbers alone */
     LIKE_ARGUMENT, /* the arguments fit each other, the value is like them */
+    OF_CHOICE,     /* the second and third fit each other, the value is like them */
     OF_RATIO,      /* the arguments fit each other, the value is a number */
     SQUARE_ROOT
 } rule;
@@ -26,8 +27,8 @@ static rule rule_of(kmp_function function)
     static const struct {
         const char *name;
         rule rule;
-    } rules[] = {{"sqrt", SQUARE_ROOT},  {"abs", LIKE_ARGUMENT}, {"min", LIKE_ARGUMENT},
-                 {"max", LIKE_ARGUMENT}, {"atan2", OF_RATIO},    {"sign", OF_RATIO}};
+    } rules[] = {{"sqrt", SQUARE_ROOT}, {"abs", LIKE_ARGUMENT}, {"min", LIKE_ARGUMENT}, {"max", LIKE_ARGUMENT},
+                 {"atan2", OF_RATIO},   {"sign", OF_RATIO},     {"if", OF_CHOICE}};
     for (size_t k = 0; k < sizeof rules / sizeof rules[0]; k++)
         if (strcmp(kmp_function_name(function), rules[k].name) == 0)
             return rules[k].rule;
@@ -56,6 +57,8 @@ static kmp_dimension dimension_of_call(walk *w, const kmp_expr *expr)
         return kmp_dimension_power(a, 0.5);
     case LIKE_ARGUMENT:
         return agree(w, expr, a, b);
+    case OF_CHOICE:
+        return agree(w, expr, b, dimension_of(w, expr->c));
     case OF_RATIO:
         (void)agree(w, expr, a, b);
         return KMP_DIM_NUMBER;
@@ -93,6 +96,12 @@ static kmp_dimension dimension_of(walk *w, const kmp_expr *expr)
         return kmp_dimension_times(dimension_of(w, expr->a), dimension_of(w, expr->b), -1);
     case KMP_EXPR_POW:
         return dimension_of_power(w, expr);
+    case KMP_EXPR_LESS:
+    case KMP_EXPR_AT_MOST:
+    case KMP_EXPR_GREATER:
+    case KMP_EXPR_AT_LEAST:
+        (void)agree(w, expr, dimension_of(w, expr->a), dimension_of(w, expr->b));
+        return KMP_DIM_NUMBER;
     case KMP_EXPR_CALL:
         return dimension_of_call(w, expr);
     default:
@@ -109,10 +118,12 @@ kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dime
 
 void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault)
 {
-    static const char *const words[] = {[KMP_EXPR_ADD] = "added to", [KMP_EXPR_SUB] = "subtracted from"};
+    static const char *const words[] = {[KMP_EXPR_ADD] = "added to",          [KMP_EXPR_SUB] = "subtracted from",
+                                        [KMP_EXPR_LESS] = "compared with",    [KMP_EXPR_AT_MOST] = "compared with",
+                                        [KMP_EXPR_GREATER] = "compared with", [KMP_EXPR_AT_LEAST] = "compared with"};
     kmp_expr_kind kind = fault->at->kind;
     kmp_dimension a = fault->a, b = fault->b;
-    if (kind == KMP_EXPR_ADD || kind == KMP_EXPR_SUB) {
+    if (kind < sizeof words / sizeof *words && words[kind]) {
         kmp_dimension_print(text, b);
         kmp_text_printf(text, " cannot be %s ", words[kind]);
         kmp_dimension_print(text, a);

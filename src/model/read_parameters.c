@@ -19,7 +19,7 @@ typedef struct valuation {
 static bool is_reserved(const char *name)
 {
     static const char *const words[] = {
-#define KMP_FUNCTION(function, arity) #function,
+#define KMP_FUNCTION(function, arity, value, node) #function,
 #include "model/functions.def"
 #undef KMP_FUNCTION
         "t", "pi", "q", "qd", NULL};
@@ -35,7 +35,8 @@ static int find_need(const valuation *v, const kmp_expr *expr, state wanted)
     if (expr->kind == KMP_EXPR_PARAMETER)
         return v->states[expr->index] == wanted ? expr->index : -1;
     int need = expr->a ? find_need(v, expr->a, wanted) : -1;
-    return need < 0 && expr->b ? find_need(v, expr->b, wanted) : need;
+    need = need < 0 && expr->b ? find_need(v, expr->b, wanted) : need;
+    return need < 0 && expr->c ? find_need(v, expr->c, wanted) : need;
 }
 
 static state value_one(valuation *v, int i)

@@ -110,7 +110,8 @@ static bool is_known(const kmp_reader *r, const kmp_expr *expr)
 {
     if (expr->kind == KMP_EXPR_PARAMETER)
         return r->parameter_known[expr->index];
-    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b));
+    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b)) &&
+           (!expr->c || is_known(r, expr->c));
 }
 
 static bool check_finite(kmp_reader *r, const kmp_node *node, const char *what, double value)

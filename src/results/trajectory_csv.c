@@ -74,7 +74,7 @@ static void write_header(kmp_text *text, const kempe_system *system)
 static void write_row(kmp_text *text, const kempe_trajectory *t, int row, const double *shown)
 {
     const kempe_model *model = t->system->model;
-    kmp_text_number(text, kmp_table_time(&t->table, row));
+    kmp_text_number(text, kmp_samples_time(&t->table, row));
     for (int o = 0; o < model->output_count; o++) {
         const kmp_output *output = &model->outputs[o];
         int width = kmp_output_rows[output->kind].width;
@@ -87,7 +87,7 @@ static void write_row(kmp_text *text, const kempe_trajectory *t, int row, const 
         if (width > 0)
             continue;
         kmp_quantity quantity = quantity_of(output->kind);
-        const double *value = kmp_table_get(&t->table, quantity, row);
+        const double *value = kmp_samples_get(&t->table, quantity, row);
         for (int k = 0; k < kmp_quantity_size(t->system, quantity); k++)
             if (is_asked(t->system, output, k))
                 write_number(text, value[k]);
