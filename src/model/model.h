@@ -123,6 +123,8 @@ struct kempe_model {
     kmp_number gravity[3];
     kmp_parameter *parameters;
     int parameter_count;
+    kmp_named_table *tables;
+    int table_count;
     kmp_body *bodies; /* bodies[0] is "ground" */
     int body_count;   /* ground included */
     kmp_point *points;

@@ -3,6 +3,7 @@
 #include "base/text.h"
 #include "model/force_table.h"
 #include "model/output_table.h"
+#include "symbolic/table.h"
 
 /* -- pieces ---------------------------------------------------------------------------------------- */
 
@@ -85,6 +86,18 @@ static void show_parameters(kmp_text *text, const kempe_model *model)
     for (int i = 0; i < model->parameter_count; i++) {
         kmp_text_put(text, "  ");
         show_named(text, model->parameters[i].name, model, &model->parameters[i].number);
+    }
+}
+
+static void show_tables(kmp_text *text, const kempe_model *model)
+{
+    if (model->table_count > 0)
+        kmp_text_put(text, "tables\n");
+    for (int i = 0; i < model->table_count; i++) {
+        const kmp_table *table = model->tables[i].table;
+        kmp_text_printf(text, "  %s: %s, %d points, x from %.9g to %.9g\n", model->tables[i].name,
+                        table->method == KMP_TABLE_LINEAR ? "linear" : "spline", table->count, table->x[0],
+                        table->x[table->count - 1]);
     }
 }
 
@@ -303,6 +316,7 @@ static void show(kmp_text *text, const kempe_model *model)
     put_vector(text, model->gravity);
     kmp_text_put(text, "\n");
     show_parameters(text, model);
+    show_tables(text, model);
     show_bodies(text, model);
     show_closures(text, model);
     show_forces(text, model);
@@ -355,6 +369,31 @@ static void json_parameters(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, ",\n\"parameters\": {");
     for (int i = 0; i < model->parameter_count; i++)
         put_number(text, i == 0, model->parameters[i].name, model->parameters[i].number.value);
+    kmp_text_put(text, "}");
+}
+
+static void json_list(kmp_text *text, const char *key, int count, const double *x)
+{
+    put_key(text, false, key);
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(text, k ? ", " : "[");
+        kmp_text_number(text, x[k]);
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_tables(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"tables\": {");
+    for (int i = 0; i < model->table_count; i++) {
+        const kmp_table *table = model->tables[i].table;
+        put_key(text, i == 0, model->tables[i].name);
+        kmp_text_put(text, "{");
+        put_string(text, true, "method", table->method == KMP_TABLE_LINEAR ? "linear" : "spline");
+        json_list(text, "x", table->count, table->x);
+        json_list(text, "y", table->count, table->y);
+        kmp_text_put(text, "}");
+    }
     kmp_text_put(text, "}");
 }
 
@@ -580,6 +619,7 @@ static void json(kmp_text *text, const kempe_model *model)
     put_key(text, false, "gravity");
     put_vector(text, model->gravity);
     json_parameters(text, model);
+    json_tables(text, model);
     json_bodies(text, model);
     json_closures(text, model);
     json_forces(text, model);

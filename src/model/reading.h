@@ -100,6 +100,7 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
 void kmp_read_parameters(kmp_reader *r);
+void kmp_read_tables(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
