@@ -104,10 +104,10 @@ static bool make_motion(kempe_system *s, kmp_equations *eq)
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
-    int count[4] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count};
-    const kmp_ref *groups[4] = {&eq->potential, &eq->power, eq->reaction, eq->position};
+    int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count};
+    const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, eq->shown};
     s->dissipative = eq->power != KMP_ZERO || s->rheonomic;
-    s->judge = kmp_program_new(eq->graph, 4, count, groups);
+    s->judge = kmp_program_new(eq->graph, 5, count, groups);
     return s->judge;
 }
 

@@ -31,7 +31,8 @@ enum {
     KMP_STAGE_POTENTIAL = 1, /* t, q: potential energy */
     KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
     KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
-    KMP_STAGE_POSITION       /* q: 3 a position output */
+    KMP_STAGE_POSITION,      /* q: 3 a position output */
+    KMP_STAGE_SHOWN          /* all: what outputs show beside the table (model/output_table.h) */
 };
 
 struct kempe_system {

@@ -4,12 +4,13 @@
  * The language: docs/model_format.md. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/named_table.h"
 #include "model/reading.h"
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "ground", "bodies",
-                                         "loops", "drives", "forces",  "start",      "run",    NULL};
+static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "tables", "ground", "bodies",
+                                         "loops", "drives", "forces",  "sensors",    "start",  "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -54,11 +55,13 @@ static void read_parts(kmp_reader *r)
         return;
     kmp_read_map(r, r->root, "the model", model_keys);
     kmp_read_parameters(r);
+    kmp_read_tables(r);
     read_head(r);
     kmp_read_bodies(r);
     kmp_read_closures(r);
     kmp_read_forces(r);
     kmp_read_start(r);
+    kmp_read_sensors(r);
     kmp_read_run(r);
 }
 
@@ -157,6 +160,8 @@ void kempe_model_free(kempe_model *model)
 {
     if (!model)
         return;
+    for (int k = 0; k < model->table_count; k++)
+        kmp_named_table_free(&model->tables[k]);
     kmp_arena_free(&model->arena);
     kmp_free(model);
 }

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/nearest.h"
 #include "results/checkpoint.h"
+#include "model/output_table.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
@@ -204,18 +205,10 @@ static bool copy(char **to, const char *from)
     return *to || !from;
 }
 
-static int position_count(const kempe_model *model)
-{
-    int count = 0;
-    for (int k = 0; k < model->output_count; k++)
-        count += model->outputs[k].kind == KMP_OUTPUT_POSITION;
-    return count;
-}
-
 static kempe_trajectory *trajectory_new(const job *j)
 {
     const kmp_run_spec *spec = &j->spec;
-    int reactions = 3 * j->system->model->closure_count, positions = 3 * position_count(j->system->model);
+    int reactions = 3 * j->system->model->closure_count, shown = kmp_outputs_width(j->system->model);
     kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
     if (!t)
         return NULL;
@@ -223,8 +216,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     t->verdict = kmp_verdict_none();
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     t->reaction = KMP_NEW(double, reactions);
-    t->position = KMP_NEW(double, positions);
-    if (!t->reaction || !t->position || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
+    t->shown = KMP_NEW(double, shown);
+    if (!t->reaction || !t->shown || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
         !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
         !copy(&t->backend, spec->backend) || !copy(&t->source, j->run->reference)) {
         kempe_trajectory_free(t);
@@ -232,8 +225,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     }
     for (int k = 0; k < reactions; k++)
         t->reaction[k] = NAN;
-    for (int k = 0; k < positions; k++)
-        t->position[k] = NAN;
+    for (int k = 0; k < shown; k++)
+        t->shown[k] = NAN;
     return t;
 }
 
@@ -247,7 +240,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
         kmp_free(names[k]);
     kmp_samples_free(&trajectory->table);
     kmp_free(trajectory->reaction);
-    kmp_free(trajectory->position);
+    kmp_free(trajectory->shown);
     kmp_free(trajectory);
 }
 
@@ -266,10 +259,18 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     return t->status;
 }
 
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row)
+{
+    return kmp_plant_shown(plant, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+}
+
 static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
 {
     const kempe_model *model = t->system->model;
-    int last = t->table.rows - 1, positions = position_count(model);
+    int last = t->table.rows - 1, shown = kmp_outputs_width(model);
     if (last < 0)
         return;
     double time = kmp_samples_time(&t->table, last);
@@ -277,8 +278,8 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
     if (model->closure_count > 0)
         memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
                3 * (size_t)model->closure_count * sizeof(double));
-    if (positions > 0)
-        memcpy(t->position, kmp_plant_positions(plant, time, q), 3 * (size_t)positions * sizeof(double));
+    if (shown > 0)
+        memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
 }
 
 static kempe_status judge(kempe_trajectory *t, const job *j)
