@@ -156,7 +156,7 @@ static kempe_status step(void *solver)
     memcpy(kmp_sun_data(base->out), kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
     if (kmp_sun_accept(base, t, kmp_sun_data(base->out)) != KMP_GO)
         return kmp_sun_complain(base, "CVODE", "the step's end cannot be evaluated", "accept");
-    return KEMPE_OK;
+    return kmp_sun_progress(base, "CVODE") ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 static double end_of_step(const void *solver)
