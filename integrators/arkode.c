@@ -44,6 +44,7 @@ static int configure(arkode *s)
     int bad = KMP_SUN_ARK(SetUserData)(s->memory, s);
     bad = bad ? bad : KMP_SUN_ARK(SVtolerances)(s->memory, s->base.tolerance.rtol, s->base.atol);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxNumSteps)(s->memory, -1);
+    bad = bad ? bad : KMP_SUN_ARK(SetMaxHnilWarns)(s->memory, -1);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxErrTestFails)(s->memory, 20);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxConvFails)(s->memory, 20);
     if (s->implicit)
@@ -138,7 +139,7 @@ static kmp_solver_work work(const void *solver)
     (void)KMP_SUN_ARK(GetNumErrTestFails)(s->memory, &w.rejected);
     if (s->implicit) {
         (void)KMP_SUN_ARK(GetNumNonlinSolvIters)(s->memory, &w.newton);
-        (void)KMP_SUN_ARK(GetNumNonlinSolvConvFails)(s->memory, &failures);
+        (void)KMP_SUN_ARK(GetNumStepSolveFails)(s->memory, &failures);
         (void)KMP_SUN_ARK(GetNumJacEvals)(s->memory, &w.matrices);
         (void)KMP_SUN_ARK(GetNumLinSolvSetups)(s->memory, &w.factorizations);
         w.refused = failures + s->before.refused;
