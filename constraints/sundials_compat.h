@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides what differs between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing (Kempe turns
- * return flags into sentences itself), codes of linear solvers, names of ARKODE's functions. For the adapters of this folder and of constraints/. */
+ * return flags into sentences itself), codes of linear solvers, names of ARKODE's functions. For the adapters of this
+ * folder and of constraints/. */
 #ifndef KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
 #define KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
 
