@@ -5,20 +5,42 @@
 #include "constraints/kinds/kind.h"
 #include "dynamics/forces.h"
 #include "symbolic/derivative.h"
+#include <math.h>
 
 /* -- closures ---------------------------------------------------------------------------------------- */
 
-/* A row without coordinates: 0 = 0 is dropped, anything else can never be met. */
+/* What the points' components, summed along the loops, may leave of a zero. */
+#define ROUNDING 1e-13
+
+/* The largest component of any point of the model. */
+static double size_of_points(const kempe_model *model)
+{
+    double size = 0;
+    for (int k = 0; k < model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            size = fmax(size, fabs(model->points[k].at[i].value));
+    return size;
+}
+
+/* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
 static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
 {
     double gap = 0;
     if (h == KMP_ZERO)
         return KEMPE_OK;
-    (void)kmp_is_const(eq->graph, h, &gap);
-    return kmp_complain(eq->context, eq->model->file, closure->place.line, closure->place.column,
+    if (kmp_is_const(eq->graph, h, &gap) && fabs(gap) <= ROUNDING * size_of_points(eq->model))
+        return KEMPE_OK;
+    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
                         "move one of its points",
                         closure->name, "xyz???"[component], gap);
+}
+
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind)
+{
+    if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
+        return kind->length_power;
+    return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
 static kempe_status derive_rows(kmp_equations *eq)
@@ -36,7 +58,7 @@ static kempe_status derive_rows(kmp_equations *eq)
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, kind->length_power};
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind)};
             } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
                 status = KEMPE_E_INPUT;
             }

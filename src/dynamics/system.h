@@ -42,7 +42,7 @@ struct kempe_system {
     char **row_names;
     kmp_pattern jacobian, mass;
     bool rheonomic;   /* h depends on t */
-    bool dissipative; /* some force is not conservative */
+    bool dissipative; /* some force is not conservative, or a closure that moves does work */
     kmp_program *motion, *judge;
     double length;      /* characteristic length, m */
     double *scale;      /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
