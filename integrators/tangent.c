@@ -191,7 +191,8 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     gather g = {.t = tangents};
-    kempe_status status = kmp_equations_init(&g.eq, system->model, sets, KMP_SCHEME_COMPOSITE, false);
+    kmp_events events = system->events; /* the system has met all conditions: none is added */
+    kempe_status status = kmp_equations_init_smooth(&g.eq, system->model, sets, KMP_SCHEME_COMPOSITE, &events);
     if (status != KEMPE_OK)
         return status;
     bool ok = collect_values(&g, values);
@@ -227,6 +228,8 @@ static const double *run(kmp_machine *machine, const kmp_instant *at)
     kmp_machine_set(machine, KMP_IN_QD, at->qd);
     kmp_machine_set(machine, KMP_IN_QDD, at->qdd);
     kmp_machine_set(machine, KMP_IN_LAMBDA, at->lambda);
+    if (at->mode)
+        kmp_machine_set(machine, KMP_IN_MODE, at->mode);
     if (at->mu)
         kmp_machine_set(machine, KMP_IN_MU, at->mu);
     return kmp_machine_run(machine, 1);

@@ -55,6 +55,7 @@ typedef struct kmp_tangents {
 typedef struct kmp_instant {
     double t;
     const double *q, *qd, *qdd, *lambda, *mu;
+    const double *mode; /* of the conditions, NULL when there are none */
 } kmp_instant;
 
 /** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */

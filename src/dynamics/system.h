@@ -45,11 +45,14 @@ struct kempe_system {
     bool rheonomic;   /* h depends on t */
     bool dissipative; /* some force is not conservative, or a closure that moves does work */
     kmp_program *motion, *judge;
-    double length;      /* characteristic length, m */
-    double *scale;      /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
-    double *row_scale;  /* m: size of a closure row */
-    double *parameters; /* values */
-    double build_s;     /* CPU time of deriving */
+    kmp_events events;    /* conditions: inputs KMP_IN_MODE of both programs */
+    kmp_program *changes; /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
+    char **event_text;    /* events.count: "'motor': q(A) < 0.2" */
+    double length;        /* characteristic length, m */
+    double *scale;        /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
+    double *row_scale;    /* m: size of a closure row */
+    double *parameters;   /* values */
+    double build_s;       /* CPU time of deriving */
 };
 
 #endif
