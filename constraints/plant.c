@@ -200,6 +200,24 @@ const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
     return kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
 }
 
+const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+                              const double *lambda)
+{
+    kmp_machine_set(plant->judge, KMP_IN_QD, qd);
+    kmp_machine_set(plant->judge, KMP_IN_QDD, qdd);
+    (void)kmp_plant_reactions(plant, t, q, lambda);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
+    return kmp_machine_run(plant->judge, KMP_STAGE_SHOWN);
+}
+
+double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda)
+{
+    double power = 0;
+    for (int r = 0; plant->h_t && r < plant->m; r++)
+        power -= lambda[r] * plant->h_t[r];
+    return power;
+}
+
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)
 {
     const kmp_pattern *p = &plant->system->mass;

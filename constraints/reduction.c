@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/reduction.h"
 #include "base/memory.h"
-#include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
+/* A scaled |h| that is rounding alone, and one that may be where corrections no longer shrink. */
+#define ROUNDING       4e-16
+#define MOSTLY_ROUNDED 2e-14
 
 /* -- setting up -------------------------------------------------------------------------------------- */
 
@@ -25,10 +27,9 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->force = KMP_NEW(double, n);
     red->mx = KMP_NEW(double, n *p);
     red->mr = KMP_NEW(double, p *p);
-    red->fr = KMP_NEW(double, p);
     red->dv = KMP_NEW(double, r);
     return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->jv && red->bvu &&
-           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->fr && red->dv;
+           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
 }
 
 /* Position of `value` in an ascending list, -1 when absent. */
@@ -101,7 +102,6 @@ void kmp_reduction_free(kmp_reduction *red)
     kmp_free(red->force);
     kmp_free(red->mx);
     kmp_free(red->mr);
-    kmp_free(red->fr);
     kmp_free(red->dv);
     *red = (kmp_reduction){0};
 }
@@ -271,9 +271,9 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
         kmp_reduction_correction(red);
         red->newton++;
         double size = measure(red, w, &weighted);
-        bool done = size <= floor_ || (w && weighted <= fraction);
+        bool done = size <= floor_ || (w && weighted <= fraction) || kmp_plant_residual(red->plant) <= ROUNDING;
         if (!done && (size > 0.9 * last || size == INFINITY))
-            return 1;
+            return size == INFINITY || kmp_plant_residual(red->plant) > MOSTLY_ROUNDED;
         for (int i = 0; i < red->r; i++)
             q[red->part->v[i]] += red->dv[i];
         if (done)
@@ -299,4 +299,48 @@ double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
             }
         }
     return worst;
+}
+
+/* -- counts ------------------------------------------------------------------------------------------ */
+
+static void count(kmp_counts *c, long times, kmp_flops f)
+{
+    c->add += times * f.add;
+    c->mul += times * f.mul;
+    c->div += times * f.div;
+    c->other += times * f.root;
+}
+
+static void count_products(kmp_counts *c, long products)
+{
+    count(c, 1, (kmp_flops){.add = products, .mul = products});
+}
+
+/* Of add_mass_times. */
+static long mass_products(const kmp_plant *plant)
+{
+    const kmp_pattern *m = &plant->system->mass;
+    long products = 0;
+    for (int k = 0; k < m->count; k++)
+        products += m->row[k] == m->col[k] ? 1 : 2;
+    return products;
+}
+
+kmp_counts kmp_reduction_count(const kmp_reduction *red)
+{
+    kmp_counts c = {0};
+    long n = red->n, p = red->p, mass = mass_products(red->plant);
+    if (red->r > 0) {
+        count(&c, 1, kmp_block_factor_flops(red->block));
+        /* The columns of Bvu, x_t, a0. */
+        count(&c, p + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        count_products(&c, mass);
+    }
+    count_products(&c, n * p);                                /* rates */
+    count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
+    count(&c, 1, kmp_cholesky_factor_flops(red->p));
+    count(&c, 1, kmp_cholesky_solve_flops(red->p));
+    c.paper = c.add + c.mul + c.div;
+    c.robotran = c.paper + c.other;
+    return c;
 }

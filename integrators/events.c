@@ -27,25 +27,39 @@ struct kmp_crossing {
     long count;
 };
 
+bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, void *solver)
+{
+    int n = c->s->n;
+    double *y = KMP_NEW(double, 2 * road->size + 3 * n + c->s->m);
+    if (!y)
+        return false;
+    kmp_free(c->y);
+    c->road = road;
+    c->kind = kind;
+    c->solver = solver;
+    c->y = y;
+    c->yp = y + road->size;
+    c->q = c->yp + road->size;
+    c->qd = c->q + n;
+    c->qdd = c->qd + n;
+    c->lambda = c->qdd + n;
+    return true;
+}
+
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
                                const kmp_solver_kind *kind, void *solver)
 {
     kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.s = system, .plant = plant, .road = road, .kind = kind, .solver = solver};
-    c->y = KMP_NEW(double, 2 * road->size + 3 * system->n + system->m);
+    *c = (kmp_crossing){.s = system, .plant = plant};
+    bool ok = kmp_crossing_move(c, road, kind, solver);
     c->change = KMP_NEW(double, 2 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
-    if (!c->y || !c->change || !c->repeats) {
+    if (!ok || !c->change || !c->repeats) {
         kmp_crossing_free(c);
         return NULL;
     }
-    c->yp = c->y + road->size;
-    c->q = c->yp + road->size;
-    c->qd = c->q + system->n;
-    c->qdd = c->qd + system->n;
-    c->lambda = c->qdd + system->n;
     c->last = c->change + system->events.count;
     for (int k = 0; k < system->events.count; k++)
         c->last[k] = -INFINITY;

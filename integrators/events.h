@@ -14,6 +14,9 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
                                const kmp_solver_kind *kind, void *solver);
 void kmp_crossing_free(kmp_crossing *crossing);
 
+/** Goes on with another road and integrator. false: no memory. */
+bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_kind *kind, void *solver);
+
 /** Looks for the earliest event of the last step. *t is where, just beyond the change; left alone when there is none.
  */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);

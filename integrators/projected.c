@@ -19,6 +19,7 @@ typedef struct projected {
     bool has_work;
     int n, m;
     double *violation; /* m */
+    double *lambda;    /* m: where closures move */
     double *dx;        /* n */
     double *q, *qd;    /* n */
     double rtol, atol;
@@ -40,12 +41,12 @@ static int rhs(void *self, double t, const double *y, double *dy)
     if (place(d, t, y, y + n) != KMP_GO)
         return KMP_RETRY;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
-    kmp_saddle_accelerations(&d->saddle, dy + n, NULL);
+    kmp_saddle_accelerations(&d->saddle, dy + n, d->s->rheonomic ? d->lambda : NULL);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n);
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
 }
 
@@ -76,6 +77,17 @@ static int check_redundant(projected *d, double t)
     return KMP_GO;
 }
 
+/* Whether a correction stays within the error weights. */
+static bool is_small(int n, const double *dx, const double *w)
+{
+    for (int i = 0; i < n; i++)
+        if (!(fabs(dx[i]) <= CORRECTION_LIMIT * w[i]))
+            return false;
+    return true;
+}
+
+/* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
+ * would swallow them: such a step is refused too. On refusal y is as it was. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     projected *d = self;
@@ -83,19 +95,28 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     (void)dy;
     if (check_redundant(d, t) != KMP_GO)
         return KMP_HALT;
+    kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
+    if (!is_small(n, d->dx, w))
+        return KMP_RETRY;
+    for (int i = 0; i < n; i++)
+        d->q[i] = y[i] + d->dx[i];
+    kmp_plant_closure(d->plant, t, d->q);
     rate_violation(d, y + n);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
-    memcpy(d->violation, d->plant->h, (size_t)d->m * sizeof *d->violation);
-    kmp_saddle_correction(&d->saddle, d->violation, d->dx);
-    for (int i = 0; i < n; i++)
-        if (!(fabs(d->dx[i]) <= CORRECTION_LIMIT * w[i]))
-            return KMP_RETRY;
+    if (!is_small(n, d->qd, w + n))
+        return KMP_RETRY;
     for (int i = 0; i < n; i++) {
-        y[i] += d->dx[i];
+        y[i] = d->q[i];
         y[n + i] += d->qd[i];
     }
     d->road.factorizations = d->saddle.factorizations;
     return KMP_GO;
+}
+
+static void position(kmp_road *road, double t, const double *y, double *q)
+{
+    (void)t;
+    memcpy(q, y, (size_t)((projected *)road)->n * sizeof *q);
 }
 
 /* Rows between steps are projected too, to round-off. */
@@ -145,6 +166,7 @@ static void release(kmp_road *road)
     kmp_free(road->y);
     kmp_free(road->atol);
     kmp_free(d->violation);
+    kmp_free(d->lambda);
     kmp_free(d->dx);
     kmp_free(d->q);
     kmp_free(d->qd);
@@ -156,10 +178,11 @@ static bool allocate(projected *d)
     d->road.y = KMP_NEW(double, d->road.size);
     d->road.atol = KMP_NEW(double, d->road.size);
     d->violation = KMP_NEW(double, d->m);
+    d->lambda = KMP_NEW(double, d->m);
     d->dx = KMP_NEW(double, d->n);
     d->q = KMP_NEW(double, d->n);
     d->qd = KMP_NEW(double, d->n);
-    return d->road.y && d->road.atol && d->violation && d->dx && d->q && d->qd &&
+    return d->road.y && d->road.atol && d->violation && d->lambda && d->dx && d->q && d->qd &&
            kmp_saddle_init(&d->saddle, d->plant, d->part);
 }
 
@@ -181,6 +204,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->atol = start->atol;
     d->road.release = release;
     d->road.row = row;
+    d->road.position = position;
     d->road.resume = resume;
     d->road.size = 2 * n + d->has_work;
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
@@ -195,8 +219,10 @@ static kmp_road *create(const kmp_road_start *start)
         d->road.atol[i] = start->atol * d->s->scale[i];
         d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
     }
-    if (d->has_work)
+    if (d->has_work) {
+        d->road.y[2 * n] = start->work;
         d->road.atol[2 * n] = 1e300; /* judged, not controlled */
+    }
     return &d->road;
 }
 

@@ -27,6 +27,7 @@ typedef struct kmp_solver_kind {
     const char *name;
     bool dae;      /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
     bool corrects; /* lets `accept` correct y and refuse a step: one-step methods */
+    bool implicit; /* uses the Jacobian of the ODE when there is one */
     bool standard; /* compare runs it unasked */
 
     /** NULL after a message. What `setup` points to outlives the solver. */
@@ -53,6 +54,10 @@ typedef struct kmp_solver_kind {
 /** Row k of the table, NULL after the last; by name, NULL when there is none. */
 const kmp_solver_kind *kmp_solver_get(int k);
 const kmp_solver_kind *kmp_solver_find(const char *name);
+
+/** After a step of length h with `left` to go: true when more than 100 steps in a row (counted in *hopeless, 0 at a
+ * start) would each have to be made 1e9 times to reach the end. An integrator gives up then. */
+bool kmp_solver_collapsed(int *hopeless, double h, double left);
 
 /** Whether a linear solver of that name exists ("auto" does), and all names, comma-separated. */
 bool kmp_linear_known(const char *name);

@@ -32,14 +32,26 @@ typedef struct segment {
     uint32_t record, angle, special; /* the first of each; the next segment's are the end */
 } segment;
 
-typedef struct output {
+/* An output that no instruction of its stage computes straight into its place. */
+typedef struct copy {
+    uint32_t from, to;
+    double factor; /* 1 or -1 */
+} copy;
+
+/* An item of the list that an implicit block takes. */
+typedef struct argument {
     uint32_t slot;
     double factor; /* 1 or -1 */
-} output;
+} argument;
+
+/* An input: where its value goes and where in the vector given it stands. */
+typedef struct feed {
+    uint32_t slot, index;
+} feed;
 
 typedef struct tape {
     const kmp_program *program;
-    double *v; /* slots: 1, -1, -0, constants, their negatives where asked, inputs, instructions */
+    double *v; /* slots: 1, -1, -0, waste, constants, inputs, instructions, outputs, negatives of constants as asked */
     uint32_t slots;
     record16 *narrow; /* one of the two */
     record32 *wide;
@@ -52,11 +64,14 @@ typedef struct tape {
     segment *segments;
     uint32_t segment_count;
     uint32_t *stage; /* stages + 1: first segment */
-    output *output;
-    double *out;
-    kmp_solving **solving; /* of each block */
-    output *argument;      /* of implicit instructions, one after another */
-    uint32_t arguments;
+    copy *copies;
+    uint32_t *copy_start; /* stages + 1: first copy */
+    double *out;          /* the outputs' slots */
+    feed *feeds;
+    int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
+    kmp_solving **solving;            /* of each block */
+    argument *arguments;              /* of implicit instructions, one after another */
+    uint32_t argument_count;
 } tape;
 
 enum { SLOT_ONE, SLOT_MINUS_ONE, SLOT_MINUS_ZERO, SLOT_WASTE, FIRST_SLOT };
@@ -74,6 +89,7 @@ typedef struct builder {
     uint8_t *fuse_b;    /* a sum that takes over: 1 its first, 2 its second operand */
     uint32_t *negative; /* by constant: slot of its negative, 0 when none */
     int *stage_of;
+    uint32_t *slot; /* by value */
 } builder;
 
 static bool is_record(uint8_t op)
@@ -90,8 +106,7 @@ static int instruction_of(const builder *b, uint32_t operand)
 
 static uint32_t slot_of(const builder *b, uint32_t operand)
 {
-    (void)b;
-    return FIRST_SLOT + (operand >> 1);
+    return b->slot[operand >> 1];
 }
 
 /* Segment in which an operand is known, seen from a stage: 0 for leaves and earlier stages. */
@@ -229,10 +244,10 @@ static void write_arguments(builder *b, special *s, const kmp_instruction *in)
 {
     tape *t = b->t;
     uint32_t list = in->a;
-    s->operand[0] = t->arguments;
+    s->operand[0] = t->argument_count;
     for (int l = 0; l < b->p->block[in->b].arguments; l++) {
         const kmp_instruction *item = &b->p->instruction[instruction_of(b, list)];
-        t->argument[t->arguments++] = (output){slot_of(b, item->a), item->a & 1 ? -1 : 1};
+        t->arguments[t->argument_count++] = (argument){slot_of(b, item->a), item->a & 1 ? -1 : 1};
         list = item->b;
     }
 }
@@ -294,9 +309,9 @@ static bool allocate_blocks(builder *b)
     for (int i = 0; i < p->code[p->stages]; i++)
         if (p->instruction[i].op == KMP_OP_IMPLICIT)
             count += (size_t)p->block[p->instruction[i].b].arguments;
-    t->argument = KMP_NEW(output, count);
+    t->arguments = KMP_NEW(argument, count);
     t->solving = KMP_NEW(kmp_solving *, p->block_count);
-    bool ok = t->argument && t->solving;
+    bool ok = t->arguments && t->solving;
     for (int k = 0; ok && k < p->block_count; k++)
         ok = (t->solving[k] = kmp_solving_new(&p->block[k])) != NULL;
     return ok;
@@ -305,8 +320,8 @@ static bool allocate_blocks(builder *b)
 static bool allocate_code(builder *b)
 {
     tape *t = b->t;
-    uint32_t code = (uint32_t)b->p->code[b->p->stages];
-    t->slots = FIRST_SLOT + (uint32_t)b->leaves + code;
+    uint32_t code = (uint32_t)b->p->code[b->p->stages], outputs = (uint32_t)b->p->outputs[b->p->stages];
+    t->slots = FIRST_SLOT + (uint32_t)b->leaves + code + outputs;
     uint32_t capacity = t->slots + (uint32_t)b->p->constant_count;
     t->v = KMP_NEW(double, capacity);
     if (capacity <= UINT16_MAX)
@@ -320,15 +335,57 @@ static bool allocate_code(builder *b)
     t->lane = KMP_NEW(double, 3 * code);
     t->segments = KMP_NEW(segment, count_segments(b));
     t->stage = KMP_NEW(uint32_t, b->p->stages + 1);
-    t->output = KMP_NEW(output, b->p->outputs[b->p->stages]);
-    t->out = KMP_NEW(double, b->p->outputs[b->p->stages]);
+    t->copies = KMP_NEW(copy, outputs);
+    t->copy_start = KMP_NEW(uint32_t, b->p->stages + 1);
+    t->feeds = KMP_NEW(feed, b->p->input_count);
     return t->v && (t->narrow || t->wide) && t->specials && t->angle && t->sine && t->cosine && t->lane &&
-           t->segments && t->stage && t->output && t->out;
+           t->segments && t->stage && t->copies && t->copy_start && t->feeds;
+}
+
+/* Every value has its slot; an instruction that is an output of its own stage computes straight into its place among
+ * the outputs, the other outputs are copied at the end of the stage. */
+static void place_values(builder *b)
+{
+    tape *t = b->t;
+    const kmp_program *p = b->p;
+    uint32_t values = (uint32_t)(b->leaves + p->code[p->stages]), first = FIRST_SLOT + values, copies = 0;
+    t->out = t->v + first;
+    for (uint32_t k = 0; k < values; k++)
+        b->slot[k] = FIRST_SLOT + k;
+    for (int s = 0; s < p->stages; s++) {
+        t->copy_start[s] = copies;
+        for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
+            uint32_t value = p->output[k] >> 1, to = first + (uint32_t)k;
+            int i = instruction_of(b, p->output[k]);
+            if (i >= 0 && !(p->output[k] & 1) && b->stage_of[i] == s && b->slot[value] < first)
+                b->slot[value] = to;
+            else
+                t->copies[copies++] = (copy){value, to, p->output[k] & 1 ? -1 : 1};
+        }
+    }
+    t->copy_start[p->stages] = copies;
+    for (uint32_t k = 0; k < copies; k++)
+        t->copies[k].from = b->slot[t->copies[k].from];
+}
+
+static void place_inputs(builder *b)
+{
+    const kmp_program *p = b->p;
+    int count = 0;
+    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
+        b->t->feed_start[kind] = count;
+        for (int k = 0; k < p->input_count; k++)
+            if ((int)p->input[k].kind == kind)
+                b->t->feeds[count++] = (feed){b->slot[p->constant_count + k], p->input[k].index};
+    }
+    b->t->feed_start[KMP_IN_COUNT] = count;
 }
 
 static void write_code(builder *b)
 {
     tape *t = b->t;
+    place_values(b);
+    place_inputs(b);
     t->v[SLOT_ONE] = 1;
     t->v[SLOT_MINUS_ONE] = -1;
     t->v[SLOT_MINUS_ZERO] = -0.0;
@@ -340,8 +397,6 @@ static void write_code(builder *b)
     }
     t->stage[b->p->stages] = t->segment_count;
     t->segments[t->segment_count] = (segment){t->records, t->angles, t->special_count};
-    for (int k = 0; k < b->p->outputs[b->p->stages]; k++)
-        t->output[k] = (output){slot_of(b, b->p->output[k]), b->p->output[k] & 1 ? -1 : 1};
 }
 
 static bool begin(builder *b, const kmp_program *p)
@@ -356,7 +411,8 @@ static bool begin(builder *b, const kmp_program *p)
     b->fuse_b = KMP_NEW(uint8_t, code);
     b->negative = KMP_NEW(uint32_t, p->constant_count);
     b->stage_of = KMP_NEW(int, code);
-    return b->t && b->depth && b->uses && b->fused && b->fuse_b && b->negative && b->stage_of;
+    b->slot = KMP_NEW(uint32_t, b->leaves + code);
+    return b->t && b->depth && b->uses && b->fused && b->fuse_b && b->negative && b->stage_of && b->slot;
 }
 
 static void release(void *code)
@@ -374,12 +430,13 @@ static void release(void *code)
     kmp_free(t->lane);
     kmp_free(t->segments);
     kmp_free(t->stage);
-    kmp_free(t->output);
-    kmp_free(t->out);
+    kmp_free(t->copies);
+    kmp_free(t->copy_start);
+    kmp_free(t->feeds);
     for (int k = 0; t->solving && k < t->program->block_count; k++)
         kmp_solving_free(t->solving[k]);
     kmp_free(t->solving);
-    kmp_free(t->argument);
+    kmp_free(t->arguments);
     kmp_free(t);
 }
 
@@ -400,6 +457,7 @@ static void *prepare(const kmp_program *p)
     kmp_free(b.fuse_b);
     kmp_free(b.negative);
     kmp_free(b.stage_of);
+    kmp_free(b.slot);
     if (ok)
         return b.t;
     release(b.t);
@@ -411,11 +469,8 @@ static void *prepare(const kmp_program *p)
 static void set(void *code, kmp_input_kind kind, const double *values)
 {
     tape *t = code;
-    const kmp_program *p = t->program;
-    double *v = t->v + FIRST_SLOT + p->constant_count;
-    for (int k = 0; k < p->input_count; k++)
-        if (p->input[k].kind == kind)
-            v[k] = values[p->input[k].index];
+    for (int k = t->feed_start[kind]; k < t->feed_start[kind + 1]; k++)
+        t->v[t->feeds[k].slot] = values[t->feeds[k].index];
 }
 
 static void run_narrow(const record16 *r, const record16 *end, double *v)
@@ -449,7 +504,7 @@ static double run_implicit(const tape *t, const special *s)
     kmp_solving *solving = t->solving[in->b];
     double *p = kmp_solving_arguments(solving);
     for (int l = 0; l < t->program->block[in->b].arguments; l++) {
-        const output *a = &t->argument[s->operand[0] + (uint32_t)l];
+        const argument *a = &t->arguments[s->operand[0] + (uint32_t)l];
         p[l] = t->v[a->slot] * a->factor;
     }
     return kmp_solving_value(solving, (int)in->c);
@@ -486,8 +541,8 @@ static void run(void *code, int stage)
         for (uint32_t i = here->special; i < next->special; i++)
             run_special(t, &t->specials[i], t->v);
     }
-    for (int k = t->program->outputs[stage]; k < t->program->outputs[stage + 1]; k++)
-        t->out[k] = t->v[t->output[k].slot] * t->output[k].factor;
+    for (uint32_t k = t->copy_start[stage]; k < t->copy_start[stage + 1]; k++)
+        t->v[t->copies[k].to] = t->v[t->copies[k].from] * t->copies[k].factor;
 }
 
 static const double *outputs(const void *code, int stage)

@@ -4,21 +4,45 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/forces.h"
+#include "dynamics/outputs.h"
+#include "model/output_table.h"
 #include "symbolic/derivative.h"
+#include <math.h>
 
 /* -- closures ---------------------------------------------------------------------------------------- */
 
-/* A row without coordinates: 0 = 0 is dropped, anything else can never be met. */
+/* What the points' components, summed along the loops, may leave of a zero. */
+#define ROUNDING 1e-13
+
+/* The largest component of any point of the model. */
+static double size_of_points(const kempe_model *model)
+{
+    double size = 0;
+    for (int k = 0; k < model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            size = fmax(size, fabs(model->points[k].at[i].value));
+    return size;
+}
+
+/* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
 static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
 {
     double gap = 0;
     if (h == KMP_ZERO)
         return KEMPE_OK;
-    (void)kmp_is_const(eq->graph, h, &gap);
-    return kmp_complain(eq->context, eq->model->file, closure->place.line, closure->place.column,
+    if (kmp_is_const(eq->graph, h, &gap) && fabs(gap) <= ROUNDING * size_of_points(eq->model))
+        return KEMPE_OK;
+    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
                         "move one of its points",
                         closure->name, "xyz???"[component], gap);
+}
+
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind)
+{
+    if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
+        return kind->length_power;
+    return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
 static kempe_status derive_rows(kmp_equations *eq)
@@ -36,7 +60,7 @@ static kempe_status derive_rows(kmp_equations *eq)
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, kind->length_power};
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind)};
             } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
                 status = KEMPE_E_INPUT;
             }
@@ -155,18 +179,6 @@ static void derive_reactions(kmp_equations *eq)
     }
 }
 
-static void derive_positions(kmp_equations *eq)
-{
-    for (int o = 0; o < eq->model->output_count; o++) {
-        if (eq->model->outputs[o].kind != KMP_OUTPUT_POSITION)
-            continue;
-        kmp_vec x = kmp_point_position(&eq->tree, eq->model->outputs[o].index, 0);
-        for (int k = 0; k < 3; k++)
-            eq->position[3 * eq->position_count + k] = x.x[k];
-        eq->position_count++;
-    }
-}
-
 /* -- all together ------------------------------------------------------------------------------------ */
 
 static bool allocate(kmp_equations *eq)
@@ -185,13 +197,14 @@ static bool allocate(kmp_equations *eq)
     eq->hdot = KMP_NEW(kmp_ref, rows);
     eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
     eq->position = KMP_NEW(kmp_ref, 3 * model->output_count);
+    eq->shown = KMP_NEW(kmp_ref, kmp_outputs_width(model));
     return eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
-           eq->jt_mu && eq->hdot && eq->reaction && eq->position;
+           eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
 }
 
 static kempe_status derive_closures(kmp_equations *eq, unsigned sets)
 {
-    const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION;
+    const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing))
         return KEMPE_OK;
     kempe_status status = derive_rows(eq);
@@ -211,14 +224,17 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     kmp_mass_scheme *mass = scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
     if (sets & KMP_SET_MASS && !mass(&eq->tree, eq->mass))
         return kmp_fail_memory(eq->context);
-    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_ENERGY)))
-        return KEMPE_OK;
-    if (!kmp_forces_init(&forces, &eq->tree, sets & KMP_SET_ENERGY))
+    bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
+    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL)) && !energy)
+        return !(sets & KMP_SET_OUTPUT) || kmp_outputs_derive(eq, NULL) ? KEMPE_OK : kmp_fail_memory(eq->context);
+    if (!kmp_forces_init(&forces, &eq->tree, energy))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
         status = derive_bias(eq, &forces);
     if (status == KEMPE_OK && sets & KMP_SET_RESIDUAL)
         status = derive_residual(eq, &forces);
+    if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
+        status = kmp_fail_memory(eq->context);
     eq->potential = forces.potential;
     eq->power = forces.power;
     kmp_forces_free(&forces);
@@ -238,8 +254,6 @@ static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned s
         status = derive_closures(eq, sets);
     if (status == KEMPE_OK)
         status = derive_dynamics(eq, sets, scheme);
-    if (status == KEMPE_OK && sets & KMP_SET_OUTPUT)
-        derive_positions(eq);
     if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
         status = kmp_fail_memory(eq->context);
     if (status != KEMPE_OK)
@@ -275,5 +289,6 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_free(eq->hdot);
     kmp_free(eq->reaction);
     kmp_free(eq->position);
+    kmp_free(eq->shown);
     *eq = (kmp_equations){0};
 }

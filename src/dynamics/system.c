@@ -45,7 +45,7 @@ static double characteristic_length(const kempe_model *model)
     for (int c = 0; c < model->closure_count; c++) {
         length = fmax(length, model->closures[c].length.value);
         for (int k = 0; k < 2; k++)
-            if (model->points[model->closures[c].point[k]].body > 0)
+            if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
                 length = fmax(length, norm3(model->points[model->closures[c].point[k]].at));
     }
     for (int k = 0; length == 0 && k < model->motion_count; k++)
@@ -104,10 +104,10 @@ static bool make_motion(kempe_system *s, kmp_equations *eq)
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
-    int count[4] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count};
-    const kmp_ref *groups[4] = {&eq->potential, &eq->power, eq->reaction, eq->position};
-    s->dissipative = eq->power != KMP_ZERO;
-    s->judge = kmp_program_new(eq->graph, 4, count, groups);
+    int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count};
+    const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, eq->shown};
+    s->dissipative = eq->power != KMP_ZERO || s->rheonomic;
+    s->judge = kmp_program_new(eq->graph, 5, count, groups);
     return s->judge;
 }
 

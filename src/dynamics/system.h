@@ -31,7 +31,8 @@ enum {
     KMP_STAGE_POTENTIAL = 1, /* t, q: potential energy */
     KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
     KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
-    KMP_STAGE_POSITION       /* q: 3 a position output */
+    KMP_STAGE_POSITION,      /* q: 3 a position output */
+    KMP_STAGE_SHOWN          /* all: what outputs show beside the table (model/output_table.h) */
 };
 
 struct kempe_system {
@@ -42,7 +43,7 @@ struct kempe_system {
     char **row_names;
     kmp_pattern jacobian, mass;
     bool rheonomic;   /* h depends on t */
-    bool dissipative; /* some force is not conservative */
+    bool dissipative; /* some force is not conservative, or a closure that moves does work */
     kmp_program *motion, *judge;
     kmp_events events;    /* conditions: inputs KMP_IN_MODE of both programs */
     kmp_program *changes; /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */

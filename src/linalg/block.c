@@ -5,7 +5,6 @@
 #include "linalg/block.h"
 
 #include "base/memory.h"
-#include "linalg/dense.h"
 
 #include <btf.h>
 #include <float.h>
@@ -18,6 +17,7 @@ struct kmp_block {
     int n, nz, count;
     int *p, *q, *start; /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
     int permutation_sign;
+    bool pairs; /* every block has two rows */
 
     double *lu; /* the dense diagonal blocks, one after another */
     int lu_size;
@@ -26,14 +26,12 @@ struct kmp_block {
     double *inverse; /* 1 / u_ii */
     int *pivot;
 
-    int off_count; /* entries of C beside the blocks, by rows */
-    int *off_start, *off_column;
+    int *off_start, *off_column; /* entries of C beside the blocks, by rows */
     double *off;
     int *target; /* entry -> place in lu, or -1 - place in off */
 
     double *scratch; /* 2 n: right-hand sides in pivoted order, two interleaved */
-    int sign;
-    double quality, smallest;
+    int sign;        /* of det A; 0: the last factorisation failed */
 };
 
 /* -- analysis -------------------------------------------------------------------------------------- */
@@ -114,6 +112,9 @@ static void place_blocks(kmp_block *b, int *row_at, int *col_at, int *block_of)
         }
     }
     b->lu_size = b->lu_start[b->count];
+    b->pairs = b->n == 2 * b->count;
+    for (int k = 0; k < b->count; k++)
+        b->pairs = b->pairs && b->start[k] == 2 * k;
 }
 
 /* Each entry's place in its diagonal block; -1 for one beside the blocks, counted in off_start[row + 1]. */
@@ -202,25 +203,42 @@ static int factor_block(int size, double *lu, int *pivot, int *order, int first,
     return 0;
 }
 
-/* Reciprocal pivots and what they say about the block. Returns 0, or 1 + the place of a pivot too small to
- * have a reciprocal. */
-static int weigh_pivots(kmp_block *b, int size, const double *lu, double *inverse)
+/* Reciprocal pivots and their sign. Returns 0, or 1 + the place of a pivot too small to have a reciprocal. */
+static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
 {
-    double low = INFINITY, high = 0.0;
     for (int i = 0; i < size; i++) {
-        double u = lu[i + i * size], s = fabs(u);
+        double u = lu[i + i * size];
         inverse[i] = 1.0 / u;
         if (!(fabs(inverse[i]) <= DBL_MAX))
             return i + 1;
-        low = s < low ? s : low;
-        high = s > high ? s : high;
-        b->sign = u < 0 ? -b->sign : b->sign;
+        *sign = u < 0 ? -*sign : *sign;
     }
-    if (low < b->smallest)
-        b->smallest = low;
-    if (low / high < b->quality)
-        b->quality = low / high;
     return 0;
+}
+
+/* Of a pivot that is neither zero, too small, infinite nor NaN. */
+static bool is_reciprocal(double x)
+{
+    return fabs(x) > 0.0 && fabs(x) <= DBL_MAX;
+}
+
+/* The same for two rows, the block of a planar loop, in one: the operations of kmp_lu_factor and of the reciprocals. */
+static int factor_pair(kmp_block *b, int k, int *sign)
+{
+    int first = b->start[k];
+    double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    int lower = fabs(lu[1]) > fabs(lu[0]);
+    double u0 = lu[lower], l = lu[1 - lower] / u0, u01 = lu[2 + lower], u1 = lu[3 - lower] - l * u01;
+    b->order[first] = first + lower;
+    b->order[first + 1] = first + 1 - lower;
+    lu[0] = u0;
+    lu[1] = l;
+    lu[2] = u01;
+    lu[3] = u1;
+    inverse[0] = 1.0 / u0;
+    inverse[1] = 1.0 / u1;
+    *sign *= (1 - 2 * lower) * (u0 < 0 ? -1 : 1) * (u1 < 0 ? -1 : 1);
+    return !is_reciprocal(inverse[0]) ? 1 : !is_reciprocal(inverse[1]) ? 2 : 0;
 }
 
 static void scatter(kmp_block *b, const double *values)
@@ -239,16 +257,15 @@ int kmp_block_factor(kmp_block *b, const double *values)
 {
     scatter(b, values);
     b->sign = b->permutation_sign;
-    b->quality = 1.0;
-    b->smallest = INFINITY;
     for (int k = 0; k < b->count; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
         double *lu = b->lu + b->lu_start[k];
-        int fault = factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
-        if (!fault)
-            fault = weigh_pivots(b, size, lu, b->inverse + first);
+        int fault = size == 2 ? factor_pair(b, k, &b->sign)
+                              : factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
+        if (!fault && size != 2)
+            fault = invert_pivots(size, lu, b->inverse + first, &b->sign);
         if (fault) {
-            b->quality = b->smallest = 0.0;
+            b->sign = 0;
             return 1 + b->q[first + fault - 1];
         }
     }
@@ -317,6 +334,29 @@ INLINE void solve_block_transposed(int lanes, int size, const double *lu, const 
         }                                                                                                              \
     } while (0)
 
+/* One right-hand side of row `row` of C, less what the later unknowns contribute. */
+INLINE double remainder_of(const kmp_block *b, int row, const double *x, const double *solved)
+{
+    double s = x[b->p[row]];
+    for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+        s -= b->off[e] * solved[b->off_column[e]];
+    return s;
+}
+
+/* The same as solve() for one right-hand side and blocks of two. */
+static void solve_pairs(const kmp_block *b, double *restrict x)
+{
+    double *restrict w = b->scratch;
+    for (int k = b->n - 2; k >= 0; k -= 2) {
+        const double *lu = b->lu + 2 * k, *inverse = b->inverse + k;
+        double s = remainder_of(b, b->order[k], x, w), r = remainder_of(b, b->order[k + 1], x, w) - lu[1] * s;
+        w[k + 1] = r * inverse[1];
+        w[k] = (s - lu[2] * w[k + 1]) * inverse[0];
+    }
+    for (int j = 0; j < b->n; j++)
+        x[b->q[j]] = w[j];
+}
+
 /* Last block first: the right-hand side less what the later unknowns contribute, then the block. */
 INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
 {
@@ -371,7 +411,9 @@ void kmp_block_solve(const kmp_block *b, int m, double *x)
 {
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
         solve(b, 2, x);
-    if (m == 1)
+    if (m == 1 && b->pairs)
+        solve_pairs(b, x);
+    else if (m == 1)
         solve(b, 1, x);
 }
 
@@ -401,12 +443,67 @@ int kmp_block_sign(const kmp_block *b)
     return b->sign;
 }
 
+/* Smallest and largest absolute pivot of block k. */
+static void weigh_pivots(const kmp_block *b, int k, double *low, double *high)
+{
+    int size = b->start[k + 1] - b->start[k];
+    *low = INFINITY;
+    *high = 0.0;
+    for (int i = 0; i < size; i++) {
+        double s = fabs(b->lu[b->lu_start[k] + i + i * size]);
+        *low = fmin(*low, s);
+        *high = fmax(*high, s);
+    }
+}
+
 double kmp_block_quality(const kmp_block *b)
 {
-    return b->quality;
+    double quality = b->sign ? 1.0 : 0.0, low, high;
+    for (int k = 0; b->sign && k < b->count; k++) {
+        weigh_pivots(b, k, &low, &high);
+        quality = fmin(quality, low / high);
+    }
+    return quality;
 }
 
 double kmp_block_smallest(const kmp_block *b)
 {
-    return b->smallest;
+    double smallest = b->sign ? INFINITY : 0.0, low, high;
+    for (int k = 0; b->sign && k < b->count; k++) {
+        weigh_pivots(b, k, &low, &high);
+        smallest = fmin(smallest, low);
+    }
+    return smallest;
+}
+
+/* -- counts ---------------------------------------------------------------------------------------- */
+
+static void accumulate(kmp_flops *sum, kmp_flops f)
+{
+    sum->add += f.add;
+    sum->mul += f.mul;
+    sum->div += f.div;
+    sum->root += f.root;
+}
+
+kmp_flops kmp_block_factor_flops(const kmp_block *b)
+{
+    kmp_flops sum = {0};
+    for (int k = 0; k < b->count; k++) {
+        int size = b->start[k + 1] - b->start[k];
+        accumulate(&sum, kmp_lu_flops(size));
+        sum.div += size;
+    }
+    return sum;
+}
+
+kmp_flops kmp_block_solve_flops(const kmp_block *b)
+{
+    long off = b->n ? b->off_start[b->n] : 0;
+    kmp_flops sum = {.add = off, .mul = off + b->n};
+    for (int k = 0; k < b->count; k++) {
+        long size = b->start[k + 1] - b->start[k], products = size * (size - 1);
+        accumulate(&sum, (kmp_flops){.add = products, .mul = products});
+    }
+    return sum;
 }

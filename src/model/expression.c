@@ -4,6 +4,7 @@
  * those who walk the tree. */
 #include "model/expression.h"
 #include "model/nearest.h"
+#include "symbolic/table.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -205,7 +206,8 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
 {
     const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: a constant is wanted", symbol);
+        return complain(p, where, "%s is not allowed here: %s is wanted", symbol,
+                        p->scope->time ? "a function of t" : "a constant");
     if (!take(p, '('))
         return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
     skip_space(p);
@@ -281,6 +283,18 @@ static const kmp_expr *parse_time(parser *p, const char *where)
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
 }
 
+static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named_table *table)
+{
+    if (!take(p, '('))
+        return complain(p, where, "table '%s' wants its argument in parentheses", table->name);
+    const kmp_expr *argument = parse_sum(p);
+    if (!argument)
+        return NULL;
+    if (!take(p, ')'))
+        return complain_wanted(p, "an operator or ')'");
+    return make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
+}
+
 static const kmp_expr *parse_word(parser *p)
 {
     const char *where = p->at;
@@ -301,6 +315,9 @@ static const kmp_expr *parse_word(parser *p)
         return complain(p, where, "'%s' is a parameter, not a function", name);
     if (index >= 0)
         return make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
+    const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
+    if (table)
+        return parse_table(p, where, table);
     if (*p->at == '(' || find_function(name) >= 0)
         return parse_call(p, where, name);
     return complain_unknown(p, where, name, false);
@@ -484,11 +501,11 @@ static double call(kmp_function function, double a, double b, double c)
     return NAN;
 }
 
-double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
 {
-    double a = expr->a ? kmp_expr_value(expr->a, parameters) : 0;
-    double b = expr->b ? kmp_expr_value(expr->b, parameters) : 0;
-    double c = expr->c ? kmp_expr_value(expr->c, parameters) : 0;
+    double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
+    double b = expr->b ? kmp_expr_value_at(expr->b, parameters, t) : 0;
+    double c = expr->c ? kmp_expr_value_at(expr->c, parameters, t) : 0;
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->value;
@@ -516,12 +533,20 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
         return a > b;
     case KMP_EXPR_AT_LEAST:
         return a >= b;
+    case KMP_EXPR_TABLE: /* one that could not be read is complained of already */
+        return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
     case KMP_EXPR_TIME:
+        return t;
     case KMP_EXPR_Q:
     case KMP_EXPR_QD:
         break;
     }
     return NAN;
+}
+
+double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+{
+    return kmp_expr_value_at(expr, parameters, NAN);
 }
 
 bool kmp_expr_is_constant(const kmp_expr *expr)
@@ -604,6 +629,11 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         break;
     case KMP_EXPR_NEG:
         print_negative(text, expr, names, place);
+        break;
+    case KMP_EXPR_TABLE:
+        kmp_text_printf(text, "%s(", expr->table->name);
+        print_within(text, expr->a, names, BIND_SUM);
+        kmp_text_put(text, ")");
         break;
     case KMP_EXPR_CALL:
         print_call(text, expr, names);

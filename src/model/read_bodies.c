@@ -213,8 +213,8 @@ static bool make_ground(kempe_model *model, int bodies)
     if (!model->bodies)
         return false;
     model->body_count = 1;
-    model->bodies[0] =
-        (kmp_body){.name = "ground", .joint = "", .place = {1, 1}, .parent = -1, .at = -1, .motion_count = 0};
+    model->bodies[0] = (kmp_body){
+        .name = "ground", .joint = "", .place = {.line = 1, .column = 1}, .parent = -1, .at = -1, .motion_count = 0};
     return true;
 }
 

@@ -56,6 +56,15 @@ static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *
     kmp_nearest_suggest(&nearest, sentence);
 }
 
+static const kmp_named_table *find_table(void *user, const char *name)
+{
+    const kempe_model *model = ((const kmp_reader *)user)->model;
+    for (int k = 0; k < model->table_count; k++)
+        if (strcmp(model->tables[k].name, name) == 0)
+            return &model->tables[k];
+    return NULL;
+}
+
 static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -76,7 +85,10 @@ static void suggest(void *user, const char *name, bool coordinate, kmp_text *sen
         suggest_parameter(user, name, sentence);
 }
 
-static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, bool constant)
+/* What may stand in an expression beside parameters. */
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE } symbols;
+
+static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, symbols allowed)
 {
     if (node->kind != KMP_NODE_SCALAR || node->empty) {
         kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
@@ -87,14 +99,15 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
     }
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
-                            .file = r->file,
+                            .file = r->model->files[node->text_place.file],
                             .line = node->text_place.line,
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = constant ? NULL : find_coordinate,
+                            .coordinate = allowed == OF_STATE ? find_coordinate : NULL,
+                            .table = find_table,
                             .suggest = suggest,
-                            .time = !constant};
+                            .time = allowed != CONSTANT};
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
         r->wrong = true;
@@ -132,7 +145,7 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, 
     }
     if (fault.at) {
         kmp_expr_print_fault(&sentence, &fault);
-        place = (kmp_place){node->text_place.line, fault.at->column};
+        place = (kmp_place){node->text_place.line, fault.at->column, node->text_place.file};
     } else {
         kmp_text_put(&sentence, "expected ");
         kmp_dimension_print(&sentence, wanted);
@@ -158,7 +171,7 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
 
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what)
 {
-    return parse(r, node, what, true);
+    return parse(r, node, what, CONSTANT);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
@@ -169,7 +182,7 @@ kmp_number kmp_number_of(const kmp_expr *expr, double value)
 
 bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number)
 {
-    const kmp_expr *expr = parse(r, node, what, true);
+    const kmp_expr *expr = parse(r, node, what, CONSTANT);
     if (!expr || !is_known(r, expr))
         return false;
     double value = kmp_expr_value(expr, r->parameter_values);
@@ -195,12 +208,26 @@ bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted)
 {
     kmp_dimension dimension;
-    const kmp_expr *expr = parse(r, node, what, false);
+    const kmp_expr *expr = parse(r, node, what, OF_STATE);
     if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
         !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
         return NULL;
     if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
+    return expr;
+}
+
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+                                  double *first)
+{
+    kmp_dimension dimension;
+    const kmp_expr *expr = parse(r, node, what, OF_TIME);
+    if (!expr || !is_known(r, expr) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return NULL;
+    double value = kmp_expr_value_at(expr, r->parameter_values, 0);
+    if (!check_finite(r, node, what, value))
+        return NULL;
+    *first = value;
     return expr;
 }
 
@@ -260,6 +287,15 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     return point;
 }
 
+int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *text = kmp_read_word(r, node, what);
+    int body = text ? kmp_find_body(r->model, text, strlen(text)) : -1;
+    if (text && body < 0)
+        complain_body(r, node->place, text, strlen(text), what);
+    return body;
+}
+
 int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);
@@ -283,17 +319,22 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, 
     return true;
 }
 
-int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what)
 {
-    const char *name = kmp_read_word(r, node, what);
-    int motion = name ? find_coordinate(r, name) : -1;
-    if (name && motion < 0) {
+    int motion = find_coordinate(r, name);
+    if (motion < 0) {
         kmp_text rest = {0};
         suggest_coordinate(r, name, &rest);
         if (rest.failed)
             r->scratch.failed = true;
-        kmp_reader_complain(r, node->place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
+        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
         kmp_text_free(&rest);
     }
     return motion;
+}
+
+int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
+    return name ? kmp_read_motion_text(r, node->place, name, what) : -1;
 }

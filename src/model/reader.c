@@ -4,12 +4,13 @@
  * The language: docs/model_format.md. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/named_table.h"
 #include "model/reading.h"
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "ground", "bodies",
-                                         "loops", "forces", "start",   "run",        NULL};
+static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "tables", "ground", "bodies",
+                                         "loops", "drives", "forces",  "sensors",    "start",  "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -54,70 +55,14 @@ static void read_parts(kmp_reader *r)
         return;
     kmp_read_map(r, r->root, "the model", model_keys);
     kmp_read_parameters(r);
+    kmp_read_tables(r);
     read_head(r);
     kmp_read_bodies(r);
     kmp_read_closures(r);
     kmp_read_forces(r);
     kmp_read_start(r);
+    kmp_read_sensors(r);
     kmp_read_run(r);
-}
-
-/* -- complaints in the order of the file ------------------------------------------------------------- */
-
-typedef struct complaint {
-    int line, column, order;
-    const char *text;
-} complaint;
-
-static int compare(const void *a, const void *b)
-{
-    const complaint *x = a, *y = b;
-    if (x->line != y->line)
-        return x->line < y->line ? -1 : 1;
-    if (x->column != y->column)
-        return x->column < y->column ? -1 : 1;
-    return x->order < y->order ? -1 : x->order > y->order;
-}
-
-static int count_lines(const char *s)
-{
-    int n = 1;
-    for (; *s; s++)
-        n += *s == '\n';
-    return n;
-}
-
-/* Cuts `text` into its lines: `head` bytes, then line:column: sentence. */
-static void split(char *text, size_t head, complaint *list, int count)
-{
-    for (int i = 0; i < count; i++) {
-        char *end = text + strcspn(text, "\n"), *rest = text;
-        bool last = *end == '\0';
-        *end = '\0';
-        list[i] = (complaint){.order = i, .text = text};
-        if (strlen(text) > head)
-            list[i].line = (int)strtol(text + head, &rest, 10);
-        if (*rest == ':')
-            list[i].column = (int)strtol(rest + 1, &rest, 10);
-        list[i].text = strncmp(rest, ": ", 2) == 0 ? rest + 2 : rest;
-        text = last ? end : end + 1;
-    }
-}
-
-static kempe_status sort_complaints(kmp_reader *r)
-{
-    kempe_status status = KEMPE_E_INPUT;
-    char *text = kmp_arena_strdup(&r->scratch, kempe_context_message(r->context));
-    int count = text ? count_lines(text) : 0;
-    complaint *list = KMP_ARENA_NEW(&r->scratch, complaint, count);
-    if (!text || !list)
-        return KEMPE_E_MEMORY;
-    split(text, strlen(r->file) + 1, list, count);
-    qsort(list, (size_t)count, sizeof *list, compare);
-    kmp_context_clear(r->context);
-    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
-        status = kmp_complain(r->context, r->file, list[i].line, list[i].column, "%s", list[i].text);
-    return status;
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */
@@ -143,23 +88,31 @@ static kempe_status fail_memory(kempe_context *context)
 
 static kempe_status read_document(kmp_reader *r, const char *text, size_t length)
 {
-    kempe_status status = kmp_yaml_load(r->context, &r->scratch, r->file, text, length, &r->root);
+    kempe_status status = kmp_yaml_load(r->context, &r->scratch, r->file, 0, text, length, &r->root);
     if (r->root && status != KEMPE_E_MEMORY)
         read_parts(r);
     bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
     if (memory && (status != KEMPE_OK || r->wrong)) {
-        status = sort_complaints(r);
+        status = kmp_reader_sort_complaints(r);
         memory = status != KEMPE_E_MEMORY;
     }
     return memory ? status : fail_memory(r->context);
 }
 
+typedef struct settings {
+    const kempe_setting *list;
+    int count;
+} settings;
+
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
-                               kempe_model **model)
+                               settings given, kempe_model **model)
 {
-    kmp_reader r = {.context = context, .model = new_model(context, label)};
-    if (!r.model)
+    kmp_reader r = {
+        .context = context, .model = new_model(context, label), .settings = given.list, .setting_count = given.count};
+    if (!r.model || kmp_reader_add_file(&r, label) < 0) {
+        kempe_model_free(r.model);
         return kmp_fail_memory(context);
+    }
     r.file = r.model->file;
     kempe_status status = read_document(&r, text, length);
     kmp_arena_free(&r.scratch);
@@ -170,7 +123,8 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
     return status;
 }
 
-kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
+kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                                  kempe_model **model)
 {
     char *text;
     size_t length;
@@ -178,15 +132,26 @@ kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_mo
     kempe_status status = kmp_file_read(context, path, &text, &length);
     if (status != KEMPE_OK)
         return status;
-    status = read_model(context, text, length, path, model);
+    status = read_model(context, text, length, path, (settings){list, count}, model);
     kmp_free(text);
     return status;
 }
 
-kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)
+kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
+                                       const kempe_setting *list, int count, kempe_model **model)
 {
     kmp_context_clear(context);
-    return read_model(context, text, strlen(text), label, model);
+    return read_model(context, text, strlen(text), label, (settings){list, count}, model);
+}
+
+kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
+{
+    return kempe_model_read_set(context, path, NULL, 0, model);
+}
+
+kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)
+{
+    return kempe_model_read_text_set(context, text, label, NULL, 0, model);
 }
 
 /* -- the frozen model ---------------------------------------------------------------------------- */
@@ -195,6 +160,8 @@ void kempe_model_free(kempe_model *model)
 {
     if (!model)
         return;
+    for (int k = 0; k < model->table_count; k++)
+        kmp_named_table_free(&model->tables[k]);
     kmp_arena_free(&model->arena);
     kmp_free(model);
 }

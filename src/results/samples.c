@@ -18,7 +18,7 @@ void kmp_samples_free(kmp_samples *table)
 
 static size_t stride(const kmp_samples *table)
 {
-    return (size_t)(FIRST_VALUE + 3 * table->n + table->m);
+    return FIRST_VALUE + 3 * (size_t)table->n + (size_t)table->m;
 }
 
 static double *row_of(const kmp_samples *table, int row)

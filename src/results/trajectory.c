@@ -3,12 +3,15 @@
 #include "results/trajectory.h"
 #include "base/memory.h"
 #include "model/nearest.h"
+#include "results/checkpoint.h"
+#include "model/output_table.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
 #include <string.h>
+#include <time.h>
 
-enum { DEFAULT_ROWS = 200 };
+enum { DEFAULT_ROWS = 200, CHECKPOINT_SECONDS = 10 };
 
 /* All that a simulation needs until it is done. */
 typedef struct job {
@@ -20,6 +23,8 @@ typedef struct job {
     kmp_reference reference;
     bool has_reference;
     kmp_times times;
+    kmp_samples before; /* rows of the checkpoint to go on from */
+    kempe_assembly start;
 } job;
 
 kempe_run kempe_run_default(void)
@@ -134,6 +139,33 @@ static kempe_status prepare_times(job *j)
     return KEMPE_OK;
 }
 
+/* Goes on behind the last row of a checkpoint. */
+static kempe_status prepare_resume(job *j)
+{
+    if (!j->run->resume)
+        return KEMPE_OK;
+    kempe_status status = kmp_checkpoint_read(j->system, j->run->resume, &j->before);
+    if (status != KEMPE_OK)
+        return status;
+    int last = j->before.rows - 1, n = j->system->n;
+    double *state = KMP_NEW(double, 2 * n);
+    if (!state)
+        return kmp_fail_memory(j->context);
+    memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
+    memcpy(state + n, kmp_samples_get(&j->before, KMP_QUANTITY_QD, last), (size_t)n * sizeof *state);
+    j->start = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->spec.t_start = kmp_samples_time(&j->before, last);
+    j->spec.work_start = kmp_samples_work(&j->before, last);
+    if (!(j->spec.t_start < j->spec.t_end))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "the checkpoint stands at t = %g s already, t_end is %g s",
+                        j->spec.t_start, j->spec.t_end);
+    while (j->spec.time_count > 0 && *j->spec.times <= j->spec.t_start) {
+        j->spec.times++;
+        j->spec.time_count--;
+    }
+    return KEMPE_OK;
+}
+
 static kempe_status prepare(job *j)
 {
     const kempe_run *run = j->run;
@@ -151,7 +183,9 @@ static kempe_status prepare(job *j)
         status = read_wish(j);
     if (status == KEMPE_OK)
         status = kmp_run_resolve(j->system, &j->spec);
-    return status == KEMPE_OK ? prepare_times(j) : status;
+    if (status == KEMPE_OK)
+        status = prepare_times(j);
+    return status == KEMPE_OK ? prepare_resume(j) : status;
 }
 
 static void release(job *j)
@@ -159,6 +193,8 @@ static void release(job *j)
     kmp_free(j->u);
     kmp_reference_free(&j->reference);
     kmp_times_free(&j->times);
+    kmp_samples_free(&j->before);
+    kmp_free(j->start.q);
 }
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
@@ -169,18 +205,10 @@ static bool copy(char **to, const char *from)
     return *to || !from;
 }
 
-static int position_count(const kempe_model *model)
-{
-    int count = 0;
-    for (int k = 0; k < model->output_count; k++)
-        count += model->outputs[k].kind == KMP_OUTPUT_POSITION;
-    return count;
-}
-
 static kempe_trajectory *trajectory_new(const job *j)
 {
     const kmp_run_spec *spec = &j->spec;
-    int reactions = 3 * j->system->model->closure_count, positions = 3 * position_count(j->system->model);
+    int reactions = 3 * j->system->model->closure_count, shown = kmp_outputs_width(j->system->model);
     kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
     if (!t)
         return NULL;
@@ -188,8 +216,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     t->verdict = kmp_verdict_none();
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     t->reaction = KMP_NEW(double, reactions);
-    t->position = KMP_NEW(double, positions);
-    if (!t->reaction || !t->position || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
+    t->shown = KMP_NEW(double, shown);
+    if (!t->reaction || !t->shown || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
         !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
         !copy(&t->backend, spec->backend) || !copy(&t->source, j->run->reference)) {
         kempe_trajectory_free(t);
@@ -197,8 +225,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     }
     for (int k = 0; k < reactions; k++)
         t->reaction[k] = NAN;
-    for (int k = 0; k < positions; k++)
-        t->position[k] = NAN;
+    for (int k = 0; k < shown; k++)
+        t->shown[k] = NAN;
     return t;
 }
 
@@ -212,7 +240,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
         kmp_free(names[k]);
     kmp_samples_free(&trajectory->table);
     kmp_free(trajectory->reaction);
-    kmp_free(trajectory->position);
+    kmp_free(trajectory->shown);
     kmp_free(trajectory);
 }
 
@@ -231,10 +259,18 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     return t->status;
 }
 
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row)
+{
+    return kmp_plant_shown(plant, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+}
+
 static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
 {
     const kempe_model *model = t->system->model;
-    int last = t->table.rows - 1, positions = position_count(model);
+    int last = t->table.rows - 1, shown = kmp_outputs_width(model);
     if (last < 0)
         return;
     double time = kmp_samples_time(&t->table, last);
@@ -242,8 +278,8 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
     if (model->closure_count > 0)
         memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
                3 * (size_t)model->closure_count * sizeof(double));
-    if (positions > 0)
-        memcpy(t->position, kmp_plant_positions(plant, time, q), 3 * (size_t)positions * sizeof(double));
+    if (shown > 0)
+        memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
 }
 
 static kempe_status judge(kempe_trajectory *t, const job *j)
@@ -262,12 +298,47 @@ static bool has_result(kempe_status status)
     return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
 }
 
-static kempe_status run(const job *j, kempe_trajectory **trajectory)
+/* Where rows go: into the table, and every few seconds the table into the checkpoint. */
+typedef struct sink {
+    kempe_trajectory *t;
+    const char *checkpoint;
+    time_t written;
+} sink;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    sink *s = user;
+    if (kmp_samples_add(&s->t->table, t, q, qd, qdd, lambda, work))
+        return 1;
+    if (!s->checkpoint || time(NULL) - s->written < CHECKPOINT_SECONDS)
+        return 0;
+    s->written = time(NULL);
+    return kmp_checkpoint_write(s->t->system, &s->t->table, s->checkpoint) != KEMPE_OK;
+}
+
+static kempe_status integrate(job *j, kempe_trajectory *t)
+{
+    sink s = {t, j->run->checkpoint, time(NULL)};
+    if (j->before.rows > 0) {
+        kmp_samples_free(&t->table);
+        t->table = j->before;
+        kmp_samples_init(&j->before, j->system->n, j->system->m);
+    }
+    kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    if (s.checkpoint && t->table.rows > 0) {
+        kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
+        status = written == KEMPE_OK ? status : written;
+    }
+    return status;
+}
+
+static kempe_status run(job *j, kempe_trajectory **trajectory)
 {
     kempe_trajectory *t = trajectory_new(j);
     if (!t)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_run(j->system, &j->spec, NULL, kmp_samples_add, &t->table, &t->report);
+    kempe_status status = integrate(j, t);
     if (has_result(status)) {
         t->status = status;
         status = settle_reason(t, j->context);
@@ -285,6 +356,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options
 {
     job j = {.system = system, .context = system->context, .run = options};
     kmp_context_clear(j.context);
+    kmp_samples_init(&j.before, system->n, system->m);
     kempe_status status = prepare(&j);
     if (status == KEMPE_OK)
         status = run(&j, trajectory);

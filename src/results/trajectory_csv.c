@@ -1,29 +1,25 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as CSV: time, then what the model's outputs ask for, in their order. */
 #include "base/memory.h"
+#include "model/output_table.h"
 #include "results/trajectory.h"
 #include <math.h>
 
+/* Of an output whose values are in the table. */
 static kmp_quantity quantity_of(kmp_output_kind kind)
 {
-    switch (kind) {
-    case KMP_OUTPUT_Q:
-        return KMP_QUANTITY_Q;
-    case KMP_OUTPUT_QD:
-        return KMP_QUANTITY_QD;
-    case KMP_OUTPUT_QDD:
-        return KMP_QUANTITY_QDD;
-    case KMP_OUTPUT_LAMBDA:
-    case KMP_OUTPUT_POSITION:
-        break;
-    }
-    return KMP_QUANTITY_LAMBDA;
+    return kind == KMP_OUTPUT_Q     ? KMP_QUANTITY_Q
+           : kind == KMP_OUTPUT_QD  ? KMP_QUANTITY_QD
+           : kind == KMP_OUTPUT_QDD ? KMP_QUANTITY_QDD
+                                    : KMP_QUANTITY_LAMBDA;
 }
 
-/* lambda(CLOSURE) asks for that closure's rows alone. */
+/* lambda(CLOSURE) asks for that closure's rows alone, q(JOINT) for that coordinate. */
 static bool is_asked(const kempe_system *system, const kmp_output *output, int k)
 {
-    return output->kind != KMP_OUTPUT_LAMBDA || output->index < 0 || system->rows[k].closure == output->index;
+    if (output->index < 0)
+        return true;
+    return output->kind == KMP_OUTPUT_LAMBDA ? system->rows[k].closure == output->index : k == output->index;
 }
 
 static bool same_output(const kmp_output *a, const kmp_output *b)
@@ -31,7 +27,7 @@ static bool same_output(const kmp_output *a, const kmp_output *b)
     return a->kind == b->kind && a->index == b->index;
 }
 
-/* An output that was asked for twice, or a closure's lambda where all are there already, is no second column. */
+/* An output that was asked for twice, or one of those where all are there already, is no second column. */
 static bool is_repeated(const kempe_model *model, int output)
 {
     const kmp_output *o = &model->outputs[output];
@@ -39,8 +35,7 @@ static bool is_repeated(const kempe_model *model, int output)
         const kmp_output *other = &model->outputs[k];
         if (k < output && same_output(other, o))
             return true;
-        if (k != output && o->kind == KMP_OUTPUT_LAMBDA && other->kind == KMP_OUTPUT_LAMBDA && o->index >= 0 &&
-            other->index < 0)
+        if (k != output && o->kind == other->kind && o->index >= 0 && other->index < 0)
             return true;
     }
     return false;
@@ -61,12 +56,12 @@ static void write_header(kmp_text *text, const kempe_system *system)
         const kmp_output *output = &model->outputs[o];
         if (is_repeated(model, o))
             continue;
-        if (output->kind == KMP_OUTPUT_POSITION) {
-            const kmp_point *p = &model->points[output->index];
-            for (int k = 0; k < 3; k++)
-                kmp_text_printf(text, ",position.%s.%s.%c", model->bodies[p->body].name, p->name, "xyz"[k]);
-            continue;
+        for (int k = 0; k < kmp_output_rows[output->kind].width; k++) {
+            kmp_text_put(text, ",");
+            kmp_output_column(text, model, output, k);
         }
+        if (kmp_output_rows[output->kind].width > 0)
+            continue;
         kmp_quantity quantity = quantity_of(output->kind);
         for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
             if (is_asked(system, output, k))
@@ -75,23 +70,22 @@ static void write_header(kmp_text *text, const kempe_system *system)
     kmp_text_put(text, "\n");
 }
 
-/* `position`: 3 values a position output, NULL when there is none. */
-static void write_row(kmp_text *text, const kempe_trajectory *t, int row, const double *position)
+/* `shown`: what outputs show beside the table. */
+static void write_row(kmp_text *text, const kempe_trajectory *t, int row, const double *shown)
 {
     const kempe_model *model = t->system->model;
     kmp_text_number(text, kmp_samples_time(&t->table, row));
     for (int o = 0; o < model->output_count; o++) {
         const kmp_output *output = &model->outputs[o];
-        const double *x = position;
-        if (output->kind == KMP_OUTPUT_POSITION)
-            position += 3;
+        int width = kmp_output_rows[output->kind].width;
+        const double *x = shown;
+        shown += width;
         if (is_repeated(model, o))
             continue;
-        if (output->kind == KMP_OUTPUT_POSITION) {
-            for (int k = 0; k < 3; k++)
-                write_number(text, x[k]);
+        for (int k = 0; k < width; k++)
+            write_number(text, x[k]);
+        if (width > 0)
             continue;
-        }
         kmp_quantity quantity = quantity_of(output->kind);
         const double *value = kmp_samples_get(&t->table, quantity, row);
         for (int k = 0; k < kmp_quantity_size(t->system, quantity); k++)
@@ -110,11 +104,8 @@ kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, cons
         return KEMPE_E_MEMORY;
     kmp_text text = {0};
     write_header(&text, system);
-    for (int row = 0; row < trajectory->table.rows; row++) {
-        double t = kmp_samples_time(&trajectory->table, row);
-        const double *q = kmp_samples_get(&trajectory->table, KMP_QUANTITY_Q, row);
-        write_row(&text, trajectory, row, kmp_plant_positions(plant, t, q));
-    }
+    for (int row = 0; row < trajectory->table.rows; row++)
+        write_row(&text, trajectory, row, kmp_trajectory_shown(trajectory, plant, row));
     kmp_plant_free(plant);
     char *whole = kmp_text_take(&text);
     if (!whole)

@@ -211,7 +211,7 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
     if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !push(d, &top, kmp_id(x)))
         return KMP_ZERO;
     while (top) {
-        uint32_t id = d->stack[top - 1], need[3];
+        uint32_t id = d->stack[top - 1], need[3] = {0};
         if (settled(d, id)) {
             top--;
             continue;

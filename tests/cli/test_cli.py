@@ -80,6 +80,23 @@ class Case(unittest.TestCase):
         return path
 
 
+class Settings(Case):
+    def parameters(self, *words):
+        return self.object(0, "show", "--model", SLIDER_CRANK, *words)["parameters"]
+
+    def test_values(self):
+        self.assertEqual(self.parameters("--set", "l=600 mm", "--set=r=l/2")["r"], 0.3)
+        self.assertEqual(self.parameters()["l"], 0.5)
+        for command in [*COMMANDS[:-1], "show --stats"]:
+            self.assertIn("no parameter 'll'", self.expect(2, *command.split(), SLIDER_CRANK, "--set", "ll=2").stderr)
+
+    def test_mistakes(self):
+        self.assertIn("did you mean 'rod_mass'?", self.expect(2, "check", SLIDER_CRANK, "--set", "rodmass=2").stderr)
+        self.assertIn("--set l:1:5: ", self.expect(2, "check", SLIDER_CRANK, "--set", "l=2 * *").stderr)
+        for word in "l", "=2", "l=":
+            self.expect(3, "check", SLIDER_CRANK, "--set", word)
+
+
 class Usage(Case):
     def test_help(self):
         text = self.expect(0, "--help").stdout
@@ -237,6 +254,34 @@ class Simulate(Case):
         found = strict(text)
         self.assertEqual(found["status"], "stopped")
         self.assertNotEqual(found["reason"], "")
+
+
+class Resume(Case):
+    def rows(self, name):
+        with open(self.folder / name, newline="") as file:
+            lines = [line for line in file if not line.startswith("#")]
+        return list(csv.DictReader(lines))
+
+    def test_goes_on_from_a_checkpoint(self):
+        options = [SLIDER_CRANK, "--rtol", "1e-11", "--every", "0.5"]
+        self.expect(0, "simulate", *options, "--t-end", "10", "-o", "whole.csv")
+        self.expect(0, "simulate", *options, "--t-end", "4", "--checkpoint", "run.checkpoint")
+        self.expect(0, "simulate", *options, "--t-end", "10", "--resume", "run.checkpoint", "-o", "resumed.csv")
+        whole, resumed = self.rows("whole.csv"), self.rows("resumed.csv")
+        self.assertEqual([row["t"] for row in whole], [row["t"] for row in resumed])
+        for a, b in zip(whole, resumed):
+            self.assertAlmostEqual(float(a["q.crank"]), float(b["q.crank"]), delta=1e-8)
+
+    def test_what_is_no_checkpoint_of_this_model(self):
+        self.expect(0, "simulate", SLIDER_CRANK, "--t-end", "1", "--checkpoint", "run.checkpoint")
+        done = self.expect(2, "simulate", ANDREWS, "--resume", "run.checkpoint")
+        self.assertRegex(done.stderr, r"run\.checkpoint:1:1: .*another model")
+        text = (self.folder / "run.checkpoint").read_text()
+        (self.folder / "spoilt").write_text(text[:-20] + "x" + text[-19:])
+        done = self.expect(2, "simulate", SLIDER_CRANK, "--t-end", "2", "--resume", "spoilt")
+        self.assertRegex(done.stderr, r"spoilt:\d+:\d+: a row of")
+        self.expect(2, "simulate", SLIDER_CRANK, "--resume", SLIDER_CRANK)
+        self.expect(3, "simulate", SLIDER_CRANK, "--t-end", "0.5", "--resume", "run.checkpoint")
 
 
 class Compare(Case):

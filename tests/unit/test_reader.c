@@ -274,6 +274,29 @@ static void dimensioned(void)
     kempe_model_free(m);
 }
 
+static void settings(void)
+{
+    static const char text[] = "kempe: 1\nparameters: {l: 0.5, m: 2*l}\n"
+                               "bodies: {a: {joint: {revolute: z, at: ground}, mass: m, com: [l, 0, 0]}}\n";
+    const kempe_setting good[] = {{"l", "9"}, {"l", "200 mm"}, {"m", "3*l/(1 m)*(1 kg)"}};
+    const kempe_setting bad[] = {{"L", "1"}, {"m", "2*x"}, {"l", "3 kg"}};
+    kempe_model *m = NULL;
+    CHECK(kempe_model_read_text_set(context, text, "text", good, 3, &m) == KEMPE_OK);
+    if (m) {
+        CHECK_NEAR(m->bodies[1].com[0].value, 0.2, 0);
+        CHECK_NEAR(m->bodies[1].mass.value, 0.6, 1e-15);
+    }
+    kempe_model_free(m);
+    m = NULL;
+    CHECK(kempe_model_read_text_set(context, text, "text", bad, 3, &m) == KEMPE_E_INPUT && !m);
+    const char *said = kempe_context_message(context);
+    CHECK(strstr(said, "text:3:63: the com of body 'a', component 1,: expected m, got kg\n") == said);
+    CHECK(strstr(said, "--set L:1:1: the model has no parameter 'L'; did you mean 'l'?") != NULL);
+    CHECK(strstr(said, "--set m:1:3: unknown parameter 'x'") != NULL);
+    CHECK(kempe_model_read_text_set(context, "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}}}\n", "text", bad,
+                                    1, &m) == KEMPE_E_INPUT);
+}
+
 static bool is_whole(kempe_status status, const kempe_model *model)
 {
     if (status == KEMPE_OK)
@@ -345,6 +368,7 @@ int main(void)
     TEST(possible_inertias);
     TEST(units);
     TEST(dimensioned);
+    TEST(settings);
     TEST(printing);
     TEST(truncations);
     TEST(mutations);
