@@ -96,6 +96,8 @@ KEMPE_API const char *kempe_model_coordinate_name(const kempe_model *model, int 
 /** The model as Kempe understood it. */
 KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text);
 
+/* A model may also be built in code: kempe/build.h, which this header includes at its end. */
+
 /* -- system: the derived equations ----------------------------------------------------------------- */
 
 typedef struct kempe_system kempe_system;
@@ -210,4 +212,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #ifdef __cplusplus
 }
 #endif
+
+#include <kempe/build.h>
+
 #endif

@@ -91,7 +91,10 @@ kempe_status kmp_fail_memory(kempe_context *context)
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
 {
     size_t from = begin_sentence(&context->message);
-    kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
+    if (line > 0)
+        kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
+    else
+        kmp_text_printf(&context->message, "%s: ", file);
     va_list arguments;
     va_start(arguments, format);
     kmp_text_vprintf(&context->message, format, arguments);

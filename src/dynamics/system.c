@@ -162,12 +162,15 @@ kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
 {
     clock_t begin = clock();
     kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status != KEMPE_OK)
+        return status;
     kempe_system *s = KMP_NEW(kempe_system, 1);
     if (!s)
         return kmp_fail_memory(model->context);
     s->model = model;
     s->context = model->context;
-    kempe_status status = derive(s);
+    status = derive(s);
     if (status != KEMPE_OK) {
         kempe_system_free(s);
         return status;

@@ -98,6 +98,7 @@ typedef struct kmp_run_settings {
 
 struct kempe_model {
     kempe_context *context;
+    struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
     kmp_arena arena;
     const char *file, *name;
     kmp_number gravity[3];
@@ -118,5 +119,8 @@ struct kempe_model {
     kmp_output *outputs; /* when none are given: q, qd, qdd, lambda */
     int output_count;
 };
+
+/** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
+kempe_status kmp_model_check_finished(const kempe_model *model);
 
 #endif

@@ -4,6 +4,7 @@
  * The language: docs/model_format.md. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/build.h"
 #include "model/reading.h"
 #include <stdlib.h>
 #include <string.h>
@@ -104,6 +105,17 @@ static void split(char *text, size_t head, complaint *list, int count)
     }
 }
 
+/* In a model built in code the thing that was called stands for the place. */
+static kempe_status say_again(kmp_reader *r, const complaint *c)
+{
+    if (!r->calls)
+        return kmp_complain(r->context, r->file, c->line, c->column, "%s", c->text);
+    const char *call = c->line > 0 ? r->calls[c->line - 1] : r->file;
+    if (strstr(c->text, call))
+        return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
+    return kmp_fail(r->context, KEMPE_E_INPUT, "%s: %s", call, c->text);
+}
+
 static kempe_status sort_complaints(kmp_reader *r)
 {
     kempe_status status = KEMPE_E_INPUT;
@@ -116,7 +128,7 @@ static kempe_status sort_complaints(kmp_reader *r)
     qsort(list, (size_t)count, sizeof *list, compare);
     kmp_context_clear(r->context);
     for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
-        status = kmp_complain(r->context, r->file, list[i].line, list[i].column, "%s", list[i].text);
+        status = say_again(r, &list[i]);
     return status;
 }
 
@@ -141,9 +153,9 @@ static kempe_status fail_memory(kempe_context *context)
     return kmp_fail_memory(context);
 }
 
-static kempe_status read_document(kmp_reader *r, const char *text, size_t length)
+/* `status`: of loading the document. */
+static kempe_status read_document(kmp_reader *r, kempe_status status)
 {
-    kempe_status status = kmp_yaml_load(r->context, &r->scratch, r->file, text, length, &r->root);
     if (r->root && status != KEMPE_E_MEMORY)
         read_parts(r);
     bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
@@ -154,6 +166,17 @@ static kempe_status read_document(kmp_reader *r, const char *text, size_t length
     return memory ? status : fail_memory(r->context);
 }
 
+static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
+{
+    kempe_status status = read_document(r, loaded);
+    kmp_arena_free(&r->scratch);
+    if (status == KEMPE_OK)
+        *model = r->model;
+    else
+        kempe_model_free(r->model);
+    return status;
+}
+
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
                                kempe_model **model)
 {
@@ -161,13 +184,18 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
     if (!r.model)
         return kmp_fail_memory(context);
     r.file = r.model->file;
-    kempe_status status = read_document(&r, text, length);
-    kmp_arena_free(&r.scratch);
-    if (status == KEMPE_OK)
-        *model = r.model;
-    else
-        kempe_model_free(r.model);
-    return status;
+    return finish_reading(&r, kmp_yaml_load(context, &r.scratch, r.file, text, length, &r.root), model);
+}
+
+kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
+                              kempe_model **model)
+{
+    kmp_reader r = {
+        .context = context, .model = new_model(context, label), .root = builder->root, .calls = builder->calls};
+    if (!r.model)
+        return kmp_fail_memory(context);
+    r.file = r.model->file;
+    return finish_reading(&r, KEMPE_OK, model);
 }
 
 kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
@@ -195,6 +223,7 @@ void kempe_model_free(kempe_model *model)
 {
     if (!model)
         return;
+    kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);
 }
