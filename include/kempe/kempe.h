@@ -48,6 +48,9 @@ typedef enum kempe_status {
     KEMPE_E_BUG = -6       /* a defect of Kempe: please report it */
 } kempe_status;
 
+/** A status in words: "done", "out of memory", ...; never NULL. */
+KEMPE_API const char *kempe_status_text(kempe_status status);
+
 typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON } kempe_format;
 
 /* -- context ------------------------------------------------------------------------------------- */
@@ -106,6 +109,15 @@ typedef struct kempe_system kempe_system;
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
+/** Adds your generalized efforts (n; N m or N, zero when called) to the right side at (t, q, qd): with the expressions
+ * of the model, one more way to say a force. Returns 0, or not 0 when it cannot be evaluated there: the step is then
+ * tried smaller. It must be smooth and a function of its arguments alone; it is called from every thread that works on
+ * the system. The dae road differentiates it numerically. */
+typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);
+
+/** To be called before anything works on the system; NULL takes the force away. */
+KEMPE_API void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user);
+
 /** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
 KEMPE_API int kempe_system_row_count(const kempe_system *system);
 KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
@@ -118,6 +130,8 @@ typedef enum kempe_view {
 
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
                                           char **text);
+
+/* The equations at a state of your choice: kempe/workspace.h, which this header includes at its end. */
 
 /* -- check and assemble ---------------------------------------------------------------------------- */
 
@@ -214,5 +228,6 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #endif
 
 #include <kempe/build.h>
+#include <kempe/workspace.h>
 
 #endif

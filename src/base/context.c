@@ -13,6 +13,29 @@ struct kempe_context {
     atomic_int interrupted;
 };
 
+const char *kempe_status_text(kempe_status status)
+{
+    switch (status) {
+    case KEMPE_OK:
+        return "done";
+    case KEMPE_STOPPED:
+        return "ended early for a good reason";
+    case KEMPE_E_MEMORY:
+        return "out of memory";
+    case KEMPE_E_INPUT:
+        return "the model or reference is wrong";
+    case KEMPE_E_FAILED:
+        return "the computation could not be done as asked";
+    case KEMPE_E_IO:
+        return "a file could not be read or written";
+    case KEMPE_E_ARGUMENT:
+        return "an argument names nothing that exists, or is out of range";
+    case KEMPE_E_BUG:
+        break;
+    }
+    return "a defect of Kempe";
+}
+
 kempe_context *kempe_context_new(void)
 {
     kempe_context *context = KMP_NEW(kempe_context, 1);

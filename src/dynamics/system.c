@@ -106,7 +106,8 @@ static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
     int count[4] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count};
     const kmp_ref *groups[4] = {&eq->potential, &eq->power, eq->reaction, eq->position};
-    s->dissipative = eq->power != KMP_ZERO;
+    s->has_power = eq->power != KMP_ZERO;
+    s->dissipative = s->has_power;
     s->judge = kmp_program_new(eq->graph, 4, count, groups);
     return s->judge;
 }
@@ -196,6 +197,14 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->row_scale);
     kmp_free(s->parameters);
     kmp_free(s);
+}
+
+/* The work of the user's force is accounted for as that of every force without a potential. */
+void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
+{
+    system->force = force;
+    system->force_user = user;
+    system->dissipative = force || system->has_power;
 }
 
 int kempe_system_row_count(const kempe_system *system)

@@ -43,12 +43,15 @@ struct kempe_system {
     kmp_pattern jacobian, mass;
     bool rheonomic;   /* h depends on t */
     bool dissipative; /* some force is not conservative */
+    bool has_power;   /* some force of the model is not */
     kmp_program *motion, *judge;
-    double length;      /* characteristic length, m */
-    double *scale;      /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
-    double *row_scale;  /* m: size of a closure row */
-    double *parameters; /* values */
-    double build_s;     /* CPU time of deriving */
+    double length;         /* characteristic length, m */
+    double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
+    double *row_scale;     /* m: size of a closure row */
+    double *parameters;    /* values */
+    double build_s;        /* CPU time of deriving */
+    kempe_force_fn *force; /* the user's efforts; NULL: none */
+    void *force_user;
 };
 
 #endif
