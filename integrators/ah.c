@@ -429,4 +429,4 @@ static kmp_road *create(const kmp_road_start *start)
     return NULL;
 }
 
-const kmp_road_kind kmp_road_ah = {"dae", "ah", true, create};
+const kmp_road_kind kmp_road_ah = {.road = "dae", .form = "ah", .dae = true, .standard = true, .create = create};

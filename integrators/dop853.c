@@ -6,6 +6,7 @@
 #include "integrators/dop853.h"
 
 #include "base/memory.h"
+#include "integrators/solver.h"
 
 #include <float.h>
 #include <math.h>
@@ -486,3 +487,68 @@ kmp_ode_work kmp_dop853_work(const kmp_dop853 *s)
 {
     return s->work;
 }
+
+/* -- behind the socket ----------------------------------------------------------------------------- */
+
+static void *create(const kmp_solver_setup *setup)
+{
+    kmp_dop853 *s = kmp_dop853_new(setup->ode, setup->tolerance);
+    if (!s)
+        (void)kmp_fail_memory(setup->context);
+    return s;
+}
+
+static void release(void *solver)
+{
+    kmp_dop853_free(solver);
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    (void)yp;
+    return kmp_dop853_start(solver, t, y, t_end, h0) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+static kempe_status step(void *solver)
+{
+    return kmp_dop853_step(solver) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+static double end_of_step(const void *solver)
+{
+    return kmp_dop853_t(solver);
+}
+
+static double start_of_step(const void *solver)
+{
+    return kmp_dop853_t_old(solver);
+}
+
+static kempe_status dense(void *solver, double t, double *y, double *yp)
+{
+    kmp_dop853 *s = solver;
+    (void)yp;
+    if (t == s->t) {
+        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+        return KEMPE_OK;
+    }
+    return kmp_dop853_dense(s, t, y) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+static kmp_solver_work work(const void *solver)
+{
+    kmp_ode_work w = kmp_dop853_work(solver);
+    return (kmp_solver_work){.steps = w.steps, .rejected = w.rejected, .refused = w.refused, .rhs = w.rhs};
+}
+
+const kmp_solver_kind kmp_solver_dop853 = {.name = "dop853",
+                                           .corrects = true,
+                                           .standard = true,
+                                           .create = create,
+                                           .release = release,
+                                           .start = start,
+                                           .step = step,
+                                           .t = end_of_step,
+                                           .t_old = start_of_step,
+                                           .dense = dense,
+                                           .work = work};

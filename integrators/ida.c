@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "constraints/sundials_compat.h"
+#include "integrators/solver.h"
 #include "integrators/umfpack.h"
 
 #include <ida/ida.h>
@@ -42,8 +43,27 @@ static const struct {
 #undef KMP_LINEAR
 };
 
+bool kmp_linear_known(const char *name)
+{
+    bool known = strcmp(name, "auto") == 0;
+    for (size_t i = 0; i < sizeof linear_solvers / sizeof *linear_solvers; i++)
+        known = known || strcmp(linear_solvers[i].name, name) == 0;
+    return known;
+}
+
+const char *kmp_linear_names(void)
+{
+    return "auto"
+#define KMP_LINEAR(name, constructor) ", " name
+#include "integrators/linear.def"
+#undef KMP_LINEAR
+        ;
+}
+
 static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
 {
+    if (strcmp(name, "auto") == 0)
+        name = linear_solvers[0].name;
     for (size_t i = 0; i < sizeof linear_solvers / sizeof *linear_solvers; i++)
         if (strcmp(linear_solvers[i].name, name) == 0) {
             SUNLinearSolver solver = linear_solvers[i].make(s->dae.n, s->sun);
@@ -292,3 +312,65 @@ kmp_dae_work kmp_ida_work(const kmp_ida *s)
     w.failures += s->before.failures;
     return w;
 }
+
+/* -- behind the socket ----------------------------------------------------------------------------- */
+
+static void *create(const kmp_solver_setup *setup)
+{
+    return kmp_ida_new(setup->context, setup->dae, setup->tolerance, setup->linear);
+}
+
+static void release(void *solver)
+{
+    kmp_ida_free(solver);
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    return kmp_ida_start(solver, t, y, yp, t_end, h0);
+}
+
+static kempe_status step(void *solver)
+{
+    kempe_status status = kmp_ida_step(solver);
+    return status == KEMPE_STOPPED ? KEMPE_E_FAILED : status;
+}
+
+static double end_of_step(const void *solver)
+{
+    return kmp_ida_t(solver);
+}
+
+static double start_of_step(const void *solver)
+{
+    return kmp_ida_t_old(solver);
+}
+
+static kempe_status dense(void *solver, double t, double *y, double *yp)
+{
+    return kmp_ida_dense(solver, t, y, yp);
+}
+
+static kmp_solver_work work(const void *solver)
+{
+    kmp_dae_work w = kmp_ida_work(solver);
+    return (kmp_solver_work){.steps = w.steps,
+                             .rejected = w.rejected,
+                             .refused = w.failures,
+                             .rhs = w.residuals,
+                             .newton = w.newton,
+                             .matrices = w.matrices,
+                             .factorizations = w.factorizations};
+}
+
+const kmp_solver_kind kmp_solver_ida = {.name = "ida",
+                                        .dae = true,
+                                        .standard = true,
+                                        .create = create,
+                                        .release = release,
+                                        .start = start,
+                                        .step = step,
+                                        .t = end_of_step,
+                                        .t_old = start_of_step,
+                                        .dense = dense,
+                                        .work = work};

@@ -24,6 +24,9 @@ typedef struct kmp_ode {
      *  last), and the error weights `w` (an error of w[i] in y[i] is at the tolerance). May correct y slightly
      *  in place; KMP_RETRY refuses the step. NULL: none. */
     int (*accept)(void *self, double t, double *y, const double *dy, const double *w);
+
+    /** j = df/dy (n x n, column-major, zeroed before), exact. NULL: there is none. For implicit integrators. */
+    int (*jacobian)(void *self, double t, const double *y, double *j);
 } kmp_ode;
 
 typedef struct kmp_ode_work {

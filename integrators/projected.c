@@ -172,7 +172,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->road.release = release;
     d->road.row = row;
     d->road.size = 2 * n + d->has_work;
-    d->road.ode = (kmp_ode){d->road.size, d, rhs, accept};
+    d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
     if (!allocate(d)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->road);
@@ -189,4 +189,5 @@ static kmp_road *create(const kmp_road_start *start)
     return &d->road;
 }
 
-const kmp_road_kind kmp_road_projected = {"projected", "none", false, create};
+const kmp_road_kind kmp_road_projected = {
+    .road = "projected", .form = "none", .standard = true, .corrected = true, .create = create};

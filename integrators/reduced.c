@@ -350,7 +350,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->road.row = row;
     d->road.explain = explain;
     d->road.size = work_index(d) + d->has_work;
-    d->road.ode = (kmp_ode){d->road.size, d, rhs, accept};
+    d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
     if (!allocate(d))
         (void)kmp_fail_memory(start->system->context);
     else if (kmp_reduction_init(&d->red, start->plant, part) == KEMPE_OK && begin(d, start)) {
@@ -371,5 +371,6 @@ static kmp_road *create_closed(const kmp_road_start *start)
     return create(start, false);
 }
 
-const kmp_road_kind kmp_road_carried = {"reduced", "carried", false, create_carried};
-const kmp_road_kind kmp_road_closed = {"reduced", "closed", false, create_closed};
+const kmp_road_kind kmp_road_carried = {
+    .road = "reduced", .form = "carried", .standard = true, .corrected = true, .create = create_carried};
+const kmp_road_kind kmp_road_closed = {.road = "reduced", .form = "closed", .standard = true, .create = create_closed};

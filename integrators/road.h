@@ -25,6 +25,8 @@ typedef struct kmp_road_start {
 typedef struct kmp_road_kind {
     const char *road, *form;
     bool dae;
+    bool standard;                                    /* compare runs it unasked */
+    bool corrected;                                   /* `accept` corrects y: multistep methods are out */
     kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
 } kmp_road_kind;
 
@@ -47,6 +49,9 @@ struct kmp_road {
     kmp_text reason; /* why it gave up */
     long newton, factorizations, exchanges;
 };
+
+/** The kind of a road and form (NULL: the road's first); NULL when there is none. */
+const kmp_road_kind *kmp_road_find(const char *road, const char *form);
 
 #define KMP_ROAD(id) extern const kmp_road_kind kmp_road_##id;
 #include "integrators/roads.def"

@@ -38,10 +38,33 @@ kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec);
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report);
 
-/** The ways to run: row k of the table of roads, forms and integrators that go together; NULL after the last. */
+/* The same by hand: a runner stands at an accepted step of its integrator and gives rows within it. */
+typedef struct kmp_runner kmp_runner;
+
+/** *runner is given on KEMPE_E_FAILED too, for its report; spec (resolved) and what it points to outlive it. */
+kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                            kmp_runner **runner);
+void kmp_runner_free(kmp_runner *runner);
+
+/** One accepted step towards t_end. KEMPE_E_FAILED and KEMPE_STOPPED: the report says why. */
+kempe_status kmp_runner_step(kmp_runner *runner);
+
+/** Ends of the last step; equal at the start. */
+double kmp_runner_t(const kmp_runner *runner);
+double kmp_runner_t_old(const kmp_runner *runner);
+
+/** Row at a time within the last step, rows of one step in ascending order: q, qd, qdd (n), lambda (m), work. */
+kempe_status kmp_runner_row(kmp_runner *runner, double t, double *q, double *qd, double *qdd, double *lambda,
+                            double *work);
+
+/** The state of affairs; reason (may be NULL) is to be freed by the caller. */
+void kmp_runner_report(const kmp_runner *runner, kmp_run_report *report);
+
+/** The ways to run: combination k of road, form and integrator that go together; false after the last. */
 typedef struct kmp_way {
     const char *road, *form, *integrator;
+    bool standard_form, standard_integrator; /* compare runs it when neither is asked for */
 } kmp_way;
-const kmp_way *kmp_way_get(int k);
+bool kmp_way_get(int k, kmp_way *way);
 
 #endif

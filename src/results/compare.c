@@ -134,7 +134,7 @@ static kempe_status run_all(job *j)
     for (int w = 0; w < j->choice.way_count; w++)
         for (int k = 0; k < j->choice.rtol_count && !kmp_interrupted(j->context); k++) {
             kmp_compared *run = &c->runs[c->count++];
-            run->way = j->choice.ways[w];
+            run->way = &j->comparison->ways[w];
             run->rtol = j->choice.rtols[k];
             kempe_status status = run_one(j, run);
             if (status != KEMPE_OK)
@@ -191,7 +191,7 @@ static kempe_status use_reference(job *j, const char *path)
 
 static kempe_status settle_t_end(job *j, const kempe_compare_run *options)
 {
-    const kmp_way *way = j->choice.ways[0];
+    const kmp_way *way = &j->comparison->ways[0];
     kmp_run_spec spec = {.road = way->road, .form = way->form, .integrator = way->integrator, .t_end = options->t_end};
     if (!(options->t_end >= 0) || isinf(options->t_end))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is wanted", options->t_end);
@@ -209,6 +209,8 @@ static kempe_status prepare(job *j, const kempe_compare_run *options)
 {
     kempe_comparison *c = j->comparison;
     kempe_status status = kmp_choice_init(&j->choice, j->context, options);
+    c->ways = j->choice.ways;
+    j->choice.ways = NULL;
     if (status == KEMPE_OK)
         status = settle_t_end(j, options);
     if (status == KEMPE_OK)
@@ -278,6 +280,7 @@ void kempe_comparison_free(kempe_comparison *comparison)
     kmp_free(comparison->runs);
     kmp_free(comparison->source);
     kmp_free(comparison->reason);
+    kmp_free(comparison->ways);
     kmp_free(comparison);
 }
 

@@ -20,7 +20,7 @@ typedef struct kmp_compared {
 /** Which ways and tolerances. */
 typedef struct kmp_choice {
     int way_count;
-    const kmp_way **ways;
+    kmp_way *ways;
     int rtol_count;
     double *rtols;
 } kmp_choice;
@@ -33,6 +33,7 @@ struct kempe_comparison {
     bool has_reference;
     double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when not known */
     double t_end;
+    kmp_way *ways; /* those run, taken over from the choice */
     int count;
     kmp_compared *runs; /* by way, then by tolerance as asked */
 };
@@ -40,9 +41,6 @@ struct kempe_comparison {
 /** Reads the lists of the options. KEMPE_E_ARGUMENT: which name is unknown, and what there is. */
 kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const kempe_compare_run *options);
 void kmp_choice_free(kmp_choice *choice);
-
-/** The way of a road, and of a form where it is not NULL; NULL when there is none. */
-const kmp_way *kmp_way_find(const char *road, const char *form);
 
 /** Runs a way once; `table` receives the rows, `verdict` is left alone. The caller frees report->reason. */
 kempe_status kmp_compare_once(const kempe_system *system, const kmp_way *way, double rtol, double t_end, int time_count,

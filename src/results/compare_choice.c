@@ -17,15 +17,6 @@ static const char *part_of(const kmp_way *way, part p)
     return name ? name : "";
 }
 
-const kmp_way *kmp_way_find(const char *road, const char *form)
-{
-    const kmp_way *way;
-    for (int k = 0; (way = kmp_way_get(k)); k++)
-        if (strcmp(way->road, road) == 0 && (!form || strcmp(part_of(way, PART_FORM), form) == 0))
-            return way;
-    return NULL;
-}
-
 /* -- names ------------------------------------------------------------------------------------------- */
 
 static bool word_is(const char *s, size_t length, const char *name)
@@ -50,9 +41,9 @@ static bool list_has(const char *list, const char *name)
 
 static bool is_known(const char *s, size_t length, part p)
 {
-    const kmp_way *way;
-    for (int k = 0; (way = kmp_way_get(k)); k++)
-        if (length > 0 && word_is(s, length, part_of(way, p)))
+    kmp_way way;
+    for (int k = 0; kmp_way_get(k, &way); k++)
+        if (length > 0 && word_is(s, length, part_of(&way, p)))
             return true;
     return false;
 }
@@ -60,12 +51,12 @@ static bool is_known(const char *s, size_t length, part p)
 /* Each name of the table once. */
 static void list_known(kmp_text *text, part p)
 {
-    const kmp_way *way;
-    for (int k = 0, said = 0; (way = kmp_way_get(k)); k++) {
-        const char *name = part_of(way, p);
+    kmp_way way, before;
+    for (int k = 0, said = 0; kmp_way_get(k, &way); k++) {
+        const char *name = part_of(&way, p);
         bool again = !*name;
-        for (int i = 0; i < k; i++)
-            again = again || strcmp(part_of(kmp_way_get(i), p), name) == 0;
+        for (int i = 0; i < k && kmp_way_get(i, &before); i++)
+            again = again || strcmp(part_of(&before, p), name) == 0;
         if (!again)
             kmp_text_printf(text, "%s%s", said++ ? ", " : "", name);
     }
@@ -90,18 +81,25 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
 
 /* -- ways and tolerances ----------------------------------------------------------------------------- */
 
+/* Forms and integrators that are not asked for by name must be standard ones. */
+static bool is_chosen(const kmp_way *way, const char *const list[PARTS])
+{
+    return list_has(list[PART_ROAD], way->road) && list_has(list[PART_FORM], way->form) &&
+           list_has(list[PART_INTEGRATOR], way->integrator) && (list[PART_FORM] || way->standard_form) &&
+           (list[PART_INTEGRATOR] || way->standard_integrator);
+}
+
 static kempe_status choose_ways(kmp_choice *choice, kempe_context *context, const char *const list[PARTS])
 {
-    const kmp_way *way;
+    kmp_way way;
     int count = 0;
-    while (kmp_way_get(count))
+    while (kmp_way_get(count, &way))
         count++;
-    choice->ways = KMP_NEW(const kmp_way *, count);
+    choice->ways = KMP_NEW(kmp_way, count);
     if (!choice->ways)
         return kmp_fail_memory(context);
-    for (int k = 0; (way = kmp_way_get(k)); k++)
-        if (list_has(list[PART_ROAD], part_of(way, PART_ROAD)) && list_has(list[PART_FORM], part_of(way, PART_FORM)) &&
-            list_has(list[PART_INTEGRATOR], part_of(way, PART_INTEGRATOR)))
+    for (int k = 0; kmp_way_get(k, &way); k++)
+        if (is_chosen(&way, list))
             choice->ways[choice->way_count++] = way;
     if (choice->way_count > 0)
         return KEMPE_OK;

@@ -7,6 +7,9 @@
 
 enum { ROWS = 10 };
 
+static const kmp_way reference_way = {.road = "reduced", .form = "carried", .integrator = "dop853"};
+static const kmp_way cross_check = {.road = "projected", .form = "none", .integrator = "dop853"};
+
 /* The tightest that comes to the end: after many turns rounding alone may exceed the first. */
 static const double tight[] = {1e-13, 1e-12, 1e-11};
 
@@ -64,7 +67,7 @@ static kempe_status confirm(kempe_comparison *c, const kmp_way *first, double rt
     kmp_table table;
     double second;
     kmp_table_init(&table, c->system->n, c->system->m);
-    kempe_status status = run_tight(c, kmp_way_find("projected", NULL), start, &table, &second);
+    kempe_status status = run_tight(c, &cross_check, start, &table, &second);
     if (status == KEMPE_OK && second > 0) {
         kmp_verdict verdict = kmp_verdict_of(&table, plant, reference);
         for (int k = 0; k < KMP_QUANTITIES; k++)
@@ -80,7 +83,7 @@ static kempe_status confirm(kempe_comparison *c, const kmp_way *first, double rt
 kempe_status kmp_compare_own_reference(kempe_comparison *c, const kempe_assembly *start, kmp_plant *plant,
                                        kmp_reference *reference)
 {
-    const kmp_way *first = kmp_way_find("reduced", "carried");
+    const kmp_way *first = &reference_way;
     kmp_table table;
     double rtol;
     kmp_table_init(&table, c->system->n, c->system->m);

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The socket behind which all integrators look alike: made for an ODE or a DAE, started at a state, stepped, asked
+ * between steps. A new integrator is one file with a kmp_solver_kind and a row in integrators.def. */
+#ifndef KMP_INTEGRATORS_SOLVER_H
+#define KMP_INTEGRATORS_SOLVER_H
+
+#include "base/context.h"
+#include "integrators/dae.h"
+#include "integrators/ode.h"
+
+typedef struct kmp_solver_setup {
+    kempe_context *context;
+    const kmp_ode *ode; /* one of the two, by `dae` of the kind */
+    const kmp_dae *dae;
+    kmp_tolerance tolerance;
+    const char *linear; /* row of linear.def, for implicit integrators */
+} kmp_solver_setup;
+
+/** What was done since it was made, over all starts. */
+typedef struct kmp_solver_work {
+    long steps, rejected, refused; /* rejected by the error test; refused by the road or for want of convergence */
+    long rhs;                      /* right-hand sides or residuals */
+    long newton, matrices, factorizations;
+} kmp_solver_work;
+
+typedef struct kmp_solver_kind {
+    const char *name;
+    bool dae;      /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
+    bool corrects; /* lets `accept` correct y and refuse a step: one-step methods */
+    bool standard; /* compare runs it unasked */
+
+    /** NULL after a message. What `setup` points to outlives the solver. */
+    void *(*create)(const kmp_solver_setup *setup);
+    void (*release)(void *solver);
+
+    /** Begins, or begins anew, at (t, y[, yp]) towards t_end; h0 is the first step, 0 lets an explicit method choose.
+     */
+    kempe_status (*start)(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
+
+    /** One accepted step, the last one ending exactly at t_end. KEMPE_E_FAILED: no step could be made; the context may
+     * hold a sentence, else the step became too small or the road gave up. */
+    kempe_status (*step)(void *solver);
+
+    /** Ends of the last accepted step; equal when there was none since the start. */
+    double (*t)(const void *solver);
+    double (*t_old)(const void *solver);
+
+    /** y (and y' when yp is not NULL, of a DAE) at t_old <= t <= t. */
+    kempe_status (*dense)(void *solver, double t, double *y, double *yp);
+    kmp_solver_work (*work)(const void *solver);
+} kmp_solver_kind;
+
+/** Row k of the table, NULL after the last; by name, NULL when there is none. */
+const kmp_solver_kind *kmp_solver_get(int k);
+const kmp_solver_kind *kmp_solver_find(const char *name);
+
+/** Whether a linear solver of that name exists ("auto" does), and all names, comma-separated. */
+bool kmp_linear_known(const char *name);
+const char *kmp_linear_names(void);
+
+#define KMP_SOLVER(name) extern const kmp_solver_kind kmp_solver_##name;
+#include "integrators/integrators.def"
+#undef KMP_SOLVER
+
+#endif
