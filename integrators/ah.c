@@ -11,6 +11,7 @@
  */
 #include "backend/machine.h"
 #include "base/memory.h"
+#include "integrators/effort.h"
 #include "integrators/road.h"
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +20,10 @@
 /* Multiplies the error weights of L and N. */
 #define OUT_OF_NORM 1e8
 
-/* One term of the iteration matrix: entry `at` gets factor * (cj or 1) * (a tangent output, or 1 when source < 0). */
+/* Sources of terms that are no tangent output: 1, and from FORCE downwards the tangents of the user's force. */
+enum { ONE = -1, FORCE = -2 };
+
+/* One term of the iteration matrix: entry `at` gets factor * (cj or 1) * its source. */
 typedef struct term {
     long row, col;
     int at, source;
@@ -33,6 +37,7 @@ typedef struct ah {
     kmp_plant *plant;
     const kmp_partition *part;
     kmp_saddle saddle;
+    kmp_effort effort;
     kmp_program *residual_program, *tangent_program;
     kmp_machine *residual, *tangent;
     int n, m, r;
@@ -162,6 +167,15 @@ static void add_mass(gather *g)
         }
 }
 
+static void add_force(gather *g)
+{
+    ah *d = g->d;
+    int n = d->n;
+    for (int k = 0; k < 2 * n && d->effort.plant; k++)
+        for (int i = 0; i < n; i++)
+            add_term(g, n + i, k < n ? k : at_v(d) + k - n, FORCE - (i + k * n), false, -1);
+}
+
 static kempe_status gather_tangents(gather *g)
 {
     ah *d = g->d;
@@ -170,13 +184,14 @@ static kempe_status gather_tangents(gather *g)
     if (!column)
         return kmp_fail_memory(d->s->context);
     for (int k = 0; k < d->n && status == KEMPE_OK; k++) {
-        add_term(g, k, k, -1, true, 1);
-        add_term(g, k, at_v(d) + k, -1, false, -1);
+        add_term(g, k, k, ONE, true, 1);
+        add_term(g, k, at_v(d) + k, ONE, false, -1);
         status = add_partials(g, k, column);
     }
     kmp_free(column);
     add_jacobian(g);
     add_mass(g);
+    add_force(g);
     return g->failed ? kmp_fail_memory(d->s->context) : status;
 }
 
@@ -289,6 +304,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
         r[i] = yp[i] - y[n + i] + out[i];
         r[n + i] = out[n + i];
     }
+    kmp_effort_subtract(&d->effort, t, y, y + n, r + n);
     for (int i = 0; i < d->r; i++) {
         r[2 * n + i] = out[2 * n + d->part->rows[i]];
         r[2 * n + d->r + i] = out[2 * n + d->m + d->part->rows[i]];
@@ -299,15 +315,23 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
     return KMP_GO;
 }
 
+static double value_of(const ah *d, int source, const double *out)
+{
+    if (source >= 0)
+        return out[source];
+    return source == ONE ? 1 : d->effort.tangent[FORCE - source];
+}
+
 static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
 {
     ah *d = self;
     set_inputs(d, d->tangent, t, y, yp);
     const double *out = kmp_machine_run(d->tangent, 1);
+    kmp_effort_differentiate(&d->effort, t, y, y + d->n);
     memset(values, 0, (size_t)d->road.dae.nz * sizeof *values);
     for (int k = 0; k < d->term_count; k++) {
         const term *e = &d->terms[k];
-        values[e->at] += e->factor * (e->cj ? cj : 1) * (e->source >= 0 ? out[e->source] : 1);
+        values[e->at] += e->factor * (e->cj ? cj : 1) * value_of(d, e->source, out);
     }
     return KMP_GO;
 }
@@ -339,6 +363,7 @@ static void release(kmp_road *road)
 {
     ah *d = (ah *)road;
     kmp_saddle_free(&d->saddle);
+    kmp_effort_free(&d->effort);
     kmp_machine_free(d->residual);
     kmp_machine_free(d->tangent);
     kmp_program_free(d->residual_program);
@@ -368,7 +393,7 @@ static bool allocate(ah *d)
     d->lambda = KMP_NEW(double, d->m);
     d->mu = KMP_NEW(double, d->m);
     return d->road.y && d->road.yp && d->road.atol && d->differential && d->factor && d->lambda && d->mu &&
-           kmp_saddle_init(&d->saddle, d->plant, d->part);
+           kmp_effort_init(&d->effort, d->plant) && kmp_saddle_init(&d->saddle, d->plant, d->part);
 }
 
 static void begin(ah *d, const kmp_road_start *start)

@@ -199,6 +199,8 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
 /** Writes the table as CSV (t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole or not at all. */
 KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, const char *path);
 
+/* The same step by step: kempe/stepper.h, which this header includes at its end. */
+
 /* -- compare --------------------------------------------------------------------------------------- */
 
 typedef struct kempe_comparison kempe_comparison;
@@ -228,6 +230,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #endif
 
 #include <kempe/build.h>
+#include <kempe/stepper.h>
 #include <kempe/workspace.h>
 
 #endif

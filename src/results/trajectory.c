@@ -134,7 +134,8 @@ static kempe_status prepare_times(job *j)
     return KEMPE_OK;
 }
 
-static kempe_status prepare(job *j)
+/* The run as asked for, resolved. */
+static kempe_status choose(job *j)
 {
     const kempe_run *run = j->run;
     j->spec = (kmp_run_spec){.road = run->road,
@@ -148,9 +149,26 @@ static kempe_status prepare(job *j)
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
         status = read_wish(j);
-    if (status == KEMPE_OK)
-        status = kmp_run_resolve(j->system, &j->spec);
+    return status == KEMPE_OK ? kmp_run_resolve(j->system, &j->spec) : status;
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_status status = choose(j);
     return status == KEMPE_OK ? prepare_times(j) : status;
+}
+
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u)
+{
+    job j = {.system = system, .context = system->context, .run = run};
+    kempe_status status = choose(&j);
+    if (status != KEMPE_OK) {
+        kmp_free(j.u);
+        return status;
+    }
+    *spec = j.spec;
+    *u = j.u;
+    return KEMPE_OK;
 }
 
 static void release(job *j)

@@ -20,4 +20,8 @@ struct kempe_trajectory {
     double *position;      /* 3 a position output, likewise */
 };
 
+/** What a run asks for, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller (kmp_free),
+ *  and to the strings of `run`. */
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u);
+
 #endif
