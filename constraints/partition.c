@@ -110,14 +110,14 @@ static double largest(const double *b, int count, int *at)
 }
 
 /* Exchanges columns until no |B| exceeds the growth bound. */
-static bool improve(choice *c, int r, kmp_partition *part)
+static bool improve(choice *c, int r, kmp_partition *part, bool fixed)
 {
-    int p = c->s->n - r, at;
+    int p = c->s->n - r, at, most = part->exchanges + 4 * c->s->n;
     for (;;) {
         if (!compute_b(c, r))
             return false;
         part->max_b = largest(c->b, r * p, &at);
-        if (part->max_b <= GROWTH || part->user || part->exchanges >= 4 * c->s->n)
+        if (part->max_b <= GROWTH || fixed || part->exchanges >= most)
             return true;
         int i = at % r, k = r + at / r, swap = c->col[i];
         c->col[i] = c->col[k];
@@ -234,7 +234,7 @@ static kempe_status choose(choice *c, kmp_partition *part, const double *jacobia
         status = follow_wish(c, part, wish, wish_count);
     if (status != KEMPE_OK)
         return status;
-    if (!improve(c, part->r, part))
+    if (!improve(c, part->r, part, part->user))
         return kmp_fail(s->context, KEMPE_E_FAILED, "the closures are singular for every choice of coordinates");
     part->cond = condition(c, part->r);
     keep(c, part);
@@ -255,6 +255,53 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
     choice_free(&c);
     if (status != KEMPE_OK)
         kmp_partition_free(part);
+    return status;
+}
+
+bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
+{
+    size_t n = (size_t)from->n, m = (size_t)from->m;
+    *to = *from;
+    to->u = KMP_NEW(int, n);
+    to->v = KMP_NEW(int, n);
+    to->rows = KMP_NEW(int, m);
+    to->redundant = KMP_NEW(int, m);
+    to->pivots = KMP_NEW(double, m + n);
+    if (!to->u || !to->v || !to->rows || !to->redundant || !to->pivots) {
+        kmp_partition_free(to);
+        return false;
+    }
+    memcpy(to->u, from->u, n * sizeof *to->u);
+    memcpy(to->v, from->v, n * sizeof *to->v);
+    memcpy(to->rows, from->rows, m * sizeof *to->rows);
+    memcpy(to->redundant, from->redundant, m * sizeof *to->redundant);
+    memcpy(to->pivots, from->pivots, (m + n) * sizeof *to->pivots);
+    return true;
+}
+
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian)
+{
+    choice c;
+    kempe_status status = KEMPE_E_FAILED;
+    kmp_partition trial = *part;
+    if (!choice_init(&c, system)) {
+        choice_free(&c);
+        return kmp_fail_memory(system->context);
+    }
+    scaled_jacobian(system, jacobian, c.a);
+    memcpy(c.row, part->rows, (size_t)part->r * sizeof(int));
+    memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
+    memcpy(c.col, part->v, (size_t)part->r * sizeof(int));
+    memcpy(c.col + part->r, part->u, (size_t)part->p * sizeof(int));
+    if (improve(&c, part->r, &trial, false)) {
+        part->exchanges = trial.exchanges;
+        part->max_b = trial.max_b;
+        part->cond = condition(&c, part->r);
+        part->user = false;
+        keep(&c, part);
+        status = KEMPE_OK;
+    }
+    choice_free(&c);
     return status;
 }
 

@@ -26,4 +26,12 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
                                 const int *wish, int wish_count);
 void kmp_partition_free(kmp_partition *part);
 
+/** A copy of its own. false: no memory. */
+bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
+
+/** Exchanges u and v from what they are until no scaled |Bvu| of J (m x n, column-major) exceeds 2: each exchange takes
+ * the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the new
+ * choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian);
+
 #endif

@@ -9,8 +9,9 @@
 /* What a callback says. */
 enum {
     KMP_GO = 0,
-    KMP_RETRY = 1, /* this state cannot be evaluated, or this step not accepted: try a smaller one */
-    KMP_HALT = -1  /* give up; the road keeps the reason */
+    KMP_RETRY = 1,  /* this state cannot be evaluated, or this step not accepted: try a smaller one */
+    KMP_HALT = -1,  /* give up; the road keeps the reason */
+    KMP_CHANGED = 2 /* the unknowns have another meaning now: start anew from them */
 };
 
 typedef struct kmp_ode {

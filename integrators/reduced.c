@@ -15,6 +15,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. */
+#define EXCHANGE_GROWTH 2.0
+#define EXCHANGE_WISH   10.0
 /* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
 #define GROWTH_LIMIT 1e3
 /* From this |Bvu| on, a step that became too small is put down to the choice of u. */
@@ -30,9 +33,10 @@ typedef struct reduced {
     kmp_road road; /* first */
     const kempe_system *s;
     kmp_plant *plant;
-    const kmp_partition *part;
+    kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
-    bool carried, has_work;
+    bool carried, has_work, fixed;
+    bool due; /* an exchange, before the next step */
     int n, p, r;
     double *q, *qd;   /* n */
     double *weight;   /* n: error weights of coordinates at the last accepted step */
@@ -41,9 +45,11 @@ typedef struct reduced {
     double *anchor_b; /* r x p: tangent there */
     double *anchor_c; /* r: vdd there less what udd makes */
     double *udd;      /* p */
-    int sign;         /* of det Jv at the start */
-    double rtol, atol;
+    double *jacobian; /* m x n, for exchanges */
+    int sign;         /* of det Jv since the start or the last exchange */
+    double rtol, atol, rate_scale;
     double t;      /* of the last accepted step */
+    bool crossed;  /* det Jv had changed its sign at the end of the last step tried */
     double growth; /* |Bvu| there, scaled, and where */
     int growth_v, growth_u;
 } reduced;
@@ -51,11 +57,11 @@ typedef struct reduced {
 static void pack(reduced *d, const double *q, const double *qd, double *y)
 {
     for (int k = 0; k < d->p; k++) {
-        y[k] = q[d->part->u[k]];
-        y[d->p + k] = qd[d->part->u[k]];
+        y[k] = q[d->part.u[k]];
+        y[d->p + k] = qd[d->part.u[k]];
     }
     for (int i = 0; d->carried && i < d->r; i++)
-        y[2 * d->p + i] = q[d->part->v[i]];
+        y[2 * d->p + i] = q[d->part.v[i]];
 }
 
 static int work_index(const reduced *d)
@@ -66,7 +72,7 @@ static int work_index(const reduced *d)
 static void put_u(reduced *d, const double *y)
 {
     for (int k = 0; k < d->p; k++)
-        d->q[d->part->u[k]] = y[k];
+        d->q[d->part.u[k]] = y[k];
 }
 
 /* Along the tangent from the last accepted step and its curvature: dv = B du + c tau^2 / 2. */
@@ -77,7 +83,7 @@ static void predict_v(reduced *d, double t, const double *y)
         double v = d->anchor_v[i] + 0.5 * tau * tau * d->anchor_c[i];
         for (int k = 0; k < d->p; k++)
             v += d->anchor_b[i + k * d->r] * (y[k] - d->anchor_u[k]);
-        d->q[d->part->v[i]] = v;
+        d->q[d->part.v[i]] = v;
     }
 }
 
@@ -87,7 +93,7 @@ static int place(reduced *d, double t, const double *y)
     put_u(d, y);
     if (d->carried) {
         for (int i = 0; i < d->r; i++)
-            d->q[d->part->v[i]] = y[2 * d->p + i];
+            d->q[d->part.v[i]] = y[2 * d->p + i];
         kmp_plant_closure(d->plant, t, d->q);
         if (kmp_reduction_factor(&d->red))
             return KMP_RETRY;
@@ -123,13 +129,21 @@ static int rhs(void *self, double t, const double *y, double *dy)
             return KMP_RETRY;
     }
     for (int i = 0; d->carried && i < d->r; i++)
-        dy[2 * d->p + i] = d->qd[d->part->v[i]];
+        dy[2 * d->p + i] = d->qd[d->part.v[i]];
     if (d->has_work)
         dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd);
     return KMP_GO;
 }
 
 /* -- watching ---------------------------------------------------------------------------------------- */
+
+static bool is_among(const int *list, int count, int k)
+{
+    for (int i = 0; i < count; i++)
+        if (list[i] == k)
+            return true;
+    return false;
+}
 
 static const char *name_of(const reduced *d, int k)
 {
@@ -146,35 +160,47 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
     return KMP_HALT;
 }
 
+/* |Bvu| at the step's end; what it asks for. */
 static int watch(reduced *d, double t)
 {
     if (d->r == 0)
         return KMP_GO;
     d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
-    if (kmp_block_sign(d->red.block) != d->sign)
+    bool crossed = kmp_block_sign(d->red.block) != d->sign;
+    if (d->fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
-    if (d->growth > GROWTH_LIMIT)
+    if (d->fixed && d->growth > GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
-    return KMP_GO;
+    d->crossed = crossed;
+    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : EXCHANGE_GROWTH);
+    return crossed ? KMP_RETRY : KMP_GO;
 }
 
-/* Steps that shrink to nothing where |Bvu| is large: a dead centre that evaluations cannot pass. */
+/* Steps that shrink to nothing: at a dead centre that evaluations cannot pass, or where det Jv keeps changing its sign.
+ */
 static void explain(kmp_road *road)
 {
     reduced *d = (reduced *)road;
     kmp_text what = {0};
-    if (d->growth < EXPLAIN_GROWTH)
-        return;
-    kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
-    (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
-    kmp_text_free(&what);
+    if (d->growth >= EXPLAIN_GROWTH) {
+        kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
+        (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
+        kmp_text_free(&what);
+    } else if (d->crossed) {
+        kmp_text_printf(
+            &road->reason,
+            "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| stays at %.3g, so two "
+            "branches of the mechanism meet there and the motion may go on along either; change the start or "
+            "the lengths, or take the projected road",
+            d->t, d->growth);
+    }
 }
 
 /* Rows that are not solved for must close too. */
 static int check_redundant(reduced *d, double t)
 {
-    for (int k = 0; k < d->part->m - d->r; k++) {
-        int row = d->part->redundant[k];
+    for (int k = 0; k < d->part.m - d->r; k++) {
+        int row = d->part.redundant[k];
         double h = fabs(d->plant->h[row]) / d->s->row_scale[row];
         if (h <= REDUNDANT_LIMIT * (d->atol + d->rtol))
             continue;
@@ -193,10 +219,10 @@ static void remember(reduced *d, double t, const double *y)
     d->t = t;
     memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
     for (int i = 0; i < d->r; i++)
-        d->anchor_v[i] = d->q[d->part->v[i]];
+        d->anchor_v[i] = d->q[d->part.v[i]];
     memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
     for (int i = 0; i < d->r; i++)
-        d->anchor_c[i] = d->red.a0[d->part->v[i]];
+        d->anchor_c[i] = d->red.a0[d->part.v[i]];
     for (int i = 0; i < d->n; i++)
         d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
 }
@@ -220,11 +246,14 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
                 return KMP_RETRY;
         for (int i = 0; i < d->r; i++) {
             y[2 * d->p + i] += d->red.dv[i];
-            d->q[d->part->v[i]] = y[2 * d->p + i];
+            d->q[d->part.v[i]] = y[2 * d->p + i];
         }
     }
-    if (watch(d, t) != KMP_GO || check_redundant(d, t) != KMP_GO)
-        return KMP_HALT;
+    int said = watch(d, t);
+    if (said == KMP_GO)
+        said = check_redundant(d, t);
+    if (said != KMP_GO)
+        return said;
     remember(d, t, y);
     d->road.newton = d->red.newton;
     d->road.factorizations = d->red.factorizations;
@@ -241,7 +270,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     put_u(d, y);
     if (d->carried)
         for (int i = 0; i < d->r; i++)
-            d->q[d->part->v[i]] = y[2 * d->p + i];
+            d->q[d->part.v[i]] = y[2 * d->p + i];
     else
         predict_v(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
@@ -262,18 +291,99 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
+/* -- exchanges --------------------------------------------------------------------------------------- */
+
+static void set_tolerances(reduced *d)
+{
+    double *atol = d->road.atol;
+    for (int k = 0; k < d->p; k++) {
+        atol[k] = d->atol * d->s->scale[d->part.u[k]];
+        atol[d->p + k] = atol[k] * d->rate_scale;
+    }
+    for (int i = 0; d->carried && i < d->r; i++)
+        atol[2 * d->p + i] = d->atol * d->s->scale[d->part.v[i]];
+    if (d->has_work)
+        atol[work_index(d)] = 1e300; /* judged, not controlled */
+}
+
+/* Factors, tangent, sign and anchor of d->q with the partition at hand. */
+static int settle(reduced *d, double t, const double *y)
+{
+    kmp_plant_closure(d->plant, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    d->sign = d->r > 0 ? kmp_block_sign(d->red.block) : 1;
+    remember(d, t, y);
+    return KMP_GO;
+}
+
+static void log_exchange(const reduced *d, double t, const kmp_partition *before)
+{
+    kmp_text out = {0}, in = {0};
+    for (int k = 0; k < d->p; k++) {
+        if (!is_among(d->part.u, d->p, before->u[k]))
+            kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before->u[k]));
+        if (!is_among(before->u, d->p, d->part.u[k]))
+            kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
+    }
+    kmp_log(d->s->context, KEMPE_LOG_NOTE, "t = %.9g: %s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g",
+            t, in.s ? in.s : "", out.s ? out.s : "", d->growth, d->part.max_b);
+    kmp_text_free(&out);
+    kmp_text_free(&in);
+}
+
+/* The new partition's workspace, and the state in its unknowns. */
+static int take_over(reduced *d, double t, double *y)
+{
+    kmp_reduction before = d->red;
+    if (kmp_reduction_init(&d->red, d->plant, &d->part) != KEMPE_OK) {
+        d->red = before;
+        return KMP_HALT;
+    }
+    d->red.newton = before.newton;
+    d->red.factorizations = before.factorizations;
+    kmp_reduction_free(&before);
+    pack(d, d->q, d->qd, y);
+    set_tolerances(d);
+    d->road.exchanges++;
+    return settle(d, t, y);
+}
+
+/* An exchange that is due. */
+static int renew(kmp_road *road, double t, double *y, double *yp)
+{
+    reduced *d = (reduced *)road;
+    kmp_partition before;
+    (void)yp;
+    if (!d->due)
+        return KMP_GO;
+    d->due = false;
+    if (place(d, t, y) != KMP_GO || !kmp_partition_copy(&before, &d->part))
+        return KMP_HALT;
+    kmp_reduction_rates(&d->red, y + d->p, d->qd);
+    kmp_plant_dense_jacobian(d->plant, d->jacobian);
+    int said = kmp_partition_exchange(&d->part, d->s, d->jacobian) == KEMPE_OK ? take_over(d, t, y) : KMP_HALT;
+    if (said == KMP_GO)
+        log_exchange(d, t, &before);
+    kmp_partition_free(&before);
+    return said == KMP_GO ? KMP_CHANGED : KMP_HALT;
+}
+
 /* -- making one -------------------------------------------------------------------------------------- */
 
 static void release(kmp_road *road)
 {
     reduced *d = (reduced *)road;
     kmp_reduction_free(&d->red);
+    kmp_partition_free(&d->part);
     kmp_text_free(&road->reason);
     kmp_free(road->y);
     kmp_free(road->atol);
     kmp_free(d->q);
     kmp_free(d->qd);
     kmp_free(d->weight);
+    kmp_free(d->jacobian);
     kmp_free(d->anchor_u);
     kmp_free(d->anchor_v);
     kmp_free(d->anchor_b);
@@ -290,42 +400,24 @@ static bool allocate(reduced *d)
     d->q = KMP_NEW(double, d->n);
     d->qd = KMP_NEW(double, d->n);
     d->weight = KMP_NEW(double, d->n);
+    d->jacobian = KMP_NEW(double, d->part.m * d->n);
     d->anchor_u = KMP_NEW(double, d->p);
     d->anchor_v = KMP_NEW(double, d->r);
     d->anchor_b = KMP_NEW(double, d->r * d->p);
     d->anchor_c = KMP_NEW(double, d->r);
     d->udd = KMP_NEW(double, d->p);
-    return road->y && road->atol && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v && d->anchor_b &&
-           d->anchor_c && d->udd;
+    return road->y && road->atol && d->jacobian && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v &&
+           d->anchor_b && d->anchor_c && d->udd;
 }
 
-static void set_tolerances(reduced *d, double rate_scale)
-{
-    double *atol = d->road.atol;
-    for (int k = 0; k < d->p; k++) {
-        atol[k] = d->atol * d->s->scale[d->part->u[k]];
-        atol[d->p + k] = atol[k] * rate_scale;
-    }
-    for (int i = 0; d->carried && i < d->r; i++)
-        atol[2 * d->p + i] = d->atol * d->s->scale[d->part->v[i]];
-    if (d->has_work)
-        atol[work_index(d)] = 1e300; /* judged, not controlled */
-}
-
-/* The first anchor, tangent and sign. */
 static bool begin(reduced *d, const kmp_road_start *start)
 {
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
     pack(d, start->q, start->qd, d->road.y);
-    kmp_plant_closure(d->plant, 0, d->q);
-    if (kmp_reduction_factor(&d->red)) {
-        (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at the start");
-        return false;
-    }
-    kmp_reduction_tangent(&d->red);
-    d->sign = d->r > 0 ? kmp_block_sign(d->red.block) : 1;
-    remember(d, 0, d->road.y);
-    return true;
+    if (settle(d, 0, d->road.y) == KMP_GO)
+        return true;
+    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at the start");
+    return false;
 }
 
 static kmp_road *create(const kmp_road_start *start, bool carried)
@@ -338,7 +430,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     }
     d->s = start->system;
     d->plant = start->plant;
-    d->part = part;
+    d->fixed = start->fixed;
     d->carried = carried;
     d->has_work = start->system->dissipative;
     d->n = part->n;
@@ -346,15 +438,17 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->r = part->r;
     d->rtol = start->rtol;
     d->atol = start->atol;
+    d->rate_scale = start->rate_scale;
     d->road.release = release;
     d->road.row = row;
+    d->road.renew = renew;
     d->road.explain = explain;
     d->road.size = work_index(d) + d->has_work;
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
-    if (!allocate(d))
+    if (!kmp_partition_copy(&d->part, part) || !allocate(d))
         (void)kmp_fail_memory(start->system->context);
-    else if (kmp_reduction_init(&d->red, start->plant, part) == KEMPE_OK && begin(d, start)) {
-        set_tolerances(d, start->rate_scale);
+    else if (kmp_reduction_init(&d->red, start->plant, &d->part) == KEMPE_OK && begin(d, start)) {
+        set_tolerances(d);
         return &d->road;
     }
     release(&d->road);

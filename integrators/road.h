@@ -20,6 +20,7 @@ typedef struct kmp_road_start {
     const double *q, *qd;      /* consistent */
     const double *qdd, *lambda;
     double rtol, atol, rate_scale, t_end;
+    bool fixed; /* u stays what it is, and the run ends where it goes bad */
 } kmp_road_start;
 
 typedef struct kmp_road_kind {
@@ -36,6 +37,10 @@ struct kmp_road {
     /** Row at (t, y[, yp]). 0, or KMP_HALT with the reason in the context. */
     int (*row)(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work);
+
+    /** Asked between steps, at the end of the last one: may give its unknowns another meaning (exchange coordinates).
+     * KMP_GO: nothing was changed; KMP_CHANGED: y (and yp) are the new start; KMP_HALT. NULL: it never does. */
+    int (*renew)(kmp_road *road, double t, double *y, double *yp);
 
     /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never
      * does. */

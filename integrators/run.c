@@ -91,7 +91,8 @@ static kempe_status make_road(kmp_runner *run, const kempe_assembly *start)
                             .rtol = run->spec.rtol,
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
-                            .t_end = run->spec.t_end};
+                            .t_end = run->spec.t_end,
+                            .fixed = run->spec.fixed_u};
     run->road = kmp_road_find(run->spec.road, run->spec.form)->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }
@@ -259,10 +260,33 @@ double kmp_runner_t_old(const kmp_runner *run)
     return run->kind->t_old(run->solver);
 }
 
+/* Lets the road re-arrange its unknowns at the end of the last step; an integrator is then started anew, a one-step
+ * method with the step it had. */
+static kempe_status renew(kmp_runner *run, double t)
+{
+    double h = t - kmp_runner_t_old(run);
+    if (!run->road->renew || !(h > 0))
+        return KEMPE_OK;
+    kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
+    if (status != KEMPE_OK)
+        return status;
+    switch (run->road->renew(run->road, t, run->y, run->yp)) {
+    case KMP_GO:
+        return KEMPE_OK;
+    case KMP_CHANGED:
+        return run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
+                                run->kind->corrects ? h : first_step(run));
+    default:
+        return KEMPE_E_FAILED;
+    }
+}
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
     kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = renew(run, t);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status != KEMPE_OK)

@@ -14,6 +14,7 @@ typedef struct kmp_run_spec {
     const double *times;
     const int *u; /* wished independent coordinates */
     int u_count;
+    bool fixed_u; /* no exchanges: the run ends where u goes bad */
 } kmp_run_spec;
 
 /** A row delivered at a time: q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).

@@ -165,7 +165,8 @@ typedef struct kempe_run {
     const char *integrator; /* dop853 | ida */
     const char *linear;     /* dae: umfpack */
     const char *backend;    /* tape */
-    const char *u;          /* independent coordinates asked for, comma-separated */
+    const char *u;          /* independent coordinates to begin with, comma-separated */
+    int fixed_u;            /* keep them: the run fails where they go bad, instead of exchanging them */
     double rtol;            /* relative tolerance, > 0 */
     double atol;            /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
     double t_end;           /* s */

@@ -238,7 +238,9 @@ static kempe_status write_csv(const job *j, kempe_status written)
 static kempe_status simulate(const job *j)
 {
     kempe_trajectory *result = NULL;
-    kempe_status status = kempe_simulate(j->system, &j->settings->run, &result);
+    kempe_run run = j->settings->run;
+    run.fixed_u = j->settings->fixed_u;
+    kempe_status status = kempe_simulate(j->system, &run, &result);
     tell_failure(j, status, result != NULL);
     if (result) {
         status = worse(status, report(j, print_trajectory, result));

@@ -33,6 +33,7 @@ static const option options[] = {
     {CLI_SIMULATE, "t-end", 0, OPTION_NUMBER, AT(run.t_end), "T", "end of the run, s"},
     {CLI_SIMULATE, "every", 0, OPTION_NUMBER, AT(run.every), "T", "time between rows of the table, s"},
     {CLI_SIMULATE, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..", "independent coordinates to begin with"},
+    {CLI_SIMULATE, "fixed-u", 0, OPTION_FLAG, AT(fixed_u), NULL, "keep them: fail where they go bad, do not exchange"},
     {CLI_SIMULATE, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV", "measure errors against this table"},
     {CLI_SIMULATE, "output", 'o', OPTION_TEXT, AT(output), "CSV", "write the trajectory"},
     {CLI_COMPARE, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..", "relative tolerances"},

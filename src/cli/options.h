@@ -17,6 +17,7 @@ typedef struct cli_settings {
     kempe_run run;
     kempe_compare_run compare;
     bool show_model, show_equations, show_program, show_stats;
+    bool fixed_u;
     bool help;
 } cli_settings;
 

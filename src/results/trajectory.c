@@ -145,7 +145,8 @@ static kempe_status choose(job *j)
                              .backend = run->backend,
                              .rtol = run->rtol,
                              .atol = run->atol,
-                             .t_end = run->t_end};
+                             .t_end = run->t_end,
+                             .fixed_u = run->fixed_u};
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
         status = read_wish(j);
