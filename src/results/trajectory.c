@@ -50,13 +50,15 @@ static kempe_status check_numbers(const job *j)
     return KEMPE_OK;
 }
 
-/* The coordinate called by the first `length` characters of `name`; -1 after a message. */
+/* The coordinate called by the first `length` characters of `name`; after a message -1, or -2 for want of memory. */
 static int find_coordinate(const job *j, const char *name, int length)
 {
     kmp_text word = {0}, sentence = {0};
     kmp_text_printf(&word, "%.*s", length, name);
-    if (word.failed)
-        return (int)kmp_fail_memory(j->context);
+    if (word.failed) {
+        (void)kmp_fail_memory(j->context);
+        return -2;
+    }
     kmp_nearest nearest = kmp_nearest_begin(word.s);
     int found = -1;
     for (int k = 0; k < j->system->n && found < 0; k++) {
@@ -83,7 +85,7 @@ static kempe_status read_wish(job *j)
     while (s && *s) {
         int length = (int)strcspn(s, ","), k = find_coordinate(j, s, length);
         if (k < 0)
-            return KEMPE_E_ARGUMENT;
+            return k == -1 ? KEMPE_E_ARGUMENT : KEMPE_E_MEMORY;
         for (int i = 0; i < j->spec.u_count; i++)
             if (j->u[i] == k)
                 return kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: coordinate '%.*s' stands twice", length, s);
