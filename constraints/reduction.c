@@ -6,6 +6,9 @@
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
+/* A scaled |h| that is rounding alone, and one that may be where corrections no longer shrink. */
+#define ROUNDING       4e-16
+#define MOSTLY_ROUNDED 2e-14
 
 /* -- setting up -------------------------------------------------------------------------------------- */
 
@@ -273,9 +276,9 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
         kmp_reduction_correction(red);
         red->newton++;
         double size = measure(red, w, &weighted);
-        bool done = size <= floor_ || (w && weighted <= fraction);
+        bool done = size <= floor_ || (w && weighted <= fraction) || kmp_plant_residual(red->plant) <= ROUNDING;
         if (!done && (size > 0.9 * last || size == INFINITY))
-            return 1;
+            return size == INFINITY || kmp_plant_residual(red->plant) > MOSTLY_ROUNDED;
         for (int i = 0; i < red->r; i++)
             q[red->part->v[i]] += red->dv[i];
         if (done)

@@ -336,6 +336,12 @@ static int matrix(void *self, double t, double cj, const double *y, const double
     return KMP_GO;
 }
 
+static void position(kmp_road *road, double t, const double *y, double *q)
+{
+    (void)t;
+    memcpy(q, y, (size_t)((ah *)road)->n * sizeof *q);
+}
+
 /* Rows are what the integrator holds; accelerations and multipliers come from the saddle system there. */
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
@@ -431,6 +437,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->r = start->part->r;
     d->road.release = release;
     d->road.row = row;
+    d->road.position = position;
     d->road.size = 2 * d->n + 2 * d->r;
     if (!allocate(d)) {
         (void)kmp_fail_memory(d->s->context);

@@ -98,6 +98,12 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
+static void position(kmp_road *road, double t, const double *y, double *q)
+{
+    (void)t;
+    memcpy(q, y, (size_t)((projected *)road)->n * sizeof *q);
+}
+
 /* Rows between steps are projected too, to round-off. */
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
@@ -171,6 +177,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->atol = start->atol;
     d->road.release = release;
     d->road.row = row;
+    d->road.position = position;
     d->road.size = 2 * n + d->has_work;
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
     if (!allocate(d)) {
@@ -184,8 +191,10 @@ static kmp_road *create(const kmp_road_start *start)
         d->road.atol[i] = start->atol * d->s->scale[i];
         d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
     }
-    if (d->has_work)
+    if (d->has_work) {
+        d->road.y[2 * n] = start->work;
         d->road.atol[2 * n] = 1e300; /* judged, not controlled */
+    }
     return &d->road;
 }
 

@@ -262,6 +262,13 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
+static void position(kmp_road *road, double t, const double *y, double *q)
+{
+    reduced *d = (reduced *)road;
+    (void)place(d, t, y);
+    memcpy(q, d->q, (size_t)d->n * sizeof *q);
+}
+
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
@@ -414,9 +421,11 @@ static bool begin(reduced *d, const kmp_road_start *start)
 {
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
     pack(d, start->q, start->qd, d->road.y);
-    if (settle(d, 0, d->road.y) == KMP_GO)
+    if (d->has_work)
+        d->road.y[work_index(d)] = start->work;
+    if (settle(d, start->t, d->road.y) == KMP_GO)
         return true;
-    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at the start");
+    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
     return false;
 }
 
@@ -441,6 +450,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->rate_scale = start->rate_scale;
     d->road.release = release;
     d->road.row = row;
+    d->road.position = position;
     d->road.renew = renew;
     d->road.explain = explain;
     d->road.size = work_index(d) + d->has_work;

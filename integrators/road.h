@@ -17,8 +17,10 @@ typedef struct kmp_road_start {
     const kempe_system *system;
     kmp_plant *plant;
     const kmp_partition *part; /* at the start */
-    const double *q, *qd;      /* consistent */
+    double t;
+    const double *q, *qd; /* consistent */
     const double *qdd, *lambda;
+    double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale, t_end;
     bool fixed; /* u stays what it is, and the run ends where it goes bad */
 } kmp_road_start;
@@ -38,6 +40,9 @@ struct kmp_road {
     int (*row)(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work);
 
+    /** q at (t, y), to the accuracy of the integration. */
+    void (*position)(kmp_road *road, double t, const double *y, double *q);
+
     /** Asked between steps, at the end of the last one: may give its unknowns another meaning (exchange coordinates).
      * KMP_GO: nothing was changed; KMP_CHANGED: y (and yp) are the new start; KMP_HALT. NULL: it never does. */
     int (*renew)(kmp_road *road, double t, double *y, double *yp);
@@ -51,12 +56,16 @@ struct kmp_road {
     int size;        /* unknowns */
     double *y, *yp;  /* consistent start; yp for a DAE only */
     double *atol;    /* of each unknown */
+    double rtol;     /* 0: that of the run */
     kmp_text reason; /* why it gave up */
     long newton, factorizations, exchanges;
 };
 
 /** The kind of a road and form (NULL: the road's first); NULL when there is none. */
 const kmp_road_kind *kmp_road_find(const char *road, const char *form);
+
+/** The road through change points: entered and left by a runner, never asked for. */
+extern const kmp_road_kind kmp_road_zone;
 
 #define KMP_ROAD(id) extern const kmp_road_kind kmp_road_##id;
 #include "integrators/roads.def"

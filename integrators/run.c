@@ -2,6 +2,7 @@
 /* One run, step by step: assembles, partitions, makes a road and an integrator, advances, gives rows. */
 #include "integrators/run.h"
 #include "base/memory.h"
+#include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "integrators/road.h"
@@ -16,12 +17,18 @@ struct kmp_runner {
     kmp_plant *plant;
     kmp_partition part;
     bool has_part;
+    kmp_margin margin;
     kmp_road *road;
+    const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
+    bool in_zone;
+    double zone_t, zone_margin; /* entered at; least margin seen in it */
     const kmp_solver_kind *kind;
     void *solver;
-    double *y, *yp;       /* at a row; yp for a DAE only */
-    double *qdd, *lambda; /* at the start */
-    double work;          /* of non-conservative forces on a dae road, by quadrature up to work_t */
+    kmp_run_report before; /* work of roads and solvers that are gone */
+    double *state;         /* q, qd, qdd, lambda at a change of road */
+    double *y, *yp;        /* at a row; yp for a DAE only */
+    double *qdd, *lambda;  /* at the start */
+    double work;           /* of non-conservative forces on a dae road, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, progress;
     unsigned long memory_failures; /* before it was made */
@@ -48,15 +55,15 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
     return scale;
 }
 
-static kempe_status choose_partition(kmp_runner *run, const kempe_assembly *start)
+static kempe_status choose_partition(kmp_runner *run, double t, const double *q, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
     double *jacobian = KMP_NEW(double, s->m * s->n);
     if (!jacobian)
         return kmp_fail_memory(s->context);
-    kmp_plant_closure(run->plant, 0, start->q);
+    kmp_plant_closure(run->plant, t, q);
     kmp_plant_dense_jacobian(run->plant, jacobian);
-    kempe_status status = kmp_partition_init(&run->part, s, jacobian, run->spec.u, run->spec.u_count);
+    kempe_status status = kmp_partition_init(&run->part, s, jacobian, wish, wish_count);
     kmp_free(jacobian);
     run->has_part = status == KEMPE_OK;
     return status;
@@ -80,21 +87,24 @@ static kempe_status accelerate(kmp_runner *run, const kempe_assembly *start)
     return status;
 }
 
-static kempe_status make_road(kmp_runner *run, const kempe_assembly *start)
+static kempe_status make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q, const double *qd,
+                              double work)
 {
     kmp_road_start given = {.system = run->s,
                             .plant = run->plant,
                             .part = &run->part,
-                            .q = start->q,
-                            .qd = start->qd,
+                            .t = t,
+                            .q = q,
+                            .qd = qd,
                             .qdd = run->qdd,
                             .lambda = run->lambda,
+                            .work = work,
                             .rtol = run->spec.rtol,
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
                             .fixed = run->spec.fixed_u};
-    run->road = kmp_road_find(run->spec.road, run->spec.form)->create(&given);
+    run->road = way->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -104,9 +114,9 @@ static kempe_status make_solver(kmp_runner *run)
     kmp_solver_setup setup = {.context = run->s->context,
                               .ode = &road->ode,
                               .dae = &road->dae,
-                              .tolerance = {run->spec.rtol, road->atol},
+                              .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
                               .linear = run->spec.linear};
-    run->kind = kmp_solver_find(run->spec.integrator);
+    run->kind = kmp_solver_find(run->in_zone ? "dop853" : run->spec.integrator);
     run->y = KMP_NEW(double, road->size);
     run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
     if (!run->y || (road->yp && !run->yp))
@@ -196,14 +206,19 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     run->plant = kmp_plant_new(run->s, run->spec.backend);
     run->qdd = KMP_NEW(double, run->s->n);
     run->lambda = KMP_NEW(double, run->s->m);
-    if (!run->plant || !run->qdd || !run->lambda)
+    run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
+    if (!run->plant || !run->qdd || !run->lambda || !run->state)
         return kmp_fail_memory(run->s->context);
-    kempe_status status = choose_partition(run, start);
+    kempe_status status = choose_partition(run, 0, start->q, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
         status = accelerate(run, start);
+    if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
+        status = kmp_fail_memory(run->s->context);
+    if (status != KEMPE_OK)
+        return status;
     run->rate_scale = rate_scale_of(run, start->qd);
-    if (status == KEMPE_OK)
-        status = make_road(run, start);
+    run->way = kmp_road_find(run->spec.road, run->spec.form);
+    status = make_road(run, run->way, 0, start->q, start->qd, 0);
     return status == KEMPE_OK ? make_solver(run) : status;
 }
 
@@ -256,6 +271,8 @@ void kmp_runner_free(kmp_runner *run)
     kmp_plant_free(run->plant);
     kmp_free(run->y);
     kmp_free(run->yp);
+    kmp_margin_free(&run->margin);
+    kmp_free(run->state);
     kmp_free(run->qdd);
     kmp_free(run->lambda);
     kmp_free(run->reason);
@@ -264,12 +281,111 @@ void kmp_runner_free(kmp_runner *run)
 
 double kmp_runner_t(const kmp_runner *run)
 {
-    return run->kind->t(run->solver);
+    return run->solver ? run->kind->t(run->solver) : run->work_t;
 }
 
 double kmp_runner_t_old(const kmp_runner *run)
 {
-    return run->kind->t_old(run->solver);
+    return run->solver ? run->kind->t_old(run->solver) : run->work_t;
+}
+
+/* Adds the work of the road and integrator at hand. */
+static void add_report(const kmp_runner *run, kmp_run_report *report)
+{
+    if (!run->solver)
+        return;
+    kmp_solver_work w = run->kind->work(run->solver);
+    report->steps += w.steps;
+    report->rejected += w.rejected;
+    report->refused += w.refused;
+    report->rhs += w.rhs;
+    report->newton += w.newton + run->road->newton;
+    report->factorizations += w.factorizations + run->road->factorizations;
+    report->exchanges += run->road->exchanges;
+}
+
+/* -- change points ----------------------------------------------------------------------------------- */
+
+/* Margins, of the start's, at which a run enters the zone and leaves it. */
+#define ZONE_IN  0.15
+#define ZONE_OUT 0.2
+/* Last pivot of the independent rows over that of all rows at which others are taken. */
+#define ROWS_OUT 0.2
+
+static void release_road(kmp_runner *run)
+{
+    add_report(run, &run->before);
+    run->kind->release(run->solver);
+    run->road->release(run->road);
+    kmp_free(run->y);
+    kmp_free(run->yp);
+    run->solver = NULL;
+    run->road = NULL;
+    run->y = run->yp = NULL;
+}
+
+/* Rows and coordinates anew at q; a fixed u stays. */
+static kempe_status choose_again(kmp_runner *run, double t, const double *q)
+{
+    kmp_partition before = run->part;
+    run->has_part = false;
+    kempe_status status = choose_partition(run, t, q, before.u, run->spec.fixed_u ? before.p : 0);
+    kmp_partition_free(&before);
+    return status;
+}
+
+/* Goes on at t with another road, from the state that the old one completes. */
+static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
+{
+    int n = run->s->n;
+    double *q = run->state, *qd = q + n, work;
+    kempe_status status = kmp_runner_row(run, t, q, qd, run->qdd, run->lambda, &work);
+    if (status != KEMPE_OK)
+        return status;
+    release_road(run);
+    run->in_zone = to_zone;
+    status = choose_again(run, t, q);
+    if (status == KEMPE_OK)
+        status = make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
+    if (status == KEMPE_OK)
+        status = make_solver(run);
+    run->work = work;
+    run->work_t = t;
+    return status == KEMPE_OK
+               ? run->kind->start(run->solver, t, run->road->y, run->road->yp, run->spec.t_end, first_step(run))
+               : status;
+}
+
+/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
+ * while all rows together do not, others are taken. */
+static kempe_status watch_margin(kmp_runner *run, double t)
+{
+    if (run->margin.r == 0 || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
+    if (status != KEMPE_OK)
+        return status;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    double margin = kmp_margin_at(&run->margin, run->plant);
+    if (run->in_zone)
+        run->zone_margin = fmin(run->zone_margin, margin);
+    if (!run->in_zone && margin < ZONE_IN) {
+        run->zone_t = t;
+        run->zone_margin = margin;
+        return change_road(run, t, true);
+    }
+    if (run->in_zone && margin > ZONE_OUT) {
+        kmp_log(run->s->context, KEMPE_LOG_NOTE,
+                "t = %.9g to %.9g: passed a change point, where the closures come within %.2g of losing a row",
+                run->zone_t, t, run->zone_margin);
+        return change_road(run, t, false);
+    }
+    if (kmp_margin_of_rows(&run->margin, run->plant, &run->part) < ROWS_OUT) {
+        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: other closure rows are taken as the independent ones", t);
+        return change_road(run, t, run->in_zone);
+    }
+    return KEMPE_OK;
 }
 
 /* Lets the road re-arrange its unknowns at the end of the last step; an integrator is then started anew, a one-step
@@ -298,6 +414,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
     double t = kmp_runner_t(run);
     kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
     if (status == KEMPE_OK)
+        status = watch_margin(run, t);
+    if (status == KEMPE_OK)
         status = renew(run, t);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
@@ -323,19 +441,12 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, do
 
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 {
-    *report = (kmp_run_report){.rate_scale = run->rate_scale, .build_s = run->build_s};
+    *report = run->before;
+    report->rate_scale = run->rate_scale;
+    report->build_s = run->build_s;
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
-    if (!run->solver)
-        return;
-    kmp_solver_work w = run->kind->work(run->solver);
-    report->t = kmp_runner_t(run);
-    report->steps = w.steps;
-    report->rejected = w.rejected;
-    report->refused = w.refused;
-    report->rhs = w.rhs;
-    report->newton = w.newton + run->road->newton;
-    report->factorizations = w.factorizations + run->road->factorizations;
-    report->exchanges = run->road->exchanges;
+    report->t = run->solver ? kmp_runner_t(run) : 0;
+    add_report(run, report);
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */

@@ -207,6 +207,25 @@ static void spatial_problems_reach_their_digits(void)
     }
 }
 
+/* Bennett's loop turns several times; the independent two of its six rows must be chosen anew on the way. */
+static void bennett_keeps_its_closed_form(void)
+{
+    loaded l = load("tests/models/bennett.yaml");
+    static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}};
+    double end = 10, alpha = 40 * M_PI / 180, beta = 75 * M_PI / 180, first = 0;
+    double k = sin((beta + alpha) / 2) / sin((beta - alpha) / 2);
+    last_row row = {0};
+    for (int way = 0; way < 3; way++) {
+        CHECK(run(&l, ways[way][0], ways[way][1], 1e-11, 10, 1, &end, &row, NULL) == KEMPE_OK);
+        CHECK_NEAR(tan(row.q[0] / 2) * tan(row.q[1] / 2), k, 1e-12);
+        CHECK_NEAR(row.q[2], -row.q[0], 1e-13);
+        first = way == 0 ? row.q[0] : first;
+        CHECK_NEAR(row.q[0], first, 1e-9);
+        CHECK(row.q[0] > 20); /* it did turn */
+    }
+    unload(&l);
+}
+
 /* A fixed u dies at a dead centre: at no tolerance may the run end well. */
 static void a_fixed_choice_of_u_says_so(void)
 {
@@ -303,6 +322,7 @@ int main(void)
     TEST(andrews_reaches_its_digits);
     TEST(linkages_reach_their_digits);
     TEST(spatial_problems_reach_their_digits);
+    TEST(bennett_keeps_its_closed_form);
     TEST(a_fixed_choice_of_u_says_so);
     TEST(exchanges_carry_through_dead_centres);
     TEST(no_choice_of_u_is_silently_wrong);

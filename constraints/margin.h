@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How far the closures are from losing a row: the last kept pivot of the scaled J over all columns, against its value
+ * at the start. Small Jv alone is a dead centre of a choice of u; this small is a change point of the mechanism, where
+ * branches meet. Workspace made once. */
+#ifndef KMP_CONSTRAINTS_MARGIN_H
+#define KMP_CONSTRAINTS_MARGIN_H
+
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+
+typedef struct kmp_margin {
+    const kempe_system *system;
+    int r;        /* rank at the start */
+    double usual; /* the largest r-th pivot seen */
+    double last;  /* the last one */
+    double *a, *pivots;
+    int *row, *col;
+} kmp_margin;
+
+/** At the partition's configuration. false: no memory. */
+bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
+void kmp_margin_free(kmp_margin *margin);
+
+/** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. */
+double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
+
+/** After kmp_margin_at: how good the independent rows of `part` still are, their last pivot over that of all rows. 1
+ * when no row is redundant. */
+double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part);
+
+#endif

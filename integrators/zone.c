@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The zone around a change point, where J loses a row: the projected road with directions of the constraint forces that
+ * are nearly dependent left out. With M = L L' and A = L^-1 J', A P = Q R by column pivoting, kept while |R_kk| > eps
+ * |R_11|:
+ *
+ *     w = L' qdd = a + Q z,   a = -L^-1 C,   R' z = P'(-jdqd - A' a),   lambda = P R^-1 z
+ *
+ * so that the motion goes on along the tangent it has, with an error of the order of eps^2. A runner enters the zone
+ * when the margin of the closures has fallen and leaves it when it has grown again; no other road may be asked to
+ * cross. */
+#include "base/memory.h"
+#include "integrators/road.h"
+#include "linalg/dense.h"
+#include <math.h>
+#include <string.h>
+
+/* Directions below this fraction of the strongest are left out. */
+#define EPS 1e-5
+/* Nothing finer is to be had in the zone. */
+#define ZONE_RTOL 1e-9
+
+typedef struct zone {
+    kmp_road road; /* first */
+    const kempe_system *s;
+    kmp_plant *plant;
+    const kmp_partition *part;
+    bool has_work;
+    int n, m, r;
+    int kept;     /* columns */
+    double *l;    /* n x n Cholesky factor of M */
+    double *a;    /* n x r: A, then Q in its kept columns */
+    double *full; /* n x r: A as it was */
+    double *rr;   /* r x r, upper */
+    int *pivot;   /* column of A in each place */
+    double *x, *y, *z, *dx;
+} zone;
+
+/* x <- L^-1 x, x <- L^-T x */
+static void forward(const zone *d, double *x)
+{
+    for (int i = 0; i < d->n; i++) {
+        for (int k = 0; k < i; k++)
+            x[i] -= d->l[i + k * d->n] * x[k];
+        x[i] /= d->l[i + i * d->n];
+    }
+}
+
+static void backward(const zone *d, double *x)
+{
+    for (int i = d->n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < d->n; k++)
+            x[i] -= d->l[k + i * d->n] * x[k];
+        x[i] /= d->l[i + i * d->n];
+    }
+}
+
+static double dot(int n, const double *a, const double *b)
+{
+    double s = 0;
+    for (int i = 0; i < n; i++)
+        s += a[i] * b[i];
+    return s;
+}
+
+static void swap_columns(zone *d, int i, int k)
+{
+    int p = d->pivot[i];
+    d->pivot[i] = d->pivot[k];
+    d->pivot[k] = p;
+    for (int j = 0; j < d->n; j++) {
+        double t = d->a[j + i * d->n];
+        d->a[j + i * d->n] = d->a[j + k * d->n];
+        d->a[j + k * d->n] = t;
+    }
+    for (int j = 0; j < i; j++) {
+        double t = d->rr[j + i * d->r];
+        d->rr[j + i * d->r] = d->rr[j + k * d->r];
+        d->rr[j + k * d->r] = t;
+    }
+}
+
+/* Gram-Schmidt with pivoting, each column orthogonalised twice (Golub and Van Loan, 5.2.8, 5.4.2). */
+static void factor_columns(zone *d)
+{
+    int n = d->n, r = d->r;
+    double first = 0;
+    memset(d->rr, 0, (size_t)(r * r) * sizeof *d->rr);
+    for (int k = 0; k < r; k++)
+        d->pivot[k] = k;
+    for (d->kept = 0; d->kept < r; d->kept++) {
+        int k = d->kept, best = k;
+        double most = -1;
+        for (int j = k; j < r; j++) {
+            double size = dot(n, d->a + j * n, d->a + j * n);
+            if (size > most * (1 + 1e-12)) {
+                most = size;
+                best = j;
+            }
+        }
+        swap_columns(d, k, best);
+        double *q = d->a + k * n;
+        for (int j = 0; j < k; j++) { /* once more against those kept */
+            double again = dot(n, d->a + j * n, q);
+            d->rr[j + k * r] += again;
+            for (int i = 0; i < n; i++)
+                q[i] -= again * d->a[i + j * n];
+        }
+        double size = sqrt(dot(n, q, q));
+        first = k == 0 ? size : first;
+        if (!(size > EPS * first))
+            return;
+        d->rr[k + k * r] = size;
+        for (int i = 0; i < n; i++)
+            q[i] /= size;
+        for (int j = k + 1; j < r; j++) {
+            double along = dot(n, q, d->a + j * n);
+            d->rr[k + j * r] = along;
+            for (int i = 0; i < n; i++)
+                d->a[i + j * n] -= along * q[i];
+        }
+    }
+}
+
+static int row_index(const kmp_partition *part, int row)
+{
+    for (int k = 0; k < part->r; k++)
+        if (part->rows[k] == row)
+            return k;
+    return -1;
+}
+
+/* M and J of the plant factored. */
+static int factor(zone *d)
+{
+    const kmp_pattern *jac = &d->s->jacobian;
+    kmp_plant_dense_mass(d->plant, d->l);
+    if (kmp_cholesky_factor(d->n, d->l))
+        return KMP_RETRY;
+    memset(d->a, 0, (size_t)(d->n * d->r) * sizeof *d->a);
+    for (int k = 0; k < jac->count; k++) {
+        int row = row_index(d->part, jac->row[k]);
+        if (row >= 0)
+            d->a[jac->col[k] + row * d->n] = d->plant->jacobian[k];
+    }
+    for (int k = 0; k < d->r; k++)
+        forward(d, d->a + k * d->n);
+    memcpy(d->full, d->a, (size_t)(d->n * d->r) * sizeof *d->a);
+    factor_columns(d);
+    d->road.factorizations++;
+    return KMP_GO;
+}
+
+/* z with R' z = the kept entries of -b - A' w, and w += Q z: the least change of w that gives A' w = -b. */
+static void least_change(zone *d, const double *b, double *w)
+{
+    int n = d->n, r = d->r;
+    for (int k = 0; k < d->kept; k++) {
+        int row = d->pivot[k];
+        double s = -b[d->part->rows[row]] - dot(n, d->full + row * n, w);
+        for (int j = 0; j < k; j++)
+            s -= d->rr[j + k * r] * d->z[j];
+        d->z[k] = s / d->rr[k + k * r];
+    }
+    for (int k = 0; k < d->kept; k++)
+        for (int i = 0; i < n; i++)
+            w[i] += d->z[k] * d->a[i + k * n];
+}
+
+static void accelerations(zone *d, double *qdd, double *lambda)
+{
+    int n = d->n, r = d->r;
+    for (int i = 0; i < n; i++)
+        qdd[i] = -d->plant->bias[i];
+    forward(d, qdd);
+    least_change(d, d->plant->jdqd, qdd);
+    backward(d, qdd);
+    if (!lambda)
+        return;
+    memset(lambda, 0, (size_t)d->m * sizeof *lambda);
+    for (int k = d->kept - 1; k >= 0; k--) {
+        for (int j = k + 1; j < d->kept; j++)
+            d->z[k] -= d->rr[k + j * r] * d->z[j];
+        d->z[k] /= d->rr[k + k * r];
+        lambda[d->part->rows[d->pivot[k]]] = d->z[k];
+    }
+}
+
+/* Mass-orthogonal dx with J dx = -violation on the kept directions. */
+static void correction(zone *d, const double *violation, double *dx)
+{
+    memset(dx, 0, (size_t)d->n * sizeof *dx);
+    least_change(d, violation, dx);
+    backward(d, dx);
+}
+
+static int place(zone *d, double t, const double *q, const double *qd)
+{
+    kmp_plant_closure(d->plant, t, q);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, qd);
+    return factor(d);
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    zone *d = self;
+    int n = d->n;
+    if (place(d, t, y, y + n) != KMP_GO)
+        return KMP_RETRY;
+    memcpy(dy, y + n, (size_t)n * sizeof *dy);
+    accelerations(d, dy + n, NULL);
+    for (int i = 0; i < n; i++)
+        if (!isfinite(dy[n + i]))
+            return KMP_RETRY;
+    if (d->has_work)
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n);
+    return KMP_GO;
+}
+
+static void rate_violation(const zone *d, const double *qd)
+{
+    const kmp_pattern *p = &d->s->jacobian;
+    for (int r = 0; r < d->m; r++)
+        d->y[r] = d->plant->h_t ? d->plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        d->y[p->row[k]] += d->plant->jacobian[k] * qd[p->col[k]];
+}
+
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    zone *d = self;
+    int n = d->n;
+    (void)t, (void)dy, (void)w;
+    correction(d, d->plant->h, d->dx);
+    rate_violation(d, y + n);
+    correction(d, d->y, d->x);
+    for (int i = 0; i < n; i++) {
+        y[i] += d->dx[i];
+        y[n + i] += d->x[i];
+    }
+    return KMP_GO;
+}
+
+static void position(kmp_road *road, double t, const double *y, double *q)
+{
+    (void)t;
+    memcpy(q, y, (size_t)((zone *)road)->n * sizeof *q);
+}
+
+static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
+{
+    zone *d = (zone *)road;
+    int n = d->n;
+    (void)yp;
+    memcpy(q, y, (size_t)n * sizeof *q);
+    memcpy(qd, y + n, (size_t)n * sizeof *qd);
+    if (place(d, t, q, qd) != KMP_GO)
+        return KMP_HALT;
+    accelerations(d, qdd, lambda);
+    *work = d->has_work ? y[2 * n] : 0;
+    return KMP_GO;
+}
+
+static void release(kmp_road *road)
+{
+    zone *d = (zone *)road;
+    double *arrays[] = {road->y, road->atol, d->l, d->a, d->full, d->rr, d->x, d->y, d->z, d->dx};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        kmp_free(arrays[k]);
+    kmp_free(d->pivot);
+    kmp_text_free(&road->reason);
+    kmp_free(d);
+}
+
+static bool allocate(zone *d)
+{
+    size_t n = (size_t)d->n, r = (size_t)d->r;
+    d->road.y = KMP_NEW(double, d->road.size);
+    d->road.atol = KMP_NEW(double, d->road.size);
+    d->l = KMP_NEW(double, n *n);
+    d->a = KMP_NEW(double, n *r);
+    d->full = KMP_NEW(double, n *r);
+    d->rr = KMP_NEW(double, r *r);
+    d->x = KMP_NEW(double, n);
+    d->y = KMP_NEW(double, d->m);
+    d->z = KMP_NEW(double, r);
+    d->dx = KMP_NEW(double, n);
+    d->pivot = KMP_NEW(int, r);
+    return d->road.y && d->road.atol && d->l && d->a && d->full && d->rr && d->x && d->y && d->z && d->dx && d->pivot;
+}
+
+static kmp_road *create(const kmp_road_start *start)
+{
+    zone *d = KMP_NEW(zone, 1);
+    if (!d) {
+        (void)kmp_fail_memory(start->system->context);
+        return NULL;
+    }
+    int n = start->part->n;
+    d->s = start->system;
+    d->plant = start->plant;
+    d->part = start->part;
+    d->n = n;
+    d->m = start->part->m;
+    d->r = start->part->r;
+    d->has_work = start->system->dissipative;
+    d->road.release = release;
+    d->road.row = row;
+    d->road.position = position;
+    d->road.size = 2 * n + d->has_work;
+    d->road.rtol = fmax(start->rtol, ZONE_RTOL);
+    d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
+    if (!allocate(d)) {
+        (void)kmp_fail_memory(start->system->context);
+        release(&d->road);
+        return NULL;
+    }
+    double atol = fmax(start->atol, ZONE_RTOL);
+    for (int i = 0; i < n; i++) {
+        d->road.y[i] = start->q[i];
+        d->road.y[n + i] = start->qd[i];
+        d->road.atol[i] = atol * d->s->scale[i];
+        d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
+    }
+    if (d->has_work) {
+        d->road.y[2 * n] = start->work;
+        d->road.atol[2 * n] = 1e300; /* judged, not controlled */
+    }
+    return &d->road;
+}
+
+const kmp_road_kind kmp_road_zone = {.road = "zone", .form = "none", .corrected = true, .create = create};
