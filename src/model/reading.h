@@ -16,8 +16,8 @@ typedef struct kmp_reader {
     const char *file;
     const kmp_node *root;
     const char *const *calls; /* of a model built in code: what was called, by line; else NULL */
-    bool wrong;            /* something was complained of */
-    bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
+    bool wrong;               /* something was complained of */
+    bool *parameter_known;    /* its value is good; what depends on others is passed over in silence */
     double *parameter_values;
 } kmp_reader;
 
