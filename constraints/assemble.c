@@ -1,20 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From afar: damped rank-revealing Gauss-Newton of least norm on the scaled h over the coordinates that are not held;
- * where it comes to rest with h open, that rest is the gap to report. Near: KINSOL with line search on the chosen rows
- * and dependent coordinates, which wants a square system; then Gauss-Newton again, undamped, to round-off. */
+/* From afar: Gauss-Newton on the scaled h over the coordinates that are not held, damped twice (Levenberg, Marquardt):
+ * by |h|, so that directions whose rank is not decided before the loops are closed are left alone (Yamashita and
+ * Fukushima, Computing Suppl. 15 (2001) 239: still quadratic, to the nearest closed state, where closures are
+ * redundant), and by a bound on the step. Where it comes to rest with h open it is pushed aside a few times, because a
+ * straight guess may be a saddle; the smallest rest is the gap to report. Near: KINSOL with line search on the chosen
+ * rows and dependent coordinates, which wants a square system; then Gauss-Newton again, without a bound, to round-off.
+ */
 #include "constraints/assemble.h"
 #include "base/memory.h"
 #include "constraints/kinsol.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "linalg/least.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 200, MAX_POLISH = 8 };
-#define NEAR           1e-2  /* scaled |h| from which Newton's method is trusted */
+enum { MAX_ITERATIONS = 200, MAX_POLISH = 8, PUSHES = 4 };
+#define NEAR           1e-4  /* scaled |h| from which Newton's method is trusted */
+#define DECIDED        10.0  /* a pivot of J above this many |h| is not zero on the closed mechanism */
 #define CLOSED         1e-11 /* scaled |h| of a closed mechanism */
 #define LONGEST_STEP   0.5   /* rad, or characteristic lengths */
+#define SHORTEST_STEP  1e-8
+#define PUSH           0.3
 #define RANK_TOLERANCE 1e-9
 
 /* One assembly at work. Arrays over free coordinates only are marked so. */
@@ -26,9 +34,13 @@ typedef struct work {
     int *free;      /* coordinates that may move */
     double *jac;    /* m x n, unscaled */
     double *scaled; /* m x free, scaled */
+    double *damped; /* (m + free) x free: the same over a multiple of the unit matrix */
+    double *right;  /* m + free */
     double *h;      /* m, scaled */
     double *step;   /* free, scaled */
     double *trial;  /* n */
+    double *best;   /* n */
+    int *part_wish; /* n */
     kmp_partition part;
     bool has_part;
 } work;
@@ -72,35 +84,108 @@ static void move(const work *w, const double *q, double factor, double *to)
         to[w->free[k]] -= factor * w->step[k] * w->s->scale[w->free[k]];
 }
 
-/* One Gauss-Newton step with halving until |h| falls. false: at rest. */
-static bool step_down(work *w)
+/* The step of least |J s - h|^2 + |damping s|^2 from the last scaled_jacobian. false: no memory. */
+static bool damped_step(work *w, double damping)
 {
-    double before = norm(w->m, w->h), longest, factor;
+    int m = w->m, f = w->free_count, rows = m + f;
+    for (int k = 0; k < f; k++)
+        for (int i = 0; i < rows; i++)
+            w->damped[i + k * rows] = i < m ? w->scaled[i + k * m] : i - m == k ? damping : 0;
+    for (int i = 0; i < rows; i++)
+        w->right[i] = i < m ? w->h[i] : 0;
+    return kmp_least_squares(rows, f, w->damped, w->right, RANK_TOLERANCE, w->step) >= 0;
+}
+
+/* The same, damped by |h| and then as far as the bound on the step asks for. */
+static bool bounded_step(work *w, double bound)
+{
+    double damping = fmax(norm(w->m, w->h), DBL_MIN);
+    for (int k = 0; k < 60; k++, damping *= 3) {
+        if (!damped_step(w, damping))
+            return false;
+        if (largest(w->free_count, w->step) <= bound)
+            return true;
+    }
+    return false;
+}
+
+/* What a step promises to leave of |h|. */
+static double promise(const work *w)
+{
+    double sum = 0;
+    for (int r = 0; r < w->m; r++) {
+        double left = w->h[r];
+        for (int k = 0; k < w->free_count; k++)
+            left -= w->scaled[r + k * w->m] * w->step[k];
+        sum += left * left;
+    }
+    return sqrt(sum);
+}
+
+/* One step down; `bound` shrinks where steps break their promise and grows where they keep it. false: at rest. */
+static bool step_down(work *w, double *bound)
+{
+    double before = norm(w->m, w->h);
     scaled_jacobian(w);
-    if (kmp_least_squares(w->m, w->free_count, w->scaled, w->h, RANK_TOLERANCE, w->step) < 0)
-        return false;
-    longest = largest(w->free_count, w->step);
-    factor = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
-    for (int k = 0; k < 30; k++, factor *= 0.5) {
-        move(w, w->a->q, factor, w->trial);
+    for (; *bound > SHORTEST_STEP; *bound *= 0.4) {
+        if (!bounded_step(w, *bound))
+            return false;
+        double promised = before - promise(w);
+        if (!(promised > 0)) /* no slope left */
+            return false;
+        move(w, w->a->q, 1, w->trial);
         evaluate(w, w->trial);
-        if (norm(w->m, w->h) < before * (1 - 1e-4 * factor)) {
+        double gained = before - norm(w->m, w->h);
+        if (gained > 0.1 * promised) {
             memcpy(w->a->q, w->trial, (size_t)w->n * sizeof *w->trial);
+            if (gained > 0.6 * promised)
+                *bound = fmin(2 * *bound, LONGEST_STEP);
             return true;
         }
+        evaluate(w, w->a->q);
     }
-    evaluate(w, w->a->q);
     return false;
+}
+
+static void descend(work *w)
+{
+    double bound = LONGEST_STEP;
+    evaluate(w, w->a->q);
+    for (int k = 0; k < MAX_ITERATIONS && largest(w->m, w->h) > NEAR; k++) {
+        w->a->iterations++;
+        if (!step_down(w, &bound))
+            return;
+    }
+}
+
+/* The free coordinates from the guess, each by up to PUSH; the same numbers on every machine. */
+static void push_aside(work *w, unsigned *state)
+{
+    for (int k = 0; k < w->free_count; k++) {
+        int c = w->free[k];
+        *state = *state * 1664525u + 1013904223u;
+        double way = (double)(*state >> 8) / (1 << 23) - 1;
+        w->a->q[c] = w->s->model->start.q[c].value + PUSH * way * w->s->scale[c];
+    }
 }
 
 static void from_afar(work *w)
 {
-    evaluate(w, w->a->q);
-    while (w->a->iterations < MAX_ITERATIONS && largest(w->m, w->h) > NEAR) {
-        w->a->iterations++;
-        if (!step_down(w))
-            return;
+    unsigned state = 1;
+    descend(w);
+    double best = largest(w->m, w->h);
+    memcpy(w->best, w->a->q, (size_t)w->n * sizeof *w->best);
+    for (int k = 0; k < PUSHES && best > NEAR && w->free_count > 0; k++) {
+        push_aside(w, &state);
+        descend(w);
+        double now = largest(w->m, w->h);
+        if (now < best * (1 - 1e-6)) {
+            best = now;
+            memcpy(w->best, w->a->q, (size_t)w->n * sizeof *w->best);
+        }
     }
+    memcpy(w->a->q, w->best, (size_t)w->n * sizeof *w->best);
+    evaluate(w, w->a->q);
 }
 
 /* -- near: KINSOL on the chosen rows and v ----------------------------------------------------------- */
@@ -134,46 +219,59 @@ static int newton_matrix(void *self, const double *v, double *out)
     return 0;
 }
 
-/* Held coordinates are the wish; a wish that is not possible here is no reason to stop: Gauss-Newton goes on alone. */
+/* Rows and v, with the held coordinates in u when they may all be there. false: KINSOL is of no use here, because the
+ * rank is not decided yet or a held coordinate would have to move. */
+static bool choose_dependent(work *w)
+{
+    const kempe_system *s = w->s;
+    int held = 0, *hold = w->part_wish;
+    for (int k = 0; k < w->n; k++)
+        if (s->model->start.hold[k])
+            hold[held++] = k;
+    kmp_plant_dense_jacobian(w->plant, w->jac);
+    w->has_part = kmp_partition_init(&w->part, s, w->jac, hold, held) == KEMPE_OK ||
+                  kmp_partition_init(&w->part, s, w->jac, NULL, 0) == KEMPE_OK;
+    kmp_context_clear(s->context);
+    if (!w->has_part || w->part.r == 0 ||
+        !(w->part.pivots[w->part.r - 1] > DECIDED * largest(w->m, w->h) * w->part.pivots[0]))
+        return false;
+    for (int i = 0; i < w->part.r; i++)
+        if (s->model->start.hold[w->part.v[i]])
+            return false;
+    return true;
+}
+
+/* Where KINSOL is of no use or fails, Gauss-Newton goes on alone. */
 static void near_by(work *w)
 {
-    int r, iterations = 0;
-    kmp_plant_dense_jacobian(w->plant, w->jac);
-    if (kmp_partition_init(&w->part, w->s, w->jac, NULL, 0) != KEMPE_OK) {
-        kmp_context_clear(w->s->context);
+    if (!choose_dependent(w))
         return;
-    }
-    w->has_part = true;
-    r = w->part.r;
-    for (int i = 0; i < r; i++)
-        if (w->s->model->start.hold[w->part.v[i]])
-            return;
-    double *v = KMP_NEW(double, 3 * r + 1), *scale_v = v + r, *scale_h = v + 2 * r;
+    int r = w->part.r;
+    double *v = KMP_NEW(double, 3 * r), *scale_v = v + r, *scale_h = v + 2 * r;
     for (int i = 0; v && i < r; i++) {
         v[i] = w->a->q[w->part.v[i]];
         scale_v[i] = 1 / w->s->scale[w->part.v[i]];
         scale_h[i] = 1 / w->s->row_scale[w->part.rows[i]];
     }
-    if (v && r > 0 &&
-        kmp_kinsol_solve(w->s->context, r, v, scale_v, scale_h, newton_residual, newton_matrix, w, 1e-12,
-                         &iterations) == KEMPE_OK)
+    if (v && kmp_kinsol_solve(w->s->context, r, v, scale_v, scale_h, newton_residual, newton_matrix, w, 1e-12,
+                              &w->a->newton) == KEMPE_OK)
         for (int i = 0; i < r; i++)
             w->a->q[w->part.v[i]] = v[i];
     else
         kmp_context_clear(w->s->context);
-    w->a->iterations += iterations;
+    w->a->iterations += w->a->newton;
     kmp_free(v);
     evaluate(w, w->a->q);
 }
 
-/* Undamped, while it still helps. */
+/* Without a bound, while it still helps. */
 static void polish(work *w)
 {
     evaluate(w, w->a->q);
     double best = largest(w->m, w->h);
     for (int k = 0; k < MAX_POLISH && best > 0; k++) {
         scaled_jacobian(w);
-        if (kmp_least_squares(w->m, w->free_count, w->scaled, w->h, RANK_TOLERANCE, w->step) < 0)
+        if (!damped_step(w, norm(w->m, w->h)))
             return;
         move(w, w->a->q, 1, w->trial);
         evaluate(w, w->trial);
@@ -305,10 +403,15 @@ static bool work_init(work *w, const kempe_system *s, kempe_assembly *a)
     w->free = KMP_NEW(int, s->n);
     w->jac = KMP_NEW(double, s->m * s->n);
     w->scaled = KMP_NEW(double, s->m * s->n);
+    w->damped = KMP_NEW(double, (s->m + s->n) * s->n);
+    w->right = KMP_NEW(double, s->m + s->n);
+    w->best = KMP_NEW(double, s->n);
+    w->part_wish = KMP_NEW(int, s->n);
     w->h = KMP_NEW(double, s->m);
     w->step = KMP_NEW(double, s->n);
     w->trial = KMP_NEW(double, s->n);
-    if (!w->plant || !w->free || !w->jac || !w->scaled || !w->h || !w->step || !w->trial)
+    if (!w->plant || !w->free || !w->jac || !w->scaled || !w->damped || !w->right || !w->best || !w->part_wish ||
+        !w->h || !w->step || !w->trial)
         return false;
     for (int k = 0; k < s->n; k++) {
         a->q[k] = s->model->start.q[k].value;
@@ -326,6 +429,10 @@ static void work_free(work *w)
     kmp_free(w->free);
     kmp_free(w->jac);
     kmp_free(w->scaled);
+    kmp_free(w->damped);
+    kmp_free(w->right);
+    kmp_free(w->best);
+    kmp_free(w->part_wish);
     kmp_free(w->h);
     kmp_free(w->step);
     kmp_free(w->trial);

@@ -13,6 +13,7 @@ struct kempe_assembly {
     bool closed;
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     int iterations;     /* of Gauss-Newton and Newton */
+    int newton;         /* of these, by KINSOL */
     double *gaps;       /* gap of each closure, m, in the order of the model */
     int *culprits;      /* closures that stay open, widest first */
     int culprit_count;

@@ -117,7 +117,7 @@ static bool improve(choice *c, int r, kmp_partition *part, bool fixed)
         if (!compute_b(c, r))
             return false;
         part->max_b = largest(c->b, r * p, &at);
-        if (part->max_b <= GROWTH || fixed || part->exchanges >= most)
+        if (r == 0 || part->max_b <= GROWTH || fixed || part->exchanges >= most)
             return true;
         int i = at % r, k = r + at / r, swap = c->col[i];
         c->col[i] = c->col[k];

@@ -83,13 +83,9 @@ void kmp_plant_bias(kmp_plant *plant, const double *qd)
 
 const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd)
 {
-    const kempe_system *s = plant->system;
-    if (!s->force)
+    if (!plant->system->force)
         return NULL;
-    memset(plant->effort, 0, (size_t)plant->n * sizeof *plant->effort);
-    if (s->force(s->force_user, t, q, qd, plant->effort) != 0)
-        for (int i = 0; i < plant->n; i++)
-            plant->effort[i] = NAN;
+    kmp_system_effort(plant->system, t, q, qd, plant->effort);
     return plant->effort;
 }
 
@@ -143,6 +139,14 @@ const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
     (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
     (void)kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
     return kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
+}
+
+double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda)
+{
+    double power = 0;
+    for (int r = 0; plant->h_t && r < plant->m; r++)
+        power -= lambda[r] * plant->h_t[r];
+    return power;
 }
 
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)

@@ -45,6 +45,10 @@ double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda);
 const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q);
 
+/** Power that closures which move in time do at given multipliers, lambda' J qd = -lambda' h_t, with h_t of the last
+ * kmp_plant_closure. */
+double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda);
+
 /** Kinetic energy qd' M qd / 2 of the last kmp_plant_mass. */
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
 

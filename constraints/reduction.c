@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/reduction.h"
 #include "base/memory.h"
-#include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 
@@ -28,10 +27,9 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->force = KMP_NEW(double, n);
     red->mx = KMP_NEW(double, n *p);
     red->mr = KMP_NEW(double, p *p);
-    red->fr = KMP_NEW(double, p);
     red->dv = KMP_NEW(double, r);
     return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->jv && red->bvu &&
-           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->fr && red->dv;
+           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
 }
 
 /* Position of `value` in an ascending list, -1 when absent. */
@@ -106,7 +104,6 @@ void kmp_reduction_free(kmp_reduction *red)
     kmp_free(red->force);
     kmp_free(red->mx);
     kmp_free(red->mr);
-    kmp_free(red->fr);
     kmp_free(red->dv);
     *red = (kmp_reduction){0};
 }
@@ -304,4 +301,48 @@ double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
             }
         }
     return worst;
+}
+
+/* -- counts ------------------------------------------------------------------------------------------ */
+
+static void count(kmp_counts *c, long times, kmp_flops f)
+{
+    c->add += times * f.add;
+    c->mul += times * f.mul;
+    c->div += times * f.div;
+    c->other += times * f.root;
+}
+
+static void count_products(kmp_counts *c, long products)
+{
+    count(c, 1, (kmp_flops){.add = products, .mul = products});
+}
+
+/* Of add_mass_times. */
+static long mass_products(const kmp_plant *plant)
+{
+    const kmp_pattern *m = &plant->system->mass;
+    long products = 0;
+    for (int k = 0; k < m->count; k++)
+        products += m->row[k] == m->col[k] ? 1 : 2;
+    return products;
+}
+
+kmp_counts kmp_reduction_count(const kmp_reduction *red)
+{
+    kmp_counts c = {0};
+    long n = red->n, p = red->p, mass = mass_products(red->plant);
+    if (red->r > 0) {
+        count(&c, 1, kmp_block_factor_flops(red->block));
+        /* The columns of Bvu, x_t, a0. */
+        count(&c, p + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        count_products(&c, mass);
+    }
+    count_products(&c, n * p);                                /* rates */
+    count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
+    count(&c, 1, kmp_cholesky_factor_flops(red->p));
+    count(&c, 1, kmp_cholesky_solve_flops(red->p));
+    c.paper = c.add + c.mul + c.div;
+    c.robotran = c.paper + c.other;
+    return c;
 }

@@ -26,7 +26,6 @@ typedef struct kmp_reduction {
     double *force;                   /* n: C + M a0 */
     double *mx;                      /* n x p: M X */
     double *mr;                      /* p x p: reduced mass, then its Cholesky factor */
-    double *fr;                      /* p */
     double *dv;                      /* r: the last correction or right-hand side */
     long newton, factorizations;
 } kmp_reduction;
@@ -61,6 +60,10 @@ void kmp_reduction_correction(kmp_reduction *red);
  * the weights w (n; NULL: to round-off). The plant's closure and the factors are then those of q to that accuracy. 0; 1
  * when corrections stop contracting or Jv is singular. */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
+
+/** Arithmetic of one right-hand side beside the program: kmp_reduction_factor, _tangent, _rates, _accelerate; square
+ * roots count as `other`. */
+kmp_counts kmp_reduction_count(const kmp_reduction *red);
 
 /** max |Bvu|, scaled; the v and u that it belongs to. */
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u);

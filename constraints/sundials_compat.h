@@ -14,6 +14,10 @@ _Static_assert(sizeof(sunindextype) == sizeof(long), "SUNDIALS must be built wit
 
 #if SUNDIALS_VERSION_MAJOR >= 7
 
+/* What a linear solver of ours says when it cannot go on. */
+#define KMP_SUN_NO_MEMORY      SUN_ERR_MEM_FAIL
+#define KMP_SUN_PACKAGE_FAILED SUN_ERR_EXT_FAIL
+
 static inline SUNContext kmp_sun_context(void)
 {
     SUNContext c = NULL;
@@ -26,6 +30,9 @@ static inline SUNContext kmp_sun_context(void)
 #define KMP_SUN_QUIET(set_handler, memory) ((void)(memory))
 
 #else
+
+#define KMP_SUN_NO_MEMORY      SUNLS_MEM_FAIL
+#define KMP_SUN_PACKAGE_FAILED SUNLS_PACKAGE_FAIL_UNREC
 
 static inline SUNContext kmp_sun_context(void)
 {

@@ -1,16 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides the tableau, the step-size control and the dense output of DOP853. Coefficients and estimators after
- * Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.5 (method), II.6
- * (dense output), II.10 (error), and the authors' published code; step-size control: II.4 and Hairer, Wanner, II, IV.2.
- */
-#include "integrators/dop853.h"
+/* DOP853: order 8, combined error estimate of orders 5 and 3, dense output of order 7. Coefficients and estimators
+ * after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.5 (method), II.6 (dense
+ * output), II.10 (error), and the authors' published code. */
+#include "integrators/rk_method.h"
 
-#include "base/memory.h"
-#include "integrators/solver.h"
-
-#include <float.h>
 #include <math.h>
-#include <string.h>
 
 /* -- the method: row i holds the nonzero coefficients of stage i, in the order of the stages used ---- */
 
@@ -85,7 +79,7 @@ static const double B3[] = {0.244094488188976377952755905512, 0.7338466882816118
                             0.0220588235294117647058823529412};
 
 /* Dense output: stages 1, 6 .. 16 of the last four coefficients of the interpolant. */
-enum { DENSE_TERMS = 12 };
+enum { STAGES = 16, DENSE_TERMS = 12 };
 static const double D[4][DENSE_TERMS] = {
     {-0.84289382761090128651353491142e+1, 0.56671495351937776962531783590, -0.30689499459498916912797304727e+1,
      0.23846676565120698287728149680e+1, 0.21170345824450282767155149946e+1, -0.87139158377797299206789907490,
@@ -104,179 +98,43 @@ static const double D[4][DENSE_TERMS] = {
      0.10409964950896230045147246184e+3, 0.29840293426660503123344363579e+2, -0.43533456590011143754432175058e+2,
      0.96324553959188282948394950600e+2, -0.39177261675615439165231486172e+2, -0.14972683625798562581422125276e+3}};
 
-/* Step-size control: the published code's, with the stabilising exponent beta. */
-static const double SAFETY = 0.9, BETA = 0.04, SHRINK = 3.0, GROW = 6.0, ERROR_FLOOR = 1e-4;
-enum { MAX_REJECT = 1000, STAGES = 16 };
-/* A step is hopeless when this many of its size would be needed to the end; so many in a row are a collapse. */
-#define HOPELESS 1e9
-enum { MAX_HOPELESS = 100 };
+/* -- stages ---------------------------------------------------------------------------------------- */
 
-struct kmp_dop853 {
-    kmp_ode ode;
-    kmp_tolerance tolerance;
-    double t, t_old, t_end;
-    double h;         /* the next step */
-    double taken;     /* the last one */
-    double error_old; /* of the last accepted step */
-    bool rejected;    /* the last attempt was: no growth */
-    int hopeless;     /* consecutive hopeless steps */
-    bool dense_ready;
-    double *y, *y_old, *dy; /* dy is k[13] after a step, k[1] within one */
-    double *stage, *w;
-    double *k[STAGES + 1]; /* k[1] .. k[16], numbered as published */
-    double *interpolant[8];
-    double *memory;
-    kmp_ode_work work;
-};
-
-/* -- creation -------------------------------------------------------------------------------------- */
-
-kmp_dop853 *kmp_dop853_new(const kmp_ode *ode, kmp_tolerance tolerance)
-{
-    enum { VECTORS = 4 + STAGES + 8 };
-    kmp_dop853 *s = KMP_NEW(kmp_dop853, 1);
-    double *v = s ? KMP_NEW(double, (size_t)VECTORS *(size_t)ode->n) : NULL;
-    if (!v) {
-        kmp_free(s);
-        return NULL;
-    }
-    double **vectors[VECTORS] = {&s->y, &s->y_old, &s->stage, &s->w};
-    for (int i = 0; i < STAGES; i++)
-        vectors[4 + i] = &s->k[1 + i];
-    for (int i = 0; i < 8; i++)
-        vectors[4 + STAGES + i] = &s->interpolant[i];
-    for (int i = 0; i < VECTORS; i++)
-        *vectors[i] = v + (size_t)i * (size_t)ode->n;
-    s->memory = v;
-    s->dy = s->k[13];
-    s->ode = *ode;
-    s->tolerance = tolerance;
-    return s;
-}
-
-void kmp_dop853_free(kmp_dop853 *s)
-{
-    if (s)
-        kmp_free(s->memory);
-    kmp_free(s);
-}
-
-/* -- start ----------------------------------------------------------------------------------------- */
-
-static int call_rhs(kmp_dop853 *s, double t, const double *y, double *dy)
-{
-    s->work.rhs++;
-    return s->ode.rhs(s->ode.self, t, y, dy);
-}
-
-/* sum of ((a - b) / w)^2; b NULL: 0 */
-static double weighted_square(int n, const double *a, const double *b, const double *w)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        double e = (b ? a[i] - b[i] : a[i]) / w[i];
-        sum += e * e;
-    }
-    return sum;
-}
-
-/* Hairer's hinit (II.4): a step such that an explicit Euler step would err by 1e-2 of the solution's size, then
- * one from the second derivative seen over it. */
-static int choose_first_step(kmp_dop853 *s)
-{
-    int n = s->ode.n;
-    double longest = s->t_end - s->t;
-    for (int i = 0; i < n; i++)
-        s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]);
-    double slope = weighted_square(n, s->dy, NULL, s->w), size = weighted_square(n, s->y, NULL, s->w);
-    double h = slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope);
-    h = fmin(h, longest);
-    int said = KMP_RETRY;
-    for (int attempt = 0; said == KMP_RETRY && attempt < 10; attempt++) {
-        h = attempt ? h / 4 : h;
-        for (int i = 0; i < n; i++)
-            s->stage[i] = s->y[i] + h * s->dy[i];
-        said = call_rhs(s, s->t + h, s->stage, s->k[2]);
-        s->work.refused += said == KMP_RETRY;
-    }
-    double bend = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(bend, sqrt(slope));
-    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / 8.0);
-    s->h = fmin(fmin(100 * h, h1), longest);
-    return said == KMP_HALT ? KMP_HALT : KMP_GO;
-}
-
-int kmp_dop853_start(kmp_dop853 *s, double t, const double *y, double t_end, double h0)
-{
-    s->t = s->t_old = t;
-    s->t_end = t_end;
-    s->h = h0;
-    s->error_old = ERROR_FLOOR;
-    s->rejected = s->dense_ready = false;
-    s->hopeless = 0;
-    s->dy = s->k[13];
-    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
-    int said = call_rhs(s, t, s->y, s->dy);
-    if (said == KMP_GO && h0 == 0.0 && t_end > t)
-        said = choose_first_step(s);
-    return said;
-}
-
-/* -- one attempt ----------------------------------------------------------------------------------- */
-
-#define INLINE static inline __attribute__((always_inline))
-
-/* out = y + h sum a[j] k[j]; unrolled over the terms, of which there are a fixed number at each use. */
-INLINE void combine(int n, const double *y, double h, int terms, const double *a, const double *const *k,
-                    double *restrict out)
-{
-    for (int i = 0; i < n; i++) {
-        double sum = a[0] * k[0][i];
-        for (int j = 1; j < terms; j++)
-            sum += a[j] * k[j][i];
-        out[i] = y[i] + h * sum;
-    }
-}
-
-#define K(...)   ((const double *const[]){__VA_ARGS__})
-#define TERMS(a) ((int)(sizeof(a) / sizeof *(a)))
-
-/* k[stage] = f(t + c h, y + h sum a k) */
-#define STAGE(stage_number, a, ...)                                                                                    \
-    do {                                                                                                               \
-        combine(n, y, h, TERMS(a), a, K(__VA_ARGS__), s->stage);                                                       \
-        int said = call_rhs(s, t + C[stage_number] * h, s->stage, k[stage_number]);                                    \
-        if (said != KMP_GO)                                                                                            \
-            return said;                                                                                               \
-    } while (0)
-
-static int first_stages(kmp_dop853 *s, double h)
+static int first_stages(kmp_rk *s, double h)
 {
     int n = s->ode.n;
     double t = s->t, *y = s->y, **k = s->k;
-    STAGE(2, A2, k[1]);
-    STAGE(3, A3, k[1], k[2]);
-    STAGE(4, A4, k[1], k[3]);
-    STAGE(5, A5, k[1], k[3], k[4]);
-    STAGE(6, A6, k[1], k[4], k[5]);
-    STAGE(7, A7, k[1], k[4], k[5], k[6]);
+    KMP_STAGE(2, A2, k[1]);
+    KMP_STAGE(3, A3, k[1], k[2]);
+    KMP_STAGE(4, A4, k[1], k[3]);
+    KMP_STAGE(5, A5, k[1], k[3], k[4]);
+    KMP_STAGE(6, A6, k[1], k[4], k[5]);
+    KMP_STAGE(7, A7, k[1], k[4], k[5], k[6]);
     return KMP_GO;
 }
 
-static int last_stages(kmp_dop853 *s, double h)
+static int last_stages(kmp_rk *s, double h)
 {
     int n = s->ode.n;
     double t = s->t, *y = s->y, **k = s->k;
-    STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);
-    STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);
-    STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
-    STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
-    STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
+    KMP_STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);
+    KMP_STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);
+    KMP_STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
+    KMP_STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
+    KMP_STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
     return KMP_GO;
+}
+
+static int run(kmp_rk *s, double h, double t_new)
+{
+    (void)t_new;
+    int said = first_stages(s, h);
+    return said == KMP_GO ? last_stages(s, h) : said;
 }
 
 /* The 8th-order solution in y_old (for the time being), the weights, and the combined error estimate
  * |h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n) (II.10): 1 is at the tolerance. */
-static double solution_and_error(kmp_dop853 *s, double h)
+static double solution_and_error(kmp_rk *s, double h)
 {
     int n = s->ode.n;
     double **k = s->k, rtol = s->tolerance.rtol, e5 = 0.0, e3 = 0.0;
@@ -301,126 +159,20 @@ static double solution_and_error(kmp_dop853 *s, double h)
     return both == 0.0 ? 0.0 : fabs(h) * e5 * sqrt(1.0 / (both * n));
 }
 
-static void swap(double **a, double **b)
-{
-    double *t = *a;
-    *a = *b;
-    *b = t;
-}
-
-/* What became of an attempt. */
-typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
-
-/* Stages, error test, derivative at the end, the road's consent. The new y is left in y_old. */
-static outcome attempt(kmp_dop853 *s, double h, double t_new, double *error)
-{
-    int said = first_stages(s, h);
-    if (said == KMP_GO)
-        said = last_stages(s, h);
-    if (said != KMP_GO)
-        return said == KMP_RETRY ? BAD_STAGE : HALTED;
-    *error = solution_and_error(s, h);
-    if (!(*error <= 1.0))
-        return BAD_ERROR;
-    said = call_rhs(s, t_new, s->y_old, s->k[13]);
-    if (said != KMP_GO)
-        return said == KMP_RETRY ? BAD_STAGE : HALTED;
-    said = s->ode.accept ? s->ode.accept(s->ode.self, t_new, s->y_old, s->k[13], s->w) : KMP_GO;
-    if (said != KMP_GO)
-        return said == KMP_RETRY ? BAD_STEP : HALTED;
-    return TAKEN;
-}
-
-/* -- step-size control ------------------------------------------------------------------------------ */
-
-/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds). */
-static double after_accepted(const kmp_dop853 *s, double h, double error)
-{
-    double factor = pow(error, 1.0 / 8.0 - 0.2 * BETA) / pow(s->error_old, BETA) / SAFETY;
-    double next = h / fmax(1.0 / GROW, fmin(SHRINK, factor));
-    return s->rejected ? fmin(next, h) : next;
-}
-
-static double after_rejected(double h, double error)
-{
-    if (!(error <= DBL_MAX))
-        return h / SHRINK;
-    return h / fmin(SHRINK, pow(error, 1.0 / 8.0 - 0.2 * BETA) / SAFETY);
-}
-
-/* The step to try, and where it ends: at t_end exactly when it would come near, half way when little more
- * than one step is left. */
-static double next_step(const kmp_dop853 *s, double *t_new)
-{
-    double left = s->t_end - s->t;
-    double h = left < 1.01 * s->h ? left : left < 2.0 * s->h ? 0.5 * left : s->h;
-    *t_new = h == left ? s->t_end : s->t + h;
-    return h;
-}
-
-static void take(kmp_dop853 *s, double h, double t_new, double error)
-{
-    s->work.steps++;
-    s->h = after_accepted(s, h, error);
-    s->error_old = fmax(error, ERROR_FLOOR);
-    s->rejected = false;
-    s->taken = h;
-    s->t = t_new;
-    s->dy = s->k[13];
-    swap(&s->y, &s->y_old);
-}
-
-static void refuse(kmp_dop853 *s, outcome what, double h, double error)
-{
-    if (what == BAD_ERROR)
-        s->work.rejected++;
-    else
-        s->work.refused++;
-    s->h = what == BAD_ERROR ? after_rejected(h, error) : what == BAD_STAGE ? h / 4 : h / 2;
-    s->rejected = true;
-}
-
-int kmp_dop853_step(kmp_dop853 *s)
-{
-    s->t_old = s->t;
-    s->dense_ready = false;
-    if (!(s->t < s->t_end))
-        return KMP_GO;
-    if (s->dy == s->k[13]) {
-        swap(&s->k[1], &s->k[13]);
-        s->dy = s->k[1];
-    }
-    for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0.0, h = next_step(s, &t_new);
-        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->hopeless > MAX_HOPELESS)
-            return KMP_RETRY;
-        outcome what = attempt(s, h, t_new, &error);
-        if (what == HALTED)
-            return KMP_HALT;
-        if (what == TAKEN) {
-            s->hopeless = HOPELESS * h < s->t_end - s->t ? s->hopeless + 1 : 0;
-            take(s, h, t_new, error);
-            return KMP_GO;
-        }
-        refuse(s, what, h, error);
-    }
-    return KMP_RETRY;
-}
-
 /* -- dense output ---------------------------------------------------------------------------------- */
 
-static int extra_stages(kmp_dop853 *s)
+static int extra_stages(kmp_rk *s)
 {
     int n = s->ode.n;
     double t = s->t_old, h = s->taken, *y = s->y_old, **k = s->k;
-    STAGE(14, A14, k[1], k[7], k[8], k[9], k[10], k[11], k[12], k[13]);
-    STAGE(15, A15, k[1], k[6], k[7], k[8], k[11], k[12], k[13], k[14]);
-    STAGE(16, A16, k[1], k[6], k[7], k[8], k[9], k[13], k[14], k[15]);
+    KMP_STAGE(14, A14, k[1], k[7], k[8], k[9], k[10], k[11], k[12], k[13]);
+    KMP_STAGE(15, A15, k[1], k[6], k[7], k[8], k[11], k[12], k[13], k[14]);
+    KMP_STAGE(16, A16, k[1], k[6], k[7], k[8], k[9], k[13], k[14], k[15]);
     return KMP_GO;
 }
 
 /* II.6: the values and slopes at both ends, and four more coefficients. */
-static int prepare_dense(kmp_dop853 *s)
+static int prepare_dense(kmp_rk *s)
 {
     int n = s->ode.n, said = extra_stages(s);
     if (said != KMP_GO)
@@ -439,116 +191,28 @@ static int prepare_dense(kmp_dop853 *s)
             r[4 + j][i] = h * sum;
         }
     }
-    s->dense_ready = true;
     return KMP_GO;
 }
 
-int kmp_dop853_dense(kmp_dop853 *s, double t, double *y)
+static void interpolate(const kmp_rk *s, double x, double *y)
 {
-    int n = s->ode.n;
-    if (!(s->t > s->t_old)) { /* no step yet, or the last one failed */
-        memcpy(y, s->y, (size_t)n * sizeof *y);
-        return KMP_GO;
-    }
-    int said = s->dense_ready ? KMP_GO : prepare_dense(s);
-    if (said != KMP_GO)
-        return said;
-    double x = (t - s->t_old) / s->taken, z = 1.0 - x, **r = s->interpolant;
-    for (int i = 0; i < n; i++) {
+    double z = 1.0 - x, *const *r = s->interpolant;
+    for (int i = 0; i < s->ode.n; i++) {
         double high = r[4][i] + x * (r[5][i] + z * (r[6][i] + x * r[7][i]));
         y[i] = r[0][i] + x * (r[1][i] + z * (r[2][i] + x * (r[3][i] + z * high)));
     }
-    return KMP_GO;
 }
 
-/* -- queries --------------------------------------------------------------------------------------- */
+const kmp_rk_method kmp_dop853 = {.stages = STAGES,
+                                  .end = 13,
+                                  .interpolants = 8,
+                                  .order = 8,
+                                  .exponent = 1.0 / 8.0 - 0.2 * KMP_RK_BETA,
+                                  .shrink = 3.0,
+                                  .grow = 6.0,
+                                  .run = run,
+                                  .error = solution_and_error,
+                                  .prepare_dense = prepare_dense,
+                                  .interpolate = interpolate};
 
-double kmp_dop853_t(const kmp_dop853 *s)
-{
-    return s->t;
-}
-
-double kmp_dop853_t_old(const kmp_dop853 *s)
-{
-    return s->t_old;
-}
-
-const double *kmp_dop853_y(const kmp_dop853 *s)
-{
-    return s->y;
-}
-
-const double *kmp_dop853_dy(const kmp_dop853 *s)
-{
-    return s->dy;
-}
-
-kmp_ode_work kmp_dop853_work(const kmp_dop853 *s)
-{
-    return s->work;
-}
-
-/* -- behind the socket ----------------------------------------------------------------------------- */
-
-static void *create(const kmp_solver_setup *setup)
-{
-    kmp_dop853 *s = kmp_dop853_new(setup->ode, setup->tolerance);
-    if (!s)
-        (void)kmp_fail_memory(setup->context);
-    return s;
-}
-
-static void release(void *solver)
-{
-    kmp_dop853_free(solver);
-}
-
-static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
-{
-    (void)yp;
-    return kmp_dop853_start(solver, t, y, t_end, h0) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-}
-
-static kempe_status step(void *solver)
-{
-    return kmp_dop853_step(solver) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-}
-
-static double end_of_step(const void *solver)
-{
-    return kmp_dop853_t(solver);
-}
-
-static double start_of_step(const void *solver)
-{
-    return kmp_dop853_t_old(solver);
-}
-
-static kempe_status dense(void *solver, double t, double *y, double *yp)
-{
-    kmp_dop853 *s = solver;
-    (void)yp;
-    if (t == s->t) {
-        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
-        return KEMPE_OK;
-    }
-    return kmp_dop853_dense(s, t, y) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-}
-
-static kmp_solver_work work(const void *solver)
-{
-    kmp_ode_work w = kmp_dop853_work(solver);
-    return (kmp_solver_work){.steps = w.steps, .rejected = w.rejected, .refused = w.refused, .rhs = w.rhs};
-}
-
-const kmp_solver_kind kmp_solver_dop853 = {.name = "dop853",
-                                           .corrects = true,
-                                           .standard = true,
-                                           .create = create,
-                                           .release = release,
-                                           .start = start,
-                                           .step = step,
-                                           .t = end_of_step,
-                                           .t_old = start_of_step,
-                                           .dense = dense,
-                                           .work = work};
+KMP_RK_SOLVER(dop853, true);

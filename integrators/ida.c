@@ -7,15 +7,14 @@
 
 #include "base/memory.h"
 #include "constraints/sundials_compat.h"
+#include "integrators/linear.h"
 #include "integrators/solver.h"
-#include "integrators/umfpack.h"
 
 #include <ida/ida.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sunmatrix/sunmatrix_sparse.h>
 
 static const double NEWTON_TOLERANCE = 0.01;
 
@@ -32,47 +31,14 @@ struct kmp_ida {
     kmp_dae_work before; /* of earlier starts: IDA's counters begin anew with each */
 };
 
-/* -- linear solvers by name ------------------------------------------------------------------------ */
-
-static const struct {
-    const char *name;
-    SUNLinearSolver (*make)(long n, SUNContext context);
-} linear_solvers[] = {
-#define KMP_LINEAR(name, constructor) {name, constructor},
-#include "integrators/linear.def"
-#undef KMP_LINEAR
-};
-
-bool kmp_linear_known(const char *name)
-{
-    bool known = strcmp(name, "auto") == 0;
-    for (size_t i = 0; i < sizeof linear_solvers / sizeof *linear_solvers; i++)
-        known = known || strcmp(linear_solvers[i].name, name) == 0;
-    return known;
-}
-
-const char *kmp_linear_names(void)
-{
-    return "auto"
-#define KMP_LINEAR(name, constructor) ", " name
-#include "integrators/linear.def"
-#undef KMP_LINEAR
-        ;
-}
-
 static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
 {
-    if (strcmp(name, "auto") == 0)
-        name = linear_solvers[0].name;
-    for (size_t i = 0; i < sizeof linear_solvers / sizeof *linear_solvers; i++)
-        if (strcmp(linear_solvers[i].name, name) == 0) {
-            SUNLinearSolver solver = linear_solvers[i].make(s->dae.n, s->sun);
-            if (!solver)
-                kmp_fail_memory(s->context);
-            return solver;
-        }
-    kmp_fail(s->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name", name);
-    return NULL;
+    SUNLinearSolver solver = kmp_linear_known(name) ? kmp_linear_new(name, s->dae.n, s->sun) : NULL;
+    if (!kmp_linear_known(name))
+        (void)kmp_fail(s->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name", name);
+    else if (!solver)
+        (void)kmp_fail_memory(s->context);
+    return solver;
 }
 
 /* -- callbacks ------------------------------------------------------------------------------------- */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* SUNDIALS IDA behind the DAE socket, with a SUNLinearSolver around UMFPACK. */
+/* SUNDIALS IDA behind the DAE socket, with the linear solvers of linear.def. */
 #ifndef KMP_INTEGRATORS_IDA_H
 #define KMP_INTEGRATORS_IDA_H
 
@@ -8,7 +8,7 @@
 
 typedef struct kmp_ida kmp_ida;
 
-/** `linear` names a row of linear.def ("umfpack"). NULL after a message. */
+/** `linear` names a row of linear.def, or "auto". NULL after a message. */
 kmp_ida *kmp_ida_new(kempe_context *context, const kmp_dae *dae, kmp_tolerance tolerance, const char *linear);
 void kmp_ida_free(kmp_ida *s);
 

@@ -19,6 +19,7 @@ typedef struct projected {
     bool has_work;
     int n, m;
     double *violation; /* m */
+    double *lambda;    /* m: where closures move */
     double *dx;        /* n */
     double *q, *qd;    /* n */
     double rtol, atol;
@@ -40,12 +41,12 @@ static int rhs(void *self, double t, const double *y, double *dy)
     if (place(d, t, y, y + n) != KMP_GO)
         return KMP_RETRY;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
-    kmp_saddle_accelerations(&d->saddle, dy + n, NULL);
+    kmp_saddle_accelerations(&d->saddle, dy + n, d->s->rheonomic ? d->lambda : NULL);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n);
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
 }
 
@@ -141,6 +142,7 @@ static void release(kmp_road *road)
     kmp_free(road->y);
     kmp_free(road->atol);
     kmp_free(d->violation);
+    kmp_free(d->lambda);
     kmp_free(d->dx);
     kmp_free(d->q);
     kmp_free(d->qd);
@@ -152,10 +154,11 @@ static bool allocate(projected *d)
     d->road.y = KMP_NEW(double, d->road.size);
     d->road.atol = KMP_NEW(double, d->road.size);
     d->violation = KMP_NEW(double, d->m);
+    d->lambda = KMP_NEW(double, d->m);
     d->dx = KMP_NEW(double, d->n);
     d->q = KMP_NEW(double, d->n);
     d->qd = KMP_NEW(double, d->n);
-    return d->road.y && d->road.atol && d->violation && d->dx && d->q && d->qd &&
+    return d->road.y && d->road.atol && d->violation && d->lambda && d->dx && d->q && d->qd &&
            kmp_saddle_init(&d->saddle, d->plant, d->part);
 }
 

@@ -11,6 +11,7 @@
  * accepted step, because the ODE itself may pass such a point and go on wrongly without any other sign. */
 #include "base/memory.h"
 #include "constraints/reduction.h"
+#include "integrators/reduced_jacobian.h"
 #include "integrators/road.h"
 #include <math.h>
 #include <string.h>
@@ -35,18 +36,21 @@ typedef struct reduced {
     kmp_plant *plant;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
+    kmp_reduced_jacobian tangents; /* when asked for */
     bool carried, has_work, fixed;
     bool due; /* an exchange, before the next step */
     int n, p, r;
-    double *q, *qd;   /* n */
-    double *weight;   /* n: error weights of coordinates at the last accepted step */
-    double *anchor_u; /* p, of the last accepted step */
-    double *anchor_v; /* r */
-    double *anchor_b; /* r x p: tangent there */
-    double *anchor_c; /* r: vdd there less what udd makes */
-    double *udd;      /* p */
-    double *jacobian; /* m x n, for exchanges */
-    int sign;         /* of det Jv since the start or the last exchange */
+    double *q, *qd;       /* n */
+    double *weight;       /* n: error weights of coordinates at the last accepted step */
+    double *anchor_u;     /* p, of the last accepted step */
+    double *anchor_v;     /* r */
+    double *anchor_b;     /* r x p: tangent there */
+    double *anchor_t;     /* r: what moving closures add to vd there */
+    double *anchor_c;     /* r: vdd there less what udd makes */
+    double *udd;          /* p */
+    double *qdd, *lambda; /* n, m: where closures move */
+    double *jacobian;     /* m x n, for exchanges */
+    int sign;             /* of det Jv since the start or the last exchange */
     double rtol, atol, rate_scale;
     double t;      /* of the last accepted step */
     bool crossed;  /* det Jv had changed its sign at the end of the last step tried */
@@ -75,12 +79,12 @@ static void put_u(reduced *d, const double *y)
         d->q[d->part.u[k]] = y[k];
 }
 
-/* Along the tangent from the last accepted step and its curvature: dv = B du + c tau^2 / 2. */
+/* Along the tangent from the last accepted step and its curvature: dv = B du + x_t tau + c tau^2 / 2. */
 static void predict_v(reduced *d, double t, const double *y)
 {
     double tau = t - d->t;
     for (int i = 0; i < d->r; i++) {
-        double v = d->anchor_v[i] + 0.5 * tau * tau * d->anchor_c[i];
+        double v = d->anchor_v[i] + tau * (d->anchor_t[i] + 0.5 * tau * d->anchor_c[i]);
         for (int k = 0; k < d->p; k++)
             v += d->anchor_b[i + k * d->r] * (y[k] - d->anchor_u[k]);
         d->q[d->part.v[i]] = v;
@@ -117,6 +121,15 @@ static int accelerate(reduced *d, const double *ud)
     return KMP_GO;
 }
 
+static double drive_power(reduced *d)
+{
+    if (!d->s->rheonomic)
+        return 0;
+    kmp_reduction_accelerations(&d->red, d->udd, d->qdd);
+    kmp_reduction_multipliers(&d->red, d->qdd, d->lambda);
+    return kmp_plant_drive_power(d->plant, d->lambda);
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     reduced *d = self;
@@ -131,7 +144,16 @@ static int rhs(void *self, double t, const double *y, double *dy)
     for (int i = 0; d->carried && i < d->r; i++)
         dy[2 * d->p + i] = d->qd[d->part.v[i]];
     if (d->has_work)
-        dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd);
+        dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd) + drive_power(d);
+    return KMP_GO;
+}
+
+static int jacobian(void *self, double t, const double *y, double *j)
+{
+    reduced *d = self;
+    if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
+        return KMP_RETRY;
+    kmp_reduced_jacobian_eval(&d->tangents, t, d->q, d->qd, d->udd, d->road.size, j);
     return KMP_GO;
 }
 
@@ -222,6 +244,8 @@ static void remember(reduced *d, double t, const double *y)
         d->anchor_v[i] = d->q[d->part.v[i]];
     memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
     for (int i = 0; i < d->r; i++)
+        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
+    for (int i = 0; i < d->r; i++)
         d->anchor_c[i] = d->red.a0[d->part.v[i]];
     for (int i = 0; i < d->n; i++)
         d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
@@ -265,7 +289,11 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void position(kmp_road *road, double t, const double *y, double *q)
 {
     reduced *d = (reduced *)road;
-    (void)place(d, t, y);
+    put_u(d, y);
+    if (!d->carried)
+        (void)place(d, t, y);
+    for (int i = 0; d->carried && i < d->r; i++)
+        d->q[d->part.v[i]] = y[2 * d->p + i];
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
@@ -382,6 +410,7 @@ static int renew(kmp_road *road, double t, double *y, double *yp)
 static void release(kmp_road *road)
 {
     reduced *d = (reduced *)road;
+    kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
     kmp_partition_free(&d->part);
     kmp_text_free(&road->reason);
@@ -394,8 +423,11 @@ static void release(kmp_road *road)
     kmp_free(d->anchor_u);
     kmp_free(d->anchor_v);
     kmp_free(d->anchor_b);
+    kmp_free(d->anchor_t);
     kmp_free(d->anchor_c);
     kmp_free(d->udd);
+    kmp_free(d->qdd);
+    kmp_free(d->lambda);
     kmp_free(d);
 }
 
@@ -411,10 +443,13 @@ static bool allocate(reduced *d)
     d->anchor_u = KMP_NEW(double, d->p);
     d->anchor_v = KMP_NEW(double, d->r);
     d->anchor_b = KMP_NEW(double, d->r * d->p);
+    d->anchor_t = KMP_NEW(double, d->r);
     d->anchor_c = KMP_NEW(double, d->r);
     d->udd = KMP_NEW(double, d->p);
+    d->qdd = KMP_NEW(double, d->n);
+    d->lambda = KMP_NEW(double, d->part.m);
     return road->y && road->atol && d->jacobian && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v &&
-           d->anchor_b && d->anchor_c && d->udd;
+           d->anchor_b && d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
 }
 
 static bool begin(reduced *d, const kmp_road_start *start)
@@ -429,6 +464,17 @@ static bool begin(reduced *d, const kmp_road_start *start)
     return false;
 }
 
+static bool prepare(reduced *d, const kmp_road_start *start)
+{
+    if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK || !begin(d, start))
+        return false;
+    set_tolerances(d);
+    if (!start->implicit || d->carried)
+        return true;
+    d->road.ode.jacobian = jacobian;
+    return kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) == KEMPE_OK;
+}
+
 static kmp_road *create(const kmp_road_start *start, bool carried)
 {
     const kmp_partition *part = start->part;
@@ -440,7 +486,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->s = start->system;
     d->plant = start->plant;
     d->fixed = start->fixed;
-    d->carried = carried;
+    d->carried = carried || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
     d->has_work = start->system->dissipative;
     d->n = part->n;
     d->p = part->p;
@@ -457,10 +503,8 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
     if (!kmp_partition_copy(&d->part, part) || !allocate(d))
         (void)kmp_fail_memory(start->system->context);
-    else if (kmp_reduction_init(&d->red, start->plant, &d->part) == KEMPE_OK && begin(d, start)) {
-        set_tolerances(d);
+    else if (prepare(d, start))
         return &d->road;
-    }
     release(&d->road);
     return NULL;
 }

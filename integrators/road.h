@@ -23,6 +23,7 @@ typedef struct kmp_road_start {
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale, t_end;
     bool fixed; /* u stays what it is, and the run ends where it goes bad */
+    bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
 } kmp_road_start;
 
 typedef struct kmp_road_kind {
@@ -60,6 +61,9 @@ struct kmp_road {
     kmp_text reason; /* why it gave up */
     long newton, factorizations, exchanges;
 };
+
+/** Row k of the table, NULL after the last. */
+const kmp_road_kind *kmp_road_get(int k);
 
 /** The kind of a road and form (NULL: the road's first); NULL when there is none. */
 const kmp_road_kind *kmp_road_find(const char *road, const char *form);

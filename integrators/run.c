@@ -28,6 +28,7 @@ struct kmp_runner {
     double *state;         /* q, qd, qdd, lambda at a change of road */
     double *y, *yp;        /* at a row; yp for a DAE only */
     double *qdd, *lambda;  /* at the start */
+    double *moved;         /* 3 n + m: a row, where closures that move do work */
     double work;           /* of non-conservative forces on a dae road, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, progress;
@@ -103,7 +104,8 @@ static kempe_status make_road(kmp_runner *run, const kmp_road_kind *way, double 
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
-                            .fixed = run->spec.fixed_u};
+                            .fixed = run->spec.fixed_u,
+                            .implicit = kmp_solver_find(run->spec.integrator)->implicit};
     run->road = way->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }
@@ -174,6 +176,19 @@ static kempe_status attend(kmp_runner *run)
 
 /* -- work of non-conservative forces on a dae road --------------------------------------------------- */
 
+/* At the dense state in run->y; closures that move do work too. */
+static double power_at(kmp_runner *run, double t)
+{
+    int n = run->s->n;
+    double *q = run->moved, *lambda = run->moved + 3 * n, work;
+    double power = kmp_plant_power(run->plant, t, run->y, run->y + n);
+    if (!run->s->rheonomic ||
+        run->road->row(run->road, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) != KMP_GO)
+        return power;
+    kmp_plant_closure(run->plant, t, run->y);
+    return power + kmp_plant_drive_power(run->plant, lambda);
+}
+
 /* Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
 static kempe_status add_work(kmp_runner *run, double t)
 {
@@ -187,7 +202,7 @@ static kempe_status add_work(kmp_runner *run, double t)
         kempe_status status = run->kind->dense(run->solver, at, run->y, run->yp);
         if (status != KEMPE_OK)
             return status;
-        run->work += 0.5 * h * weight[k] * kmp_plant_power(run->plant, at, run->y, run->y + run->s->n);
+        run->work += 0.5 * h * weight[k] * power_at(run, at);
     }
     run->work_t = t;
     return KEMPE_OK;
@@ -206,8 +221,9 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     run->plant = kmp_plant_new(run->s, run->spec.backend);
     run->qdd = KMP_NEW(double, run->s->n);
     run->lambda = KMP_NEW(double, run->s->m);
+    run->moved = KMP_NEW(double, 3 * run->s->n + run->s->m);
     run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
-    if (!run->plant || !run->qdd || !run->lambda || !run->state)
+    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
         return kmp_fail_memory(run->s->context);
     kempe_status status = choose_partition(run, 0, start->q, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
@@ -275,6 +291,7 @@ void kmp_runner_free(kmp_runner *run)
     kmp_free(run->state);
     kmp_free(run->qdd);
     kmp_free(run->lambda);
+    kmp_free(run->moved);
     kmp_free(run->reason);
     kmp_free(run);
 }

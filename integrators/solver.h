@@ -27,6 +27,7 @@ typedef struct kmp_solver_kind {
     const char *name;
     bool dae;      /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
     bool corrects; /* lets `accept` correct y and refuse a step: one-step methods */
+    bool implicit; /* uses the Jacobian of the ODE when there is one */
     bool standard; /* compare runs it unasked */
 
     /** NULL after a message. What `setup` points to outlives the solver. */

@@ -32,6 +32,11 @@ bool kmp_way_get(int k, kmp_way *way)
     return false;
 }
 
+const kmp_road_kind *kmp_road_get(int k)
+{
+    return k >= 0 && k < (int)ROADS ? roads[k] : NULL;
+}
+
 const kmp_road_kind *kmp_road_find(const char *road, const char *form)
 {
     for (int k = 0; k < (int)ROADS; k++)

@@ -6,19 +6,19 @@
 
 #include "dynamics/kinematics.h"
 
-enum { KMP_KIND_MAX_ROWS = 6 };
+enum { KMP_KIND_MAX_ROWS = 6, KMP_KIND_POWER_OF_COORDINATE = -1 };
 
 typedef struct kmp_closure_kind {
     const char *name;
     int rows;         /* declared; rows that vanish identically are dropped later */
-    int length_power; /* the unit of a row is m^length_power: rows are scaled by that power of the characteristic length
-                       */
+    int length_power; /* the unit of a row is m^length_power: rows are scaled by that power of the characteristic
+                       * length; KMP_KIND_POWER_OF_COORDINATE: 0 for a rotation, 1 for a translation */
 
     /** h, in the axes of link `*frame`. */
     void (*residual)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame);
 
-    /** The force on the second point's body, axes of the same link, from one multiplier a declared row (zero for a
-     * dropped one). The first point's body carries its opposite. */
+    /** The force (of a drive: its effort and two zeros) on the second point's body, axes of the same link, from one
+     * multiplier a declared row (zero for a dropped one). The first point's body carries its opposite. */
     kmp_vec (*reaction)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
 } kmp_closure_kind;
 

@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rod: two points keep a distance. h = (d.d - L^2) / 2 with d = Q - P, smooth for every d; lambda d is the force on Q's
- * body. */
+/* Rod: two points keep a distance, which may be a function of time. h = (d.d - L^2) / 2 with d = Q - P, smooth for
+ * every d; lambda d is the force on Q's body. */
 #include "constraints/kinds/kind.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
 {
     kmp_graph *g = tree->graph;
     kmp_vec d = kmp_point_difference(tree, closure->point[0], closure->point[1], frame);
-    kmp_ref length = kmp_tree_number(tree, &closure->length), half = kmp_const(g, 0.5);
+    kmp_ref half = kmp_const(g, 0.5);
+    kmp_ref length =
+        closure->function ? kmp_tree_expression(tree, closure->function) : kmp_tree_number(tree, &closure->length);
     h[0] = kmp_mul(g, half, kmp_sub(g, kmp_vec_dot(g, d, d), kmp_mul(g, length, length)));
 }
 

@@ -89,6 +89,17 @@ KEMPE_API kempe_status kempe_model_read(kempe_context *context, const char *path
 /** The same from memory; `label` stands for the file name in messages. */
 KEMPE_API kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label,
                                              kempe_model **model);
+
+/** What a parameter of the model is set to instead: an expression as in the file ("0.3", "7800 kg/m^3", "2*L1"). */
+typedef struct kempe_setting {
+    const char *name, *value;
+} kempe_setting;
+
+/** Reads with `count` settings of declared parameters; the last of several for one name counts. */
+KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *settings,
+                                            int count, kempe_model **model);
+KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
+                                                 const kempe_setting *settings, int count, kempe_model **model);
 KEMPE_API void kempe_model_free(kempe_model *model);
 KEMPE_API const char *kempe_model_name(const kempe_model *model);
 
@@ -163,7 +174,7 @@ typedef struct kempe_run {
     const char *road;       /* reduced | dae | projected */
     const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
     const char *integrator; /* dop853 | ida */
-    const char *linear;     /* dae: umfpack */
+    const char *linear;     /* dae: auto, klu, umfpack, dense */
     const char *backend;    /* tape */
     const char *u;          /* independent coordinates to begin with, comma-separated */
     int fixed_u;            /* keep them: the run fails where they go bad, instead of exchanging them */

@@ -20,25 +20,31 @@ typedef struct record32 {
     uint32_t d, a, b, c;
 } record32;
 
-/* A division or a function of one variable. */
+/* A division or a function. */
 typedef struct special {
     uint8_t op;
-    bool minus; /* of the operand of a function */
-    uint32_t d, a, b;
+    bool minus[3]; /* of the operands */
+    uint32_t d, operand[3], instruction;
 } special;
 
 typedef struct segment {
     uint32_t record, angle, special; /* the first of each; the next segment's are the end */
 } segment;
 
-typedef struct output {
-    uint32_t slot;
+/* An output that no instruction of its stage computes straight into its place. */
+typedef struct copy {
+    uint32_t from, to;
     double factor; /* 1 or -1 */
-} output;
+} copy;
+
+/* An input: where its value goes and where in the vector given it stands. */
+typedef struct feed {
+    uint32_t slot, index;
+} feed;
 
 typedef struct tape {
     const kmp_program *program;
-    double *v; /* slots: 1, -1, -0, constants, their negatives where asked, inputs, instructions */
+    double *v; /* slots: 1, -1, -0, waste, constants, inputs, instructions, outputs, negatives of constants as asked */
     uint32_t slots;
     record16 *narrow; /* one of the two */
     record32 *wide;
@@ -51,8 +57,11 @@ typedef struct tape {
     segment *segments;
     uint32_t segment_count;
     uint32_t *stage; /* stages + 1: first segment */
-    output *output;
-    double *out;
+    copy *copies;
+    uint32_t *copy_start; /* stages + 1: first copy */
+    double *out;          /* the outputs' slots */
+    feed *feeds;
+    int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
 } tape;
 
 enum { SLOT_ONE, SLOT_MINUS_ONE, SLOT_MINUS_ZERO, SLOT_WASTE, FIRST_SLOT };
@@ -70,6 +79,7 @@ typedef struct builder {
     uint8_t *fuse_b;    /* a sum that takes over: 1 its first, 2 its second operand */
     uint32_t *negative; /* by constant: slot of its negative, 0 when none */
     int *stage_of;
+    uint32_t *slot; /* by value */
 } builder;
 
 static bool is_record(uint8_t op)
@@ -86,8 +96,7 @@ static int instruction_of(const builder *b, uint32_t operand)
 
 static uint32_t slot_of(const builder *b, uint32_t operand)
 {
-    (void)b;
-    return FIRST_SLOT + (operand >> 1);
+    return b->slot[operand >> 1];
 }
 
 /* Segment in which an operand is known, seen from a stage: 0 for leaves and earlier stages. */
@@ -100,9 +109,9 @@ static uint32_t known(const builder *b, int stage, uint32_t operand)
 static uint32_t depth_of(const builder *b, int i)
 {
     const kmp_instruction *in = &b->p->instruction[i];
-    uint32_t d = known(b, b->stage_of[i], in->a);
-    if (kmp_op_arity((kmp_op)in->op) == 2) {
-        uint32_t e = known(b, b->stage_of[i], in->b);
+    uint32_t d = 0;
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        uint32_t e = known(b, b->stage_of[i], kmp_instruction_operand(in, k));
         d = d > e ? d : e;
     }
     return is_record(in->op) ? d : d + 1;
@@ -112,11 +121,10 @@ static void count_uses(builder *b)
 {
     const kmp_program *p = b->p;
     for (int i = 0; i < p->code[p->stages]; i++) {
-        int a = instruction_of(b, p->instruction[i].a), c = instruction_of(b, p->instruction[i].b);
-        if (a >= 0)
-            b->uses[a]++;
-        if (kmp_op_arity((kmp_op)p->instruction[i].op) == 2 && c >= 0)
-            b->uses[c]++;
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
+            if (instruction_of(b, kmp_instruction_operand(in, k)) >= 0)
+                b->uses[instruction_of(b, kmp_instruction_operand(in, k))]++;
     }
     for (int k = 0; k < p->outputs[p->stages]; k++)
         if (instruction_of(b, p->output[k]) >= 0)
@@ -228,11 +236,12 @@ static void write_special(builder *b, int i, uint32_t first_angle)
         write_angle(b, i, first_angle);
         return;
     }
-    b->t->specials[b->t->special_count++] = (special){.op = in->op,
-                                                      .minus = in->a & 1,
-                                                      .d = slot_of(b, (uint32_t)(b->leaves + i) << 1),
-                                                      .a = slot_of(b, in->a),
-                                                      .b = slot_of(b, in->b)};
+    special *s = &b->t->specials[b->t->special_count++];
+    *s = (special){.op = in->op, .instruction = (uint32_t)i, .d = slot_of(b, (uint32_t)(b->leaves + i) << 1)};
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        s->operand[k] = slot_of(b, kmp_instruction_operand(in, k));
+        s->minus[k] = kmp_instruction_operand(in, k) & 1;
+    }
 }
 
 /* Records of depth k, then the specials that appear in k + 1. */
@@ -268,8 +277,8 @@ static uint32_t count_segments(const builder *b)
 static bool allocate_code(builder *b)
 {
     tape *t = b->t;
-    uint32_t code = (uint32_t)b->p->code[b->p->stages];
-    t->slots = FIRST_SLOT + (uint32_t)b->leaves + code;
+    uint32_t code = (uint32_t)b->p->code[b->p->stages], outputs = (uint32_t)b->p->outputs[b->p->stages];
+    t->slots = FIRST_SLOT + (uint32_t)b->leaves + code + outputs;
     uint32_t capacity = t->slots + (uint32_t)b->p->constant_count;
     t->v = KMP_NEW(double, capacity);
     if (capacity <= UINT16_MAX)
@@ -283,15 +292,57 @@ static bool allocate_code(builder *b)
     t->lane = KMP_NEW(double, 3 * code);
     t->segments = KMP_NEW(segment, count_segments(b));
     t->stage = KMP_NEW(uint32_t, b->p->stages + 1);
-    t->output = KMP_NEW(output, b->p->outputs[b->p->stages]);
-    t->out = KMP_NEW(double, b->p->outputs[b->p->stages]);
+    t->copies = KMP_NEW(copy, outputs);
+    t->copy_start = KMP_NEW(uint32_t, b->p->stages + 1);
+    t->feeds = KMP_NEW(feed, b->p->input_count);
     return t->v && (t->narrow || t->wide) && t->specials && t->angle && t->sine && t->cosine && t->lane &&
-           t->segments && t->stage && t->output && t->out;
+           t->segments && t->stage && t->copies && t->copy_start && t->feeds;
+}
+
+/* Every value has its slot; an instruction that is an output of its own stage computes straight into its place among
+ * the outputs, the other outputs are copied at the end of the stage. */
+static void place_values(builder *b)
+{
+    tape *t = b->t;
+    const kmp_program *p = b->p;
+    uint32_t values = (uint32_t)(b->leaves + p->code[p->stages]), first = FIRST_SLOT + values, copies = 0;
+    t->out = t->v + first;
+    for (uint32_t k = 0; k < values; k++)
+        b->slot[k] = FIRST_SLOT + k;
+    for (int s = 0; s < p->stages; s++) {
+        t->copy_start[s] = copies;
+        for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
+            uint32_t value = p->output[k] >> 1, to = first + (uint32_t)k;
+            int i = instruction_of(b, p->output[k]);
+            if (i >= 0 && !(p->output[k] & 1) && b->stage_of[i] == s && b->slot[value] < first)
+                b->slot[value] = to;
+            else
+                t->copies[copies++] = (copy){value, to, p->output[k] & 1 ? -1 : 1};
+        }
+    }
+    t->copy_start[p->stages] = copies;
+    for (uint32_t k = 0; k < copies; k++)
+        t->copies[k].from = b->slot[t->copies[k].from];
+}
+
+static void place_inputs(builder *b)
+{
+    const kmp_program *p = b->p;
+    int count = 0;
+    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
+        b->t->feed_start[kind] = count;
+        for (int k = 0; k < p->input_count; k++)
+            if ((int)p->input[k].kind == kind)
+                b->t->feeds[count++] = (feed){b->slot[p->constant_count + k], p->input[k].index};
+    }
+    b->t->feed_start[KMP_IN_COUNT] = count;
 }
 
 static void write_code(builder *b)
 {
     tape *t = b->t;
+    place_values(b);
+    place_inputs(b);
     t->v[SLOT_ONE] = 1;
     t->v[SLOT_MINUS_ONE] = -1;
     t->v[SLOT_MINUS_ZERO] = -0.0;
@@ -303,8 +354,6 @@ static void write_code(builder *b)
     }
     t->stage[b->p->stages] = t->segment_count;
     t->segments[t->segment_count] = (segment){t->records, t->angles, t->special_count};
-    for (int k = 0; k < b->p->outputs[b->p->stages]; k++)
-        t->output[k] = (output){slot_of(b, b->p->output[k]), b->p->output[k] & 1 ? -1 : 1};
 }
 
 static bool begin(builder *b, const kmp_program *p)
@@ -319,7 +368,8 @@ static bool begin(builder *b, const kmp_program *p)
     b->fuse_b = KMP_NEW(uint8_t, code);
     b->negative = KMP_NEW(uint32_t, p->constant_count);
     b->stage_of = KMP_NEW(int, code);
-    return b->t && b->depth && b->uses && b->fused && b->fuse_b && b->negative && b->stage_of;
+    b->slot = KMP_NEW(uint32_t, b->leaves + code);
+    return b->t && b->depth && b->uses && b->fused && b->fuse_b && b->negative && b->stage_of && b->slot;
 }
 
 static void release(void *code)
@@ -337,8 +387,9 @@ static void release(void *code)
     kmp_free(t->lane);
     kmp_free(t->segments);
     kmp_free(t->stage);
-    kmp_free(t->output);
-    kmp_free(t->out);
+    kmp_free(t->copies);
+    kmp_free(t->copy_start);
+    kmp_free(t->feeds);
     kmp_free(t);
 }
 
@@ -359,6 +410,7 @@ static void *prepare(const kmp_program *p)
     kmp_free(b.fuse_b);
     kmp_free(b.negative);
     kmp_free(b.stage_of);
+    kmp_free(b.slot);
     if (ok)
         return b.t;
     release(b.t);
@@ -370,11 +422,8 @@ static void *prepare(const kmp_program *p)
 static void set(void *code, kmp_input_kind kind, const double *values)
 {
     tape *t = code;
-    const kmp_program *p = t->program;
-    double *v = t->v + FIRST_SLOT + p->constant_count;
-    for (int k = 0; k < p->input_count; k++)
-        if (p->input[k].kind == kind)
-            v[k] = values[p->input[k].index];
+    for (int k = t->feed_start[kind]; k < t->feed_start[kind + 1]; k++)
+        t->v[t->feeds[k].slot] = values[t->feeds[k].index];
 }
 
 static void run_narrow(const record16 *r, const record16 *end, double *v)
@@ -402,12 +451,17 @@ static void run_angles(tape *t, uint32_t first, uint32_t end)
     }
 }
 
-static void run_special(const special *s, double *v)
+/* Operands that an operation has not are the slot of 1. */
+static void run_special(const kmp_program *p, const special *s, double *v)
 {
-    if (s->op == KMP_OP_DIV)
-        v[s->d] = v[s->a] / v[s->b];
-    else
-        v[s->d] = kmp_op_value((kmp_op)s->op, s->minus ? -v[s->a] : v[s->a]);
+    double x[3];
+    if (s->op == KMP_OP_DIV) { /* carries no signs */
+        v[s->d] = v[s->operand[0]] / v[s->operand[1]];
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
+    v[s->d] = kmp_program_value(p, (int)s->instruction, x[0], x[1], x[2]);
 }
 
 static void run(void *code, int stage)
@@ -422,10 +476,10 @@ static void run(void *code, int stage)
         if (next->angle > here->angle)
             run_angles(t, here->angle, next->angle);
         for (uint32_t i = here->special; i < next->special; i++)
-            run_special(&t->specials[i], t->v);
+            run_special(t->program, &t->specials[i], t->v);
     }
-    for (int k = t->program->outputs[stage]; k < t->program->outputs[stage + 1]; k++)
-        t->out[k] = t->v[t->output[k].slot] * t->output[k].factor;
+    for (uint32_t k = t->copy_start[stage]; k < t->copy_start[stage + 1]; k++)
+        t->v[t->copies[k].to] = t->v[t->copies[k].from] * t->copies[k].factor;
 }
 
 static const double *outputs(const void *code, int stage)

@@ -284,7 +284,8 @@ static kempe_status show(const job *j)
 
 static kempe_status prepare(job *j, bool equations)
 {
-    kempe_status status = kempe_model_read(j->context, j->settings->file, &j->model);
+    kempe_status status =
+        kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
     if (status == KEMPE_OK && equations)
         status = kempe_system_new(j->model, &j->system);
     tell_failure(j, status, false);

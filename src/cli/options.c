@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef enum option_kind { OPTION_FLAG, OPTION_TEXT, OPTION_NUMBER } option_kind;
+typedef enum option_kind { OPTION_FLAG, OPTION_TEXT, OPTION_NUMBER, OPTION_SETTING } option_kind;
 
 typedef struct option {
     unsigned commands;
@@ -48,6 +48,7 @@ static const option options[] = {
     {CLI_SHOW, "equations", 0, OPTION_FLAG, AT(show_equations), NULL, "M, C, h, J, jdqd as assignments"},
     {CLI_SHOW, "program", 0, OPTION_FLAG, AT(show_program), NULL, "the staged program of the reduced road"},
     {CLI_SHOW, "stats", 0, OPTION_FLAG, AT(show_stats), NULL, "operation counts"},
+    {CLI_ALL, "set", 0, OPTION_SETTING, 0, "NAME=VALUE", "another value of a parameter; may be given again"},
     {CLI_ALL, "json", 0, OPTION_TEXT, AT(json), "PATH|-", "write one JSON object; - for stdout, instead of text"},
     {CLI_ALL, "help", 'h', OPTION_FLAG, AT(help), NULL, "this text"},
 };
@@ -132,11 +133,30 @@ static bool store_number(const option *o, const char *text, double *value)
     return true;
 }
 
-static bool store(const option *o, const char *text, cli_settings *settings)
+/* The name is cut off at the sign, in place. */
+static bool store_setting(char *text, cli_settings *settings)
+{
+    size_t length = strcspn(text, "=");
+    if (length == 0 || !text[length] || !text[length + 1]) {
+        fprintf(stderr, "kempe: --set needs NAME=VALUE, not '%s'\n", text);
+        return false;
+    }
+    if (settings->set_count == CLI_MOST_SETS) {
+        fprintf(stderr, "kempe: --set: at most %d parameters can be set\n", CLI_MOST_SETS);
+        return false;
+    }
+    text[length] = '\0';
+    settings->sets[settings->set_count++] = (kempe_setting){text, text + length + 1};
+    return true;
+}
+
+static bool store(const option *o, char *text, cli_settings *settings)
 {
     char *place = (char *)settings + o->offset;
     if (o->kind == OPTION_NUMBER)
         return store_number(o, text, (double *)(void *)place);
+    if (o->kind == OPTION_SETTING)
+        return store_setting(text, settings);
     *(const char **)(void *)place = text;
     return true;
 }
@@ -148,7 +168,7 @@ static int read_option(unsigned command, const char *name, int count, char **wor
     const option *o = find(command, words[0], length);
     if (!o)
         return complain_unknown(command, name, words[0]);
-    const char *attached = words[0][length] ? words[0] + length + 1 : NULL;
+    char *attached = words[0][length] ? words[0] + length + 1 : NULL;
     if (o->kind == OPTION_FLAG) {
         if (attached) {
             fprintf(stderr, "kempe: --%s takes no value\n", o->name);

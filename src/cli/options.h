@@ -11,9 +11,13 @@
 enum { CLI_CHECK = 1, CLI_ASSEMBLE = 2, CLI_SIMULATE = 4, CLI_COMPARE = 8, CLI_SHOW = 16, CLI_ALL = 31 };
 
 /* What the user asked for. Texts point into argv; NULL and 0 mean not given. */
+enum { CLI_MOST_SETS = 64 };
+
 typedef struct cli_settings {
     const char *file;
     const char *json, *output, *csv;
+    kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
+    int set_count;
     kempe_run run;
     kempe_compare_run compare;
     bool show_model, show_equations, show_program, show_stats;

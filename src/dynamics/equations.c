@@ -15,10 +15,17 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     if (h == KMP_ZERO)
         return KEMPE_OK;
     (void)kmp_is_const(eq->graph, h, &gap);
-    return kmp_complain(eq->context, eq->model->file, closure->place.line, closure->place.column,
+    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
                         "move one of its points",
                         closure->name, "xyz???"[component], gap);
+}
+
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind)
+{
+    if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
+        return kind->length_power;
+    return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
 static kempe_status derive_rows(kmp_equations *eq)
@@ -36,7 +43,7 @@ static kempe_status derive_rows(kmp_equations *eq)
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, kind->length_power};
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind)};
             } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
                 status = KEMPE_E_INPUT;
             }

@@ -8,7 +8,8 @@
 typedef struct kmp_forces {
     kmp_wrench *applied; /* a link: force and moment about its origin, its axes */
     kmp_ref *effort;     /* a motion */
-    kmp_ref potential;   /* of gravity, springs and constant efforts, J */
+    kmp_ref potential;   /* of gravity, springs, stops and constant efforts, J */
+    kmp_ref *value;      /* a force element: its tension, effort on the joint; zero for one with components */
     kmp_ref power;       /* of everything else, W: zero when the model is conservative */
 } kmp_forces;
 

@@ -12,21 +12,15 @@
 
 /* -- numbers of the model as nodes ------------------------------------------------------------------- */
 
-static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a)
+static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
 {
+    (void)b, (void)c;
     switch (f) {
-    case KMP_FUNCTION_sin:
-        return kmp_sin(g, a);
-    case KMP_FUNCTION_cos:
-        return kmp_cos(g, a);
-    case KMP_FUNCTION_tan:
-        return kmp_div(g, kmp_sin(g, a), kmp_cos(g, a));
-    case KMP_FUNCTION_sqrt:
-        return kmp_sqrt(g, a);
-    case KMP_FUNCTION_exp:
-        return kmp_unary(g, KMP_OP_EXP, a);
-    case KMP_FUNCTION_log:
-        return kmp_unary(g, KMP_OP_LOG, a);
+#define KMP_FUNCTION(name, arity, value, node)                                                                         \
+    case KMP_FUNCTION_##name:                                                                                          \
+        return node;
+#include "model/functions.def"
+#undef KMP_FUNCTION
     case KMP_FUNCTION_COUNT:
         break;
     }
@@ -67,12 +61,10 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:
         return kmp_power(g, kmp_tree_expression(tree, e->a), constant_value(tree, e->b));
-    case KMP_EXPR_CALL:
-        return call(g, e->function, kmp_tree_expression(tree, e->a));
     default:
         break;
     }
-    kmp_ref a = kmp_tree_expression(tree, e->a), b = kmp_tree_expression(tree, e->b);
+    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
     switch (e->kind) {
     case KMP_EXPR_ADD:
         return kmp_add(g, a, b);
@@ -80,6 +72,16 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return kmp_sub(g, a, b);
     case KMP_EXPR_MUL:
         return kmp_mul(g, a, b);
+    case KMP_EXPR_LESS:
+        return kmp_less(g, a, b);
+    case KMP_EXPR_GREATER:
+        return kmp_less(g, b, a);
+    case KMP_EXPR_AT_MOST:
+        return kmp_select(g, kmp_less(g, b, a), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_AT_LEAST:
+        return kmp_select(g, kmp_less(g, a, b), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_CALL:
+        return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
     default:
         return kmp_div(g, a, b);
     }

@@ -45,7 +45,7 @@ static double characteristic_length(const kempe_model *model)
     for (int c = 0; c < model->closure_count; c++) {
         length = fmax(length, model->closures[c].length.value);
         for (int k = 0; k < 2; k++)
-            if (model->points[model->closures[c].point[k]].body > 0)
+            if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
                 length = fmax(length, norm3(model->points[model->closures[c].point[k]].at));
     }
     for (int k = 0; length == 0 && k < model->motion_count; k++)
@@ -106,7 +106,7 @@ static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
     int count[4] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count};
     const kmp_ref *groups[4] = {&eq->potential, &eq->power, eq->reaction, eq->position};
-    s->has_power = eq->power != KMP_ZERO;
+    s->has_power = eq->power != KMP_ZERO || s->rheonomic;
     s->dissipative = s->has_power;
     s->judge = kmp_program_new(eq->graph, 4, count, groups);
     return s->judge;
@@ -205,6 +205,15 @@ void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *u
     system->force = force;
     system->force_user = user;
     system->dissipative = force || system->has_power;
+}
+
+void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort)
+{
+    for (int i = 0; i < system->n; i++)
+        effort[i] = 0;
+    if (system->force(system->force_user, t, q, qd, effort) != 0)
+        for (int i = 0; i < system->n; i++)
+            effort[i] = NAN;
 }
 
 int kempe_system_row_count(const kempe_system *system)

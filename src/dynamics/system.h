@@ -42,8 +42,8 @@ struct kempe_system {
     char **row_names;
     kmp_pattern jacobian, mass;
     bool rheonomic;   /* h depends on t */
-    bool dissipative; /* some force is not conservative */
-    bool has_power;   /* some force of the model is not */
+    bool dissipative; /* some force is not conservative, or a closure that moves does work */
+    bool has_power;   /* so it is without the user's force */
     kmp_program *motion, *judge;
     double length;         /* characteristic length, m */
     double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
@@ -53,5 +53,8 @@ struct kempe_system {
     kempe_force_fn *force; /* the user's efforts; NULL: none */
     void *force_user;
 };
+
+/** The efforts (n) of the user's force, which is there, at (t, q, qd); NaN where it says that they cannot be had. */
+void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort);
 
 #endif

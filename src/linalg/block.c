@@ -5,7 +5,6 @@
 #include "linalg/block.h"
 
 #include "base/memory.h"
-#include "linalg/dense.h"
 
 #include <btf.h>
 #include <float.h>
@@ -26,14 +25,12 @@ struct kmp_block {
     double *inverse; /* 1 / u_ii */
     int *pivot;
 
-    int off_count; /* entries of C beside the blocks, by rows */
-    int *off_start, *off_column;
+    int *off_start, *off_column; /* entries of C beside the blocks, by rows */
     double *off;
     int *target; /* entry -> place in lu, or -1 - place in off */
 
     double *scratch; /* 2 n: right-hand sides in pivoted order, two interleaved */
-    int sign;
-    double quality, smallest;
+    int sign;        /* of det A; 0: the last factorisation failed */
 };
 
 /* -- analysis -------------------------------------------------------------------------------------- */
@@ -202,24 +199,16 @@ static int factor_block(int size, double *lu, int *pivot, int *order, int first,
     return 0;
 }
 
-/* Reciprocal pivots and what they say about the block. Returns 0, or 1 + the place of a pivot too small to
- * have a reciprocal. */
-static int weigh_pivots(kmp_block *b, int size, const double *lu, double *inverse)
+/* Reciprocal pivots and their sign. Returns 0, or 1 + the place of a pivot too small to have a reciprocal. */
+static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
 {
-    double low = INFINITY, high = 0.0;
     for (int i = 0; i < size; i++) {
-        double u = lu[i + i * size], s = fabs(u);
+        double u = lu[i + i * size];
         inverse[i] = 1.0 / u;
         if (!(fabs(inverse[i]) <= DBL_MAX))
             return i + 1;
-        low = s < low ? s : low;
-        high = s > high ? s : high;
-        b->sign = u < 0 ? -b->sign : b->sign;
+        *sign = u < 0 ? -*sign : *sign;
     }
-    if (low < b->smallest)
-        b->smallest = low;
-    if (low / high < b->quality)
-        b->quality = low / high;
     return 0;
 }
 
@@ -239,16 +228,14 @@ int kmp_block_factor(kmp_block *b, const double *values)
 {
     scatter(b, values);
     b->sign = b->permutation_sign;
-    b->quality = 1.0;
-    b->smallest = INFINITY;
     for (int k = 0; k < b->count; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
         double *lu = b->lu + b->lu_start[k];
         int fault = factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
         if (!fault)
-            fault = weigh_pivots(b, size, lu, b->inverse + first);
+            fault = invert_pivots(size, lu, b->inverse + first, &b->sign);
         if (fault) {
-            b->quality = b->smallest = 0.0;
+            b->sign = 0;
             return 1 + b->q[first + fault - 1];
         }
     }
@@ -401,12 +388,67 @@ int kmp_block_sign(const kmp_block *b)
     return b->sign;
 }
 
+/* Smallest and largest absolute pivot of block k. */
+static void weigh_pivots(const kmp_block *b, int k, double *low, double *high)
+{
+    int size = b->start[k + 1] - b->start[k];
+    *low = INFINITY;
+    *high = 0.0;
+    for (int i = 0; i < size; i++) {
+        double s = fabs(b->lu[b->lu_start[k] + i + i * size]);
+        *low = fmin(*low, s);
+        *high = fmax(*high, s);
+    }
+}
+
 double kmp_block_quality(const kmp_block *b)
 {
-    return b->quality;
+    double quality = b->sign ? 1.0 : 0.0, low, high;
+    for (int k = 0; b->sign && k < b->count; k++) {
+        weigh_pivots(b, k, &low, &high);
+        quality = fmin(quality, low / high);
+    }
+    return quality;
 }
 
 double kmp_block_smallest(const kmp_block *b)
 {
-    return b->smallest;
+    double smallest = b->sign ? INFINITY : 0.0, low, high;
+    for (int k = 0; b->sign && k < b->count; k++) {
+        weigh_pivots(b, k, &low, &high);
+        smallest = fmin(smallest, low);
+    }
+    return smallest;
+}
+
+/* -- counts ---------------------------------------------------------------------------------------- */
+
+static void accumulate(kmp_flops *sum, kmp_flops f)
+{
+    sum->add += f.add;
+    sum->mul += f.mul;
+    sum->div += f.div;
+    sum->root += f.root;
+}
+
+kmp_flops kmp_block_factor_flops(const kmp_block *b)
+{
+    kmp_flops sum = {0};
+    for (int k = 0; k < b->count; k++) {
+        int size = b->start[k + 1] - b->start[k];
+        accumulate(&sum, kmp_lu_flops(size));
+        sum.div += size;
+    }
+    return sum;
+}
+
+kmp_flops kmp_block_solve_flops(const kmp_block *b)
+{
+    long off = b->n ? b->off_start[b->n] : 0;
+    kmp_flops sum = {.add = off, .mul = off + b->n};
+    for (int k = 0; k < b->count; k++) {
+        long size = b->start[k + 1] - b->start[k], products = size * (size - 1);
+        accumulate(&sum, (kmp_flops){.add = products, .mul = products});
+    }
+    return sum;
 }

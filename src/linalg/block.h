@@ -5,6 +5,8 @@
 #ifndef KMP_LINALG_BLOCK_H
 #define KMP_LINALG_BLOCK_H
 
+#include "linalg/dense.h"
+
 typedef struct kmp_block kmp_block;
 
 /** n x n with nz entries (row[k], col[k]), no duplicates. NULL when there is no memory or the pattern is
@@ -23,6 +25,10 @@ void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 /** Number of diagonal blocks; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
+
+/** Arithmetic of one factorisation, of one solve with one right-hand side. */
+kmp_flops kmp_block_factor_flops(const kmp_block *b);
+kmp_flops kmp_block_solve_flops(const kmp_block *b);
 
 /** Of the last factorisation: the sign of det A (+1, -1), and the smallest over all blocks of
  *  min |u_ii| / max |u_ii|, the pivots of the block. */

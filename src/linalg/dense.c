@@ -36,20 +36,18 @@ static void swap_rows(int n, double *a, int i, int k)
 
 /* -- LU with partial pivoting ---------------------------------------------------------------------- */
 
+/* No branch on which row is larger: it is often either. */
 static int factor_2(double *a, int *pivot)
 {
     int lower = fabs(a[1]) > fabs(a[0]);
+    double u0 = a[lower], l = a[1 - lower] / u0, u01 = a[2 + lower], u1 = a[3 - lower] - l * u01;
     pivot[0] = lower;
     pivot[1] = 1;
-    if (lower) {
-        swap(&a[0], &a[1]);
-        swap(&a[2], &a[3]);
-    }
-    if (!usable(a[0]))
-        return 1;
-    a[1] /= a[0];
-    a[3] -= a[1] * a[2];
-    return usable(a[3]) ? 0 : 2;
+    a[0] = u0;
+    a[1] = l;
+    a[2] = u01;
+    a[3] = u1;
+    return !usable(u0) ? 1 : usable(u1) ? 0 : 2;
 }
 
 static int factor_3(double *a, int *pivot)
@@ -227,6 +225,29 @@ void kmp_cholesky_solve(int n, const double *l, double *b)
             s -= lk[i] * b[i];
         b[k] = s / lk[k];
     }
+}
+
+/* -- counts ---------------------------------------------------------------------------------------- */
+
+kmp_flops kmp_lu_flops(int n)
+{
+    long products = (long)(n - 1) * n * (2L * n - 1) / 6;
+    return (kmp_flops){.add = products, .mul = products, .div = (long)n * (n - 1) / 2};
+}
+
+kmp_flops kmp_cholesky_factor_flops(int n)
+{
+    kmp_flops f = {.div = (long)n * (n - 1) / 2, .root = n};
+    for (long k = 1; k < n; k++)
+        f.add += k * (k + 1) / 2;
+    f.mul = f.add;
+    return f;
+}
+
+kmp_flops kmp_cholesky_solve_flops(int n)
+{
+    long products = (long)n * (n - 1);
+    return (kmp_flops){.add = products, .mul = products, .div = 2L * n};
 }
 
 /* -- LU with complete pivoting --------------------------------------------------------------------- */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small dense linear algebra, column-major, no allocation: what the hot path of a small mechanism needs.
- * Larger or general tasks use LAPACK, UMFPACK (src/linalg/umfpack.h) or KLU. */
+ * Larger or general tasks use LAPACK, KLU or UMFPACK (integrators/linear.def). */
 #ifndef KMP_LINALG_DENSE_H
 #define KMP_LINALG_DENSE_H
 
@@ -17,6 +17,15 @@ void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, d
 /** Cholesky of the lower triangle in place. Returns 0, or k + 1 when minor k is not positive. */
 int kmp_cholesky_factor(int n, double *a);
 void kmp_cholesky_solve(int n, const double *l, double *b);
+
+/** Arithmetic of one call; comparisons, signs and moves are none. */
+typedef struct kmp_flops {
+    long add, mul, div, root;
+} kmp_flops;
+
+kmp_flops kmp_lu_flops(int n);
+kmp_flops kmp_cholesky_factor_flops(int n);
+kmp_flops kmp_cholesky_solve_flops(int n);
 
 /** Rank-revealing LU with complete pivoting of an m x n matrix in place (leading dimension m): row r[k] and
  *  column c[k] of the original are the k-th pivot's; r and c are permutations of all rows and columns.

@@ -15,7 +15,7 @@ static kmp_node *new_node(kmp_builder *b, kmp_node_kind kind)
         return NULL;
     node->kind = kind;
     node->text = "";
-    node->place = node->text_place = (kmp_place){b->call_count, 1};
+    node->place = node->text_place = (kmp_place){b->call_count, 1, 0};
     return node;
 }
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_NESTING = 200, MOST_NODES = 4000, MOST_ARGUMENTS = 2 };
+enum { MOST_NESTING = 200, MOST_NODES = 4000, MOST_ARGUMENTS = 3 };
 
 typedef struct parser {
     const kmp_expr_scope *scope;
@@ -21,21 +21,10 @@ static const struct {
     const char *name;
     int arity;
 } functions[] = {
-#define KMP_FUNCTION(name, arity) {#name, arity},
+#define KMP_FUNCTION(name, arity, value, node) {#name, arity},
 #include "model/functions.def"
 #undef KMP_FUNCTION
 };
-
-static const struct {
-    const char *name;
-    double factor, divisor;
-} units[] = {
-#define KMP_UNIT(name, factor, divisor) {#name, factor, divisor},
-#include "model/units.def"
-#undef KMP_UNIT
-};
-
-enum { UNITS = sizeof units / sizeof units[0] };
 
 static const kmp_expr *parse_sum(parser *p);
 static const kmp_expr *parse_factor(parser *p);
@@ -91,6 +80,11 @@ static int find_function(const char *name)
         if (strcmp(functions[i].name, name) == 0)
             return i;
     return -1;
+}
+
+const char *kmp_function_name(kmp_function function)
+{
+    return functions[function].name;
 }
 
 /* -- complaints ---------------------------------------------------------------------------------- */
@@ -157,8 +151,8 @@ static const kmp_expr *complain_unit(const parser *p, const char *where, const c
 {
     kmp_text sentence = {0};
     kmp_text_printf(&sentence, "an operator or a unit is wanted here, not '%s'; there are", name);
-    for (int i = 0; i < UNITS; i++)
-        kmp_text_printf(&sentence, "%s %s", i > 0 ? "," : "", units[i].name);
+    for (int i = 0; kmp_unit_name(i); i++)
+        kmp_text_printf(&sentence, "%s %s", i > 0 ? "," : "", kmp_unit_name(i));
     say_at(p, where, &sentence);
     kmp_text_free(&sentence);
     return NULL;
@@ -186,7 +180,7 @@ static const kmp_expr *complain_wanted(parser *p, const char *wanted)
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-static const kmp_expr *make(parser *p, kmp_expr expr)
+static const kmp_expr *make(parser *p, const char *where, kmp_expr expr)
 {
     if (++p->nodes > MOST_NODES)
         return complain(p, p->text, "the expression is too long: more than %d operations and operands", MOST_NODES);
@@ -194,12 +188,14 @@ static const kmp_expr *make(parser *p, kmp_expr expr)
     if (!node)
         return NULL;
     *node = expr;
+    node->column = column_of(p, where);
     return node;
 }
 
-static const kmp_expr *make_binary(parser *p, kmp_expr_kind kind, const kmp_expr *a, const kmp_expr *b)
+static const kmp_expr *make_binary(parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
+                                   const kmp_expr *b)
 {
-    return a && b ? make(p, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
+    return a && b ? make(p, where, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
 }
 
 /* -- rules --------------------------------------------------------------------------------------- */
@@ -209,7 +205,8 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
 {
     const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: a constant is wanted", symbol);
+        return complain(p, where, "%s is not allowed here: %s is wanted", symbol,
+                        p->scope->time ? "a function of t" : "a constant");
     if (!take(p, '('))
         return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
     skip_space(p);
@@ -226,12 +223,28 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
         return complain_unknown(p, start, name ? name : "", true);
     if (!take(p, ')'))
         return complain_wanted(p, "')'");
-    return make(p, (kmp_expr){.kind = kind, .index = index});
+    return make(p, where, (kmp_expr){.kind = kind, .index = index});
+}
+
+/* a < b and its like. */
+static const kmp_expr *parse_comparison(parser *p)
+{
+    static const kmp_expr_kind kinds[2][2] = {{KMP_EXPR_LESS, KMP_EXPR_AT_MOST}, {KMP_EXPR_GREATER, KMP_EXPR_AT_LEAST}};
+    const kmp_expr *left = parse_sum(p);
+    if (!left)
+        return NULL;
+    skip_space(p);
+    const char *sign = p->at;
+    if (*sign != '<' && *sign != '>')
+        return complain_wanted(p, "an operator, '<', '<=', '>' or '>='");
+    bool equal = sign[1] == '=';
+    p->at += equal ? 2 : 1;
+    return make_binary(p, sign, kinds[*sign == '>'][equal], left, parse_sum(p));
 }
 
 static const kmp_expr *parse_call(parser *p, const char *where, const char *name)
 {
-    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL, NULL};
+    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
     int count = 0, function = find_function(name);
     if (function < 0)
         return complain_function(p, where, name);
@@ -239,7 +252,8 @@ static const kmp_expr *parse_call(parser *p, const char *where, const char *name
         return complain(p, where, "function '%s' wants its argument in parentheses", name);
     if (!take(p, ')')) {
         do {
-            const kmp_expr *argument = parse_sum(p);
+            bool condition = function == KMP_FUNCTION_if && count == 0;
+            const kmp_expr *argument = condition ? parse_comparison(p) : parse_sum(p);
             if (!argument)
                 return NULL;
             if (count < MOST_ARGUMENTS)
@@ -253,15 +267,19 @@ static const kmp_expr *parse_call(parser *p, const char *where, const char *name
     if (count != arity)
         return complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity, arity == 1 ? "" : "s",
                         count);
-    return make(
-        p, (kmp_expr){.kind = KMP_EXPR_CALL, .function = (kmp_function)function, .a = arguments[0], .b = arguments[1]});
+    return make(p, where,
+                (kmp_expr){.kind = KMP_EXPR_CALL,
+                           .function = (kmp_function)function,
+                           .a = arguments[0],
+                           .b = arguments[1],
+                           .c = arguments[2]});
 }
 
 static const kmp_expr *parse_time(parser *p, const char *where)
 {
     if (!p->scope->time)
         return complain(p, where, "t is not allowed here: a constant is wanted");
-    return make(p, (kmp_expr){.kind = KMP_EXPR_TIME});
+    return make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
 }
 
 static const kmp_expr *parse_word(parser *p)
@@ -277,31 +295,89 @@ static const kmp_expr *parse_word(parser *p)
     if (strcmp(name, "t") == 0)
         return parse_time(p, where);
     if (strcmp(name, "pi") == 0)
-        return make(p, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
+        return make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
     skip_space(p);
     int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
     if (index >= 0 && *p->at == '(')
         return complain(p, where, "'%s' is a parameter, not a function", name);
     if (index >= 0)
-        return make(p, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
+        return make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
     if (*p->at == '(' || find_function(name) >= 0)
         return parse_call(p, where, name);
     return complain_unknown(p, where, name, false);
 }
 
-/* A number with the unit that may follow it: one literal. */
-static const kmp_expr *parse_unit(parser *p, double value)
+/* `^` and a whole number after a unit. */
+static bool parse_unit_power(parser *p, int *power)
 {
+    *power = 1;
+    if (!take(p, '^'))
+        return true;
     skip_space(p);
     const char *where = p->at;
-    size_t length = word_length(where);
-    const char *name = length > 0 ? copy_word(p, length) : NULL;
-    if (length > 0 && !name)
+    bool negative = take(p, '-');
+    int digit = is_digit(*p->at) ? *p->at - '0' : -1;
+    if (digit < 0 || is_digit(p->at[1]) || p->at[1] == '.' || begins_word(p->at[1])) {
+        complain(p, where, "the power of a unit is a whole number below ten; write (2 m)^x for a power of the number");
+        return false;
+    }
+    p->at++;
+    *power = negative ? -digit : digit;
+    return true;
+}
+
+/* After a unit, `*` or `/` with another unit goes on with it. Returns 1 when there was one, 0 when none, -1 after a
+ * complaint. */
+static int parse_next_unit(parser *p, kmp_unit *unit)
+{
+    const kmp_expr_scope *scope = p->scope;
+    const char *begin = p->at, *word;
+    kmp_unit next;
+    int power, sign = take(p, '*') ? 1 : take(p, '/') ? -1 : 0;
+    skip_space(p);
+    word = p->at;
+    size_t length = sign ? word_length(word) : 0;
+    const char *after = word + length + strspn(word + length, " \t\r\n");
+    if (length == 0 || *after == '(' || !kmp_unit_find(word, length, &next)) {
+        p->at = begin;
+        return 0;
+    }
+    const char *name = copy_word(p, length);
+    if (!name)
+        return -1;
+    if (scope->parameter && scope->parameter(scope->user, name) >= 0) {
+        complain(p, word, "'%s' is a unit and a parameter of this model: put the number before it in parentheses",
+                 name);
+        return -1;
+    }
+    if (!parse_unit_power(p, &power))
+        return -1;
+    kmp_unit_multiply(unit, &next, sign * power);
+    return 1;
+}
+
+/* A number with the unit that may follow it: one literal. */
+static const kmp_expr *parse_unit(parser *p, const char *number, double value)
+{
+    kmp_unit first, unit = {1, 1, KMP_DIM_NUMBER};
+    int power, more;
+    skip_space(p);
+    size_t length = word_length(p->at);
+    if (length == 0)
+        return make(p, number, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value});
+    const char *where = p->at, *name = copy_word(p, length);
+    if (!name)
         return NULL;
-    for (int i = 0; name && i < UNITS; i++)
-        if (strcmp(units[i].name, name) == 0)
-            return make(p, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value * units[i].factor / units[i].divisor});
-    return name ? complain_unit(p, where, name) : make(p, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value});
+    if (!kmp_unit_find(name, length, &first))
+        return complain_unit(p, where, name);
+    if (!parse_unit_power(p, &power))
+        return NULL;
+    kmp_unit_multiply(&unit, &first, power);
+    while ((more = parse_next_unit(p, &unit)) > 0)
+        ;
+    value = value * unit.factor / unit.divisor;
+    return more < 0 ? NULL
+                    : make(p, number, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit.dimension});
 }
 
 static const kmp_expr *parse_primary(parser *p)
@@ -315,8 +391,9 @@ static const kmp_expr *parse_primary(parser *p)
     }
     size_t n = kmp_text_to_number(p->at, &value);
     if (n > 0) {
+        const char *number = p->at;
         p->at += n;
-        return parse_unit(p, value);
+        return parse_unit(p, number, value);
     }
     if (begins_word(*p->at))
         return parse_word(p);
@@ -328,12 +405,13 @@ static const kmp_expr *parse_power(parser *p)
     const kmp_expr *base = parse_primary(p);
     if (!base || !take(p, '^'))
         return base;
+    const char *sign = p->at - 1;
     skip_space(p);
     const char *where = p->at;
     const kmp_expr *exponent = parse_factor(p);
     if (exponent && !kmp_expr_is_constant(exponent))
         return complain(p, where, "an exponent must be constant: numbers and parameters");
-    return make_binary(p, KMP_EXPR_POW, base, exponent);
+    return make_binary(p, sign, KMP_EXPR_POW, base, exponent);
 }
 
 /* Every way to nest passes here. */
@@ -344,9 +422,10 @@ static const kmp_expr *parse_factor(parser *p)
     if (p->depth >= MOST_NESTING)
         return complain(p, p->at, "the expression is nested too deeply: more than %d levels", MOST_NESTING);
     p->depth++;
+    const char *where = p->at;
     if (take(p, '-')) {
         const kmp_expr *a = parse_factor(p);
-        factor = a ? make(p, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
+        factor = a ? make(p, where, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
     } else {
         factor = parse_power(p);
     }
@@ -358,12 +437,11 @@ static const kmp_expr *parse_product(parser *p)
 {
     const kmp_expr *left = parse_factor(p);
     while (left) {
-        if (take(p, '*'))
-            left = make_binary(p, KMP_EXPR_MUL, left, parse_factor(p));
-        else if (take(p, '/'))
-            left = make_binary(p, KMP_EXPR_DIV, left, parse_factor(p));
-        else
+        kmp_expr_kind kind = take(p, '*') ? KMP_EXPR_MUL : KMP_EXPR_DIV;
+        if (kind == KMP_EXPR_DIV && !take(p, '/'))
             break;
+        const char *sign = p->at - 1;
+        left = make_binary(p, sign, kind, left, parse_factor(p));
     }
     return left;
 }
@@ -372,12 +450,11 @@ static const kmp_expr *parse_sum(parser *p)
 {
     const kmp_expr *left = parse_product(p);
     while (left) {
-        if (take(p, '+'))
-            left = make_binary(p, KMP_EXPR_ADD, left, parse_product(p));
-        else if (take(p, '-'))
-            left = make_binary(p, KMP_EXPR_SUB, left, parse_product(p));
-        else
+        kmp_expr_kind kind = take(p, '+') ? KMP_EXPR_ADD : KMP_EXPR_SUB;
+        if (kind == KMP_EXPR_SUB && !take(p, '-'))
             break;
+        const char *sign = p->at - 1;
+        left = make_binary(p, sign, kind, left, parse_product(p));
     }
     return left;
 }
@@ -394,12 +471,12 @@ const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
 
 /* -- meaning ------------------------------------------------------------------------------------- */
 
-static double call(kmp_function function, double a)
+static double call(kmp_function function, double a, double b, double c)
 {
     switch (function) {
-#define KMP_FUNCTION(name, arity)                                                                                      \
+#define KMP_FUNCTION(name, arity, value, node)                                                                         \
     case KMP_FUNCTION_##name:                                                                                          \
-        return name(a);
+        return value;
 #include "model/functions.def"
 #undef KMP_FUNCTION
     case KMP_FUNCTION_COUNT:
@@ -408,10 +485,11 @@ static double call(kmp_function function, double a)
     return NAN;
 }
 
-double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
 {
-    double a = expr->a ? kmp_expr_value(expr->a, parameters) : 0;
-    double b = expr->b ? kmp_expr_value(expr->b, parameters) : 0;
+    double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
+    double b = expr->b ? kmp_expr_value_at(expr->b, parameters, t) : 0;
+    double c = expr->c ? kmp_expr_value_at(expr->c, parameters, t) : 0;
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->value;
@@ -430,8 +508,17 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
     case KMP_EXPR_POW:
         return pow(a, b);
     case KMP_EXPR_CALL:
-        return call(expr->function, a);
+        return call(expr->function, a, b, c);
+    case KMP_EXPR_LESS:
+        return a < b;
+    case KMP_EXPR_AT_MOST:
+        return a <= b;
+    case KMP_EXPR_GREATER:
+        return a > b;
+    case KMP_EXPR_AT_LEAST:
+        return a >= b;
     case KMP_EXPR_TIME:
+        return t;
     case KMP_EXPR_Q:
     case KMP_EXPR_QD:
         break;
@@ -439,17 +526,26 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
     return NAN;
 }
 
+double kmp_expr_value(const kmp_expr *expr, const double *parameters)
+{
+    return kmp_expr_value_at(expr, parameters, NAN);
+}
+
 bool kmp_expr_is_constant(const kmp_expr *expr)
 {
     if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD)
         return false;
-    return (!expr->a || kmp_expr_is_constant(expr->a)) && (!expr->b || kmp_expr_is_constant(expr->b));
+    const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
+    for (int k = 0; k < 3; k++)
+        if (operands[k] && !kmp_expr_is_constant(operands[k]))
+            return false;
+    return true;
 }
 
 /* -- text ---------------------------------------------------------------------------------------- */
 
 /* How tightly a node binds: what binds less than its place asks for is put in parentheses. */
-enum { BIND_SUM = 1, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
+enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
 
 static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place);
 
@@ -464,6 +560,10 @@ static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         [KMP_EXPR_MUL] = {"*", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
         [KMP_EXPR_DIV] = {"/", BIND_PRODUCT, BIND_PRODUCT, BIND_NEGATIVE},
         [KMP_EXPR_POW] = {"^", BIND_POWER, BIND_PRIMARY, BIND_NEGATIVE},
+        [KMP_EXPR_LESS] = {" < ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_AT_MOST] = {" <= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_GREATER] = {" > ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
+        [KMP_EXPR_AT_LEAST] = {" >= ", BIND_COMPARISON, BIND_SUM, BIND_SUM},
     };
     bool open = operators[expr->kind].bind < place;
     kmp_text_put(text, open ? "(" : "");
@@ -476,10 +576,10 @@ static void print_binary(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
 static void print_call(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
 {
     kmp_text_printf(text, "%s(", functions[expr->function].name);
-    print_within(text, expr->a, names, BIND_SUM);
-    if (expr->b) {
-        kmp_text_put(text, ", ");
-        print_within(text, expr->b, names, BIND_SUM);
+    const kmp_expr *arguments[] = {expr->a, expr->b, expr->c};
+    for (int k = 0; k < 3 && arguments[k]; k++) {
+        kmp_text_put(text, k ? ", " : "");
+        print_within(text, arguments[k], names, k ? BIND_SUM : BIND_COMPARISON);
     }
     kmp_text_put(text, ")");
 }

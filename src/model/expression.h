@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/text.h"
+#include "model/dimension.h"
 
 typedef enum kmp_expr_kind {
     KMP_EXPR_NUMBER,    /* value */
@@ -19,25 +20,32 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_SUB,
     KMP_EXPR_MUL,
     KMP_EXPR_DIV,
-    KMP_EXPR_POW, /* a ^ b; b must be a number or an expression of parameters */
-    KMP_EXPR_CALL /* function, a [, b] */
+    KMP_EXPR_POW,     /* a ^ b; b must be a number or an expression of parameters */
+    KMP_EXPR_CALL,    /* function, a [, b [, c]] */
+    KMP_EXPR_LESS,    /* a < b: 1 or 0; comparisons stand in the first argument of `if` */
+    KMP_EXPR_AT_MOST, /* a <= b */
+    KMP_EXPR_GREATER, /* a > b */
+    KMP_EXPR_AT_LEAST /* a >= b */
 } kmp_expr_kind;
 
-/* Functions of the language, one row each: name, arguments. Their meaning is in expression.c (numbers)
- * and src/dynamics/expand.c (graph). */
+/* Functions of the language, one row each. */
 typedef enum kmp_function {
-#define KMP_FUNCTION(name, arity) KMP_FUNCTION_##name,
+#define KMP_FUNCTION(name, arity, value, node) KMP_FUNCTION_##name,
 #include "model/functions.def"
 #undef KMP_FUNCTION
     KMP_FUNCTION_COUNT
 } kmp_function;
+
+const char *kmp_function_name(kmp_function function);
 
 typedef struct kmp_expr {
     kmp_expr_kind kind;
     kmp_function function;
     int index;
     double value;
-    const struct kmp_expr *a, *b;
+    kmp_dimension unit; /* of a number */
+    int column;         /* where it stands; of an operation, its sign */
+    const struct kmp_expr *a, *b, *c;
 } kmp_expr;
 
 /** A number of the model: its value with the model's parameters, and the expression it came from (NULL for
@@ -76,8 +84,25 @@ const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 /** Value with the given parameter values; t, q and qd must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);
 
+/** The same at a time. */
+double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
+
 /** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
 void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
+
+/** What is wrong with the dimensions of an expression: the node at which they do not fit, and two that differ. */
+typedef struct kmp_expr_fault {
+    const kmp_expr *at; /* NULL: nothing is wrong */
+    kmp_dimension a, b;
+} kmp_expr_fault;
+
+/** Its dimension, given those and the values of the parameters (the values are needed in exponents alone). The first
+ *  fault is kept. */
+kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dimensions, const double *values,
+                                 kmp_expr_fault *fault);
+
+/** Appends the sentence that belongs to a fault. */
+void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
 
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);

@@ -9,9 +9,10 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/** Where something stands in its file, for later complaints. */
+/** Where something stands, for later complaints. */
 typedef struct kmp_place {
     int line, column;
+    int file; /* of the model's files */
 } kmp_place;
 
 typedef struct kmp_parameter {
@@ -47,28 +48,38 @@ typedef struct kmp_body {
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
 } kmp_body;
 
-/** A loop closure between two points; `kind` is its row in constraints/kinds/kinds.def. */
+/** A loop closure between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. */
 typedef struct kmp_closure {
     const char *name;
-    const char *kind; /* "ball", "rod" */
+    const char *kind; /* "ball", "rod", "drive" */
     kmp_place place;
-    int point[2];
-    kmp_number length; /* rod */
+    int point[2];             /* -1 of a drive */
+    kmp_number length;        /* rod; at t = 0 when it is a function of time */
+    int motion;               /* drive; else -1 */
+    const kmp_expr *function; /* of t: a drive's coordinate, a rod's length (NULL when constant) */
 } kmp_closure;
 
+/* The rows of forces.def. */
 typedef enum kmp_force_kind {
-    KMP_FORCE_JOINT, /* `effort` (N m or N) acts on `motion` */
-    KMP_FORCE_SPRING /* point to point: stiffness (L - free_length) + damping Ld, pulling the points together */
+#define KMP_FORCE(kind, name, place, word) KMP_FORCE_##kind,
+#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#include "model/forces.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+    KMP_FORCE_KINDS
 } kmp_force_kind;
 
+/** A force element; what a kind does not use stays zero. */
 typedef struct kmp_force {
     const char *name;
     kmp_force_kind kind;
     kmp_place place;
-    int motion;
-    const kmp_expr *effort;
-    int point[2];
-    kmp_number stiffness, damping, free_length;
+    int motion;                /* -1 when it acts on no joint */
+    const kmp_expr *effort;    /* JOINT: N m or N */
+    const kmp_expr *vector[3]; /* POINT, BODY: ground axes */
+    int point[2], body;
+    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed;
+    bool has_lower, has_upper;
 } kmp_force;
 
 typedef struct kmp_start {
@@ -101,6 +112,8 @@ struct kempe_model {
     struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
     kmp_arena arena;
     const char *file, *name;
+    const char **files; /* the file itself, then settings and what it includes */
+    int file_count;
     kmp_number gravity[3];
     kmp_parameter *parameters;
     int parameter_count;

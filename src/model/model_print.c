@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as it was understood: a summary to read, or one JSON object. */
 #include "base/text.h"
-#include "model/model.h"
+#include "model/force_table.h"
 
 /* -- pieces ---------------------------------------------------------------------------------------- */
 
@@ -169,6 +169,13 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
         show_body(text, model, i);
 }
 
+static void show_drive(kmp_text *text, const kempe_model *model, const kmp_closure *drive)
+{
+    kmp_text_printf(text, "%s = ", model->motions[drive->motion].name);
+    put_expr(text, model, drive->function);
+    kmp_text_put(text, "\n");
+}
+
 static void show_closures(kmp_text *text, const kempe_model *model)
 {
     if (model->closure_count > 0)
@@ -176,10 +183,17 @@ static void show_closures(kmp_text *text, const kempe_model *model)
     for (int i = 0; i < model->closure_count; i++) {
         const kmp_closure *closure = &model->closures[i];
         kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
+        if (closure->motion >= 0) {
+            show_drive(text, model, closure);
+            continue;
+        }
         put_point(text, model, closure->point[0]);
         kmp_text_put(text, " - ");
         put_point(text, model, closure->point[1]);
-        if (closure->length.value > 0) {
+        if (closure->function) {
+            kmp_text_put(text, ", length ");
+            put_expr(text, model, closure->function);
+        } else if (closure->length.value > 0) {
             kmp_text_put(text, ", length ");
             kmp_text_number(text, closure->length.value);
         }
@@ -187,36 +201,60 @@ static void show_closures(kmp_text *text, const kempe_model *model)
     }
 }
 
-static void show_spring(kmp_text *text, const kempe_model *model, const kmp_force *force)
+static void show_fields(kmp_text *text, const kempe_model *model, const kmp_force *force)
 {
-    kmp_text_put(text, "spring ");
-    put_point(text, model, force->point[0]);
-    kmp_text_put(text, " - ");
-    put_point(text, model, force->point[1]);
-    kmp_text_put(text, ", stiffness ");
-    kmp_text_number(text, force->stiffness.value);
-    kmp_text_put(text, ", damping ");
-    kmp_text_number(text, force->damping.value);
-    kmp_text_put(text, ", free_length ");
-    kmp_text_number(text, force->free_length.value);
+    for (int k = 0; k < kmp_force_field_count; k++) {
+        if (kmp_force_fields[k].kind != force->kind || !kmp_force_has(force, k))
+            continue;
+        kmp_text_printf(text, ", %s ", kmp_force_key(model, force->motion, kmp_force_fields[k].key));
+        kmp_text_number(text, kmp_force_get(force, k)->value);
+    }
+}
+
+static void put_components(kmp_text *text, const kempe_model *model, const kmp_force *force)
+{
+    for (int k = 0; k < 3; k++) {
+        kmp_text_put(text, k > 0 ? ", " : "[");
+        put_expr(text, model, force->vector[k]);
+    }
+    kmp_text_put(text, "]");
+}
+
+static void show_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
+{
+    const char *word = kmp_force_rows[force->kind].word;
+    kmp_text_printf(text, "  %s: ", force->name);
+    if (force->kind == KMP_FORCE_SPRING) {
+        kmp_text_put(text, "spring ");
+        put_point(text, model, force->point[0]);
+        kmp_text_put(text, " - ");
+        put_point(text, model, force->point[1]);
+    } else if (force->motion >= 0) {
+        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force->motion, word),
+                        model->motions[force->motion].name);
+    } else if (force->kind == KMP_FORCE_BODY) {
+        kmp_text_printf(text, "torque on %s", model->bodies[force->body].name);
+    } else {
+        kmp_text_put(text, "force at ");
+        put_point(text, model, force->point[0]);
+    }
+    show_fields(text, model, force);
+    if (force->effort) {
+        kmp_text_put(text, " = ");
+        put_expr(text, model, force->effort);
+    } else if (force->vector[0]) {
+        kmp_text_put(text, " = ");
+        put_components(text, model, force);
+    }
+    kmp_text_put(text, "\n");
 }
 
 static void show_forces(kmp_text *text, const kempe_model *model)
 {
     if (model->force_count > 0)
         kmp_text_put(text, "forces\n");
-    for (int i = 0; i < model->force_count; i++) {
-        const kmp_force *force = &model->forces[i];
-        kmp_text_printf(text, "  %s: ", force->name);
-        if (force->kind == KMP_FORCE_SPRING) {
-            show_spring(text, model, force);
-        } else {
-            const kmp_motion *motion = &model->motions[force->motion];
-            kmp_text_printf(text, "%s on %s = ", motion->rotation ? "torque" : "force", motion->name);
-            put_expr(text, model, force->effort);
-        }
-        kmp_text_put(text, "\n");
-    }
+    for (int i = 0; i < model->force_count; i++)
+        show_force(text, model, &model->forces[i]);
 }
 
 static void show_start(kmp_text *text, const kempe_model *model)
@@ -308,6 +346,14 @@ static void put_point_key(kmp_text *text, const char *key, const kempe_model *mo
     kmp_text_put(text, "\"]");
 }
 
+static void put_one_point(kmp_text *text, const kempe_model *model, int point)
+{
+    put_key(text, false, "point");
+    kmp_text_put(text, "\"");
+    put_point(text, model, point);
+    kmp_text_put(text, "\"");
+}
+
 static void json_parameters(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, ",\n\"parameters\": {");
@@ -390,30 +436,53 @@ static void json_closures(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, i > 0 ? ",\n  {" : "\n  {");
         put_string(text, true, "name", closure->name);
         put_string(text, false, "kind", closure->kind);
-        put_point_key(text, "points", model, closure->point);
-        if (closure->length.value > 0)
+        if (closure->motion >= 0)
+            put_string(text, false, "coordinate", model->motions[closure->motion].name);
+        else
+            put_point_key(text, "points", model, closure->point);
+        if (closure->function) {
+            put_key(text, false, closure->motion >= 0 ? "function" : "length");
+            put_quoted_expr(text, model, closure->function);
+        } else if (closure->length.value > 0)
             put_number(text, false, "length", closure->length.value);
         kmp_text_put(text, "}");
     }
     kmp_text_put(text, "]");
 }
 
+static void json_components(kmp_text *text, const kempe_model *model, const kmp_force *force)
+{
+    put_key(text, false, "components");
+    for (int k = 0; k < 3; k++) {
+        kmp_text_put(text, k > 0 ? ", " : "[");
+        put_quoted_expr(text, model, force->vector[k]);
+    }
+    kmp_text_put(text, "]");
+}
+
 static void json_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
 {
+    const char *word = kmp_force_rows[force->kind].word;
     put_string(text, true, "name", force->name);
-    if (force->kind == KMP_FORCE_SPRING) {
-        put_string(text, false, "kind", "spring");
+    put_string(text, false, "kind", word ? kmp_force_key(model, force->motion, word) : "spring");
+    if (force->motion >= 0)
+        put_string(text, false, "coordinate", model->motions[force->motion].name);
+    else if (force->kind == KMP_FORCE_BODY)
+        put_string(text, false, "body", model->bodies[force->body].name);
+    else if (force->kind == KMP_FORCE_SPRING)
         put_point_key(text, "points", model, force->point);
-        put_number(text, false, "stiffness", force->stiffness.value);
-        put_number(text, false, "damping", force->damping.value);
-        put_number(text, false, "free_length", force->free_length.value);
-        return;
+    else
+        put_one_point(text, model, force->point[0]);
+    for (int k = 0; k < kmp_force_field_count; k++)
+        if (kmp_force_fields[k].kind == force->kind && kmp_force_has(force, k))
+            put_number(text, false, kmp_force_key(model, force->motion, kmp_force_fields[k].key),
+                       kmp_force_get(force, k)->value);
+    if (force->effort) {
+        put_key(text, false, "effort");
+        put_quoted_expr(text, model, force->effort);
     }
-    const kmp_motion *motion = &model->motions[force->motion];
-    put_string(text, false, "kind", motion->rotation ? "torque" : "force");
-    put_string(text, false, "coordinate", motion->name);
-    put_key(text, false, "effort");
-    put_quoted_expr(text, model, force->effort);
+    if (force->vector[0])
+        json_components(text, model, force);
 }
 
 static void json_forces(kmp_text *text, const kempe_model *model)

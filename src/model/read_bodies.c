@@ -177,7 +177,8 @@ static void read_points(kmp_reader *r, const kmp_node *owner, int body)
         point->body = body;
         model->point_count++;
         kmp_read_vector(r, map->items[i],
-                        kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text), point->at);
+                        kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text),
+                        KMP_DIM_LENGTH, point->at);
     }
 }
 
@@ -212,8 +213,8 @@ static bool make_ground(kempe_model *model, int bodies)
     if (!model->bodies)
         return false;
     model->body_count = 1;
-    model->bodies[0] =
-        (kmp_body){.name = "ground", .joint = "", .place = {1, 1}, .parent = -1, .at = -1, .motion_count = 0};
+    model->bodies[0] = (kmp_body){
+        .name = "ground", .joint = "", .place = {.line = 1, .column = 1}, .parent = -1, .at = -1, .motion_count = 0};
     return true;
 }
 

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Loop closures and force elements. */
+/* Loop closures and drives. */
 #include "model/reading.h"
 #include <string.h>
-
-/* -- closures ------------------------------------------------------------------------------------ */
 
 typedef struct closure_kind {
     const char *name;
@@ -24,12 +22,22 @@ static const char *const closure_keys[] = {
 #undef KMP_CLOSURE
     "length", NULL};
 
+/* Of a function of time the value at t = 0 is judged. */
 static void read_length(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
 {
     const char *length_of = kmp_reader_say(r, "the length of %s", what);
-    if (kmp_read_number(r, node, length_of, &closure->length) && !(closure->length.value > 0))
+    double first = 0;
+    const kmp_expr *expr = kmp_read_function(r, node, length_of, KMP_DIM_LENGTH, &first);
+    if (!expr)
+        return;
+    closure->length = kmp_number_of(expr, first);
+    if (!kmp_expr_is_constant(expr)) {
+        closure->length.expr = NULL;
+        closure->function = expr;
+    }
+    if (!(first > 0))
         kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive (a ball closure has length zero)",
-                            length_of, closure->length.value);
+                            length_of, first);
 }
 
 static const closure_kind *find_kind(kmp_reader *r, const kmp_node *map, const char *what)
@@ -68,119 +76,103 @@ static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, k
         read_length(r, length, what, closure);
 }
 
-void kmp_read_closures(kmp_reader *r)
+/* -- drives -------------------------------------------------------------------------------------- */
+
+static const char *const drive_keys[] = {"joint", "angle", "displacement", NULL};
+
+static void read_drive(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *drive)
+{
+    double first;
+    if (!kmp_read_map(r, map, what, drive_keys))
+        return;
+    const kmp_node *joint = kmp_read_required(r, map, what, "joint");
+    const kmp_node *angle = kmp_node_get(map, "angle"), *displacement = kmp_node_get(map, "displacement");
+    drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
+    if (!angle == !displacement) {
+        kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement is wanted", what);
+        return;
+    }
+    if (drive->motion < 0)
+        return;
+    const kmp_motion *m = &r->model->motions[drive->motion];
+    const kmp_node *given = angle ? angle : displacement;
+    if (m->rotation != (angle != NULL))
+        kmp_reader_complain(r, given->place, "%s: '%s' is a %s, which is driven by '%s'", what, m->name,
+                            m->rotation ? "rotation" : "translation", m->rotation ? "angle" : "displacement");
+    else
+        drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
+}
+
+/* A coordinate has one drive. */
+static void check_driven(kmp_reader *r, int number)
+{
+    const kmp_closure *closures = r->model->closures;
+    for (int k = 0; k < number; k++)
+        if (closures[number].function && closures[k].function && closures[k].motion == closures[number].motion) {
+            kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is driven by '%s' already",
+                                closures[number].name, r->model->motions[closures[k].motion].name, closures[k].name);
+            return;
+        }
+}
+
+/* -- all ----------------------------------------------------------------------------------------- */
+
+static const kmp_closure *find_namesake(const kempe_model *model, int number)
+{
+    for (int k = 0; k < number; k++)
+        if (strcmp(model->closures[k].name, model->closures[number].name) == 0)
+            return &model->closures[k];
+    return NULL;
+}
+
+static kmp_closure *add_closure(kmp_reader *r, const kmp_node *key, const char *kind)
 {
     kempe_model *model = r->model;
-    const kmp_node *map = kmp_node_get(r->root, "loops");
-    if (!map || !kmp_read_map(r, map, "loops", NULL))
-        return;
-    model->closures = KMP_ARENA_NEW(&model->arena, kmp_closure, map->count);
-    for (int i = 0; model->closures && i < map->count; i++) {
-        kmp_closure *closure = &model->closures[i];
-        kmp_read_name(r, map->keys[i], "a loop");
-        closure->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        if (!closure->name)
+    kmp_closure *closure = &model->closures[model->closure_count];
+    kmp_read_name(r, key, kind[0] ? "a drive" : "a loop");
+    *closure = (kmp_closure){.kind = kind, .place = key->place, .point = {-1, -1}, .motion = -1};
+    closure->name = kmp_arena_strdup(&model->arena, key->text);
+    if (!closure->name)
+        return NULL;
+    if (find_namesake(model, model->closure_count))
+        kmp_reader_complain(r, key->place, "a drive cannot be called '%s', like a loop: lambda(%s) is one of them",
+                            closure->name, closure->name);
+    model->closure_count++;
+    return closure;
+}
+
+static void read_loops(kmp_reader *r, const kmp_node *map)
+{
+    for (int i = 0; i < map->count; i++) {
+        kmp_closure *closure = add_closure(r, map->keys[i], "");
+        if (!closure)
             return;
-        closure->kind = "";
-        closure->place = map->keys[i]->place;
-        model->closure_count++;
         read_closure(r, map->items[i], kmp_reader_say(r, "loop '%s'", closure->name), closure);
     }
 }
 
-/* -- forces -------------------------------------------------------------------------------------- */
-
-static const char *const force_keys[] = {"joint",     "torque",  "force",       "spring",
-                                         "stiffness", "damping", "free_length", NULL};
-
-static void refuse_keys(kmp_reader *r, const kmp_node *map, const char *what, const char *kind, const char *const *keys)
+static void read_drives(kmp_reader *r, const kmp_node *map)
 {
-    for (int i = 0; keys[i]; i++) {
-        const kmp_node *node = kmp_node_get(map, keys[i]);
-        if (node)
-            kmp_reader_complain(r, node->place, "%s: the key '%s' does not belong to a force with the key '%s'", what,
-                                keys[i], kind);
-    }
-}
-
-/* A rotation has a torque, a translation a force: the other word shows that another motion is meant. */
-static const kmp_node *find_effort(kmp_reader *r, const kmp_node *map, const char *what, int motion)
-{
-    const kmp_node *torque = kmp_node_get(map, "torque"), *force = kmp_node_get(map, "force");
-    const kmp_node *effort = torque ? torque : force;
-    if (!effort || (torque && force)) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of the keys torque, force is wanted", what);
-        return NULL;
-    }
-    if (motion < 0)
-        return effort;
-    const kmp_motion *m = &r->model->motions[motion];
-    if (m->rotation != (effort == torque))
-        kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", what, m->name,
-                            m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
-                            m->rotation ? "force" : "torque");
-    return effort;
-}
-
-static void read_joint_force(kmp_reader *r, const kmp_node *map, const char *what, kmp_force *force)
-{
-    static const char *const others[] = {"spring", "stiffness", "damping", "free_length", NULL};
-    int motion = kmp_read_motion(r, kmp_node_get(map, "joint"), what);
-    const kmp_node *effort = find_effort(r, map, what, motion);
-    refuse_keys(r, map, what, "joint", others);
-    force->kind = KMP_FORCE_JOINT;
-    force->motion = motion;
-    if (effort)
-        force->effort = kmp_read_effort(r, effort, what);
-}
-
-static void read_spring(kmp_reader *r, const kmp_node *map, const char *what, kmp_force *force)
-{
-    static const char *const others[] = {"torque", "force", NULL};
-    const kmp_node *stiffness = kmp_read_required(r, map, what, "stiffness");
-    const kmp_node *damping = kmp_node_get(map, "damping");
-    const kmp_node *free_length = kmp_node_get(map, "free_length");
-    force->kind = KMP_FORCE_SPRING;
-    force->motion = -1;
-    kmp_read_two_points(r, kmp_node_get(map, "spring"), what, force->point);
-    refuse_keys(r, map, what, "spring", others);
-    if (stiffness)
-        kmp_read_number(r, stiffness, kmp_reader_say(r, "the stiffness of %s", what), &force->stiffness);
-    if (damping)
-        kmp_read_number(r, damping, kmp_reader_say(r, "the damping of %s", what), &force->damping);
-    if (free_length)
-        kmp_read_number(r, free_length, kmp_reader_say(r, "the free_length of %s", what), &force->free_length);
-}
-
-static void read_force(kmp_reader *r, const kmp_node *map, const char *what, kmp_force *force)
-{
-    if (!kmp_read_map(r, map, what, force_keys))
-        return;
-    bool joint = kmp_node_get(map, "joint"), spring = kmp_node_get(map, "spring");
-    if (joint == spring)
-        kmp_reader_complain(r, map->place, "%s: exactly one of the keys joint, spring is wanted, not %d", what,
-                            joint + spring);
-    else if (joint)
-        read_joint_force(r, map, what, force);
-    else
-        read_spring(r, map, what, force);
-}
-
-void kmp_read_forces(kmp_reader *r)
-{
-    kempe_model *model = r->model;
-    const kmp_node *map = kmp_node_get(r->root, "forces");
-    if (!map || !kmp_read_map(r, map, "forces", NULL))
-        return;
-    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, map->count);
-    for (int i = 0; model->forces && i < map->count; i++) {
-        kmp_force *force = &model->forces[i];
-        kmp_read_name(r, map->keys[i], "a force");
-        force->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
-        if (!force->name)
+    for (int i = 0; i < map->count; i++) {
+        kmp_closure *drive = add_closure(r, map->keys[i], "drive");
+        if (!drive)
             return;
-        force->place = map->keys[i]->place;
-        model->force_count++;
-        read_force(r, map->items[i], kmp_reader_say(r, "force '%s'", force->name), force);
+        read_drive(r, map->items[i], kmp_reader_say(r, "drive '%s'", drive->name), drive);
+        check_driven(r, r->model->closure_count - 1);
     }
+}
+
+void kmp_read_closures(kmp_reader *r)
+{
+    const kmp_node *loops = kmp_node_get(r->root, "loops"), *drives = kmp_node_get(r->root, "drives");
+    bool has_loops = loops && kmp_read_map(r, loops, "loops", NULL);
+    bool has_drives = drives && kmp_read_map(r, drives, "drives", NULL);
+    int count = (has_loops ? loops->count : 0) + (has_drives ? drives->count : 0);
+    r->model->closures = KMP_ARENA_NEW(&r->model->arena, kmp_closure, count);
+    if (!r->model->closures)
+        return;
+    if (has_loops)
+        read_loops(r, loops);
+    if (has_drives)
+        read_drives(r, drives);
 }

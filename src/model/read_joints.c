@@ -89,7 +89,7 @@ static bool read_axis(kmp_reader *r, const kmp_node *node, const char *what, dou
                             node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
         return false;
     }
-    if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), vector))
+    if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), KMP_DIM_ANY, vector))
         return false;
     for (int i = 0; i < 3; i++)
         axis[i] = vector[i].value;

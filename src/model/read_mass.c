@@ -72,7 +72,7 @@ static void read_inertia(kmp_reader *r, const kmp_node *node, kmp_body *body)
         const kmp_node *entry = kmp_node_get(node, inertia_keys[i]);
         if (entry &&
             !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i], body->name),
-                             &body->inertia[i]))
+                             KMP_DIM_INERTIA, &body->inertia[i]))
             good = false;
         if (!entry && i < 3)
             complete = false;
@@ -87,11 +87,12 @@ void kmp_read_mass(kmp_reader *r, const kmp_node *map, kmp_body *body)
     const kmp_node *mass = kmp_node_get(map, "mass");
     const kmp_node *com = kmp_node_get(map, "com");
     const kmp_node *inertia = kmp_node_get(map, "inertia");
-    if (mass && kmp_read_number(r, mass, kmp_reader_say(r, "the mass of body '%s'", body->name), &body->mass) &&
+    if (mass &&
+        kmp_read_number(r, mass, kmp_reader_say(r, "the mass of body '%s'", body->name), KMP_DIM_MASS, &body->mass) &&
         body->mass.value < 0)
         kmp_reader_complain(r, mass->place, "the mass of body '%s' is negative: %.6g", body->name, body->mass.value);
     if (com)
-        kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name), body->com);
+        kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name), KMP_DIM_LENGTH, body->com);
     if (inertia)
         read_inertia(r, inertia, body);
 }

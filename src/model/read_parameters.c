@@ -11,6 +11,7 @@ typedef enum state { WAITING, KNOWN, BAD } state;
 typedef struct valuation {
     kmp_reader *r;
     const kmp_node *map;
+    const kmp_node **items; /* what the parameters are: their items of the map, or settings */
     const kmp_expr **exprs;
     state *states;
 } valuation;
@@ -18,7 +19,7 @@ typedef struct valuation {
 static bool is_reserved(const char *name)
 {
     static const char *const words[] = {
-#define KMP_FUNCTION(function, arity) #function,
+#define KMP_FUNCTION(function, arity, value, node) #function,
 #include "model/functions.def"
 #undef KMP_FUNCTION
         "t", "pi", "q", "qd", NULL};
@@ -34,13 +35,14 @@ static int find_need(const valuation *v, const kmp_expr *expr, state wanted)
     if (expr->kind == KMP_EXPR_PARAMETER)
         return v->states[expr->index] == wanted ? expr->index : -1;
     int need = expr->a ? find_need(v, expr->a, wanted) : -1;
-    return need < 0 && expr->b ? find_need(v, expr->b, wanted) : need;
+    need = need < 0 && expr->b ? find_need(v, expr->b, wanted) : need;
+    return need < 0 && expr->c ? find_need(v, expr->c, wanted) : need;
 }
 
 static state value_one(valuation *v, int i)
 {
     kmp_reader *r = v->r;
-    const kmp_node *node = v->map->items[i];
+    const kmp_node *node = v->items[i];
     if (find_need(v, v->exprs[i], BAD) >= 0)
         return BAD;
     if (find_need(v, v->exprs[i], WAITING) >= 0)
@@ -52,7 +54,8 @@ static state value_one(valuation *v, int i)
         return BAD;
     }
     r->parameter_values[i] = value;
-    return KNOWN;
+    const char *what = kmp_reader_say(r, "parameter '%s'", r->model->parameters[i].name);
+    return kmp_check_dimension(r, node, what, v->exprs[i], KMP_DIM_ANY, &r->parameter_dimensions[i]) ? KNOWN : BAD;
 }
 
 static void value_all(valuation *v)
@@ -104,7 +107,8 @@ static bool take_names(kmp_reader *r, const kmp_node *map)
     model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, map->count);
     r->parameter_known = KMP_ARENA_NEW(&r->scratch, bool, map->count);
     r->parameter_values = KMP_ARENA_NEW(&r->scratch, double, map->count);
-    if (!model->parameters || !r->parameter_known || !r->parameter_values)
+    r->parameter_dimensions = KMP_ARENA_NEW(&r->scratch, kmp_dimension, map->count);
+    if (!model->parameters || !r->parameter_known || !r->parameter_values || !r->parameter_dimensions)
         return false;
     for (int i = 0; i < map->count; i++) {
         const char *name = kmp_read_name(r, map->keys[i], "a parameter");
@@ -119,6 +123,46 @@ static bool take_names(kmp_reader *r, const kmp_node *map)
     return true;
 }
 
+static void complain_setting(kmp_reader *r, kmp_place place, const char *name)
+{
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int i = 0; i < r->model->parameter_count; i++)
+        kmp_nearest_offer(&nearest, r->model->parameters[i].name);
+    kmp_reader_complain_near(r, place, &nearest, "the model has no parameter '%s'", name);
+}
+
+/* A setting as if it stood in a file of its own; NULL: no memory. */
+static kmp_node *node_of_setting(kmp_reader *r, const kempe_setting *setting)
+{
+    kmp_node *node = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
+    const char *text = kmp_arena_strdup(&r->scratch, setting->value);
+    int file = kmp_reader_add_file(r, kmp_reader_say(r, "--set %s", setting->name));
+    if (!node || !text || file < 0)
+        return NULL;
+    node->place = node->text_place = (kmp_place){.line = 1, .column = 1, .file = file};
+    node->text = text;
+    node->empty = text[0] == '\0';
+    return node;
+}
+
+static bool take_settings(kmp_reader *r, const kmp_node **items)
+{
+    for (int k = 0; k < r->setting_count; k++) {
+        const kempe_setting *setting = &r->settings[k];
+        const kmp_node *node = node_of_setting(r, setting);
+        int i = 0;
+        if (!node)
+            return false;
+        while (i < r->model->parameter_count && strcmp(r->model->parameters[i].name, setting->name) != 0)
+            i++;
+        if (i < r->model->parameter_count)
+            items[i] = node;
+        else
+            complain_setting(r, node->place, setting->name);
+    }
+    return true;
+}
+
 static bool take_expressions(valuation *v)
 {
     kmp_reader *r = v->r;
@@ -128,7 +172,7 @@ static bool take_expressions(valuation *v)
         return false;
     for (int i = 0; i < v->map->count; i++) {
         const char *what = kmp_reader_say(r, "parameter '%s'", r->model->parameters[i].name);
-        v->exprs[i] = kmp_read_constant(r, v->map->items[i], what);
+        v->exprs[i] = kmp_read_constant(r, v->items[i], what);
         v->states[i] = v->exprs[i] ? WAITING : BAD;
     }
     return true;
@@ -137,7 +181,13 @@ static bool take_expressions(valuation *v)
 void kmp_read_parameters(kmp_reader *r)
 {
     valuation v = {.r = r, .map = kmp_node_get(r->root, "parameters")};
-    if (!v.map || !kmp_read_map(r, v.map, "parameters", NULL) || !take_names(r, v.map) || !take_expressions(&v))
+    int count = v.map && kmp_read_map(r, v.map, "parameters", NULL) ? v.map->count : 0;
+    v.items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, count);
+    if (!v.items || (count > 0 && !take_names(r, v.map)))
+        return;
+    if (count > 0)
+        memcpy(v.items, v.map->items, (size_t)count * sizeof *v.items);
+    if (!take_settings(r, v.items) || count == 0 || !take_expressions(&v))
         return;
     value_all(&v);
     for (int i = 0; i < v.map->count; i++)

@@ -7,7 +7,9 @@
 
 static const char *const start_keys[] = {"q", "qd", "hold", NULL};
 
-static void read_values(kmp_reader *r, const kmp_node *map, const char *what, kmp_number *values, bool *given)
+/* `power` of s: 0 for coordinates, -1 for rates. */
+static void read_values(kmp_reader *r, const kmp_node *map, const char *what, double power, kmp_number *values,
+                        bool *given)
 {
     if (!map || !kmp_read_map(r, map, what, NULL))
         return;
@@ -15,7 +17,8 @@ static void read_values(kmp_reader *r, const kmp_node *map, const char *what, km
         const kmp_node *key = map->keys[i];
         int motion = kmp_read_motion(r, key, what);
         kmp_number value = {0};
-        bool good = kmp_read_number(r, map->items[i], kmp_reader_say(r, "%s: '%s'", what, key->text), &value);
+        kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_motion_dimension(r->model, motion, power);
+        bool good = kmp_read_number(r, map->items[i], kmp_reader_say(r, "%s: '%s'", what, key->text), wanted, &value);
         if (motion < 0)
             continue;
         if (given[motion] && strcmp(key->text, r->model->motions[motion].name) != 0)
@@ -50,8 +53,8 @@ void kmp_read_start(kmp_reader *r)
     const kmp_node *map = kmp_node_get(r->root, "start");
     if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
         return;
-    read_values(r, kmp_node_get(map, "q"), "start q", start->q, start->q_given);
-    read_values(r, kmp_node_get(map, "qd"), "start qd", start->qd, start->qd_given);
+    read_values(r, kmp_node_get(map, "q"), "start q", 0, start->q, start->q_given);
+    read_values(r, kmp_node_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
     read_hold(r, kmp_node_get(map, "hold"));
 }
 
@@ -137,12 +140,12 @@ static void read_outputs(kmp_reader *r, const kmp_node *list)
 static const char *const run_keys[] = {"t_end", "rtol",       "atol", "every",   "road",
                                        "form",  "integrator", "u",    "outputs", NULL};
 
-static void read_positive(kmp_reader *r, const kmp_node *map, const char *key, double *value)
+static void read_positive(kmp_reader *r, const kmp_node *map, const char *key, kmp_dimension wanted, double *value)
 {
     const kmp_node *node = kmp_node_get(map, key);
     const char *what = kmp_reader_say(r, "run %s", key);
     kmp_number number;
-    if (!node || !kmp_read_number(r, node, what, &number))
+    if (!node || !kmp_read_number(r, node, what, wanted, &number))
         return;
     if (number.value > 0)
         *value = number.value;
@@ -187,10 +190,10 @@ void kmp_read_run(kmp_reader *r)
         use_default_outputs(r->model);
     if (!map || !kmp_read_map(r, map, "run", run_keys))
         return;
-    read_positive(r, map, "t_end", &run->t_end);
-    read_positive(r, map, "rtol", &run->rtol);
-    read_positive(r, map, "atol", &run->atol);
-    read_positive(r, map, "every", &run->every);
+    read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);
+    read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
+    read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
+    read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);

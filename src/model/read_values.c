@@ -76,7 +76,10 @@ static void suggest(void *user, const char *name, bool coordinate, kmp_text *sen
         suggest_parameter(user, name, sentence);
 }
 
-static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, bool constant)
+/* What may stand in an expression beside parameters. */
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE } symbols;
+
+static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, symbols allowed)
 {
     if (node->kind != KMP_NODE_SCALAR || node->empty) {
         kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
@@ -87,14 +90,14 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
     }
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
-                            .file = r->file,
+                            .file = r->model->files[node->text_place.file],
                             .line = node->text_place.line,
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = constant ? NULL : find_coordinate,
+                            .coordinate = allowed == OF_STATE ? find_coordinate : NULL,
                             .suggest = suggest,
-                            .time = !constant};
+                            .time = allowed != CONSTANT};
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
         r->wrong = true;
@@ -107,7 +110,8 @@ static bool is_known(const kmp_reader *r, const kmp_expr *expr)
 {
     if (expr->kind == KMP_EXPR_PARAMETER)
         return r->parameter_known[expr->index];
-    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b));
+    return (!expr->a || is_known(r, expr->a)) && (!expr->b || is_known(r, expr->b)) &&
+           (!expr->c || is_known(r, expr->c));
 }
 
 static bool check_finite(kmp_reader *r, const kmp_node *node, const char *what, double value)
@@ -118,9 +122,46 @@ static bool check_finite(kmp_reader *r, const kmp_node *node, const char *what, 
     return isfinite(value);
 }
 
+bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, const kmp_expr *expr,
+                         kmp_dimension wanted, kmp_dimension *dimension)
+{
+    kmp_expr_fault fault = {0};
+    kmp_text sentence = {0};
+    kmp_place place = node->place;
+    kmp_dimension found = kmp_expr_dimension(expr, r->parameter_dimensions, r->parameter_values, &fault);
+    if (!fault.at && kmp_dimension_fits(found, wanted)) {
+        *dimension = found;
+        return true;
+    }
+    if (fault.at) {
+        kmp_expr_print_fault(&sentence, &fault);
+        place = (kmp_place){node->text_place.line, fault.at->column, node->text_place.file};
+    } else {
+        kmp_text_put(&sentence, "expected ");
+        kmp_dimension_print(&sentence, wanted);
+        kmp_text_put(&sentence, ", got ");
+        kmp_dimension_print(&sentence, found);
+    }
+    if (sentence.failed)
+        r->scratch.failed = true;
+    kmp_reader_complain(r, place, "%s: %s", what, sentence.failed ? "" : sentence.s);
+    kmp_text_free(&sentence);
+    return false;
+}
+
+kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power)
+{
+    return KMP_DIM(motion >= 0 && !model->motions[motion].rotation ? 1 : 0, 0, power);
+}
+
+kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
+{
+    return model->motions[motion].rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE;
+}
+
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what)
 {
-    return parse(r, node, what, true);
+    return parse(r, node, what, CONSTANT);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
@@ -129,36 +170,54 @@ kmp_number kmp_number_of(const kmp_expr *expr, double value)
     return (kmp_number){.value = value, .expr = literal ? NULL : expr};
 }
 
-bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_number *number)
+bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number)
 {
-    const kmp_expr *expr = parse(r, node, what, true);
+    const kmp_expr *expr = parse(r, node, what, CONSTANT);
     if (!expr || !is_known(r, expr))
         return false;
     double value = kmp_expr_value(expr, r->parameter_values);
-    if (!check_finite(r, node, what, value))
+    kmp_dimension dimension;
+    if (!check_finite(r, node, what, value) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return false;
     *number = kmp_number_of(expr, value);
     return true;
 }
 
-bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_number vector[3])
+bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number vector[3])
 {
     kmp_number read[3];
     bool good = kmp_read_list(r, node, what, 3);
     for (int i = 0; i < 3 && node->kind == KMP_NODE_LIST && i < node->count; i++)
-        if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "%s, component %d,", what, i + 1), &read[i]))
+        if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "%s, component %d,", what, i + 1), wanted, &read[i]))
             good = false;
     if (good)
         memcpy(vector, read, sizeof read);
     return good;
 }
 
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what)
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted)
 {
-    const kmp_expr *expr = parse(r, node, what, false);
+    kmp_dimension dimension;
+    const kmp_expr *expr = parse(r, node, what, OF_STATE);
     if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
         !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
         return NULL;
+    if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return NULL;
+    return expr;
+}
+
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+                                  double *first)
+{
+    kmp_dimension dimension;
+    const kmp_expr *expr = parse(r, node, what, OF_TIME);
+    if (!expr || !is_known(r, expr) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return NULL;
+    double value = kmp_expr_value_at(expr, r->parameter_values, 0);
+    if (!check_finite(r, node, what, value))
+        return NULL;
+    *first = value;
     return expr;
 }
 
@@ -216,6 +275,15 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     if (point < 0)
         complain_point(r, place, body, dot + 1, what);
     return point;
+}
+
+int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *text = kmp_read_word(r, node, what);
+    int body = text ? kmp_find_body(r->model, text, strlen(text)) : -1;
+    if (text && body < 0)
+        complain_body(r, node->place, text, strlen(text), what);
+    return body;
 }
 
 int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what)

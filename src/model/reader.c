@@ -10,7 +10,7 @@
 #include <string.h>
 
 static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "ground", "bodies",
-                                         "loops", "forces", "start",   "run",        NULL};
+                                         "loops", "drives", "forces",  "start",      "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -42,7 +42,7 @@ static void read_head(kmp_reader *r)
     const char *given = name ? kmp_read_word(r, name, "name") : name_of_file(r);
     r->model->name = given ? kmp_arena_strdup(&r->model->arena, given) : "";
     if (gravity)
-        kmp_read_vector(r, gravity, "gravity", r->model->gravity);
+        kmp_read_vector(r, gravity, "gravity", KMP_DIM_GRAVITY, r->model->gravity);
 }
 
 static void read_parts(kmp_reader *r)
@@ -61,75 +61,6 @@ static void read_parts(kmp_reader *r)
     kmp_read_forces(r);
     kmp_read_start(r);
     kmp_read_run(r);
-}
-
-/* -- complaints in the order of the file ------------------------------------------------------------- */
-
-typedef struct complaint {
-    int line, column, order;
-    const char *text;
-} complaint;
-
-static int compare(const void *a, const void *b)
-{
-    const complaint *x = a, *y = b;
-    if (x->line != y->line)
-        return x->line < y->line ? -1 : 1;
-    if (x->column != y->column)
-        return x->column < y->column ? -1 : 1;
-    return x->order < y->order ? -1 : x->order > y->order;
-}
-
-static int count_lines(const char *s)
-{
-    int n = 1;
-    for (; *s; s++)
-        n += *s == '\n';
-    return n;
-}
-
-/* Cuts `text` into its lines: `head` bytes, then line:column: sentence. */
-static void split(char *text, size_t head, complaint *list, int count)
-{
-    for (int i = 0; i < count; i++) {
-        char *end = text + strcspn(text, "\n"), *rest = text;
-        bool last = *end == '\0';
-        *end = '\0';
-        list[i] = (complaint){.order = i, .text = text};
-        if (strlen(text) > head)
-            list[i].line = (int)strtol(text + head, &rest, 10);
-        if (*rest == ':')
-            list[i].column = (int)strtol(rest + 1, &rest, 10);
-        list[i].text = strncmp(rest, ": ", 2) == 0 ? rest + 2 : rest;
-        text = last ? end : end + 1;
-    }
-}
-
-/* In a model built in code the thing that was called stands for the place. */
-static kempe_status say_again(kmp_reader *r, const complaint *c)
-{
-    if (!r->calls)
-        return kmp_complain(r->context, r->file, c->line, c->column, "%s", c->text);
-    const char *call = c->line > 0 ? r->calls[c->line - 1] : r->file;
-    if (strstr(c->text, call))
-        return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
-    return kmp_fail(r->context, KEMPE_E_INPUT, "%s: %s", call, c->text);
-}
-
-static kempe_status sort_complaints(kmp_reader *r)
-{
-    kempe_status status = KEMPE_E_INPUT;
-    char *text = kmp_arena_strdup(&r->scratch, kempe_context_message(r->context));
-    int count = text ? count_lines(text) : 0;
-    complaint *list = KMP_ARENA_NEW(&r->scratch, complaint, count);
-    if (!text || !list)
-        return KEMPE_E_MEMORY;
-    split(text, strlen(r->file) + 1, list, count);
-    qsort(list, (size_t)count, sizeof *list, compare);
-    kmp_context_clear(r->context);
-    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
-        status = say_again(r, &list[i]);
-    return status;
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */
@@ -160,11 +91,16 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
         read_parts(r);
     bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
     if (memory && (status != KEMPE_OK || r->wrong)) {
-        status = sort_complaints(r);
+        status = kmp_reader_sort_complaints(r);
         memory = status != KEMPE_E_MEMORY;
     }
     return memory ? status : fail_memory(r->context);
 }
+
+typedef struct settings {
+    const kempe_setting *list;
+    int count;
+} settings;
 
 static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
 {
@@ -178,13 +114,16 @@ static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_mod
 }
 
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
-                               kempe_model **model)
+                               settings given, kempe_model **model)
 {
-    kmp_reader r = {.context = context, .model = new_model(context, label)};
-    if (!r.model)
+    kmp_reader r = {
+        .context = context, .model = new_model(context, label), .settings = given.list, .setting_count = given.count};
+    if (!r.model || kmp_reader_add_file(&r, label) < 0) {
+        kempe_model_free(r.model);
         return kmp_fail_memory(context);
+    }
     r.file = r.model->file;
-    return finish_reading(&r, kmp_yaml_load(context, &r.scratch, r.file, text, length, &r.root), model);
+    return finish_reading(&r, kmp_yaml_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
 }
 
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
@@ -192,13 +131,16 @@ kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder
 {
     kmp_reader r = {
         .context = context, .model = new_model(context, label), .root = builder->root, .calls = builder->calls};
-    if (!r.model)
+    if (!r.model || kmp_reader_add_file(&r, label) < 0) {
+        kempe_model_free(r.model);
         return kmp_fail_memory(context);
+    }
     r.file = r.model->file;
     return finish_reading(&r, KEMPE_OK, model);
 }
 
-kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
+kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                                  kempe_model **model)
 {
     char *text;
     size_t length;
@@ -206,15 +148,26 @@ kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_mo
     kempe_status status = kmp_file_read(context, path, &text, &length);
     if (status != KEMPE_OK)
         return status;
-    status = read_model(context, text, length, path, model);
+    status = read_model(context, text, length, path, (settings){list, count}, model);
     kmp_free(text);
     return status;
 }
 
-kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)
+kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
+                                       const kempe_setting *list, int count, kempe_model **model)
 {
     kmp_context_clear(context);
-    return read_model(context, text, strlen(text), label, model);
+    return read_model(context, text, strlen(text), label, (settings){list, count}, model);
+}
+
+kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
+{
+    return kempe_model_read_set(context, path, NULL, 0, model);
+}
+
+kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)
+{
+    return kempe_model_read_text_set(context, text, label, NULL, 0, model);
 }
 
 /* -- the frozen model ---------------------------------------------------------------------------- */

@@ -14,12 +14,23 @@ typedef struct kmp_reader {
     kempe_model *model;
     kmp_arena scratch; /* lives as long as the reading */
     const char *file;
+    const kempe_setting *settings;
+    int setting_count;
     const kmp_node *root;
     const char *const *calls; /* of a model built in code: what was called, by line; else NULL */
     bool wrong;               /* something was complained of */
     bool *parameter_known;    /* its value is good; what depends on others is passed over in silence */
     double *parameter_values;
+    kmp_dimension *parameter_dimensions;
 } kmp_reader;
+
+/* -- files (files.c) ------------------------------------------------------------------------------- */
+
+/** A new row of the model's files, whose label stands before line and column of complaints; -1: no memory. */
+int kmp_reader_add_file(kmp_reader *r, const char *label);
+
+/** Sorts the context's complaints by place and drops repeated ones. */
+kempe_status kmp_reader_sort_complaints(kmp_reader *r);
 
 /* -- complaints ---------------------------------------------------------------------------------- */
 
@@ -52,20 +63,35 @@ const kmp_node *kmp_read_required(kmp_reader *r, const kmp_node *map, const char
 
 /* -- values -------------------------------------------------------------------------------------- */
 
-/** An expression of parameters, finite. */
-bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_number *number);
-bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_number vector[3]);
+/** An expression of parameters, finite, of this dimension where its own is known. */
+bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number);
+bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
 /** An expression of parameters, not valued; NULL after a complaint. */
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
 
+/** Complains of an expression whose dimensions do not fit each other, or whose own is known and not the wanted one. */
+bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, const kmp_expr *expr,
+                         kmp_dimension wanted, kmp_dimension *dimension);
+
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what);
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted);
+
+/** An expression of parameters and t; NULL after a complaint. `*first`: its value at t = 0. */
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+                                  double *first);
+
+/** The dimension of a coordinate, times s^power: that of its rate with -1. */
+kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);
+
+/** The dimension of the effort on a motion: N m or N. */
+kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion);
 
 /* -- names: an index, or -1 after a complaint ------------------------------------------------------ */
 
 int kmp_find_body(const kempe_model *model, const char *name, size_t length);
+int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what);
 int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what); /* BODY.POINT */
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
 bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2]);
@@ -77,7 +103,7 @@ void kmp_read_parameters(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
-void kmp_read_closures(kmp_reader *r);
+void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);

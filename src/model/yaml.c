@@ -11,6 +11,7 @@ typedef struct loader {
     kempe_context *context;
     kmp_arena *arena;
     const char *file;
+    int number; /* of the file, for places */
     yaml_document_t document;
     kmp_node *nodes;
     kempe_status status;
@@ -18,7 +19,7 @@ typedef struct loader {
 
 static kmp_place place_of(yaml_mark_t mark)
 {
-    return (kmp_place){(int)mark.line + 1, (int)mark.column + 1};
+    return (kmp_place){.line = (int)mark.line + 1, .column = (int)mark.column + 1};
 }
 
 static void complain(loader *l, kmp_place place, const char *sentence, const char *name)
@@ -31,7 +32,7 @@ static void complain(loader *l, kmp_place place, const char *sentence, const cha
 /* Place of a byte, for complaints about the encoding, which come without one. */
 static kmp_place place_at(const char *text, size_t length, size_t offset)
 {
-    kmp_place place = {1, 1};
+    kmp_place place = {.line = 1, .column = 1};
     for (size_t i = 0; i < offset && i < length; i++) {
         if (text[i] == '\n') {
             place.line++;
@@ -127,6 +128,7 @@ static const kmp_node *copy_document(loader *l)
     for (int i = 0; i < count; i++) {
         kmp_node *to = &l->nodes[i];
         to->place = to->text_place = place_of(from[i].start_mark);
+        to->place.file = to->text_place.file = l->number;
         to->text = "";
         if (from[i].type == YAML_SCALAR_NODE)
             copy_scalar(l, &from[i], to);
@@ -171,10 +173,10 @@ static void check_end(loader *l, yaml_parser_t *parser, const char *text, size_t
     yaml_document_delete(&next);
 }
 
-kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, const char *text, size_t length,
-                           const kmp_node **root)
+kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                           size_t length, const kmp_node **root)
 {
-    loader l = {.context = context, .arena = arena, .file = file};
+    loader l = {.context = context, .arena = arena, .file = file, .number = number};
     yaml_parser_t parser;
     *root = NULL;
     if (!check_depth(&l, text, length))
@@ -187,7 +189,7 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
         bool empty = !yaml_document_get_root_node(&l.document);
         yaml_document_delete(&l.document);
         if (empty)
-            complain(&l, (kmp_place){1, 1}, "the file is empty: a model begins with 'kempe: 1'", "");
+            complain(&l, (kmp_place){.line = 1, .column = 1}, "the file is empty: a model begins with 'kempe: 1'", "");
         else
             check_end(&l, &parser, text, length);
     } else {

@@ -22,9 +22,9 @@ typedef struct kmp_node {
 } kmp_node;
 
 /** Reads the one document of `text`. `*root` lives in `arena`; it is NULL when there is no document to go on
- *  with, and may be given together with KEMPE_E_INPUT. */
-kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, const char *text, size_t length,
-                           const kmp_node **root);
+ *  with, and may be given together with KEMPE_E_INPUT. `number` is that of the file in the places of its nodes. */
+kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                           size_t length, const kmp_node **root);
 
 /** The value of a key, NULL when it is absent or `map` is no mapping. */
 const kmp_node *kmp_node_get(const kmp_node *map, const char *key);

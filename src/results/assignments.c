@@ -29,9 +29,8 @@ static void count_uses(printer *p, int count, const kmp_assignment *a)
         int arity = kmp_op_arity((kmp_op)n->op);
         if (!p->needed[id] || arity == 0)
             continue;
-        p->uses[kmp_id(n->a)]++;
-        if (arity == 2)
-            p->uses[kmp_id(n->b)]++;
+        for (int k = 0; k < arity; k++)
+            p->uses[kmp_id(kmp_operand(n, k))]++;
     }
     for (int k = 0; k < count; k++)
         p->uses[kmp_id(a[k].value)]++;
@@ -51,7 +50,9 @@ static void choose_variables(printer *p)
         p->length[id] = INPUT_LENGTH;
         if (!p->needed[id] || arity == 0)
             continue;
-        p->length[id] = 5 + length_of(p, n->a) + (arity == 2 ? length_of(p, n->b) : 0);
+        p->length[id] = 5;
+        for (int k = 0; k < arity; k++)
+            p->length[id] += length_of(p, kmp_operand(n, k));
         if (p->uses[id] > 1 || p->length[id] > LONGEST)
             p->variable[id] = 1;
     }
@@ -85,6 +86,19 @@ static void print_input(printer *p, const kmp_node *n)
 
 static void print_operand(printer *p, kmp_ref r, place at);
 
+/* A table carries its number, and a stroke for each differentiation. */
+static void print_function(printer *p, const kmp_node *n)
+{
+    kmp_text_put(p->text, kmp_op_text((kmp_op)n->op));
+    if (kmp_op_form_of((kmp_op)n->op) == KMP_FORM_APPLIED)
+        kmp_text_printf(p->text, "%u%.*s", n->b + 1, (int)n->c, "'''");
+    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++) {
+        kmp_text_put(p->text, k ? ", " : "(");
+        print_operand(p, kmp_operand(n, k), PLACE_TOP);
+    }
+    kmp_text_put(p->text, ")");
+}
+
 static void print_node(printer *p, uint32_t id)
 {
     const kmp_node *n = kmp_graph_node(p->g, id);
@@ -111,9 +125,7 @@ static void print_node(printer *p, uint32_t id)
         print_operand(p, n->b, PLACE_DIVISOR);
         break;
     default:
-        kmp_text_printf(p->text, "%s(", kmp_op_text((kmp_op)n->op));
-        print_operand(p, n->a, PLACE_TOP);
-        kmp_text_put(p->text, ")");
+        print_function(p, n);
     }
 }
 

@@ -17,7 +17,7 @@ typedef struct job {
     kmp_plant *plant;
     kmp_reference reference;
     kmp_times times;
-    kmp_table table;
+    kmp_samples table;
 } job;
 
 kempe_compare_run kempe_compare_run_default(void)
@@ -28,7 +28,7 @@ kempe_compare_run kempe_compare_run_default(void)
 /* -- one run ----------------------------------------------------------------------------------------- */
 
 kempe_status kmp_compare_once(const kempe_system *system, const kmp_way *way, double rtol, double t_end, int time_count,
-                              const double *times, const kempe_assembly *start, kmp_table *table,
+                              const double *times, const kempe_assembly *start, kmp_samples *table,
                               kmp_run_report *report)
 {
     kmp_run_spec spec = {.road = way->road,
@@ -42,7 +42,7 @@ kempe_status kmp_compare_once(const kempe_system *system, const kmp_way *way, do
     table->rows = 0;
     *report = (kmp_run_report){0};
     kempe_status status = kmp_run_resolve(system, &spec);
-    return status == KEMPE_OK ? kmp_run(system, &spec, start, kmp_table_add, table, report) : status;
+    return status == KEMPE_OK ? kmp_run(system, &spec, start, kmp_samples_add, table, report) : status;
 }
 
 static kempe_status run_once(job *j, kmp_compared *run)
@@ -232,7 +232,7 @@ static void release(job *j)
     kmp_plant_free(j->plant);
     kmp_reference_free(&j->reference);
     kmp_times_free(&j->times);
-    kmp_table_free(&j->table);
+    kmp_samples_free(&j->table);
 }
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
@@ -253,7 +253,7 @@ kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *
         return kmp_fail_memory(j.context);
     j.comparison->system = system;
     j.comparison->source = kmp_strdup("none");
-    kmp_table_init(&j.table, system->n, system->m);
+    kmp_samples_init(&j.table, system->n, system->m);
     kempe_status status = j.comparison->source ? prepare(&j, options) : kmp_fail_memory(j.context);
     if (status == KEMPE_OK)
         status = run_all(&j);

@@ -44,7 +44,7 @@ void kmp_choice_free(kmp_choice *choice);
 
 /** Runs a way once; `table` receives the rows, `verdict` is left alone. The caller frees report->reason. */
 kempe_status kmp_compare_once(const kempe_system *system, const kmp_way *way, double rtol, double t_end, int time_count,
-                              const double *times, const kempe_assembly *start, kmp_table *table,
+                              const double *times, const kempe_assembly *start, kmp_samples *table,
                               kmp_run_report *report);
 
 /** Makes the comparison's own reference from two roads, and says so in `source`. Without one, has_reference stays

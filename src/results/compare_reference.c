@@ -25,7 +25,7 @@ static kempe_status describe(kempe_comparison *c, const kmp_way *first, double r
 
 /* One run at one tolerance. A failure is told as `level`; `*done` tells whether it came to the end. */
 static kempe_status attempt(const kempe_comparison *c, const kmp_way *way, double rtol, const kempe_assembly *start,
-                            kempe_level level, kmp_table *table, bool *done)
+                            kempe_level level, kmp_samples *table, bool *done)
 {
     double times[ROWS + 1];
     kmp_run_report report;
@@ -45,7 +45,7 @@ static kempe_status attempt(const kempe_comparison *c, const kmp_way *way, doubl
 
 /* The tightest run of a way that comes to the end; `*rtol` is its tolerance, 0 when there is none. */
 static kempe_status run_tight(const kempe_comparison *c, const kmp_way *way, const kempe_assembly *start,
-                              kmp_table *table, double *rtol)
+                              kmp_samples *table, double *rtol)
 {
     const int count = sizeof tight / sizeof *tight;
     bool done = false;
@@ -64,9 +64,9 @@ static kempe_status run_tight(const kempe_comparison *c, const kmp_way *way, con
 static kempe_status confirm(kempe_comparison *c, const kmp_way *first, double rtol, const kempe_assembly *start,
                             kmp_plant *plant, const kmp_reference *reference)
 {
-    kmp_table table;
+    kmp_samples table;
     double second;
-    kmp_table_init(&table, c->system->n, c->system->m);
+    kmp_samples_init(&table, c->system->n, c->system->m);
     kempe_status status = run_tight(c, &cross_check, start, &table, &second);
     if (status == KEMPE_OK && second > 0) {
         kmp_verdict verdict = kmp_verdict_of(&table, plant, reference);
@@ -76,7 +76,7 @@ static kempe_status confirm(kempe_comparison *c, const kmp_way *first, double rt
     } else if (status == KEMPE_OK) {
         status = describe(c, first, rtol, "not confirmed by a second road");
     }
-    kmp_table_free(&table);
+    kmp_samples_free(&table);
     return status;
 }
 
@@ -84,15 +84,15 @@ kempe_status kmp_compare_own_reference(kempe_comparison *c, const kempe_assembly
                                        kmp_reference *reference)
 {
     const kmp_way *first = &reference_way;
-    kmp_table table;
+    kmp_samples table;
     double rtol;
-    kmp_table_init(&table, c->system->n, c->system->m);
+    kmp_samples_init(&table, c->system->n, c->system->m);
     for (int k = 0; k < KMP_QUANTITIES; k++)
         c->uncertainty[k] = NAN;
     kempe_status status = run_tight(c, first, start, &table, &rtol);
     if (status == KEMPE_OK && rtol > 0 && !kmp_reference_from_table(reference, &table))
         status = kmp_fail_memory(c->system->context);
-    kmp_table_free(&table);
+    kmp_samples_free(&table);
     c->has_reference = status == KEMPE_OK && rtol > 0;
     return c->has_reference ? confirm(c, first, rtol, start, plant, reference) : status;
 }

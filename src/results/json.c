@@ -27,7 +27,7 @@ static void lead(kmp_json *json, const char *key)
     json->filled = true;
 }
 
-static void open(kmp_json *json, const char *key, const char *bracket, char close)
+static void begin_level(kmp_json *json, const char *key, const char *bracket, char close)
 {
     lead(json, key);
     kmp_text_put(json->text, bracket);
@@ -41,12 +41,12 @@ static void open(kmp_json *json, const char *key, const char *bracket, char clos
 
 void kmp_json_object(kmp_json *json, const char *key)
 {
-    open(json, key, "{", '}');
+    begin_level(json, key, "{", '}');
 }
 
 void kmp_json_array(kmp_json *json, const char *key)
 {
-    open(json, key, "[", ']');
+    begin_level(json, key, "[", ']');
 }
 
 void kmp_json_end(kmp_json *json)

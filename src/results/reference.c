@@ -50,7 +50,7 @@ static bool allocate(kmp_reference *reference, const int *width, int rows)
     return ok;
 }
 
-bool kmp_reference_from_table(kmp_reference *reference, const kmp_table *table)
+bool kmp_reference_from_table(kmp_reference *reference, const kmp_samples *table)
 {
     const int width[KMP_QUANTITIES] = {table->n, table->n, table->n, table->m};
     if (!allocate(reference, width, table->rows)) {
@@ -59,10 +59,10 @@ bool kmp_reference_from_table(kmp_reference *reference, const kmp_table *table)
     }
     reference->rows = table->rows;
     for (int r = 0; r < table->rows; r++) {
-        reference->t[r] = kmp_table_time(table, r);
+        reference->t[r] = kmp_samples_time(table, r);
         for (int k = 0; k < KMP_QUANTITIES; k++)
             if (width[k] > 0)
-                memcpy(reference->value[k] + (size_t)r * (size_t)width[k], kmp_table_get(table, (kmp_quantity)k, r),
+                memcpy(reference->value[k] + (size_t)r * (size_t)width[k], kmp_samples_get(table, (kmp_quantity)k, r),
                        (size_t)width[k] * sizeof(double));
     }
     return true;

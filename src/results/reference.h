@@ -4,7 +4,7 @@
 #ifndef KMP_RESULTS_REFERENCE_H
 #define KMP_RESULTS_REFERENCE_H
 
-#include "results/table.h"
+#include "results/samples.h"
 
 typedef struct kmp_reference {
     int rows;
@@ -17,7 +17,7 @@ typedef struct kmp_reference {
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference);
 
 /** The rows of a table as reference; false: no memory. */
-bool kmp_reference_from_table(kmp_reference *reference, const kmp_table *table);
+bool kmp_reference_from_table(kmp_reference *reference, const kmp_samples *table);
 
 /** Forgets the rows after t_end. */
 void kmp_reference_limit(kmp_reference *reference, double t_end);

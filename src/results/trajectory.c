@@ -206,7 +206,7 @@ static kempe_trajectory *trajectory_new(const job *j)
         return NULL;
     *t = (kempe_trajectory){.system = j->system, .rtol = spec->rtol, .atol = spec->atol, .t_end = spec->t_end};
     t->verdict = kmp_verdict_none();
-    kmp_table_init(&t->table, j->system->n, j->system->m);
+    kmp_samples_init(&t->table, j->system->n, j->system->m);
     t->reaction = KMP_NEW(double, reactions);
     t->position = KMP_NEW(double, positions);
     if (!t->reaction || !t->position || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
@@ -230,7 +230,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
                      trajectory->backend, trajectory->source, trajectory->reason,     trajectory->report.reason};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         kmp_free(names[k]);
-    kmp_table_free(&trajectory->table);
+    kmp_samples_free(&trajectory->table);
     kmp_free(trajectory->reaction);
     kmp_free(trajectory->position);
     kmp_free(trajectory);
@@ -257,10 +257,10 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
     int last = t->table.rows - 1, positions = position_count(model);
     if (last < 0)
         return;
-    double time = kmp_table_time(&t->table, last);
-    const double *q = kmp_table_get(&t->table, KMP_QUANTITY_Q, last);
+    double time = kmp_samples_time(&t->table, last);
+    const double *q = kmp_samples_get(&t->table, KMP_QUANTITY_Q, last);
     if (model->closure_count > 0)
-        memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_table_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
+        memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
                3 * (size_t)model->closure_count * sizeof(double));
     if (positions > 0)
         memcpy(t->position, kmp_plant_positions(plant, time, q), 3 * (size_t)positions * sizeof(double));
@@ -287,7 +287,7 @@ static kempe_status run(const job *j, kempe_trajectory **trajectory)
     kempe_trajectory *t = trajectory_new(j);
     if (!t)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_run(j->system, &j->spec, NULL, kmp_table_add, &t->table, &t->report);
+    kempe_status status = kmp_run(j->system, &j->spec, NULL, kmp_samples_add, &t->table, &t->report);
     if (has_result(status)) {
         t->status = status;
         status = settle_reason(t, j->context);
@@ -326,12 +326,12 @@ static bool has_row(const kempe_trajectory *trajectory, int row)
 
 double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
 {
-    return has_row(trajectory, row) ? kmp_table_time(&trajectory->table, row) : NAN;
+    return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
 }
 
 static const double *get(const kempe_trajectory *trajectory, kmp_quantity quantity, int row)
 {
-    return has_row(trajectory, row) ? kmp_table_get(&trajectory->table, quantity, row) : NULL;
+    return has_row(trajectory, row) ? kmp_samples_get(&trajectory->table, quantity, row) : NULL;
 }
 
 const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)

@@ -13,7 +13,7 @@ struct kempe_trajectory {
     char *road, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
     double rtol, atol, t_end;
     char *source; /* the reference's path, NULL when none was given */
-    kmp_table table;
+    kmp_samples table;
     kmp_verdict verdict;
     kmp_run_report report; /* its reason has moved to `reason` */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */

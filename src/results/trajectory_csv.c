@@ -79,7 +79,7 @@ static void write_header(kmp_text *text, const kempe_system *system)
 static void write_row(kmp_text *text, const kempe_trajectory *t, int row, const double *position)
 {
     const kempe_model *model = t->system->model;
-    kmp_text_number(text, kmp_table_time(&t->table, row));
+    kmp_text_number(text, kmp_samples_time(&t->table, row));
     for (int o = 0; o < model->output_count; o++) {
         const kmp_output *output = &model->outputs[o];
         const double *x = position;
@@ -93,7 +93,7 @@ static void write_row(kmp_text *text, const kempe_trajectory *t, int row, const 
             continue;
         }
         kmp_quantity quantity = quantity_of(output->kind);
-        const double *value = kmp_table_get(&t->table, quantity, row);
+        const double *value = kmp_samples_get(&t->table, quantity, row);
         for (int k = 0; k < kmp_quantity_size(t->system, quantity); k++)
             if (is_asked(t->system, output, k))
                 write_number(text, value[k]);
@@ -111,8 +111,8 @@ kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, cons
     kmp_text text = {0};
     write_header(&text, system);
     for (int row = 0; row < trajectory->table.rows; row++) {
-        double t = kmp_table_time(&trajectory->table, row);
-        const double *q = kmp_table_get(&trajectory->table, KMP_QUANTITY_Q, row);
+        double t = kmp_samples_time(&trajectory->table, row);
+        const double *q = kmp_samples_get(&trajectory->table, KMP_QUANTITY_Q, row);
         write_row(&text, trajectory, row, kmp_plant_positions(plant, t, q));
     }
     kmp_plant_free(plant);

@@ -11,12 +11,12 @@ static int last_row(const kempe_trajectory *t)
 
 static const double *at_end(const kempe_trajectory *t, kmp_quantity quantity)
 {
-    return t->table.rows > 0 ? kmp_table_get(&t->table, quantity, last_row(t)) : NULL;
+    return t->table.rows > 0 ? kmp_samples_get(&t->table, quantity, last_row(t)) : NULL;
 }
 
 static double end_time(const kempe_trajectory *t)
 {
-    return t->table.rows > 0 ? kmp_table_time(&t->table, last_row(t)) : NAN;
+    return t->table.rows > 0 ? kmp_samples_time(&t->table, last_row(t)) : NAN;
 }
 
 /* -- text -------------------------------------------------------------------------------------------- */

@@ -32,16 +32,16 @@ static void add_energy(balance *b, double kinetic, double potential, double work
     b->highest = fmax(b->highest, potential);
 }
 
-static void judge_row(kmp_verdict *verdict, balance *b, const kmp_table *table, int row, kmp_plant *plant)
+static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_plant *plant)
 {
-    double t = kmp_table_time(table, row);
-    const double *q = kmp_table_get(table, KMP_QUANTITY_Q, row), *qd = kmp_table_get(table, KMP_QUANTITY_QD, row);
+    double t = kmp_samples_time(table, row);
+    const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row), *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
     kmp_plant_closure(plant, t, q);
     kmp_plant_mass(plant);
     verdict->h_max = larger(verdict->h_max, kmp_plant_residual(plant));
     verdict->hdot_max = larger(verdict->hdot_max, kmp_plant_rate_residual(plant, qd));
     double kinetic = kmp_plant_kinetic(plant, qd), potential = kmp_plant_potential(plant, t, q);
-    add_energy(b, kinetic, potential, kmp_table_work(table, row), row == 0);
+    add_energy(b, kinetic, potential, kmp_samples_work(table, row), row == 0);
 }
 
 static void compare_entries(double *error, int count, const double *x, const double *ref)
@@ -60,23 +60,23 @@ static bool same(double a, double b)
 }
 
 /* Both tables ascend: one walk along the two. */
-static void compare_rows(kmp_verdict *verdict, const kmp_table *table, const kmp_reference *reference)
+static void compare_rows(kmp_verdict *verdict, const kmp_samples *table, const kmp_reference *reference)
 {
     for (int row = 0, r = 0; row < table->rows; row++) {
-        double t = kmp_table_time(table, row);
+        double t = kmp_samples_time(table, row);
         while (r < reference->rows && reference->t[r] < t)
             r++;
         if (r == reference->rows || !same(reference->t[r], t))
             continue;
         for (int k = 0; k < KMP_QUANTITIES; k++) {
             int width = k == KMP_QUANTITY_LAMBDA ? table->m : table->n;
-            compare_entries(&verdict->error[k], width, kmp_table_get(table, (kmp_quantity)k, row),
+            compare_entries(&verdict->error[k], width, kmp_samples_get(table, (kmp_quantity)k, row),
                             reference->value[k] + (size_t)r * (size_t)width);
         }
     }
 }
 
-kmp_verdict kmp_verdict_of(const kmp_table *table, kmp_plant *plant, const kmp_reference *reference)
+kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp_reference *reference)
 {
     kmp_verdict verdict = kmp_verdict_none();
     balance b = {0};

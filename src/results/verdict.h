@@ -16,6 +16,6 @@ typedef struct kmp_verdict {
 kmp_verdict kmp_verdict_none(void);
 
 /** Judges a table, NaN when it is empty. `reference` may be NULL; only rows at exactly its times are compared. */
-kmp_verdict kmp_verdict_of(const kmp_table *table, kmp_plant *plant, const kmp_reference *reference);
+kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp_reference *reference);
 
 #endif

@@ -4,6 +4,7 @@
 #include "symbolic/derivative.h"
 #include "base/memory.h"
 #include "symbolic/rotation.h"
+#include "symbolic/table.h"
 
 #define UNKNOWN UINT32_MAX
 
@@ -13,7 +14,7 @@ struct kmp_derivative {
     uint32_t capacity;
     uint32_t *stack;
     uint32_t stack_capacity;
-    uint8_t depends; /* inputs that move */
+    uint16_t depends; /* inputs that move */
 };
 
 /* Room in memo for ids below n. */
@@ -77,22 +78,68 @@ static kmp_ref of(const kmp_derivative *d, kmp_ref x)
     return kmp_is_negative(x) ? kmp_neg(r) : r;
 }
 
-static kmp_ref derive_unary(kmp_graph *g, kmp_op op, kmp_ref x, kmp_ref y)
+/* -- rules of the rows ------------------------------------------------------------------------------- */
+
+/* sqrt(1 - x^2) */
+static kmp_ref circle(kmp_graph *g, kmp_ref x)
 {
-    switch (op) {
-#define KMP_LEAF(name)
-#define KMP_BINARY(name, text)
-#define KMP_UNARY(name, text, value, derivative)                                                                       \
+    return kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, x, x)));
+}
+
+/* d(x^y) = y x^(y - 1) dx + x^y log x dy: no logarithm where the exponent stands still. */
+static kmp_ref power_differential(kmp_graph *g, kmp_ref x, kmp_ref y, kmp_ref f, kmp_ref dx, kmp_ref dy)
+{
+    kmp_ref lower = dx != KMP_ZERO ? kmp_binary(g, KMP_OP_POW, x, kmp_sub(g, y, KMP_ONE)) : KMP_ZERO;
+    kmp_ref d = kmp_mul(g, kmp_mul(g, y, lower), dx);
+    if (dy == KMP_ZERO)
+        return d;
+    return kmp_add(g, d, kmp_mul(g, kmp_mul(g, f, kmp_unary(g, KMP_OP_LOG, x)), dy));
+}
+
+/* d atan2(x, y) = (y dx - x dy) / (x^2 + y^2) */
+static kmp_ref angle_differential(kmp_graph *g, kmp_ref x, kmp_ref y, kmp_ref dx, kmp_ref dy)
+{
+    kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y));
+    return kmp_div(g, kmp_sub(g, kmp_mul(g, y, dx), kmp_mul(g, x, dy)), square);
+}
+
+/* df/dx, or the differential itself for more than one variable. */
+static kmp_ref derive_function(kmp_graph *g, const kmp_node *n, kmp_ref f, const kmp_ref differential[3])
+{
+    kmp_ref x = n->a, y = n->b, z = n->c, dx = differential[0], dy = differential[1], dz = differential[2];
+#define RULE(name, rule)                                                                                               \
     case KMP_OP_##name:                                                                                                \
-        return derivative;
-#include "symbolic/ops.def"
-#undef KMP_LEAF
-#undef KMP_BINARY
-#undef KMP_UNARY
+        return rule;
+    (void)z;
+    switch ((kmp_op)n->op) {
+#define KMP_LEAF(name)
+#define KMP_BINARY(name, text, value)
+#define KMP_UNARY(name, text, parity, value, derivative)     RULE(name, kmp_mul(g, derivative, dx))
+#define KMP_BINARY_FUNCTION(name, text, value, differential) RULE(name, differential)
+#define KMP_TERNARY(name, text, value, differential)         RULE(name, differential)
+#define KMP_APPLIED(name, text)
+#include "symbolic/ops_end.h"
     default:
-        (void)g, (void)x, (void)y;
         return KMP_ZERO;
     }
+#undef RULE
+}
+
+static kmp_ref derive_arithmetic(kmp_graph *g, const kmp_node *n, kmp_ref f, const kmp_ref d[3])
+{
+    switch ((kmp_op)n->op) {
+    case KMP_OP_ADD:
+        return kmp_add(g, d[0], d[1]);
+    case KMP_OP_MUL:
+        return kmp_add(g, kmp_mul(g, d[0], n->b), kmp_mul(g, n->a, d[1]));
+    default: /* d(a/b) = (da - (a/b) db) / b */
+        return kmp_div(g, kmp_sub(g, d[0], kmp_mul(g, f, d[1])), n->b);
+    }
+}
+
+static kmp_ref derive_applied(kmp_graph *g, const kmp_node *n, const kmp_ref d[3])
+{
+    return kmp_mul(g, kmp_table_derivative_at(g, (int)n->b, (int)n->c + 1, n->a), d[0]);
 }
 
 static kmp_ref derive_pair(kmp_derivative *d, const kmp_pair *pair)
@@ -109,18 +156,18 @@ static kmp_ref derive(kmp_derivative *d, uint32_t id)
     kmp_pair pair;
     if (kmp_rotated_pair(g, id, &pair))
         return derive_pair(d, &pair);
-    switch ((kmp_op)n.op) {
-    case KMP_OP_CONST:
-    case KMP_OP_INPUT:
+    kmp_ref differential[3] = {0};
+    for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
+        differential[k] = of(d, kmp_operand(&n, k));
+    switch (kmp_op_form_of((kmp_op)n.op)) {
+    case KMP_FORM_LEAF:
         return KMP_ZERO;
-    case KMP_OP_ADD:
-        return kmp_add(g, of(d, n.a), of(d, n.b));
-    case KMP_OP_MUL:
-        return kmp_add(g, kmp_mul(g, of(d, n.a), n.b), kmp_mul(g, n.a, of(d, n.b)));
-    case KMP_OP_DIV: /* d(a/b) = (da - (a/b) db) / b */
-        return kmp_div(g, kmp_sub(g, of(d, n.a), kmp_mul(g, id << 1, of(d, n.b))), n.b);
+    case KMP_FORM_INFIX:
+        return derive_arithmetic(g, &n, id << 1, differential);
+    case KMP_FORM_APPLIED:
+        return derive_applied(g, &n, differential);
     default:
-        return kmp_mul(g, derive_unary(g, (kmp_op)n.op, n.a, id << 1), of(d, n.a));
+        return derive_function(g, &n, id << 1, differential);
     }
 }
 
@@ -136,8 +183,8 @@ static int needs(kmp_derivative *d, uint32_t id, uint32_t need[3])
         return 3;
     }
     int arity = kmp_op_arity((kmp_op)n->op);
-    need[0] = kmp_id(n->a);
-    need[1] = kmp_id(n->b);
+    for (int k = 0; k < arity; k++)
+        need[k] = kmp_id(kmp_operand(n, k));
     return arity;
 }
 
@@ -161,7 +208,7 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
     if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !push(d, &top, kmp_id(x)))
         return KMP_ZERO;
     while (top) {
-        uint32_t id = d->stack[top - 1], need[3];
+        uint32_t id = d->stack[top - 1], need[3] = {0};
         if (settled(d, id)) {
             top--;
             continue;

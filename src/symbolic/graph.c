@@ -4,7 +4,7 @@
 #include "symbolic/graph.h"
 #include "base/memory.h"
 #include "symbolic/rotation.h"
-#include <kempe/runtime.h>
+#include "symbolic/table.h"
 #include <math.h>
 #include <string.h>
 
@@ -16,68 +16,16 @@ struct kmp_graph {
     uint32_t *table; /* id + 1, 0 = free; open addressing */
     uint32_t table_size;
     kmp_rotations *rotations;
+    kmp_table **tables;
+    int table_count;
     bool failed;
 };
 
-static const struct {
-    const char *text;
-    int arity;
-} ops[KMP_OP_COUNT] = {
-#define KMP_LEAF(name)                           {NULL, 0},
-#define KMP_BINARY(name, text)                   {text, 2},
-#define KMP_UNARY(name, text, value, derivative) {text, 1},
-#include "symbolic/ops.def"
-#undef KMP_LEAF
-#undef KMP_BINARY
-#undef KMP_UNARY
-};
-
-static double kempe_sin(double x)
-{
-    double s, c;
-    kempe_sincos(x, &s, &c);
-    return s;
-}
-
-static double kempe_cos(double x)
-{
-    double s, c;
-    kempe_sincos(x, &s, &c);
-    return c;
-}
-
-const char *kmp_op_text(kmp_op op)
-{
-    return ops[op].text;
-}
-
-int kmp_op_arity(kmp_op op)
-{
-    return ops[op].arity;
-}
-
-double kmp_op_value(kmp_op op, double x)
-{
-    switch (op) {
-#define KMP_LEAF(name)
-#define KMP_BINARY(name, text)
-#define KMP_UNARY(name, text, value, derivative)                                                                       \
-    case KMP_OP_##name:                                                                                                \
-        return value;
-#include "symbolic/ops.def"
-#undef KMP_LEAF
-#undef KMP_BINARY
-#undef KMP_UNARY
-    default:
-        return NAN;
-    }
-}
-
 /* -- nodes ----------------------------------------------------------------------------------------- */
 
-static uint32_t mix(uint32_t op, uint32_t a, uint32_t b)
+static uint32_t mix(uint32_t op, uint32_t a, uint32_t b, uint32_t c)
 {
-    uint64_t k = ((uint64_t)a << 32 | b) * 0x9e3779b97f4a7c15u + op;
+    uint64_t k = ((uint64_t)a << 32 | b) * 0x9e3779b97f4a7c15u + ((uint64_t)c << 8 | op);
     k ^= k >> 29;
     k *= 0xbf58476d1ce4e5b9u;
     return (uint32_t)(k >> 32);
@@ -87,9 +35,9 @@ static uint32_t hash_node(const kmp_graph *g, const kmp_node *n)
 {
     uint64_t bits;
     if (n->op != KMP_OP_CONST)
-        return mix(n->op, n->a, n->b);
+        return mix(n->op, n->a, n->b, n->c);
     memcpy(&bits, &g->values[n->a], sizeof bits);
-    return mix(n->op, (uint32_t)bits, (uint32_t)(bits >> 32));
+    return mix(n->op, (uint32_t)bits, (uint32_t)(bits >> 32), 0);
 }
 
 static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
@@ -98,7 +46,7 @@ static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
         return false;
     if (n->op == KMP_OP_CONST)
         return memcmp(&g->values[n->a], &g->values[m->a], sizeof(double)) == 0;
-    return n->a == m->a && n->b == m->b;
+    return n->a == m->a && n->b == m->b && n->c == m->c;
 }
 
 static bool grow_table(kmp_graph *g)
@@ -136,18 +84,20 @@ static bool reserve(kmp_graph *g)
     return true;
 }
 
-static uint8_t depends_of(const kmp_graph *g, const kmp_node *n)
+static uint16_t depends_of(const kmp_graph *g, const kmp_node *n)
 {
     if (n->op == KMP_OP_CONST)
         return 0;
     if (n->op == KMP_OP_INPUT)
-        return (uint8_t)(1u << n->a);
-    uint8_t d = g->nodes[kmp_id(n->a)].depends;
-    return ops[n->op].arity == 2 ? d | g->nodes[kmp_id(n->b)].depends : d;
+        return (uint16_t)(1u << n->a);
+    uint16_t d = 0;
+    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+        d |= g->nodes[kmp_id(kmp_operand(n, k))].depends;
+    return d;
 }
 
 /* The node itself, or its elder twin. */
-static kmp_ref intern(kmp_graph *g, kmp_node n)
+kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 {
     if (!reserve(g)) {
         g->failed = true;
@@ -183,6 +133,9 @@ void kmp_graph_free(kmp_graph *g)
     if (!g)
         return;
     kmp_rotations_free(g->rotations);
+    for (int k = 0; k < g->table_count; k++)
+        kmp_table_free(g->tables[k]);
+    kmp_free(g->tables);
     kmp_free(g->nodes);
     kmp_free(g->values);
     kmp_free(g->table);
@@ -242,7 +195,7 @@ kmp_ref kmp_const(kmp_graph *g, double value)
     }
     g->values[g->value_count] = fabs(value);
     uint32_t before = g->count;
-    kmp_ref r = intern(g, (kmp_node){.op = KMP_OP_CONST, .a = g->value_count});
+    kmp_ref r = kmp_graph_intern(g, (kmp_node){.op = KMP_OP_CONST, .a = g->value_count});
     if (g->count > before)
         g->value_count++;
     return negative ? kmp_neg(r) : r;
@@ -250,7 +203,7 @@ kmp_ref kmp_const(kmp_graph *g, double value)
 
 kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index)
 {
-    return intern(g, (kmp_node){.op = KMP_OP_INPUT, .a = (uint32_t)kind, .b = index});
+    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_INPUT, .a = (uint32_t)kind, .b = index});
 }
 
 /* r = coefficient * base, the coefficient a number. */
@@ -341,7 +294,7 @@ kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
         return r;
     order(g, &a, &b);
     kmp_ref sign = a & 1;
-    return intern(g, (kmp_node){.op = KMP_OP_ADD, .a = a ^ sign, .b = b ^ sign}) ^ sign;
+    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_ADD, .a = a ^ sign, .b = b ^ sign}) ^ sign;
 }
 
 kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -389,7 +342,7 @@ kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
             return KMP_ZERO;
         return sign ? kmp_neg(r) : r;
     }
-    return intern(g, (kmp_node){.op = KMP_OP_MUL, .a = a, .b = b}) ^ sign;
+    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_MUL, .a = a, .b = b}) ^ sign;
 }
 
 kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -407,76 +360,31 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
         return KMP_ZERO;
     if (a == b)
         return KMP_ONE ^ sign;
-    return intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
+    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
 }
 
-kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a)
+/* -- tables ---------------------------------------------------------------------------------------- */
+
+int kmp_graph_add_table(kmp_graph *g, const kmp_table *table)
 {
-    double x;
-    if (kmp_is_const(g, a, &x))
-        return kmp_const(g, kmp_op_value(op, x));
-    kmp_ref sign = 0;
-    if (op == KMP_OP_SIN || op == KMP_OP_COS) {
-        sign = op == KMP_OP_SIN ? a & 1 : 0;
-        a &= ~(kmp_ref)1;
+    for (int k = 0; k < g->table_count; k++)
+        if (kmp_table_equal(g->tables[k], table))
+            return k;
+    kmp_table **tables = kmp_realloc(g->tables, (size_t)g->table_count + 1, sizeof(kmp_table *));
+    if (tables)
+        g->tables = tables;
+    kmp_table *copy = tables ? kmp_table_new(table->method, table->count, table->x, table->y) : NULL;
+    if (!copy) {
+        g->failed = true;
+        return -1;
     }
-    return intern(g, (kmp_node){.op = (uint8_t)op, .a = a}) ^ sign;
+    g->tables[g->table_count] = copy;
+    return g->table_count++;
 }
 
-kmp_ref kmp_sin(kmp_graph *g, kmp_ref a)
+const kmp_table *kmp_graph_table(const kmp_graph *g, int table)
 {
-    return kmp_unary(g, KMP_OP_SIN, a);
-}
-
-kmp_ref kmp_cos(kmp_graph *g, kmp_ref a)
-{
-    return kmp_unary(g, KMP_OP_COS, a);
-}
-
-kmp_ref kmp_sqrt(kmp_graph *g, kmp_ref a)
-{
-    return kmp_unary(g, KMP_OP_SQRT, a);
-}
-
-static kmp_ref whole_power(kmp_graph *g, kmp_ref a, unsigned n)
-{
-    kmp_ref r = KMP_ONE;
-    for (; n; n >>= 1, a = kmp_mul(g, a, a))
-        if (n & 1)
-            r = kmp_mul(g, r, a);
-    return r;
-}
-
-kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent)
-{
-    double x, e = fabs(exponent);
-    kmp_ref r;
-    if (kmp_is_const(g, a, &x))
-        return kmp_const(g, pow(x, exponent));
-    if (e <= 64 && e == floor(e))
-        r = whole_power(g, a, (unsigned)e);
-    else if (e <= 64 && 2 * e == floor(2 * e))
-        r = kmp_mul(g, whole_power(g, a, (unsigned)e), kmp_sqrt(g, a));
-    else
-        return kmp_unary(g, KMP_OP_EXP, kmp_mul(g, kmp_const(g, exponent), kmp_unary(g, KMP_OP_LOG, a)));
-    return exponent < 0 ? kmp_div(g, KMP_ONE, r) : r;
-}
-
-kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, kmp_ref a, kmp_ref b)
-{
-    switch ((kmp_op)g->nodes[id].op) {
-    case KMP_OP_CONST:
-    case KMP_OP_INPUT:
-        return id << 1;
-    case KMP_OP_ADD:
-        return kmp_add(g, a, b);
-    case KMP_OP_MUL:
-        return kmp_mul(g, a, b);
-    case KMP_OP_DIV:
-        return kmp_div(g, a, b);
-    default:
-        return kmp_unary(g, (kmp_op)g->nodes[id].op, a);
-    }
+    return table >= 0 && table < g->table_count ? g->tables[table] : NULL;
 }
 
 /* -- values ---------------------------------------------------------------------------------------- */
@@ -486,28 +394,25 @@ static double operand(const double *value, kmp_ref r)
     return kmp_is_negative(r) ? -value[kmp_id(r)] : value[kmp_id(r)];
 }
 
+static double value_of(const kmp_graph *g, const kmp_node *n, const double *value)
+{
+    double x[3] = {0};
+    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+        x[k] = operand(value, kmp_operand(n, k));
+    if (n->op == KMP_OP_TABLE)
+        return kmp_table_value(g->tables[n->b], (int)n->c, x[0]);
+    return kmp_op_value((kmp_op)n->op, x[0], x[1], x[2]);
+}
+
 void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value)
 {
     for (uint32_t id = 0; id < g->count; id++) {
         const kmp_node *n = &g->nodes[id];
-        switch ((kmp_op)n->op) {
-        case KMP_OP_CONST:
+        if (n->op == KMP_OP_CONST)
             value[id] = g->values[n->a];
-            break;
-        case KMP_OP_INPUT:
+        else if (n->op == KMP_OP_INPUT)
             value[id] = inputs[n->a] ? inputs[n->a][n->b] : NAN;
-            break;
-        case KMP_OP_ADD:
-            value[id] = operand(value, n->a) + operand(value, n->b);
-            break;
-        case KMP_OP_MUL:
-            value[id] = operand(value, n->a) * operand(value, n->b);
-            break;
-        case KMP_OP_DIV:
-            value[id] = operand(value, n->a) / operand(value, n->b);
-            break;
-        default:
-            value[id] = kmp_op_value((kmp_op)n->op, operand(value, n->a));
-        }
+        else
+            value[id] = value_of(g, n, value);
     }
 }

@@ -16,13 +16,13 @@ typedef uint32_t kmp_ref;
 #define KMP_ONE  ((kmp_ref)2)
 
 typedef enum kmp_op {
-#define KMP_LEAF(name)                           KMP_OP_##name,
-#define KMP_BINARY(name, text)                   KMP_OP_##name,
-#define KMP_UNARY(name, text, value, derivative) KMP_OP_##name,
-#include "symbolic/ops.def"
-#undef KMP_LEAF
-#undef KMP_BINARY
-#undef KMP_UNARY
+#define KMP_LEAF(name)                                       KMP_OP_##name,
+#define KMP_BINARY(name, text, value)                        KMP_OP_##name,
+#define KMP_UNARY(name, text, parity, value, derivative)     KMP_OP_##name,
+#define KMP_BINARY_FUNCTION(name, text, value, differential) KMP_OP_##name,
+#define KMP_TERNARY(name, text, value, differential)         KMP_OP_##name,
+#define KMP_APPLIED(name, text)                              KMP_OP_##name,
+#include "symbolic/ops_end.h"
     KMP_OP_COUNT
 } kmp_op;
 
@@ -41,8 +41,8 @@ typedef enum kmp_input_kind {
 /* What a node depends on: bits (1 << kmp_input_kind). */
 typedef struct kmp_node {
     uint8_t op;
-    uint8_t depends;
-    uint32_t a, b; /* operands (references); INPUT: kind, index; CONST: a = index of its value */
+    uint16_t depends;
+    uint32_t a, b, c; /* operands (references); INPUT: kind, index; CONST: a = index of its value */
 } kmp_node;
 
 typedef struct kmp_graph kmp_graph;
@@ -72,6 +72,9 @@ double kmp_graph_value(const kmp_graph *g, uint32_t id);
 /** True when r is a number, stored in *value. */
 bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value);
 
+/** The node itself, or its elder twin: what constructors end with after they have simplified. */
+kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n);
+
 kmp_ref kmp_const(kmp_graph *g, double value);
 kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index);
 kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b);
@@ -83,17 +86,39 @@ kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a);
 kmp_ref kmp_sin(kmp_graph *g, kmp_ref a);
 kmp_ref kmp_cos(kmp_graph *g, kmp_ref a);
 kmp_ref kmp_sqrt(kmp_graph *g, kmp_ref a);
-/** a^exponent: products for whole exponents, a square root for halves, exp(exponent log a) otherwise. */
+/** op is one of the rows of functions of two variables. */
+kmp_ref kmp_binary(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b);
+/** a^exponent: products for whole exponents, a square root for halves, POW otherwise. */
 kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent);
+/** 1 when a < b, otherwise 0. */
+kmp_ref kmp_less(kmp_graph *g, kmp_ref a, kmp_ref b);
+/** x where the condition is not 0, otherwise y; what is not chosen may be no number. */
+kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y);
 
-/** Rebuilds a node of operation `op` from new operands; leaves are returned as they are. */
-kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, kmp_ref a, kmp_ref b);
+/** The node of any operation that is neither leaf nor applied. */
+kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3]);
+/** Rebuilds a node from new operands (as many as its operation has); leaves are returned as they are. */
+kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, const kmp_ref operands[3]);
 
-/** Text of an operation ("+", "sin"), NULL for leaves; operands 0, 1 or 2. */
+/** How an operation is written. */
+typedef enum kmp_op_form { KMP_FORM_LEAF, KMP_FORM_INFIX, KMP_FORM_FUNCTION, KMP_FORM_APPLIED } kmp_op_form;
+
+/** What a function makes of its operand's sign. */
+typedef enum kmp_op_parity { KMP_PARITY_NONE, KMP_PARITY_ODD, KMP_PARITY_EVEN } kmp_op_parity;
+
+/** Text of an operation ("+", "sin"), NULL for leaves; operands 0 to 3. */
 const char *kmp_op_text(kmp_op op);
 int kmp_op_arity(kmp_op op);
-/** Value of a unary operation, the one that every back end uses. */
-double kmp_op_value(kmp_op op, double x);
+kmp_op_form kmp_op_form_of(kmp_op op);
+kmp_op_parity kmp_op_parity_of(kmp_op op);
+/** Value of an operation, the one that every back end uses; operands beyond its arity are not looked at. NaN for leaves
+ *  and for what is applied (kmp_table_value). */
+double kmp_op_value(kmp_op op, double x, double y, double z);
+/** Reference number k of a node. */
+static inline kmp_ref kmp_operand(const kmp_node *n, int k)
+{
+    return k == 0 ? n->a : k == 1 ? n->b : n->c;
+}
 
 /** Values of all nodes for given inputs (inputs[kind][index]), for tests: value[kmp_graph_count]. */
 void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value);

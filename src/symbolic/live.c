@@ -16,10 +16,8 @@ void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_
         if (mark[id] != value)
             continue;
         const kmp_node *n = kmp_graph_node(g, id);
-        int arity = kmp_op_arity((kmp_op)n->op);
-        if (arity > 0 && !mark[kmp_id(n->a)])
-            mark[kmp_id(n->a)] = value;
-        if (arity > 1 && !mark[kmp_id(n->b)])
-            mark[kmp_id(n->b)] = value;
+        for (int k = kmp_op_arity((kmp_op)n->op); k-- > 0;)
+            if (!mark[kmp_id(kmp_operand(n, k))])
+                mark[kmp_id(kmp_operand(n, k))] = value;
     }
 }

@@ -3,6 +3,7 @@
 #include "symbolic/program.h"
 #include "base/memory.h"
 #include "symbolic/live.h"
+#include "symbolic/table.h"
 #include "symbolic/trig.h"
 #include <string.h>
 
@@ -56,8 +57,16 @@ static void write_code(const kmp_graph *g, const uint8_t *mark, const uint32_t *
         int arity = kmp_op_arity((kmp_op)n->op);
         if (!mark[id] || arity == 0)
             continue;
-        p->instruction[(int)number[id] - 1 - leaves] =
-            (kmp_instruction){.op = n->op, .a = operand(number, n->a), .b = arity == 2 ? operand(number, n->b) : 0};
+        kmp_instruction *in = &p->instruction[(int)number[id] - 1 - leaves];
+        *in = (kmp_instruction){.op = n->op, .a = operand(number, n->a)};
+        if (kmp_op_form_of((kmp_op)n->op) == KMP_FORM_APPLIED) {
+            in->b = n->b;
+            in->c = n->c;
+        }
+        if (arity > 1)
+            in->b = operand(number, n->b);
+        if (arity > 2)
+            in->c = operand(number, n->c);
     }
 }
 
@@ -70,6 +79,21 @@ static bool allocate(kmp_program *p, uint32_t nodes, int output_count)
     p->constant = KMP_NEW(double, nodes);
     p->input = KMP_NEW(kmp_program_input, nodes);
     return p->code && p->outputs && p->output && p->instruction && p->constant && p->input;
+}
+
+/* Copies the tables that occur, numbered as they come. */
+static bool take_tables(const kmp_graph *g, kmp_program *p)
+{
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        kmp_instruction *in = &p->instruction[i];
+        if (in->op != KMP_OP_TABLE)
+            continue;
+        int number = kmp_program_add_table(p, kmp_graph_table(g, (int)in->b));
+        if (number < 0)
+            return false;
+        in->b = (uint32_t)number;
+    }
+    return true;
 }
 
 static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const kmp_ref *outputs)
@@ -98,7 +122,9 @@ static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const k
             p->outputs[k + 2] = p->outputs[k + 1] + count[k];
         for (int k = 0; k < total; k++)
             p->output[k] = operand(number, outputs[k]);
-    } else {
+        ok = take_tables(g, p);
+    }
+    if (!ok) {
         kmp_program_free(p);
         p = NULL;
     }
@@ -135,7 +161,31 @@ void kmp_program_free(kmp_program *p)
     kmp_free(p->instruction);
     kmp_free(p->constant);
     kmp_free(p->input);
+    for (int k = 0; k < p->table_count; k++)
+        kmp_table_free(p->table[k]);
+    kmp_free(p->table);
     kmp_free(p);
+}
+
+int kmp_program_add_table(kmp_program *p, const kmp_table *table)
+{
+    for (int k = 0; k < p->table_count; k++)
+        if (kmp_table_equal(p->table[k], table))
+            return k;
+    kmp_table **tables = kmp_realloc(p->table, (size_t)p->table_count + 1, sizeof(kmp_table *));
+    if (!tables)
+        return -1;
+    p->table = tables;
+    tables[p->table_count] = kmp_table_new(table->method, table->count, table->x, table->y);
+    return tables[p->table_count] ? p->table_count++ : -1;
+}
+
+double kmp_program_value(const kmp_program *p, int i, double x, double y, double z)
+{
+    const kmp_instruction *in = &p->instruction[i];
+    if (in->op == KMP_OP_TABLE)
+        return kmp_table_value(p->table[in->b], (int)in->c, x);
+    return kmp_op_value((kmp_op)in->op, x, y, z);
 }
 
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage)
@@ -162,56 +212,4 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
     c.paper = c.add + c.mul + c.div;
     c.robotran = c.paper + c.trig + c.other;
     return c;
-}
-
-/* -- text ------------------------------------------------------------------------------------------ */
-
-static const char *const input_names[KMP_IN_COUNT] = {"p", "t", "q", "qd", "qdd", "lambda", "mu"};
-
-static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *text)
-{
-    int value = (int)(operand_ >> 1);
-    kmp_text_put(text, operand_ & 1 ? "-" : "");
-    if (value < p->constant_count) {
-        kmp_text_number(text, p->constant[value]);
-    } else if (value < p->constant_count + p->input_count) {
-        const kmp_program_input *in = &p->input[value - p->constant_count];
-        if (in->kind == KMP_IN_TIME)
-            kmp_text_put(text, "t");
-        else
-            kmp_text_printf(text, "%s[%u]", input_names[in->kind], in->index);
-    } else {
-        kmp_text_printf(text, "v%d", value - p->constant_count - p->input_count);
-    }
-}
-
-static void print_instruction(const kmp_program *p, int i, kmp_text *text)
-{
-    const kmp_instruction *in = &p->instruction[i];
-    kmp_text_printf(text, "    v%d = ", i);
-    if (kmp_op_arity((kmp_op)in->op) == 1) {
-        kmp_text_printf(text, "%s(", kmp_op_text((kmp_op)in->op));
-        print_operand(p, in->a, text);
-        kmp_text_put(text, ")\n");
-        return;
-    }
-    print_operand(p, in->a, text);
-    bool minus = in->op == KMP_OP_ADD && (in->b & 1);
-    kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
-    print_operand(p, minus ? in->b ^ 1 : in->b, text);
-    kmp_text_put(text, "\n");
-}
-
-void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text)
-{
-    for (int s = 0; s < p->stages; s++) {
-        kmp_text_printf(text, "stage %d%s%s\n", s, stage_name ? " " : "", stage_name ? stage_name[s] : "");
-        for (int i = p->code[s]; i < p->code[s + 1]; i++)
-            print_instruction(p, i, text);
-        for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
-            kmp_text_printf(text, "    out[%d] = ", k - p->outputs[s]);
-            print_operand(p, p->output[k], text);
-            kmp_text_put(text, "\n");
-        }
-    }
 }

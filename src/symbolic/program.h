@@ -9,11 +9,18 @@
 
 #include "base/text.h"
 #include "symbolic/graph.h"
+#include <kempe/kempe.h>
 
 typedef struct kmp_instruction {
     uint8_t op;
-    uint32_t a, b;
+    uint32_t a, b, c; /* operands; what is applied to a: b, c */
 } kmp_instruction;
+
+/** Operand number k. */
+static inline uint32_t kmp_instruction_operand(const kmp_instruction *in, int k)
+{
+    return k == 0 ? in->a : k == 1 ? in->b : in->c;
+}
 
 typedef struct kmp_program_input {
     kmp_input_kind kind;
@@ -36,6 +43,8 @@ typedef struct kmp_program {
     double *constant;
     kmp_program_input *input;
     int constant_count, input_count;
+    struct kmp_table **table; /* those that occur, copied */
+    int table_count;
     uint32_t graph_nodes; /* before useless ones were left out */
 } kmp_program;
 
@@ -43,9 +52,19 @@ typedef struct kmp_program {
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
 void kmp_program_free(kmp_program *p);
 
+/** Number of a copy of the table in the program; -1: no memory. */
+int kmp_program_add_table(kmp_program *p, const struct kmp_table *table);
+
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
 
-/** As text, one instruction a line; `stage_name` (stages entries) and `input_name` may be NULL. */
+/** Value of instruction i from those of its operands (signs included), the one that every back end uses. */
+double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
+
+/** As text, one instruction a line; `stage_name` (stages entries) may be NULL. The text reads back to a program with
+ *  the same text and the same results to the bit (docs/program_format.md). */
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text);
+
+/** Reads such a text; names of stages are passed over. KEMPE_E_INPUT: what is wrong, at file:line:column. */
+kempe_status kmp_program_read(kempe_context *context, const char *file, const char *text, kmp_program **program);
 
 #endif

@@ -47,6 +47,15 @@ static kmp_ref mapped(const kmp_ref *map, kmp_ref r)
     return kmp_is_negative(r) ? kmp_neg(map[kmp_id(r)]) : map[kmp_id(r)];
 }
 
+static kmp_ref rebuild_node(kmp_graph *g, uint32_t id, const kmp_ref *map)
+{
+    kmp_ref operands[3] = {0};
+    kmp_node n = *kmp_graph_node(g, id);
+    for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
+        operands[k] = mapped(map, kmp_operand(&n, k));
+    return kmp_graph_rebuild(g, id, operands);
+}
+
 static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live, kmp_ref *map)
 {
     for (uint32_t id = 0; id < count; id++) {
@@ -60,8 +69,7 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
         else if (kmp_op_arity((kmp_op)n.op) == 0)
             map[id] = id << 1;
         else
-            map[id] =
-                kmp_graph_rebuild(g, id, mapped(map, n.a), kmp_op_arity((kmp_op)n.op) == 2 ? mapped(map, n.b) : 0);
+            map[id] = rebuild_node(g, id, map);
     }
 }
 

@@ -80,6 +80,23 @@ class Case(unittest.TestCase):
         return path
 
 
+class Settings(Case):
+    def parameters(self, *words):
+        return self.object(0, "show", "--model", SLIDER_CRANK, *words)["parameters"]
+
+    def test_values(self):
+        self.assertEqual(self.parameters("--set", "l=600 mm", "--set=r=l/2")["r"], 0.3)
+        self.assertEqual(self.parameters()["l"], 0.5)
+        for command in [*COMMANDS[:-1], "show --stats"]:
+            self.assertIn("no parameter 'll'", self.expect(2, *command.split(), SLIDER_CRANK, "--set", "ll=2").stderr)
+
+    def test_mistakes(self):
+        self.assertIn("did you mean 'rod_mass'?", self.expect(2, "check", SLIDER_CRANK, "--set", "rodmass=2").stderr)
+        self.assertIn("--set l:1:5: ", self.expect(2, "check", SLIDER_CRANK, "--set", "l=2 * *").stderr)
+        for word in "l", "=2", "l=":
+            self.expect(3, "check", SLIDER_CRANK, "--set", word)
+
+
 class Usage(Case):
     def test_help(self):
         text = self.expect(0, "--help").stdout

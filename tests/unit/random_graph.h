@@ -24,7 +24,8 @@ typedef enum step_kind {
     STEP_LOG,
     STEP_POWER,
     STEP_NEG,
-    STEP_ROTATE, /* (a, b) by angle c: the first component; the next step is the second */
+    STEP_FUNCTION, /* any row of ops.def that is written as a function */
+    STEP_ROTATE,   /* (a, b) by angle c: the first component; the next step is the second */
     STEP_SECOND,
     STEP_KINDS
 } step_kind;
@@ -32,6 +33,7 @@ typedef enum step_kind {
 typedef struct step {
     step_kind kind;
     int a, b, c;
+    kmp_op op;
     double value;
 } step;
 
@@ -69,6 +71,8 @@ static inline double step_value(const step *s, const double *x, const double *v)
         return pow(v[s->a], s->value);
     case STEP_NEG:
         return -v[s->a];
+    case STEP_FUNCTION:
+        return kmp_op_value(s->op, v[s->a], v[s->b], v[s->c]);
     case STEP_ROTATE:
         return v[s->a] * cos(v[s->c]) - v[s->b] * sin(v[s->c]);
     case STEP_SECOND:
@@ -114,6 +118,8 @@ static inline kmp_ref step_build(kmp_graph *g, const step *s, kmp_ref *r, int k)
         return kmp_power(g, r[s->a], s->value);
     case STEP_NEG:
         return kmp_neg(r[s->a]);
+    case STEP_FUNCTION:
+        return kmp_operate(g, s->op, (const kmp_ref[3]){r[s->a], r[s->b], r[s->c]});
     case STEP_ROTATE: {
         kmp_ref y = r[s->a];
         r[k + 1] = r[s->b];
@@ -131,6 +137,24 @@ static inline void steps_build(const steps *s, kmp_graph *g, kmp_ref *r)
         r[k] = step_build(g, &s->step[k], r, k);
 }
 
+/* Whether the function is smooth around its operands. */
+static inline bool function_is_tame(kmp_op op, double a, double b)
+{
+    switch (op) {
+    case KMP_OP_SQRT:
+    case KMP_OP_LOG:
+    case KMP_OP_POW:
+        return a > 0.5;
+    case KMP_OP_ASIN:
+    case KMP_OP_ACOS:
+        return fabs(a) < 0.8;
+    case KMP_OP_ATAN2:
+        return a * a + b * b > 0.5 && (b > 0 || fabs(a) > 0.2);
+    default:
+        return true;
+    }
+}
+
 /* Whether the step is defined, and small, in a wide neighbourhood. */
 static inline bool step_is_tame(const step *s, const double *x, const double *v)
 {
@@ -142,6 +166,10 @@ static inline bool step_is_tame(const step *s, const double *x, const double *v)
     case STEP_LOG:
     case STEP_POWER:
         if (a < 0.5)
+            return false;
+        break;
+    case STEP_FUNCTION:
+        if (!function_is_tame(s->op, a, v[s->b]))
             return false;
         break;
     default:
@@ -160,6 +188,8 @@ static inline step random_step(int k)
         s.value = pick(3) ? between(-2, 2) : pick(5) - 2;
     if (s.kind == STEP_POWER)
         s.value = exponents[pick(8)];
+    while (s.kind == STEP_FUNCTION && kmp_op_form_of(s.op) != KMP_FORM_FUNCTION)
+        s.op = (kmp_op)pick(KMP_OP_COUNT);
     return s;
 }
 

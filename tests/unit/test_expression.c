@@ -85,6 +85,10 @@ static void values(void)
     CHECK_NEAR(value("2*(180 deg)"), 6.28318530717958648, 1e-15);
     CHECK_NEAR(value("-10 ms + 1e3g"), 0.99, 0);
     CHECK_NEAR(value("log(exp(cos(0)))"), 1, 1e-15);
+    CHECK_NEAR(value("if(1 < 2, 3, 4) + 10*if(1 >= 2, 3, 4) + 100*if(2 <= 2, 1, 0) + if(2 > 2, 1000, 0)"), 143, 0);
+    CHECK_NEAR(value("min(1, 2) + 10*max(1, 2) + 100*abs(-3) + 1000*sign(-2)"), -679, 0);
+    CHECK_NEAR(value("pow(2, 0.5) - sqrt(2) + atan2(1, -1) - 0.75*pi + tanh(0) + asin(0) + acos(1) + atan(0)"), 0,
+               1e-15);
 }
 
 static void kinds(void)
@@ -120,6 +124,9 @@ static void complaints(void)
     complains("2*krank", true, "f:1:3: unknown parameter 'krank'");
     complains("sine(1)", true, "f:1:1: unknown function 'sine'; did you mean 'sin'?");
     complains("sin(1, 2)", true, "f:1:1: function 'sin' takes 1 argument, not 2");
+    complains("if(1, 2, 3)", true, "f:1:5: an operator, '<', '<=', '>' or '>=' is wanted here, not ','");
+    complains("if(1 < 2, 3)", true, "f:1:1: function 'if' takes 3 arguments, not 2");
+    complains("1 < 2", true, "f:1:3: an operator or the end is wanted here, not '<'");
     complains("sin()", true, "f:1:1: function 'sin' takes 1 argument, not 0");
     complains("sin + 1", true, "f:1:1: function 'sin' wants its argument");
     complains("1 + t", true, "f:1:5: t is not allowed here");
@@ -182,6 +189,7 @@ static void printing(void)
     prints("(-2)^2", "(-2)^2");
     prints("2*(-q(B.2))", "2*-q(B.2)");
     prints("sin((t))", "sin(t)");
+    prints("if(q(A)<-1e-3,min(t,(2)),3*if(t>=2+1,1,0))", "if(q(A) < -0.001, min(t, 2), 3*if(t >= 2 + 1, 1, 0))");
 }
 
 int main(void)

@@ -129,8 +129,8 @@ static void test_hash_consing(void)
     bool sorted = true; /* operands precede */
     for (uint32_t id = 2; id < kmp_graph_count(g); id++) {
         const kmp_node *n = kmp_graph_node(g, id);
-        if (kmp_op_arity((kmp_op)n->op) == 2)
-            sorted = sorted && kmp_id(n->a) < id && kmp_id(n->b) < id;
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            sorted = sorted && kmp_id(kmp_operand(n, k)) < id;
     }
     CHECK(sorted);
     kmp_graph_free(g);
@@ -307,30 +307,109 @@ static void test_random_graphs(void)
     CHECK(compared > 20 * skipped);
 }
 
-/* Every function of one variable at one point, in the middle of its domain. */
-static void test_unary_derivatives(void)
+/* Value of a function at point + h direction. */
+static double function_at(kmp_op op, const double point[3], double h)
 {
-    static const double points[] = {0.3, 1.1, 2.7};
-    for (int op = 0; op < KMP_OP_COUNT; op++) {
-        if (kmp_op_arity((kmp_op)op) != 1)
-            continue;
-        kmp_graph *g = kmp_graph_new();
-        kmp_ref x = kmp_input(g, KMP_IN_Q, 0), one = KMP_ONE;
-        kmp_derivative *d = kmp_derivative_new(g, 1, &x, &one);
-        kmp_ref y = kmp_unary(g, (kmp_op)op, x), dy = kmp_derivative_of(d, y);
-        double *value = KMP_NEW(double, kmp_graph_count(g));
-        for (int k = 0; k < 3; k++) {
-            double q = points[k], h = 1e-3, near = 0, far = 0;
-            near = (kmp_op_value((kmp_op)op, q + h) - kmp_op_value((kmp_op)op, q - h)) / (2 * h);
-            far = (kmp_op_value((kmp_op)op, q + 2 * h) - kmp_op_value((kmp_op)op, q - 2 * h)) / (4 * h);
-            kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = &q}, value);
-            CHECK_NEAR(value_of(value, y), kmp_op_value((kmp_op)op, q), 0);
-            CHECK_NEAR(value_of(value, dy), (4 * near - far) / 3, 1e-8);
-        }
-        kmp_free(value);
-        kmp_derivative_free(d);
-        kmp_graph_free(g);
+    static const double direction[3] = {1, -0.7, 0.4};
+    double x[3];
+    for (int k = 0; k < 3; k++)
+        x[k] = point[k] + h * direction[k];
+    return kmp_op_value(op, x[0], x[1], x[2]);
+}
+
+/* A function at one point; whether it is defined there. */
+static bool compare_function(kmp_op op, const double point[3])
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref x[3], dx[3] = {KMP_ONE};
+    for (uint32_t k = 0; k < 3; k++)
+        x[k] = kmp_input(g, KMP_IN_Q, k);
+    dx[1] = kmp_const(g, -0.7);
+    dx[2] = kmp_const(g, 0.4);
+    kmp_derivative *d = kmp_derivative_new(g, 3, x, dx);
+    kmp_ref f = kmp_operate(g, op, x), df = kmp_derivative_of(d, f);
+    double *value = KMP_NEW(double, kmp_graph_count(g)), h = 1e-3;
+    double near = (function_at(op, point, h) - function_at(op, point, -h)) / (2 * h);
+    double far = (function_at(op, point, 2 * h) - function_at(op, point, -2 * h)) / (4 * h);
+    bool defined = !isnan(far);
+    kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = point}, value);
+    if (defined) {
+        CHECK_NEAR(value_of(value, f), kmp_op_value(op, point[0], point[1], point[2]), 0);
+        CHECK_NEAR(value_of(value, df), (4 * near - far) / 3, 1e-8);
     }
+    kmp_free(value);
+    kmp_derivative_free(d);
+    kmp_graph_free(g);
+    return defined;
+}
+
+/* Every function where it is defined, away from kinks and jumps. */
+static void test_function_derivatives(void)
+{
+    static const double points[][3] = {
+        {0.3, 0.8, -0.5}, {1.1, 0.4, 2.0}, {2.7, -1.3, 0.6}, {-0.4, 1.2, 0.9}, {-1.6, -0.9, 0.3}};
+    for (int op = 0; op < KMP_OP_COUNT; op++) {
+        int defined = 0;
+        if (kmp_op_form_of((kmp_op)op) != KMP_FORM_FUNCTION)
+            continue;
+        for (int k = 0; k < 5; k++)
+            defined += compare_function((kmp_op)op, points[k]);
+        CHECK(defined >= 2);
+    }
+}
+
+/* Known values: what the rows compute is what their names say. */
+static void test_function_values(void)
+{
+    static const struct {
+        kmp_op op;
+        double x, y, z, value;
+    } rows[] = {{KMP_OP_SINH, 1, 0, 0, 1.1752011936438014},
+                {KMP_OP_COSH, 1, 0, 0, 1.5430806348152437},
+                {KMP_OP_TANH, 0.5, 0, 0, 0.46211715726000975},
+                {KMP_OP_ASIN, 0.5, 0, 0, 0.52359877559829887},
+                {KMP_OP_ACOS, 0.5, 0, 0, 1.0471975511965977},
+                {KMP_OP_ATAN, 1, 0, 0, 0.78539816339744831},
+                {KMP_OP_ABS, -2, 0, 0, 2},
+                {KMP_OP_SIGN, -2, 0, 0, -1},
+                {KMP_OP_SIGN, 0, 0, 0, 0},
+                {KMP_OP_POW, 2, 10, 0, 1024},
+                {KMP_OP_ATAN2, 1, -1, 0, 2.3561944901923449},
+                {KMP_OP_MIN, 2, -1, 0, -1},
+                {KMP_OP_MAX, 2, -1, 0, 2},
+                {KMP_OP_LESS, 1, 2, 0, 1},
+                {KMP_OP_LESS, 2, 2, 0, 0},
+                {KMP_OP_SELECT, 1, 5, NAN, 5},
+                {KMP_OP_SELECT, 0, INFINITY, 6, 6}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        CHECK_NEAR(kmp_op_value(rows[k].op, rows[k].x, rows[k].y, rows[k].z), rows[k].value, 1e-15);
+    CHECK(isnan(kmp_op_value(KMP_OP_MIN, NAN, 1, 0)) && isnan(kmp_op_value(KMP_OP_MIN, 1, NAN, 0)));
+    CHECK(isnan(kmp_op_value(KMP_OP_MAX, NAN, 1, 0)) && isnan(kmp_op_value(KMP_OP_MAX, 1, NAN, 0)));
+    CHECK(isnan(kmp_op_value(KMP_OP_SIGN, NAN, 0, 0)));
+}
+
+static void test_choices(void)
+{
+    scene s = new_scene();
+    kmp_graph *g = s.g;
+    kmp_ref less = kmp_less(g, s.x, s.y), nx = kmp_neg(s.x), ny = kmp_neg(s.y), two = kmp_const(g, 2);
+    CHECK(kmp_less(g, KMP_ONE, two) == KMP_ONE && kmp_less(g, two, KMP_ONE) == KMP_ZERO);
+    CHECK(kmp_less(g, s.x, s.x) == KMP_ZERO && kmp_less(g, ny, nx) == less);
+    CHECK(kmp_less(g, nx, KMP_ZERO) == kmp_less(g, KMP_ZERO, s.x) && kmp_less(g, s.x, KMP_ZERO) != less);
+    CHECK(kmp_less(g, KMP_ZERO, nx) == kmp_less(g, s.x, KMP_ZERO));
+    CHECK(kmp_select(g, KMP_ONE, s.x, s.y) == s.x && kmp_select(g, KMP_ZERO, s.x, s.y) == s.y);
+    CHECK(kmp_select(g, less, s.x, s.x) == s.x &&
+          kmp_select(g, less, nx, ny) == kmp_neg(kmp_select(g, less, s.x, s.y)));
+    CHECK(kmp_binary(g, KMP_OP_MIN, s.x, s.x) == s.x && kmp_unary(g, KMP_OP_ABS, nx) == kmp_unary(g, KMP_OP_ABS, s.x));
+    CHECK(kmp_unary(g, KMP_OP_ATAN, nx) == kmp_neg(kmp_unary(g, KMP_OP_ATAN, s.x)));
+    CHECK(kmp_binary(g, KMP_OP_POW, s.x, two) == kmp_mul(g, s.x, s.x));
+    CHECK(kmp_binary(g, KMP_OP_POW, two, s.x) != kmp_binary(g, KMP_OP_POW, s.x, s.y));
+    kmp_ref one = KMP_ONE, root = kmp_select(g, less, kmp_sqrt(g, s.x), KMP_ZERO);
+    kmp_derivative *d = kmp_derivative_new(g, 1, &s.x, &one);
+    CHECK(kmp_derivative_of(d, less) == KMP_ZERO); /* and the branch not taken never meets the other */
+    CHECK(kmp_graph_node(g, kmp_id(kmp_derivative_of(d, root)))->op == KMP_OP_SELECT);
+    kmp_derivative_free(d);
+    kmp_graph_free(g);
 }
 
 /* The derivative of a rotated pair is found in the pair: no new products but those with the rate. */
@@ -395,7 +474,9 @@ int main(void)
     TEST(test_rotation_onto_axis);
     TEST(test_long_angles);
     TEST(test_random_graphs);
-    TEST(test_unary_derivatives);
+    TEST(test_function_derivatives);
+    TEST(test_function_values);
+    TEST(test_choices);
     TEST(test_pair_derivative);
     TEST(test_determinism);
     return check_report();

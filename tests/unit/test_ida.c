@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* IDA with UMFPACK on Robertson's reaction as a DAE, its dense output and refusals; KINSOL on a 2 x 2 system. */
+/* IDA with every linear solver on Robertson's reaction as a DAE, its dense output and refusals; KINSOL on a 2 x 2
+ * system. */
 #include "check.h"
 #include "constraints/kinsol.h"
 #include "integrators/ida.h"
+#include "integrators/linear.h"
+#include "integrators/solver.h"
 
 /* -- Robertson's reaction: two rates and a balance (Hairer, Wanner, Solving ODEs II, IV.1) ----- */
 
 typedef struct reaction {
-    int accepted, halt_after, retry_at, calls, give_up_at;
+    int accepted, halt_after, retry_at, calls, give_up_at, matrices;
 } reaction;
 
 static int rates(void *self, double t, const double *y, const double *yp, double *r)
@@ -45,7 +48,7 @@ static int count_step(void *self, double t, const double *y, const double *yp)
 }
 
 static const long col_start[] = {0, 3, 6, 9}, row[] = {0, 1, 2, 0, 1, 2, 0, 1, 2};
-static const double differential[] = {1, 1, 0}, factor[] = {1, 1, 1e8}, atol[] = {1e-12, 1e-16, 1e-12};
+static const double differential[] = {1, 1, 0}, factor[] = {1, 1, 1e8}, absolute[] = {1e-12, 1e-16, 1e-12};
 static const double start_y[] = {1, 0, 0}, start_yp[] = {-0.04, 0.04, 0};
 
 static kmp_dae robertson(reaction *s)
@@ -62,10 +65,12 @@ static kmp_dae robertson(reaction *s)
                      .accept = count_step};
 }
 
+static const char *linear = "umfpack"; /* of the tests that run */
+
 static kmp_ida *start_robertson(kempe_context *context, reaction *r)
 {
     kmp_dae dae = robertson(r);
-    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-10, atol}, "umfpack");
+    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-10, absolute}, linear);
     CHECK(s != NULL);
     CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
     return s;
@@ -155,21 +160,105 @@ static int singular_matrix(void *self, double t, double cj, const double *y, con
     return KMP_GO;
 }
 
+/* Singular at one call alone: the step is tried again. */
+static int singular_once(void *self, double t, double cj, const double *y, const double *yp, double *a)
+{
+    reaction *r = self;
+    bool now = ++r->matrices == 4;
+    return now ? singular_matrix(self, t, cj, y, yp, a) : rates_matrix(self, t, cj, y, yp, a);
+}
+
 static void test_singular_matrix_is_told(void)
 {
     kempe_context *context = kempe_context_new();
     reaction r = {0};
     kmp_dae dae = robertson(&r);
     dae.matrix = singular_matrix;
-    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, atol}, "umfpack");
+    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, absolute}, linear);
     CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
     CHECK(run_to(s, 40) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(context), "singular") != NULL);
     printf("  %s\n", kempe_context_message(context));
     kmp_ida_free(s);
-    CHECK(kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, atol}, "abacus") == NULL);
+    dae.matrix = singular_once;
+    s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-10, absolute}, linear);
+    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    CHECK(run_to(s, 40) == KEMPE_OK && r.matrices > 4);
+    check_at_40(s);
+    kmp_ida_free(s);
+    CHECK(kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, absolute}, "abacus") == NULL);
     CHECK(strstr(kempe_context_message(context), "abacus") != NULL);
     kempe_context_free(context);
+}
+
+/* -- linear solvers on their own ---------------------------------------------------------------------- */
+
+/* Values of one pattern whose good pivots move to other places from matrix to matrix: 1 on the diagonal of some, 1e-9
+ * on that of others, and a solution that must come out whatever the factorisation before was. */
+static void fill(SUNMatrix a, int n, int k)
+{
+    sunindextype *start = SUNSparseMatrix_IndexPointers(a), *place = SUNSparseMatrix_IndexValues(a);
+    double *value = SUNSparseMatrix_Data(a);
+    for (int c = 0, at = 0; c < n; c++) {
+        start[c] = at;
+        for (int r = c > 0 ? c - 1 : 0; r <= c + 1 && r < n; r++, at++) {
+            place[at] = r;
+            value[at] = r != c ? 1 + 0.1 * r + 0.03 * c : k % 3 == 1 ? 1e-9 : k % 3 == 2 ? -1e-13 : 4.0 + k;
+        }
+        start[c + 1] = at;
+    }
+}
+
+static double miss(SUNMatrix a, int n, const double *x, const double *b)
+{
+    const sunindextype *start = SUNSparseMatrix_IndexPointers(a), *place = SUNSparseMatrix_IndexValues(a);
+    double r[40] = {0}, worst = 0;
+    for (int c = 0; c < n; c++)
+        for (sunindextype k = start[c]; k < start[c + 1]; k++)
+            r[place[k]] += SUNSparseMatrix_Data(a)[k] * x[c];
+    for (int i = 0; i < n; i++)
+        worst = fmax(worst, fabs(r[i] - b[i]));
+    return worst;
+}
+
+static void check_solves(const char *name, int n)
+{
+    SUNContext sun = kmp_sun_context();
+    SUNMatrix a = SUNSparseMatrix(n, n, 3 * n, CSC_MAT, sun);
+    SUNLinearSolver s = kmp_linear_new(name, n, sun);
+    N_Vector x = N_VNew_Serial(n, sun), b = N_VNew_Serial(n, sun);
+    CHECK(s && SUNLinSolInitialize(s) == 0);
+    for (int k = 0; k < 12; k++) {
+        fill(a, n, k);
+        for (int i = 0; i < n; i++)
+            kmp_sun_data(b)[i] = kmp_sun_data(x)[i] = sin(i + k);
+        bool singular = k == 7;
+        if (singular)
+            memset(SUNSparseMatrix_Data(a), 0, (size_t)(3 * n - 2) * sizeof(double));
+        int flag = SUNLinSolSetup(s, a);
+        CHECK(singular ? flag > 0 && flag == SUNLinSolLastFlag(s) : flag == 0);
+        if (singular)
+            continue;
+        CHECK(SUNLinSolSolve(s, a, x, k % 2 ? x : b, 0) == 0); /* in place, and apart */
+        CHECK(miss(a, n, kmp_sun_data(x), kmp_sun_data(b)) < 1e-11);
+    }
+    N_VDestroy(x);
+    N_VDestroy(b);
+    SUNLinSolFree(s);
+    SUNMatDestroy(a);
+    SUNContext_Free(&sun);
+}
+
+static void test_linear_solvers_solve(void)
+{
+    static const char *const names[] = {"klu", "umfpack", "dense", "auto"};
+    for (int k = 0; k < 4; k++) {
+        check_solves(names[k], 6);
+        check_solves(names[k], 34);
+    }
+    SUNContext sun = kmp_sun_context();
+    CHECK(kmp_linear_new("abacus", 3, sun) == NULL);
+    SUNContext_Free(&sun);
 }
 
 /* -- KINSOL: a circle and a hyperbola ----------------------------------------------------------------- */
@@ -229,10 +318,17 @@ static void test_kinsol(void)
 
 int main(void)
 {
-    TEST(test_robertson);
-    TEST(test_dense_output);
-    TEST(test_retry_halt_and_giving_up);
-    TEST(test_singular_matrix_is_told);
+    static const char *const names[] = {"klu", "umfpack", "dense", "auto"};
+    for (int k = 0; k < 4; k++) {
+        linear = names[k];
+        printf("%s\n", linear);
+        CHECK(kmp_linear_known(linear) && strstr(kmp_linear_names(), linear));
+        TEST(test_robertson);
+        TEST(test_dense_output);
+        TEST(test_retry_halt_and_giving_up);
+        TEST(test_singular_matrix_is_told);
+    }
+    TEST(test_linear_solvers_solve);
     TEST(test_kinsol);
     return check_report();
 }

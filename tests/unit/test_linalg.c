@@ -332,6 +332,33 @@ static void test_block_names_the_singular_column(void)
     kmp_block_free(b);
 }
 
+/* Two blocks, {0, 1} and {2}, and one entry beside them. By hand: the 2 x 2 factors take a quotient and a product less,
+ * every pivot a reciprocal; a solve two products less within the block, one beside it, a product a pivot. */
+static void test_block_counts_its_arithmetic(void)
+{
+    int row[] = {0, 0, 1, 1, 0, 2}, col[] = {0, 1, 0, 1, 2, 2};
+    kmp_block *b = kmp_block_new(3, 6, row, col);
+    CHECK(b && kmp_block_count(b) == 2);
+    kmp_flops factor = kmp_block_factor_flops(b), solve = kmp_block_solve_flops(b);
+    CHECK(factor.add == 1 && factor.mul == 1 && factor.div == 1 + 3 && factor.root == 0);
+    CHECK(solve.add == 2 + 1 && solve.mul == 2 + 1 + 3 && solve.div == 0 && solve.root == 0);
+    kmp_block_free(b);
+}
+
+static void test_dense_counts_its_arithmetic(void)
+{
+    const long lu[5][2] = {{0, 0}, {0, 0}, {1, 1}, {5, 3}, {14, 6}}; /* products, quotients */
+    for (int n = 0; n < 5; n++) {
+        kmp_flops f = kmp_lu_flops(n);
+        CHECK(f.add == lu[n][0] && f.mul == lu[n][0] && f.div == lu[n][1] && f.root == 0);
+    }
+    kmp_flops one = kmp_cholesky_factor_flops(1), three = kmp_cholesky_factor_flops(3);
+    CHECK(one.add == 0 && one.mul == 0 && one.div == 0 && one.root == 1);
+    CHECK(three.add == 1 + 3 && three.mul == 4 && three.div == 3 && three.root == 3);
+    kmp_flops solve = kmp_cholesky_solve_flops(3);
+    CHECK(solve.add == 6 && solve.mul == 6 && solve.div == 6 && solve.root == 0);
+}
+
 int main(void)
 {
     TEST(test_lu);
@@ -343,5 +370,7 @@ int main(void)
     TEST(test_blocks_of_triangular_matrices);
     TEST(test_blocks_of_random_patterns);
     TEST(test_block_names_the_singular_column);
+    TEST(test_block_counts_its_arithmetic);
+    TEST(test_dense_counts_its_arithmetic);
     return check_report();
 }

@@ -35,19 +35,13 @@ static double plain_operand(const plain *a, uint32_t operand)
     return operand & 1 ? -v : v;
 }
 
-static double plain_instruction(const plain *a, const kmp_instruction *in)
+static double plain_instruction(const plain *a, int i)
 {
-    double x = plain_operand(a, in->a);
-    switch ((kmp_op)in->op) {
-    case KMP_OP_ADD:
-        return x + plain_operand(a, in->b);
-    case KMP_OP_MUL:
-        return x * plain_operand(a, in->b);
-    case KMP_OP_DIV:
-        return x / plain_operand(a, in->b);
-    default:
-        return kmp_op_value((kmp_op)in->op, x);
-    }
+    double x[3] = {0};
+    const kmp_instruction *in = &a->p->instruction[i];
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
+        x[k] = plain_operand(a, kmp_instruction_operand(in, k));
+    return kmp_program_value(a->p, i, x[0], x[1], x[2]);
 }
 
 static const double *plain_run(plain *a, const double *const inputs[KMP_IN_COUNT], int stage)
@@ -57,7 +51,7 @@ static const double *plain_run(plain *a, const double *const inputs[KMP_IN_COUNT
     for (int k = 0; k < p->input_count; k++)
         a->v[p->constant_count + k] = inputs[p->input[k].kind] ? inputs[p->input[k].kind][p->input[k].index] : NAN;
     for (int i = p->code[stage]; i < p->code[stage + 1]; i++)
-        a->v[leaves + i] = plain_instruction(a, &p->instruction[i]);
+        a->v[leaves + i] = plain_instruction(a, i);
     for (int k = p->outputs[stage]; k < p->outputs[stage + 1]; k++)
         a->out[k] = plain_operand(a, p->output[k]);
     return a->out + p->outputs[stage];
@@ -246,7 +240,15 @@ static void test_corners(void)
                      kmp_unary(g, KMP_OP_EXP, kmp_neg(x)),
                      kmp_unary(g, KMP_OP_LOG, x),
                      kmp_sin(g, x),
-                     kmp_cos(g, kmp_mul(g, x, y))};
+                     kmp_cos(g, kmp_mul(g, x, y)),
+                     kmp_select(g, kmp_less(g, x, y), kmp_neg(z), kmp_sqrt(g, y)),
+                     kmp_select(g, x, KMP_ZERO, kmp_neg(y)),
+                     kmp_unary(g, KMP_OP_ABS, x),
+                     kmp_unary(g, KMP_OP_SIGN, x),
+                     kmp_binary(g, KMP_OP_MIN, x, kmp_neg(y)),
+                     kmp_binary(g, KMP_OP_MAX, x, y),
+                     kmp_binary(g, KMP_OP_POW, x, y),
+                     kmp_binary(g, KMP_OP_ATAN2, kmp_neg(x), y)};
     kmp_program *p = one_group(g, (int)(sizeof out / sizeof *out), out);
     int bad = 0;
     for (int i = 0; i < CORNERS * CORNERS * CORNERS; i++) {

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "model/model.h"
+#include <math.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -218,6 +219,84 @@ static void printing(void)
     kempe_model_free(m);
 }
 
+/* The value of a model's only parameter `x`, which is written so; NaN when the model is refused. */
+static double parameter(const char *expression)
+{
+    char text[512];
+    kempe_model *m = NULL;
+    snprintf(text, sizeof text, "kempe: 1\nparameters: {x: \"%s\"}\nbodies: {a: {joint: {revolute: z, at: ground}}}\n",
+             expression);
+    if (kempe_model_read_text(context, text, "text", &m) != KEMPE_OK)
+        return NAN;
+    double value = m->parameters[0].number.value;
+    kempe_model_free(m);
+    return value;
+}
+
+static void units(void)
+{
+    const double pi = 3.14159265358979323846;
+    CHECK(parameter("300 mm") == 0.3);
+    CHECK(parameter("4.5 N/mm") == 4500);
+    CHECK(parameter("4.5 N / mm") == 4500);
+    CHECK(parameter("2*(300 mm) + 0.1 m") == 0.7);
+    CHECK_NEAR(parameter("20 rpm"), 20 * 2 * pi / 60, 1e-15);
+    CHECK_NEAR(parameter("90 deg"), pi / 2, 1e-15);
+    CHECK_NEAR(parameter("10 ms"), 0.01, 0);
+    CHECK(parameter("2 kN") == 2000 && parameter("1 bar") == 1e5);
+    CHECK(parameter("7.8 g/cm^3") == 7800);
+    CHECK(parameter("3 kg*m^2/s^2") == 3 && parameter("2 m^-1") == 2 && parameter("5 N*m/rad") == 5);
+    CHECK(parameter("2 N*m*3") == 6 && parameter("6 m/2/3") == 1);
+    CHECK(parameter("sqrt(9 m^2) + 1 m") == 4 && parameter("(4 m^2)^(1/2) - 1 m") == 1);
+    CHECK(parameter("1 kN*m + 5 J") == 1005);
+    CHECK(parameter("sin(90 deg)/(1 s) + 1 Hz") == 2);
+    CHECK(parameter("1 + 2 m") == 3); /* a bare number fits */
+    CHECK(isnan(parameter("1 m + 2 s")) && isnan(parameter("2*(1 m) + 2 s")) && isnan(parameter("sin(1 m)")));
+    CHECK(isnan(parameter("log(1 kg/m)")) && isnan(parameter("2^(3 m)")) && isnan(parameter("sqrt(4 m) + 1 m")));
+    CHECK(isnan(parameter("2 m^10")) && isnan(parameter("2 m^1.5")) && isnan(parameter("2 m^(2)")));
+}
+
+/* Every key takes its own dimension; parameters carry theirs, those without unit none. */
+static void dimensioned(void)
+{
+    kempe_model *m =
+        read_good("kempe: 1\ngravity: [0, -981 cm/s^2, 0]\n"
+                  "parameters: {l: 300 mm, rho: 1/0.3, mu: 7 kg/m, k: 3 kN/m, later: 2*l + 1 cm}\n"
+                  "bodies:\n  a: {joint: {revolute: z, at: ground}, mass: rho*l, com: [l/2, 0, 0],\n"
+                  "    inertia: {zz: mu*l^3/12}, points: {P: [later, 5 cm, 0]}}\n"
+                  "  b: {joint: {prismatic: x, at: a.P}, mass: mu*l}\n"
+                  "forces: {m: {joint: a, torque: \"k*l^2*sin(q(a)) - 0.1*qd(a)\"}, f: {joint: b, force: 2 kN}}\n"
+                  "start: {q: {a: 90 deg, b: 3 mm}, qd: {a: 20 rpm, b: 1 m/s}}\nrun: {t_end: 2 min, every: 10 ms}\n");
+    if (!m)
+        return;
+    CHECK(m->gravity[1].value == -9.81 && m->run.t_end == 120 && m->run.every == 0.01);
+    CHECK_NEAR(m->bodies[1].inertia[2].value, 7 * 0.027 / 12, 1e-15);
+    kempe_model_free(m);
+}
+
+static void settings(void)
+{
+    static const char text[] = "kempe: 1\nparameters: {l: 0.5, m: 2*l}\n"
+                               "bodies: {a: {joint: {revolute: z, at: ground}, mass: m, com: [l, 0, 0]}}\n";
+    const kempe_setting good[] = {{"l", "9"}, {"l", "200 mm"}, {"m", "3*l/(1 m)*(1 kg)"}};
+    const kempe_setting bad[] = {{"L", "1"}, {"m", "2*x"}, {"l", "3 kg"}};
+    kempe_model *m = NULL;
+    CHECK(kempe_model_read_text_set(context, text, "text", good, 3, &m) == KEMPE_OK);
+    if (m) {
+        CHECK_NEAR(m->bodies[1].com[0].value, 0.2, 0);
+        CHECK_NEAR(m->bodies[1].mass.value, 0.6, 1e-15);
+    }
+    kempe_model_free(m);
+    m = NULL;
+    CHECK(kempe_model_read_text_set(context, text, "text", bad, 3, &m) == KEMPE_E_INPUT && !m);
+    const char *said = kempe_context_message(context);
+    CHECK(strstr(said, "text:3:63: the com of body 'a', component 1,: expected m, got kg\n") == said);
+    CHECK(strstr(said, "--set L:1:1: the model has no parameter 'L'; did you mean 'l'?") != NULL);
+    CHECK(strstr(said, "--set m:1:3: unknown parameter 'x'") != NULL);
+    CHECK(kempe_model_read_text_set(context, "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}}}\n", "text", bad,
+                                    1, &m) == KEMPE_E_INPUT);
+}
+
 static bool is_whole(kempe_status status, const kempe_model *model)
 {
     if (status == KEMPE_OK)
@@ -287,6 +366,9 @@ int main(void)
     TEST(start_and_run);
     TEST(defaults);
     TEST(possible_inertias);
+    TEST(units);
+    TEST(dimensioned);
+    TEST(settings);
     TEST(printing);
     TEST(truncations);
     TEST(mutations);

@@ -90,30 +90,30 @@ static void test_json(void)
 
 static void test_table(void)
 {
-    kmp_table table;
-    kmp_table_init(&table, 2, 1);
+    kmp_samples table;
+    kmp_samples_init(&table, 2, 1);
     for (int r = 0; r < 300; r++) {
         double x = r, q[] = {x, x + 0.25}, qd[] = {-x, 2 * x}, qdd[] = {3 * x, 4 * x}, lambda[] = {5 * x};
-        CHECK(kmp_table_add(&table, 0.5 * x, q, qd, qdd, lambda, 7 * x) == 0);
+        CHECK(kmp_samples_add(&table, 0.5 * x, q, qd, qdd, lambda, 7 * x) == 0);
     }
     CHECK(table.rows == 300);
-    CHECK_NEAR(kmp_table_time(&table, 299), 149.5, 0);
-    CHECK_NEAR(kmp_table_work(&table, 299), 2093, 0);
-    CHECK_NEAR(kmp_table_get(&table, KMP_QUANTITY_Q, 10)[1], 10.25, 0);
-    CHECK_NEAR(kmp_table_get(&table, KMP_QUANTITY_QD, 10)[0], -10, 0);
-    CHECK_NEAR(kmp_table_get(&table, KMP_QUANTITY_QDD, 10)[1], 40, 0);
-    CHECK_NEAR(kmp_table_get(&table, KMP_QUANTITY_LAMBDA, 10)[0], 50, 0);
-    kmp_table_free(&table);
+    CHECK_NEAR(kmp_samples_time(&table, 299), 149.5, 0);
+    CHECK_NEAR(kmp_samples_work(&table, 299), 2093, 0);
+    CHECK_NEAR(kmp_samples_get(&table, KMP_QUANTITY_Q, 10)[1], 10.25, 0);
+    CHECK_NEAR(kmp_samples_get(&table, KMP_QUANTITY_QD, 10)[0], -10, 0);
+    CHECK_NEAR(kmp_samples_get(&table, KMP_QUANTITY_QDD, 10)[1], 40, 0);
+    CHECK_NEAR(kmp_samples_get(&table, KMP_QUANTITY_LAMBDA, 10)[0], 50, 0);
+    kmp_samples_free(&table);
 }
 
 static void test_table_without_closures(void)
 {
-    kmp_table table;
+    kmp_samples table;
     const double one[] = {1};
-    kmp_table_init(&table, 1, 0);
-    CHECK(kmp_table_add(&table, 0, one, one, one, NULL, 0) == 0);
+    kmp_samples_init(&table, 1, 0);
+    CHECK(kmp_samples_add(&table, 0, one, one, one, NULL, 0) == 0);
     CHECK(table.rows == 1);
-    kmp_table_free(&table);
+    kmp_samples_free(&table);
 }
 
 static void expect_times(double every, double t_end, const kmp_reference *reference, int count, const double *t)
@@ -216,34 +216,34 @@ static void test_bad_references(void)
 static void test_residual(void)
 {
     scene s = open_scene(slider_crank);
-    kmp_table table;
+    kmp_samples table;
     const double closed[] = {0, 0, 0}, open[] = {0, 0, 1e-3}, rest[] = {0, 0, 0}, moving[] = {0, 0, -2e-3};
     const double lambda[] = {0, 0};
-    kmp_table_init(&table, 3, 2);
+    kmp_samples_init(&table, 3, 2);
     kmp_verdict verdict = kmp_verdict_of(&table, s.plant, NULL);
     CHECK(isnan(verdict.h_max) && isnan(verdict.drift_rel));
-    kmp_table_add(&table, 0, closed, moving, rest, lambda, 0);
-    kmp_table_add(&table, 1, open, rest, rest, lambda, 0);
+    kmp_samples_add(&table, 0, closed, moving, rest, lambda, 0);
+    kmp_samples_add(&table, 1, open, rest, rest, lambda, 0);
     verdict = kmp_verdict_of(&table, s.plant, NULL);
     CHECK_NEAR(s.system->length, 0.5, 0);
     CHECK_NEAR(verdict.h_max, 2e-3, 1e-15); /* 1 mm of 0.5 m */
     CHECK_NEAR(verdict.hdot_max, 4e-3, 1e-15);
     CHECK(isnan(verdict.error[KMP_QUANTITY_Q]));
-    kmp_table_free(&table);
+    kmp_samples_free(&table);
     close_scene(&s);
 }
 
-static void add_fall(kmp_table *table, double t, double q, double qd, double work)
+static void add_fall(kmp_samples *table, double t, double q, double qd, double work)
 {
     const double qdd[] = {-10};
-    CHECK(kmp_table_add(table, t, &q, &qd, qdd, NULL, work) == 0);
+    CHECK(kmp_samples_add(table, t, &q, &qd, qdd, NULL, work) == 0);
 }
 
 static void test_energy(void)
 {
     scene s = open_scene(falling);
-    kmp_table table;
-    kmp_table_init(&table, 1, 0);
+    kmp_samples table;
+    kmp_samples_init(&table, 1, 0);
     add_fall(&table, 0, 0, 0, 0);
     add_fall(&table, 1, -5, -10, 0);
     CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 0, 1e-15);
@@ -254,17 +254,17 @@ static void test_energy(void)
     CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 0, 1e-14);
     table.rows = 1;
     CHECK_NEAR(kmp_verdict_of(&table, s.plant, NULL).drift_rel, 0, 0);
-    kmp_table_free(&table);
+    kmp_samples_free(&table);
     close_scene(&s);
 }
 
 static void test_error(void)
 {
     scene s = open_scene(falling);
-    kmp_table table;
+    kmp_samples table;
     kmp_reference reference = {0};
     CHECK(read_reference(&s, "t,q.y,qd.y\n0.5,100,\n1,-4,\n2,-10,\n", &reference) == KEMPE_OK);
-    kmp_table_init(&table, 1, 0);
+    kmp_samples_init(&table, 1, 0);
     add_fall(&table, 0, 0, 0, 0);
     add_fall(&table, 1, -5, -10, 0);
     add_fall(&table, 2, -20, -20, 0);
@@ -276,7 +276,7 @@ static void test_error(void)
     CHECK(kmp_reference_from_table(&reference, &table));
     CHECK_NEAR(kmp_verdict_of(&table, s.plant, &reference).error[KMP_QUANTITY_QDD], 0, 0);
     kmp_reference_free(&reference);
-    kmp_table_free(&table);
+    kmp_samples_free(&table);
     close_scene(&s);
 }
 

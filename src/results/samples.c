@@ -1,32 +1,32 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "results/table.h"
+#include "results/samples.h"
 #include "base/memory.h"
 #include <string.h>
 
 enum { TIME, WORK, FIRST_VALUE };
 
-void kmp_table_init(kmp_table *table, int n, int m)
+void kmp_samples_init(kmp_samples *table, int n, int m)
 {
-    *table = (kmp_table){.n = n, .m = m};
+    *table = (kmp_samples){.n = n, .m = m};
 }
 
-void kmp_table_free(kmp_table *table)
+void kmp_samples_free(kmp_samples *table)
 {
     kmp_free(table->data);
-    *table = (kmp_table){0};
+    *table = (kmp_samples){0};
 }
 
-static size_t stride(const kmp_table *table)
+static size_t stride(const kmp_samples *table)
 {
-    return (size_t)(FIRST_VALUE + 3 * table->n + table->m);
+    return FIRST_VALUE + 3 * (size_t)table->n + (size_t)table->m;
 }
 
-static double *row_of(const kmp_table *table, int row)
+static double *row_of(const kmp_samples *table, int row)
 {
     return table->data + (size_t)row * stride(table);
 }
 
-static bool reserve(kmp_table *table)
+static bool reserve(kmp_samples *table)
 {
     if (table->rows < table->capacity)
         return true;
@@ -46,10 +46,10 @@ static double *put(double *to, const double *from, int count)
     return to + count;
 }
 
-int kmp_table_add(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                  double work)
+int kmp_samples_add(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
 {
-    kmp_table *table = user;
+    kmp_samples *table = user;
     if (!reserve(table))
         return -1;
     double *to = row_of(table, table->rows++);
@@ -62,17 +62,17 @@ int kmp_table_add(void *user, double t, const double *q, const double *qd, const
     return 0;
 }
 
-double kmp_table_time(const kmp_table *table, int row)
+double kmp_samples_time(const kmp_samples *table, int row)
 {
     return row_of(table, row)[TIME];
 }
 
-double kmp_table_work(const kmp_table *table, int row)
+double kmp_samples_work(const kmp_samples *table, int row)
 {
     return row_of(table, row)[WORK];
 }
 
-const double *kmp_table_get(const kmp_table *table, kmp_quantity quantity, int row)
+const double *kmp_samples_get(const kmp_samples *table, kmp_quantity quantity, int row)
 {
     return row_of(table, row) + FIRST_VALUE + (int)quantity * table->n;
 }

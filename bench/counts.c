@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Operations by set (`kempe show --stats` has the same), and of the whole right-hand side of the reduced road: the
+ * program and the linear algebra on its values. */
+#include "bench.h"
+#include "constraints/assemble.h"
+#include "constraints/reduction.h"
+
+static void put(const char *name, kmp_counts c)
+{
+    printf("  %-28s %6ld %6ld %6ld %6ld %8ld\n", name, c.add, c.mul, c.div, c.other, c.trig);
+}
+
+static kmp_counts sum(kmp_counts a, kmp_counts b)
+{
+    return (kmp_counts){.add = a.add + b.add,
+                        .mul = a.mul + b.mul,
+                        .div = a.div + b.div,
+                        .other = a.other + b.other,
+                        .trig = a.trig + b.trig};
+}
+
+static void right_hand_side(const bench *b, const char *name)
+{
+    const kempe_system *s = b->system;
+    kempe_assembly *start = NULL;
+    kmp_partition part;
+    kmp_reduction red;
+    kmp_plant *plant = kmp_plant_new(s, "tape");
+    double *jacobian = calloc((size_t)(s->m * s->n) + 1, sizeof *jacobian);
+    if (!plant || !jacobian || kempe_assemble(s, &start) != KEMPE_OK)
+        exit(1);
+    kmp_plant_closure(plant, 0, start->q);
+    kmp_plant_dense_jacobian(plant, jacobian);
+    if (kmp_partition_init(&part, s, jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &part))
+        exit(1);
+    kmp_counts program = kmp_program_count(s->motion, 1, s->motion->stages - 1), solves = kmp_reduction_count(&red);
+    printf("%s, one right-hand side of the reduced road\n", name);
+    printf("  %-28s %6s %6s %6s %6s %8s\n", "", "+ -", "*", "/", "sqrt", "sin cos");
+    put("program: M, C, h, J, gamma", program);
+    put("linear algebra", solves);
+    put("together", sum(program, solves));
+    kmp_reduction_free(&red);
+    kmp_partition_free(&part);
+    kmp_plant_free(plant);
+    kempe_assembly_free(start);
+    free(jacobian);
+}
+
+int main(void)
+{
+    static const char *const names[] = {"andrews", "four_bar", "slider_crank"};
+    for (int k = 0; k < 3; k++) {
+        char path[128], *text = NULL;
+        snprintf(path, sizeof path, "examples/%s/%s.yaml", names[k], names[k]);
+        bench b = bench_load(path);
+        if (kempe_system_print(b.system, KEMPE_VIEW_STATS, KEMPE_TEXT, &text))
+            return 1;
+        printf("== %s\n%s\n", names[k], text);
+        kempe_text_free(text);
+        right_hand_side(&b, names[k]);
+        if (k == 0)
+            put("specialised by hand", (kmp_counts){.add = 91, .mul = 162, .div = 5, .other = 1});
+        printf("\n");
+        bench_free(&b);
+    }
+    return 0;
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Drive: a coordinate is a given function of time. h = q - f(t); lambda is the drive's effort on the coordinate. */
+#include "constraints/kinds/kind.h"
+
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+{
+    kmp_graph *g = tree->graph;
+    *frame = 0;
+    h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), kmp_tree_expression(tree, closure->function));
+}
+
+static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    (void)tree, (void)closure;
+    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
+}
+
+const kmp_closure_kind kmp_kind_drive = {"drive", 1, KMP_KIND_POWER_OF_COORDINATE, residual, reaction};

@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* SUNDIALS CVODE (Cohen and Hindmarsh, Computers in Physics 10 (1996) 138) behind the socket, as two integrators: BDF
+ * with Newton, a dense factorisation and the road's exact Jacobian, for stiff systems; Adams with functional iteration,
+ * for those that are not. It keeps a history of the solution: the road may watch its steps, not correct them. */
+#include "base/memory.h"
+#include "integrators/sundials_ode.h"
+
+#include <cvode/cvode.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+typedef struct cvode {
+    kmp_sun_ode base; /* first */
+    void *memory;
+    SUNNonlinearSolver iteration; /* Adams */
+    kmp_solver_work before;       /* of earlier starts: CVODE's counters begin anew with each */
+} cvode;
+
+/* -- creation -------------------------------------------------------------------------------------- */
+
+static int configure(cvode *s, int method)
+{
+    KMP_SUN_QUIET(CVodeSetErrHandlerFn, s->memory);
+    int bad = CVodeInit(s->memory, kmp_sun_rhs, 0.0, s->base.y);
+    bad = bad ? bad : CVodeSetUserData(s->memory, s);
+    bad = bad ? bad : CVodeSVtolerances(s->memory, s->base.tolerance.rtol, s->base.atol);
+    bad = bad ? bad : CVodeSetMaxNumSteps(s->memory, -1);
+    bad = bad ? bad : CVodeSetMaxErrTestFails(s->memory, 20);
+    bad = bad ? bad : CVodeSetMaxConvFails(s->memory, 20);
+    if (method == CV_ADAMS)
+        return bad ? bad : CVodeSetNonlinearSolver(s->memory, s->iteration);
+    bad = bad ? bad : CVodeSetLinearSolver(s->memory, s->base.linear, s->base.matrix);
+    return bad || !s->base.ode.jacobian ? bad : CVodeSetJacFn(s->memory, kmp_sun_jacobian);
+}
+
+static void release(void *solver)
+{
+    cvode *s = solver;
+    if (s->memory)
+        CVodeFree(&s->memory);
+    if (s->iteration)
+        SUNNonlinSolFree(s->iteration);
+    kmp_sun_ode_free(&s->base);
+    kmp_free(s);
+}
+
+static void *create(const kmp_solver_setup *setup, int method)
+{
+    cvode *s = KMP_NEW(cvode, 1);
+    bool ok = s && kmp_sun_ode_init(&s->base, setup, method == CV_BDF);
+    if (ok && method == CV_ADAMS)
+        ok = (s->iteration = SUNNonlinSol_FixedPoint(s->base.y, 0, s->base.sun)) != NULL;
+    ok = ok && (s->memory = CVodeCreate(method, s->base.sun)) != NULL;
+    int bad = ok ? configure(s, method) : 0;
+    if (ok && !bad)
+        return s;
+    if (bad)
+        (void)kmp_fail(setup->context, KEMPE_E_BUG, "CVODE refused its settings (flag %d)", bad);
+    else
+        (void)kmp_fail_memory(setup->context);
+    if (s)
+        release(s);
+    return NULL;
+}
+
+static void *create_bdf(const kmp_solver_setup *setup)
+{
+    return create(setup, CV_BDF);
+}
+
+static void *create_adams(const kmp_solver_setup *setup)
+{
+    return create(setup, CV_ADAMS);
+}
+
+/* -- steps ----------------------------------------------------------------------------------------- */
+
+static const char *meaning(int flag)
+{
+    switch (flag) {
+    case CV_TOO_MUCH_ACC:
+        return "the tolerance is finer than double precision can follow";
+    case CV_ERR_FAILURE:
+        return "the error test failed again and again down to the smallest step; the solution may not be smooth here";
+    case CV_CONV_FAILURE:
+        return "the iteration did not converge down to the smallest step";
+    case CV_LSETUP_FAIL:
+    case CV_LSOLVE_FAIL:
+        return "the iteration matrix could not be factored";
+    case CV_REPTD_RHSFUNC_ERR:
+    case CV_FIRST_RHSFUNC_ERR:
+    case CV_UNREC_RHSFUNC_ERR:
+        return "the right-hand side could not be evaluated, even with the smallest step";
+    case CV_MEM_FAIL:
+        return "there is no memory";
+    default:
+        return "an unforeseen failure";
+    }
+}
+
+static kempe_status complain(cvode *s, int flag)
+{
+    char *name = CVodeGetReturnFlagName(flag);
+    kempe_status status = kmp_sun_complain(&s->base, "CVODE", meaning(flag), name);
+    free(name);
+    return status;
+}
+
+static kmp_solver_work work(const void *solver)
+{
+    const cvode *s = solver;
+    kmp_solver_work w = s->base.work;
+    (void)CVodeGetNumSteps(s->memory, &w.steps);
+    (void)CVodeGetNumErrTestFails(s->memory, &w.rejected);
+    (void)CVodeGetNumNonlinSolvIters(s->memory, &w.newton);
+    (void)CVodeGetNumNonlinSolvConvFails(s->memory, &w.refused);
+    if (s->base.linear) {
+        (void)CVodeGetNumJacEvals(s->memory, &w.matrices);
+        (void)CVodeGetNumLinSolvSetups(s->memory, &w.factorizations);
+    }
+    w.steps += s->before.steps;
+    w.rejected += s->before.rejected;
+    w.newton += s->before.newton;
+    w.refused += s->before.refused;
+    w.matrices += s->before.matrices;
+    w.factorizations += s->before.factorizations;
+    return w;
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    cvode *s = solver;
+    (void)yp;
+    s->before = work(s);
+    kmp_sun_ode_begin(&s->base, t, y, t_end);
+    int bad = CVodeReInit(s->memory, t, s->base.y);
+    bad = bad ? bad : CVodeSetInitStep(s->memory, h0);
+    bad = bad || !(t_end > t) ? bad : CVodeSetStopTime(s->memory, t_end);
+    return bad ? complain(s, bad) : KEMPE_OK;
+}
+
+static kempe_status step(void *solver)
+{
+    cvode *s = solver;
+    kmp_sun_ode *base = &s->base;
+    double t = base->t;
+    if (!(t < base->t_end))
+        return KEMPE_OK;
+    memcpy(base->y_old, kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
+    int flag = CVode(s->memory, base->t_end, base->y, &t, CV_ONE_STEP);
+    if (flag < 0)
+        return complain(s, flag);
+    base->t_old = base->t;
+    base->t = t;
+    memcpy(kmp_sun_data(base->out), kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
+    if (kmp_sun_accept(base, t, kmp_sun_data(base->out)) != KMP_GO)
+        return kmp_sun_complain(base, "CVODE", "the step's end cannot be evaluated", "accept");
+    return KEMPE_OK;
+}
+
+static double end_of_step(const void *solver)
+{
+    return ((const cvode *)solver)->base.t;
+}
+
+static double start_of_step(const void *solver)
+{
+    return ((const cvode *)solver)->base.t_old;
+}
+
+static kempe_status dense(void *solver, double t, double *y, double *yp)
+{
+    cvode *s = solver;
+    kmp_sun_ode *base = &s->base;
+    size_t size = (size_t)base->ode.n * sizeof *y;
+    (void)yp;
+    if (t == base->t || !(base->t > base->t_old)) {
+        memcpy(y, kmp_sun_data(base->y), size);
+        return KEMPE_OK;
+    }
+    int bad = kmp_sun_within(base, t) ? CVodeGetDky(s->memory, t, 0, base->out) : CV_BAD_T;
+    if (bad)
+        return kmp_fail(base->context, KEMPE_E_BUG, "CVODE has no value at t = %.9g: its last step is %.9g to %.9g", t,
+                        base->t_old, base->t);
+    memcpy(y, kmp_sun_data(base->out), size);
+    return KEMPE_OK;
+}
+
+#define CVODE(id, is_implicit)                                                                                         \
+    const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
+                                             .implicit = is_implicit,                                                  \
+                                             .create = create_##id,                                                    \
+                                             .release = release,                                                       \
+                                             .start = start,                                                           \
+                                             .step = step,                                                             \
+                                             .t = end_of_step,                                                         \
+                                             .t_old = start_of_step,                                                   \
+                                             .dense = dense,                                                           \
+                                             .work = work}
+
+CVODE(bdf, true);
+CVODE(adams, false);

@@ -1,0 +1,425 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The dae road: forms of one index-reduced DAE in y = (q, v, multipliers), on the independent rows of h:
+ *
+ *     q' - v [+ J' mu] = 0      M v' + C - J' lambda = 0      one or two groups of  c0 h + c1 (J v + h_t) + c2 hddot =
+ * 0
+ *
+ * ah       h and J v + h_t with lambda = L', mu = N', derivatives of states: nothing algebraic is left (Gear, Gupta and
+ *          Leimkuhler 1985; Hiller and Anantharaman)
+ * ggl      the same with lambda and mu as algebraic unknowns
+ * index2   J v + h_t = 0: positions drift slowly
+ * index1   hddot + 2 alpha (J v + h_t) + beta^2 h = 0 (Baumgarte 1972), alpha = beta = ten over the characteristic time
+ * index3   h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
+ *
+ * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
+ * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
+#include "base/memory.h"
+#include "integrators/road.h"
+#include "integrators/tangent.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Multiplies the error weights of multipliers. At 1e8 the algebraic ones of GGL still stop Newton at rtol 1e-12. */
+#define OUT_OF_NORM 1e14
+/* Baumgarte's gains in characteristic rates. */
+#define BAUMGARTE_GAIN 10.0
+
+typedef struct form {
+    bool integrated, mu; /* multipliers are derivatives of states; J' mu corrects q' */
+    bool rates_free;     /* v is algebraic: only h = 0 determines it */
+    bool baumgarte;      /* group 0 is multiplied by powers of the gain */
+    int groups;
+    double weight[2][3]; /* of h, J v + h_t, hddot in each group */
+} form;
+
+static const form form_ah = {.integrated = true, .mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
+static const form form_ggl = {.mu = true, .groups = 2, .weight = {{1, 0, 0}, {0, 1, 0}}};
+static const form form_index2 = {.groups = 1, .weight = {{0, 1, 0}}};
+static const form form_index1 = {.baumgarte = true, .groups = 1, .weight = {{1, 2, 1}}};
+static const form form_index3 = {.rates_free = true, .groups = 1, .weight = {{1, 0, 0}}};
+
+/* One term of the iteration matrix: entry `at` gets factor * (cj or 1) * (a tangent output, or 1 when source < 0). */
+typedef struct term {
+    long row, col;
+    int at, source;
+    bool cj;
+    double factor;
+} term;
+
+typedef struct dae {
+    kmp_road road; /* first */
+    form form;
+    const kempe_system *s;
+    kmp_plant *plant;
+    const kmp_partition *part;
+    kmp_saddle saddle;
+    kmp_tangents tangents;
+    int n, m, r;
+    int *position; /* m: of a row among the independent ones, -1 when dropped */
+    long *col_start, *row;
+    double *differential, *factor;
+    term *terms;
+    int term_count, term_capacity;
+    double *lambda, *mu; /* m: spread over all rows */
+} dae;
+
+/* Unknowns by group; the equations of motion stand in rows like v, group g in rows at_group(g). */
+static int at_v(const dae *d)
+{
+    return d->n;
+}
+static int at_lambda(const dae *d)
+{
+    return 2 * d->n;
+}
+static int at_mu(const dae *d)
+{
+    return 2 * d->n + d->r;
+}
+static int at_group(const dae *d, int g)
+{
+    return 2 * d->n + g * d->r;
+}
+
+/* -- the iteration matrix ----------------------------------------------------------------------------- */
+
+static bool add_term(dae *d, int row, int col, int source, bool cj, double factor)
+{
+    if (factor == 0)
+        return true;
+    if (d->term_count == d->term_capacity) {
+        int capacity = d->term_capacity ? 2 * d->term_capacity : 256;
+        term *terms = kmp_realloc(d->terms, (size_t)capacity, sizeof *terms);
+        if (!terms)
+            return false;
+        d->terms = terms;
+        d->term_capacity = capacity;
+    }
+    d->terms[d->term_count++] = (term){row, col, 0, source, cj, factor};
+    return true;
+}
+
+/* J stands in h by q, in J v by v, in hddot by v', and transposed with the multipliers. */
+static bool add_jacobian(dae *d, const kmp_tangent *e, int at)
+{
+    bool cj = d->form.integrated;
+    bool ok = add_term(d, at_v(d) + e->col, at_lambda(d) + at, e->source, cj, -1);
+    if (d->form.mu)
+        ok = ok && add_term(d, e->col, at_mu(d) + at, e->source, cj, 1);
+    for (int g = 0; ok && g < d->form.groups; g++) {
+        const double *weight = d->form.weight[g];
+        int row = at_group(d, g) + at;
+        ok = add_term(d, row, e->col, e->source, false, weight[0]) &&
+             add_term(d, row, at_v(d) + e->col, e->source, false, weight[1]) &&
+             add_term(d, row, at_v(d) + e->col, e->source, true, weight[2]);
+    }
+    return ok;
+}
+
+/* An entry of a block of closure rows, by its weight in each group. */
+static bool add_closure(dae *d, const kmp_tangent *e, int at, int col, int order)
+{
+    bool ok = true;
+    for (int g = 0; ok && g < d->form.groups; g++)
+        ok = add_term(d, at_group(d, g) + at, col, e->source, false, d->form.weight[g][order]);
+    return ok;
+}
+
+static bool add_entry(dae *d, const kmp_tangent *e)
+{
+    bool closure = e->block == KMP_J || e->block == KMP_RATE_Q || e->block == KMP_CURVE_Q || e->block == KMP_CURVE_QD;
+    int at = closure ? d->position[e->row] : 0;
+    if (at < 0)
+        return true;
+    switch (e->block) {
+    case KMP_R_Q:
+        return add_term(d, at_v(d) + e->row, e->col, e->source, false, 1);
+    case KMP_R_QD:
+        return add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, false, 1);
+    case KMP_M:
+        return add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, true, 1);
+    case KMP_JTMU_Q:
+        return add_term(d, e->row, e->col, e->source, false, 1);
+    case KMP_RATE_Q:
+        return add_closure(d, e, at, e->col, 1);
+    case KMP_CURVE_Q:
+        return add_closure(d, e, at, e->col, 2);
+    case KMP_CURVE_QD:
+        return add_closure(d, e, at, at_v(d) + e->col, 2);
+    case KMP_J:
+        return add_jacobian(d, e, at);
+    default:
+        return true;
+    }
+}
+
+static bool add_terms(dae *d)
+{
+    bool ok = true;
+    for (int k = 0; ok && k < d->n; k++)
+        ok = add_term(d, k, k, -1, true, 1) && add_term(d, k, at_v(d) + k, -1, false, -1);
+    for (int k = 0; ok && k < d->tangents.start[KMP_TANGENT_BLOCKS]; k++)
+        ok = add_entry(d, &d->tangents.entry[k]);
+    return ok;
+}
+
+static int by_column(const void *a, const void *b)
+{
+    const term *x = a, *y = b;
+    if (x->col != y->col)
+        return x->col < y->col ? -1 : 1;
+    if (x->row != y->row)
+        return x->row < y->row ? -1 : 1;
+    return x->source != y->source ? x->source - y->source : x->cj - y->cj;
+}
+
+/* Compressed columns of the union of all terms. */
+static bool compress(dae *d)
+{
+    int size = d->road.size, nz = 0;
+    d->col_start = KMP_NEW(long, size + 1);
+    d->row = KMP_NEW(long, d->term_count);
+    if (!d->col_start || !d->row)
+        return false;
+    qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);
+    for (int k = 0; k < d->term_count; k++) {
+        term *t = &d->terms[k];
+        bool again = k > 0 && t[-1].col == t->col && t[-1].row == t->row;
+        t->at = again ? nz - 1 : nz++;
+        d->row[t->at] = t->row;
+        d->col_start[t->col + 1] = nz;
+    }
+    for (int c = 1; c <= size; c++)
+        if (d->col_start[c] == 0)
+            d->col_start[c] = d->col_start[c - 1];
+    d->road.dae.nz = nz;
+    return true;
+}
+
+/* -- the DAE ----------------------------------------------------------------------------------------- */
+
+static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
+{
+    const double *multipliers = d->form.integrated ? yp : y;
+    for (int i = 0; i < d->r; i++) {
+        d->lambda[d->part->rows[i]] = multipliers[at_lambda(d) + i];
+        if (d->form.mu)
+            d->mu[d->part->rows[i]] = multipliers[at_mu(d) + i];
+    }
+    return (kmp_instant){t, y, y + at_v(d), yp + at_v(d), d->lambda, d->form.mu ? d->mu : NULL};
+}
+
+/* Group g of closure rows, row `row` of h. */
+static double closure_value(const dae *d, const double *out, int g, int row)
+{
+    static const kmp_value kind[3] = {KMP_VALUE_H, KMP_VALUE_RATE, KMP_VALUE_CURVE};
+    double sum = 0;
+    for (int order = 0; order < 3; order++)
+        if (d->form.weight[g][order] != 0)
+            sum += d->form.weight[g][order] * out[d->tangents.at[kind[order]] + row];
+    return sum;
+}
+
+static int residual(void *self, double t, const double *y, const double *yp, double *r)
+{
+    dae *d = self;
+    int n = d->n;
+    kmp_instant at = instant(d, t, y, yp);
+    const double *out = kmp_tangents_values(&d->tangents, &at);
+    for (int i = 0; i < n; i++) {
+        r[i] = yp[i] - y[n + i] + (d->form.mu ? out[d->tangents.at[KMP_VALUE_JTMU] + i] : 0);
+        r[n + i] = out[d->tangents.at[KMP_VALUE_R] + i];
+    }
+    for (int g = 0; g < d->form.groups; g++)
+        for (int i = 0; i < d->r; i++)
+            r[at_group(d, g) + i] = closure_value(d, out, g, d->part->rows[i]);
+    for (int i = 0; i < d->road.size; i++)
+        if (!isfinite(r[i]))
+            return KMP_RETRY;
+    return KMP_GO;
+}
+
+static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
+{
+    dae *d = self;
+    kmp_instant at = instant(d, t, y, yp);
+    const double *out = kmp_tangents_derivatives(&d->tangents, &at);
+    memset(values, 0, (size_t)d->road.dae.nz * sizeof *values);
+    for (int k = 0; k < d->term_count; k++) {
+        const term *e = &d->terms[k];
+        values[e->at] += e->factor * (e->cj ? cj : 1) * (e->source >= 0 ? out[e->source] : 1);
+    }
+    return KMP_GO;
+}
+
+static void position(kmp_road *road, double t, const double *y, double *q)
+{
+    (void)t;
+    memcpy(q, y, (size_t)((dae *)road)->n * sizeof *q);
+}
+
+/* Rows are what the integrator holds; accelerations and multipliers come from the saddle system there. */
+static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
+{
+    dae *d = (dae *)road;
+    (void)yp;
+    memcpy(q, y, (size_t)d->n * sizeof *q);
+    memcpy(qd, y + d->n, (size_t)d->n * sizeof *qd);
+    kmp_plant_closure(d->plant, t, q);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, qd);
+    if (kmp_saddle_factor(&d->saddle)) {
+        kmp_text_printf(&road->reason, "accelerations and multipliers are not determined at the output time t = %.9g",
+                        t);
+        return KMP_HALT;
+    }
+    kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+    *work = 0;
+    return KMP_GO;
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static void release(kmp_road *road)
+{
+    dae *d = (dae *)road;
+    kmp_saddle_free(&d->saddle);
+    kmp_tangents_free(&d->tangents);
+    kmp_text_free(&road->reason);
+    kmp_free(road->y);
+    kmp_free(road->yp);
+    kmp_free(road->atol);
+    kmp_free(d->position);
+    kmp_free(d->col_start);
+    kmp_free(d->row);
+    kmp_free(d->differential);
+    kmp_free(d->factor);
+    kmp_free(d->terms);
+    kmp_free(d->lambda);
+    kmp_free(d->mu);
+    kmp_free(d);
+}
+
+static bool allocate(dae *d)
+{
+    int size = d->road.size;
+    d->road.y = KMP_NEW(double, size);
+    d->road.yp = KMP_NEW(double, size);
+    d->road.atol = KMP_NEW(double, size);
+    d->differential = KMP_NEW(double, size);
+    d->factor = KMP_NEW(double, size);
+    d->lambda = KMP_NEW(double, d->m);
+    d->mu = KMP_NEW(double, d->m);
+    d->position = KMP_NEW(int, d->m);
+    return d->road.y && d->road.yp && d->road.atol && d->differential && d->factor && d->lambda && d->mu &&
+           d->position && kmp_saddle_init(&d->saddle, d->plant, d->part);
+}
+
+static void choose_form(dae *d, const form *chosen, double rate_scale)
+{
+    double gain = chosen->baumgarte ? BAUMGARTE_GAIN * rate_scale : 1;
+    d->form = *chosen;
+    for (int g = 0; g < 2; g++) {
+        d->form.weight[g][0] *= gain * gain;
+        d->form.weight[g][1] *= gain;
+    }
+    for (int i = 0; i < d->m; i++)
+        d->position[i] = -1;
+    for (int i = 0; i < d->r; i++)
+        d->position[d->part->rows[i]] = i;
+}
+
+static unsigned values_of(const form *f)
+{
+    unsigned values = 1u << KMP_VALUE_R | (f->mu ? 1u << KMP_VALUE_JTMU : 0);
+    for (int g = 0; g < f->groups; g++) {
+        values |= f->weight[g][0] != 0 ? 1u << KMP_VALUE_H : 0;
+        values |= f->weight[g][1] != 0 ? 1u << KMP_VALUE_RATE : 0;
+        values |= f->weight[g][2] != 0 ? 1u << KMP_VALUE_CURVE : 0;
+    }
+    return values;
+}
+
+static void begin(dae *d, const kmp_road_start *start)
+{
+    int n = d->n;
+    double *multipliers = d->form.integrated ? d->road.yp : d->road.y;
+    for (int i = 0; i < n; i++) {
+        d->road.y[i] = start->q[i];
+        d->road.y[n + i] = d->road.yp[i] = start->qd[i];
+        d->road.yp[n + i] = start->qdd[i];
+        d->road.atol[i] = start->atol * d->s->scale[i];
+        d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
+    }
+    for (int i = 0; i < d->r; i++)
+        multipliers[at_lambda(d) + i] = start->lambda[d->part->rows[i]];
+    for (int i = 0; i < d->road.size; i++) {
+        bool coordinate = i < n, rate = i >= n && i < 2 * n;
+        d->differential[i] = coordinate || (rate && !d->form.rates_free) || d->form.integrated;
+        d->factor[i] = coordinate || rate ? 1 : OUT_OF_NORM;
+        if (!coordinate && !rate)
+            d->road.atol[i] = start->atol;
+    }
+}
+
+static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *start)
+{
+    if (!allocate(d))
+        return kmp_fail_memory(d->s->context);
+    choose_form(d, chosen, start->rate_scale);
+    kempe_status status = kmp_tangents_init(&d->tangents, d->s, values_of(chosen));
+    if (status == KEMPE_OK && (!add_terms(d) || !compress(d)))
+        status = kmp_fail_memory(d->s->context);
+    if (status == KEMPE_OK)
+        begin(d, start);
+    return status;
+}
+
+static kmp_road *create(const kmp_road_start *start, const form *chosen)
+{
+    dae *d = KMP_NEW(dae, 1);
+    if (!d) {
+        (void)kmp_fail_memory(start->system->context);
+        return NULL;
+    }
+    d->s = start->system;
+    d->plant = start->plant;
+    d->part = start->part;
+    d->n = start->part->n;
+    d->m = start->part->m;
+    d->r = start->part->r;
+    d->road.release = release;
+    d->road.row = row;
+    d->road.position = position;
+    d->road.size = 2 * d->n + chosen->groups * d->r;
+    if (prepare(d, chosen, start) != KEMPE_OK) {
+        release(&d->road);
+        return NULL;
+    }
+    d->road.dae = (kmp_dae){.n = d->road.size,
+                            .nz = d->road.dae.nz,
+                            .col_start = d->col_start,
+                            .row = d->row,
+                            .differential = d->differential,
+                            .factor = d->factor,
+                            .self = d,
+                            .residual = residual,
+                            .matrix = matrix};
+    return &d->road;
+}
+
+#define FORM(id, is_standard)                                                                                          \
+    static kmp_road *create_##id(const kmp_road_start *start)                                                          \
+    {                                                                                                                  \
+        return create(start, &form_##id);                                                                              \
+    }                                                                                                                  \
+    const kmp_road_kind kmp_road_##id = {                                                                              \
+        .road = "dae", .form = #id, .dae = true, .standard = is_standard, .create = create_##id}
+
+FORM(ah, true);
+FORM(ggl, false);
+FORM(index2, false);
+FORM(index1, false);
+FORM(index3, false);

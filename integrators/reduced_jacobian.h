@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The exact Jacobian of the reduced right-hand side on closed states, by the implicit-function theorem. */
+#ifndef KMP_INTEGRATORS_REDUCED_JACOBIAN_H
+#define KMP_INTEGRATORS_REDUCED_JACOBIAN_H
+
+#include "constraints/reduction.h"
+#include "integrators/tangent.h"
+
+typedef struct kmp_reduced_jacobian {
+    kmp_tangents tangents;
+    kmp_reduction *red;           /* not owned */
+    double *qdd, *lambda;         /* n, m */
+    double *dq, *dqd, *da, *zero; /* n */
+    double *rows;                 /* m */
+} kmp_reduced_jacobian;
+
+/** `power`: the state has the work of non-conservative forces as its last entry. */
+kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power);
+void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian);
+
+/** j = d(ud, udd[, power]) / d(u, ud[, work]), column-major of leading dimension `size`, zeroed before, at a state
+ * where the reduction has factors, tangent and the accelerations udd. No allocation. */
+void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const double *q, const double *qd,
+                               const double *udd, int size, double *j);
+
+#endif

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One driver for explicit Runge-Kutta methods: first step, attempts, step-size control, the road's say, dense output on
+ * demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer, Wanner, II, IV.2.
+ */
+#include "base/memory.h"
+#include "integrators/rk_method.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double SAFETY = 0.9, ERROR_FLOOR = 1e-4;
+enum { MAX_REJECT = 1000 };
+/* A step is hopeless when this many of its size would be needed to the end; so many in a row are a collapse. */
+#define HOPELESS 1e9
+enum { MAX_HOPELESS = 100 };
+
+/* -- creation -------------------------------------------------------------------------------------- */
+
+kmp_rk *kmp_rk_new(const kmp_rk_method *method, const kmp_ode *ode, kmp_tolerance tolerance)
+{
+    enum { OWN = 4, MOST = OWN + KMP_RK_MAX_STAGES + KMP_RK_MAX_INTERPOLANTS };
+    int vectors = OWN + method->stages + method->interpolants;
+    kmp_rk *s = KMP_NEW(kmp_rk, 1);
+    double *v = s ? KMP_NEW(double, (size_t)vectors *(size_t)ode->n) : NULL;
+    if (!v) {
+        kmp_free(s);
+        return NULL;
+    }
+    double **vector[MOST] = {&s->y, &s->y_old, &s->stage, &s->w};
+    for (int i = 0; i < method->stages; i++)
+        vector[OWN + i] = &s->k[1 + i];
+    for (int i = 0; i < method->interpolants; i++)
+        vector[OWN + method->stages + i] = &s->interpolant[i];
+    for (int i = 0; i < vectors; i++)
+        *vector[i] = v + (size_t)i * (size_t)ode->n;
+    s->memory = v;
+    s->method = method;
+    s->dy = s->k[method->end];
+    s->ode = *ode;
+    s->tolerance = tolerance;
+    return s;
+}
+
+void kmp_rk_free(kmp_rk *s)
+{
+    if (s)
+        kmp_free(s->memory);
+    kmp_free(s);
+}
+
+/* -- start ----------------------------------------------------------------------------------------- */
+
+int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy)
+{
+    s->work.rhs++;
+    return s->ode.rhs(s->ode.self, t, y, dy);
+}
+
+/* sum of ((a - b) / w)^2; b NULL: 0 */
+static double weighted_square(int n, const double *a, const double *b, const double *w)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        double e = (b ? a[i] - b[i] : a[i]) / w[i];
+        sum += e * e;
+    }
+    return sum;
+}
+
+/* Hairer's hinit (II.4): a step such that an explicit Euler step would err by 1e-2 of the solution's size, then
+ * one from the second derivative seen over it. */
+static int choose_first_step(kmp_rk *s)
+{
+    int n = s->ode.n;
+    double longest = s->t_end - s->t;
+    for (int i = 0; i < n; i++)
+        s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]);
+    double slope = weighted_square(n, s->dy, NULL, s->w), size = weighted_square(n, s->y, NULL, s->w);
+    double h = slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope);
+    h = fmin(h, longest);
+    int said = KMP_RETRY;
+    for (int attempt = 0; said == KMP_RETRY && attempt < 10; attempt++) {
+        h = attempt ? h / 4 : h;
+        for (int i = 0; i < n; i++)
+            s->stage[i] = s->y[i] + h * s->dy[i];
+        said = kmp_rk_call(s, s->t + h, s->stage, s->k[2]);
+        s->work.refused += said == KMP_RETRY;
+    }
+    double bend = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(bend, sqrt(slope));
+    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / s->method->order);
+    s->h = fmin(fmin(100 * h, h1), longest);
+    return said == KMP_HALT ? KMP_HALT : KMP_GO;
+}
+
+int kmp_rk_start(kmp_rk *s, double t, const double *y, double t_end, double h0)
+{
+    s->t = s->t_old = t;
+    s->t_end = t_end;
+    s->h = h0;
+    s->error_old = ERROR_FLOOR;
+    s->rejected = s->dense_ready = false;
+    s->hopeless = 0;
+    s->dy = s->k[s->method->end];
+    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
+    int said = kmp_rk_call(s, t, s->y, s->dy);
+    if (said == KMP_GO && h0 == 0.0 && t_end > t)
+        said = choose_first_step(s);
+    return said;
+}
+
+/* -- one attempt ----------------------------------------------------------------------------------- */
+
+static void swap(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* What became of an attempt. */
+typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
+
+/* Stages, error test, derivative at the end, the road's consent. The new y is left in y_old. */
+static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
+{
+    const kmp_rk_method *method = s->method;
+    int said = method->run(s, h, t_new);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? BAD_STAGE : HALTED;
+    *error = method->error(s, h);
+    if (!(*error <= 1.0))
+        return BAD_ERROR;
+    if (!method->ends_with_derivative)
+        said = kmp_rk_call(s, t_new, s->y_old, s->k[method->end]);
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? BAD_STAGE : HALTED;
+    said = s->ode.accept ? s->ode.accept(s->ode.self, t_new, s->y_old, s->k[method->end], s->w) : KMP_GO;
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? BAD_STEP : HALTED;
+    return TAKEN;
+}
+
+/* -- step-size control ------------------------------------------------------------------------------ */
+
+/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds). */
+static double after_accepted(const kmp_rk *s, double h, double error)
+{
+    double factor = pow(error, s->method->exponent) / pow(s->error_old, KMP_RK_BETA) / SAFETY;
+    double next = h / fmax(1.0 / s->method->grow, fmin(s->method->shrink, factor));
+    return s->rejected ? fmin(next, h) : next;
+}
+
+static double after_rejected(const kmp_rk *s, double h, double error)
+{
+    if (!(error <= DBL_MAX))
+        return h / s->method->shrink;
+    return h / fmin(s->method->shrink, pow(error, s->method->exponent) / SAFETY);
+}
+
+/* The step to try, and where it ends: at t_end exactly when it would come near, half way when little more
+ * than one step is left. */
+static double next_step(const kmp_rk *s, double *t_new)
+{
+    double left = s->t_end - s->t;
+    double h = left < 1.01 * s->h ? left : left < 2.0 * s->h ? 0.5 * left : s->h;
+    *t_new = h == left ? s->t_end : s->t + h;
+    return h;
+}
+
+static void take(kmp_rk *s, double h, double t_new, double error)
+{
+    s->work.steps++;
+    s->h = after_accepted(s, h, error);
+    s->error_old = fmax(error, ERROR_FLOOR);
+    s->rejected = false;
+    s->taken = h;
+    s->t = t_new;
+    s->dy = s->k[s->method->end];
+    swap(&s->y, &s->y_old);
+}
+
+static void refuse(kmp_rk *s, outcome what, double h, double error)
+{
+    if (what == BAD_ERROR)
+        s->work.rejected++;
+    else
+        s->work.refused++;
+    s->h = what == BAD_ERROR ? after_rejected(s, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
+    s->rejected = true;
+}
+
+int kmp_rk_step(kmp_rk *s)
+{
+    s->t_old = s->t;
+    s->dense_ready = false;
+    if (!(s->t < s->t_end))
+        return KMP_GO;
+    if (s->dy == s->k[s->method->end]) {
+        swap(&s->k[1], &s->k[s->method->end]);
+        s->dy = s->k[1];
+    }
+    for (int tries = 0; tries < MAX_REJECT; tries++) {
+        double t_new, error = 0.0, h = next_step(s, &t_new);
+        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->hopeless > MAX_HOPELESS)
+            return KMP_RETRY;
+        outcome what = attempt(s, h, t_new, &error);
+        if (what == HALTED)
+            return KMP_HALT;
+        if (what == TAKEN) {
+            s->hopeless = HOPELESS * h < s->t_end - s->t ? s->hopeless + 1 : 0;
+            take(s, h, t_new, error);
+            return KMP_GO;
+        }
+        refuse(s, what, h, error);
+    }
+    return KMP_RETRY;
+}
+
+/* -- dense output ---------------------------------------------------------------------------------- */
+
+int kmp_rk_dense(kmp_rk *s, double t, double *y)
+{
+    if (!(s->t > s->t_old)) { /* no step yet, or the last one failed */
+        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+        return KMP_GO;
+    }
+    int said = s->dense_ready ? KMP_GO : s->method->prepare_dense(s);
+    s->dense_ready = said == KMP_GO;
+    if (said == KMP_GO)
+        s->method->interpolate(s, (t - s->t_old) / s->taken, y);
+    return said;
+}
+
+/* -- queries --------------------------------------------------------------------------------------- */
+
+double kmp_rk_t(const kmp_rk *s)
+{
+    return s->t;
+}
+
+double kmp_rk_t_old(const kmp_rk *s)
+{
+    return s->t_old;
+}
+
+const double *kmp_rk_y(const kmp_rk *s)
+{
+    return s->y;
+}
+
+const double *kmp_rk_dy(const kmp_rk *s)
+{
+    return s->dy;
+}
+
+kmp_ode_work kmp_rk_work(const kmp_rk *s)
+{
+    return s->work;
+}
+
+/* -- behind the socket ----------------------------------------------------------------------------- */
+
+void *kmp_rk_solver_create(const kmp_solver_setup *setup, const kmp_rk_method *method)
+{
+    kmp_rk *s = kmp_rk_new(method, setup->ode, setup->tolerance);
+    if (!s)
+        (void)kmp_fail_memory(setup->context);
+    return s;
+}
+
+void kmp_rk_solver_release(void *solver)
+{
+    kmp_rk_free(solver);
+}
+
+kempe_status kmp_rk_solver_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    (void)yp;
+    return kmp_rk_start(solver, t, y, t_end, h0) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+kempe_status kmp_rk_solver_step(void *solver)
+{
+    return kmp_rk_step(solver) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+double kmp_rk_solver_t(const void *solver)
+{
+    return kmp_rk_t(solver);
+}
+
+double kmp_rk_solver_t_old(const void *solver)
+{
+    return kmp_rk_t_old(solver);
+}
+
+kempe_status kmp_rk_solver_dense(void *solver, double t, double *y, double *yp)
+{
+    kmp_rk *s = solver;
+    (void)yp;
+    if (t == s->t) {
+        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+        return KEMPE_OK;
+    }
+    return kmp_rk_dense(s, t, y) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+kmp_solver_work kmp_rk_solver_work(const void *solver)
+{
+    kmp_ode_work w = kmp_rk_work(solver);
+    return (kmp_solver_work){.steps = w.steps, .rejected = w.rejected, .refused = w.refused, .rhs = w.rhs};
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the adapters of CVODE and ARKODE share: an ODE behind SUNDIALS's vectors, matrix and callbacks. */
+#ifndef KMP_INTEGRATORS_SUNDIALS_ODE_H
+#define KMP_INTEGRATORS_SUNDIALS_ODE_H
+
+#include "constraints/sundials_compat.h"
+#include "integrators/solver.h"
+
+#include <stdbool.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+
+/* A solver begins with one: it is the user data of the callbacks. */
+typedef struct kmp_sun_ode {
+    kempe_context *context;
+    kmp_ode ode;
+    kmp_tolerance tolerance;
+    SUNContext sun;
+    N_Vector y, atol, out;
+    SUNMatrix matrix; /* dense, for implicit methods; else NULL */
+    SUNLinearSolver linear;
+    double *y_old, *dy, *w;
+    double t, t_old, t_end;
+    bool halted; /* the road gave up in a callback */
+    kmp_solver_work work;
+} kmp_sun_ode;
+
+bool kmp_sun_ode_init(kmp_sun_ode *s, const kmp_solver_setup *setup, bool implicit);
+void kmp_sun_ode_free(kmp_sun_ode *s);
+void kmp_sun_ode_begin(kmp_sun_ode *s, double t, const double *y, double t_end);
+
+/* Callbacks; user is the solver. KMP_RETRY becomes a recoverable failure, KMP_HALT a fatal one. */
+int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user);
+int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *user, N_Vector w1, N_Vector w2,
+                     N_Vector w3);
+
+/** The road's say about the step that ended at (t, y), y having been evaluated last: KMP_GO, KMP_RETRY, KMP_HALT. */
+int kmp_sun_accept(kmp_sun_ode *s, double t, double *y);
+
+/** "NAME stopped at t = ..: meaning (flag)" unless the road halted, which has its own reason. */
+kempe_status kmp_sun_complain(kmp_sun_ode *s, const char *name, const char *meaning, const char *flag);
+
+/** Whether t is within the last step, up to rounding. */
+bool kmp_sun_within(const kmp_sun_ode *s, double t);
+
+#endif

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The implicit equations of motion and their exact tangents, as two programs: what the rows and the iteration matrices
+ * of the dae road's forms are put together from, and the Jacobian of the reduced road. With the residual of Fisette and
+ * Samin 1996 (eqs. 11-14, 25, 27) and the closures and their derivatives:
+ *
+ *     R = M qdd + C - J' lambda      h      rate = J qd + h_t      curve = J qdd + gamma      J' mu
+ */
+#ifndef KMP_INTEGRATORS_TANGENT_H
+#define KMP_INTEGRATORS_TANGENT_H
+
+#include "backend/machine.h"
+#include "dynamics/system.h"
+#include "integrators/effort.h"
+
+/** The values. Number and size of each are n for R and J' mu, m for closures, 1 for the power. */
+typedef enum kmp_value {
+    KMP_VALUE_R,
+    KMP_VALUE_JTMU,
+    KMP_VALUE_H,
+    KMP_VALUE_RATE,
+    KMP_VALUE_CURVE,
+    KMP_VALUE_POWER, /* of the non-conservative forces */
+    KMP_VALUES
+} kmp_value;
+
+/** Their derivatives. M and J by name, because several blocks share them. */
+typedef enum kmp_tangent_block {
+    KMP_R_Q,
+    KMP_R_QD,
+    KMP_JTMU_Q,
+    KMP_RATE_Q,
+    KMP_CURVE_Q,
+    KMP_CURVE_QD,
+    KMP_POWER_Q,
+    KMP_POWER_QD,
+    KMP_M, /* both triangles */
+    KMP_J,
+    KMP_TANGENT_BLOCKS
+} kmp_tangent_block;
+
+/** A non-zero: output `source` of the tangent program stands at (row, col) of its block. */
+typedef struct kmp_tangent {
+    int block, row, col, source;
+} kmp_tangent;
+
+typedef struct kmp_tangents {
+    kmp_program *value_program, *tangent_program;
+    kmp_machine *value, *tangent;
+    int n, m;
+    int at[KMP_VALUES];                /* first output of each value, -1 when it was not asked for */
+    int start[KMP_TANGENT_BLOCKS + 1]; /* entries by block, in each by column and row */
+    kmp_tangent *entry;
+    kmp_effort effort;                      /* of the user, which no program knows */
+    double *with_effort, *tangents_with_it; /* outputs of the programs with it */
+    int first_effort;                       /* source of its first tangent */
+} kmp_tangents;
+
+/** Where the equations are evaluated; lambda and mu have m entries, mu may be NULL when J' mu was not asked for. */
+typedef struct kmp_instant {
+    double t;
+    const double *q, *qd, *qdd, *lambda, *mu;
+} kmp_instant;
+
+/** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */
+kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, unsigned values);
+void kmp_tangents_free(kmp_tangents *tangents);
+
+/** All values; all tangent outputs (entry e stands for [e.source]). Valid until the next call; no allocation. */
+const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at);
+const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at);
+
+/** out += factor * block * x for derivatives `d` just evaluated. */
+void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
+                      const double *x, double *out);
+
+#endif

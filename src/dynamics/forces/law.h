@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the law of a force element does: adds its wrenches and efforts, and with `energy` its potential where it has
+ * one and its power otherwise. One file a row of model/forces.def. */
+#ifndef KMP_DYNAMICS_FORCES_LAW_H
+#define KMP_DYNAMICS_FORCES_LAW_H
+
+#include "dynamics/forces.h"
+#include "symbolic/derivative.h"
+
+/** `*value`: what an output force(NAME) shows. false: no memory. */
+typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy,
+                           kmp_ref *value);
+
+#define KMP_FORCE(kind, name, place, word) kmp_force_law kmp_law_##name;
+#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#include "model/forces.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+
+/** v of an ancestor's axes in link's. */
+kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v);
+
+/** A force at a point, given in the axes of an ancestor link, onto the point's link. */
+void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied);
+
+void kmp_apply_effort(kmp_forces *forces, const kmp_tree *tree, int motion, kmp_ref effort);
+
+/** power += effort * rate */
+void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp_ref rate);
+
+#endif

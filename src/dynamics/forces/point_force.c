@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A force at a point, components in ground axes. A constant one has the potential -F.x, any other counts F.xd. */
+#include "dynamics/forces/law.h"
+
+static bool add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_vec f)
+{
+    kmp_graph *g = tree->graph;
+    kmp_vec x = kmp_point_position(tree, force->point[0], 0);
+    bool constant = true;
+    for (int i = 0; i < 3; i++)
+        constant = constant && kmp_expr_is_constant(force->vector[i]);
+    if (constant) {
+        forces->potential = kmp_sub(g, forces->potential, kmp_vec_dot(g, f, x));
+        return true;
+    }
+    kmp_derivative *dt = kmp_time_derivative(tree);
+    for (int i = 0; dt && i < 3; i++)
+        kmp_add_power(forces, tree, f.x[i], f.x[i] == KMP_ZERO ? KMP_ZERO : kmp_derivative_of(dt, x.x[i]));
+    kmp_derivative_free(dt);
+    return dt;
+}
+
+bool kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+{
+    kmp_vec f;
+    *value = KMP_ZERO;
+    for (int i = 0; i < 3; i++)
+        f.x[i] = kmp_tree_expression(tree, force->vector[i]);
+    kmp_apply_at(tree, force->point[0], 0, f, forces->applied);
+    return !energy || add_energy(forces, tree, force, f);
+}

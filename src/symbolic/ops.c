@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the rows of ops.def say, and their values. */
+#include "symbolic/graph.h"
+#include <kempe/runtime.h>
+#include <math.h>
+
+static const struct {
+    const char *text;
+    int arity;
+    kmp_op_form form;
+    kmp_op_parity parity;
+} ops[KMP_OP_COUNT] = {
+#define KMP_LEAF(name)                                       {NULL, 0, KMP_FORM_LEAF, KMP_PARITY_NONE},
+#define KMP_BINARY(name, text, value)                        {text, 2, KMP_FORM_INFIX, KMP_PARITY_NONE},
+#define KMP_UNARY(name, text, parity, value, derivative)     {text, 1, KMP_FORM_FUNCTION, KMP_PARITY_##parity},
+#define KMP_BINARY_FUNCTION(name, text, value, differential) {text, 2, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
+#define KMP_TERNARY(name, text, value, differential)         {text, 3, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
+#define KMP_APPLIED(name, text)                              {text, 1, KMP_FORM_APPLIED, KMP_PARITY_NONE},
+#include "symbolic/ops_end.h"
+};
+
+static double kempe_sin(double x)
+{
+    double s, c;
+    kempe_sincos(x, &s, &c);
+    return s;
+}
+
+static double kempe_cos(double x)
+{
+    double s, c;
+    kempe_sincos(x, &s, &c);
+    return c;
+}
+
+const char *kmp_op_text(kmp_op op)
+{
+    return ops[op].text;
+}
+
+int kmp_op_arity(kmp_op op)
+{
+    return ops[op].arity;
+}
+
+kmp_op_form kmp_op_form_of(kmp_op op)
+{
+    return ops[op].form;
+}
+
+kmp_op_parity kmp_op_parity_of(kmp_op op)
+{
+    return ops[op].parity;
+}
+
+double kmp_op_value(kmp_op op, double x, double y, double z)
+{
+#define VALUE(name, value)                                                                                             \
+    case KMP_OP_##name:                                                                                                \
+        return value;
+    switch (op) {
+#define KMP_LEAF(name)
+#define KMP_BINARY(name, text, value)                        VALUE(name, value)
+#define KMP_UNARY(name, text, parity, value, derivative)     VALUE(name, value)
+#define KMP_BINARY_FUNCTION(name, text, value, differential) VALUE(name, value)
+#define KMP_TERNARY(name, text, value, differential)         VALUE(name, value)
+#define KMP_APPLIED(name, text)
+#include "symbolic/ops_end.h"
+    default:
+        return NAN;
+    }
+#undef VALUE
+}

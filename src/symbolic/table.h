@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Functions of one variable given by points: straight lines or a cubic spline through them.
+ *
+ * The spline is not-a-knot (the first two and the last two pieces are one cubic each; three points make a parabola,
+ * two a line), so that a table of a cubic is that cubic. Beyond the ends a table goes on straight with the slope it
+ * ends with: value and slope are continuous there. At a knot the piece on its right counts. */
+#ifndef KMP_SYMBOLIC_TABLE_H
+#define KMP_SYMBOLIC_TABLE_H
+
+#include "symbolic/graph.h"
+
+typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
+
+/* Read-only once made. */
+typedef struct kmp_table {
+    kmp_table_method method;
+    int count;          /* knots, at least 2 */
+    double *x, *y;      /* count: x increasing */
+    double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
+} kmp_table;
+
+/** -1 when a table can be made of the points, otherwise the index of the first that is not finite or whose x does not
+ *  exceed the one before it; with fewer than two points, their count. */
+int kmp_table_check(int count, const double *x, const double *y);
+
+/** Copies the points, which must have passed kmp_table_check. NULL: no memory. */
+kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, const double *y);
+void kmp_table_free(kmp_table *table);
+
+/** The same method and points, to the bit. */
+bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
+
+/** Value (derivative 0) or derivative of a given order at x; NaN for NaN. A binary search: no state, no allocation. */
+double kmp_table_value(const kmp_table *table, int derivative, double x);
+
+/** Derivatives of a higher order are zero everywhere: 1 or 3. */
+int kmp_table_degree(const kmp_table *table);
+
+/** "linear", "cubic". */
+const char *kmp_table_method_name(kmp_table_method method);
+
+/* In the graph. The graph keeps a copy of its tables, a program copies of those that it needs. */
+
+/** Number of the table in the graph (an equal one is not added twice); -1: no memory (and the graph has failed). */
+int kmp_graph_add_table(kmp_graph *g, const kmp_table *table);
+/** NULL when there is no such number. Owned by the graph. */
+const kmp_table *kmp_graph_table(const kmp_graph *g, int table);
+
+/** table(x). Its derivatives are nodes of the same table with a higher order. */
+kmp_ref kmp_table_at(kmp_graph *g, int table, kmp_ref x);
+kmp_ref kmp_table_derivative_at(kmp_graph *g, int table, int derivative, kmp_ref x);
+
+#endif

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Assembly from near and from afar, against states known beforehand; what cannot be assembled says which loop and how
+ * far, against plane geometry. */
+#include "base/memory.h"
+#include "check.h"
+#include "constraints/assemble.h"
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "random.h"
+#include <stdlib.h>
+
+typedef struct loaded {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} loaded;
+
+static loaded finish(kempe_context *context, kempe_model *model)
+{
+    loaded l = {context, model, NULL};
+    if (!model || kempe_system_new(model, &l.system) != KEMPE_OK) {
+        printf("%s\n", kempe_context_message(context));
+        CHECK(l.system != NULL);
+    }
+    return l;
+}
+
+static loaded load(const char *path)
+{
+    char full[512];
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    (void)kempe_model_read(context, full, &model);
+    return finish(context, model);
+}
+
+static loaded load_text(const char *text)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    (void)kempe_model_read_text(context, text, "model.yaml", &model);
+    return finish(context, model);
+}
+
+static void unload(loaded *l)
+{
+    kempe_system_free(l->system);
+    kempe_model_free(l->model);
+    kempe_context_free(l->context);
+}
+
+static kempe_assembly *assembled(const loaded *l)
+{
+    kempe_assembly *a = NULL;
+    CHECK(kempe_assemble(l->system, &a) == KEMPE_OK);
+    CHECK_TEXT(kempe_context_message(l->context), "");
+    CHECK(a && a->closed && a->culprit_count == 0);
+    CHECK(a->residual < 1e-14);
+    return a;
+}
+
+/* -- back to a known state --------------------------------------------------------------------------- */
+
+/* Perturbs what is not held by up to `size` (scaled), assembles, and expects the state of the file. */
+static void returns_from(const char *path, double size, int trials)
+{
+    loaded l = load(path);
+    double q[16], worst = 0;
+    int newton = 0, n = l.system->n;
+    kempe_assembly *a = assembled(&l);
+    for (int k = 0; k < n; k++) {
+        q[k] = l.model->start.q[k].value;
+        CHECK_NEAR(a->q[k], q[k], 1e-14); /* the file's start is closed */
+    }
+    kempe_assembly_free(a);
+    for (int trial = 0; trial < trials; trial++) {
+        for (int k = 0; k < n; k++)
+            if (!l.model->start.hold[k])
+                l.model->start.q[k].value = q[k] + between(-size, size) * l.system->scale[k];
+        a = assembled(&l);
+        for (int k = 0; k < n; k++) {
+            CHECK(!l.model->start.hold[k] || a->q[k] == q[k]);
+            CHECK_NEAR(a->q[k], q[k], 1e-12);
+            CHECK(a->moved[k] == a->q[k] - l.model->start.q[k].value);
+            worst = fmax(worst, fabs(a->q[k] - q[k]));
+        }
+        newton += a->newton > 0;
+        kempe_assembly_free(a);
+    }
+    printf("  %s from %g: within %.1e, KINSOL in %d of %d\n", path, size, worst, newton, trials);
+    CHECK(newton > trials / 4);
+    unload(&l);
+}
+
+static void returns_to_the_printed_state(void)
+{
+    static const char *const paths[] = {"examples/andrews/andrews.yaml", "examples/four_bar/four_bar.yaml"};
+    random_seed(7);
+    for (int k = 0; k < 2; k++) {
+        returns_from(paths[k], 1e-3, 50);
+        returns_from(paths[k], 0.2, 50);
+    }
+}
+
+/* The start is the outer dead centre: crank and rod in line. */
+static void returns_to_the_slider_crank(void)
+{
+    random_seed(8);
+    returns_from("examples/slider_crank/slider_crank.yaml", 1e-3, 50);
+    returns_from("examples/slider_crank/slider_crank.yaml", 0.2, 50);
+}
+
+static void assembles_from_a_rough_guess(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    int upper = 0;
+    random_seed(9);
+    for (int trial = 0; trial < 200; trial++) {
+        l.model->start.q[1].value = between(-3, 3);
+        l.model->start.q[2].value = between(-3, 3);
+        kempe_assembly *a = assembled(&l);
+        CHECK(a->q[0] == 0);
+        upper += fabs(remainder(a->q[2], 2 * acos(-1))) < 1e-9;
+        kempe_assembly_free(a);
+    }
+    printf("  200 rough guesses: all closed, %d on the branch of the file\n", upper);
+    CHECK(upper > 20 && upper < 180);
+    unload(&l);
+}
+
+/* -- what cannot be closed --------------------------------------------------------------------------- */
+
+static const char short_bar[] = "kempe: 1\n"
+                                "name: short\n"
+                                "ground: {points: {O: [0, 0, 0], D: [2, 0, 0]}}\n"
+                                "bodies:\n"
+                                "  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, com: [0.2, 0, 0], "
+                                "inertia: {zz: 1}, points: {B: [0.3, 0, 0]}}\n"
+                                "  b: {joint: {name: B, revolute: z, at: a.B}, mass: 1, com: [0.2, 0, 0], "
+                                "inertia: {zz: 1}, points: {C: [%s, 0, 0]}}\n"
+                                "  c: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, com: [0.2, 0, 0], "
+                                "inertia: {zz: 1}, points: {C: [0.7, 0, 0]}}\n"
+                                "loops:\n"
+                                "  meet: {ball: [b.C, c.C]}\n"
+                                "start: {q: {A: 40 deg, B: -20 deg, D: 150 deg}%s}\n";
+
+static void fails_with(const char *coupler, const char *hold, double gap)
+{
+    char text[2048], expected[64];
+    snprintf(text, sizeof text, short_bar, coupler, hold);
+    loaded l = load_text(text);
+    kempe_assembly *a = NULL;
+    CHECK(kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(a && !a->closed && a->culprit_count == 1 && a->culprits[0] == 0);
+    CHECK(a && fabs(a->gap - gap) < 1e-3 * gap && a->gap == a->gaps[0]);
+    const char *message = kempe_context_message(l.context);
+    CHECK(strncmp(message, "model.yaml:9:3: ", 16) == 0);
+    CHECK(strstr(message, "loop 'meet' cannot be closed"));
+    snprintf(expected, sizeof expected, "gap of %.4g m", a ? a->gap : 0);
+    CHECK(strstr(message, expected));
+    CHECK(!*hold == !strstr(message, "while holding A"));
+    printf("  %s\n", message);
+    kempe_assembly_free(a);
+    unload(&l);
+}
+
+/* Stretched out from both sides the bars reach 0.3 + l + 0.7 of 2 m. With the crank held at 40 degrees its tip is
+ * sqrt((2 - 0.3 cos)^2 + (0.3 sin)^2) from D. */
+static void a_coupler_too_short_tells_the_gap(void)
+{
+    double angle = acos(-1) * 40 / 180, reach = hypot(2 - 0.3 * cos(angle), 0.3 * sin(angle));
+    fails_with("0.8", "", 0.2);
+    fails_with("0.4", "", 0.6);
+    fails_with("0.8", ", hold: [A]", reach - 1.5);
+}
+
+/* All angles zero: a saddle of |h|, where no direction leads down. */
+static void a_straight_guess_is_left(void)
+{
+    char text[2048];
+    snprintf(text, sizeof text, short_bar, "1.2", "");
+    loaded l = load_text(text);
+    for (int k = 0; k < 3; k++)
+        l.model->start.q[k].value = 0;
+    kempe_assembly_free(assembled(&l));
+    unload(&l);
+}
+
+/* Held coordinates that contradict the closures stay where they are. */
+static void held_coordinates_that_cannot_be_kept(void)
+{
+    char text[2048];
+    snprintf(text, sizeof text, short_bar, "1.2", ", hold: [A, B, D]");
+    loaded l = load_text(text);
+    kempe_assembly *a = NULL;
+    CHECK(kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    for (int k = 0; a && k < 3; k++)
+        CHECK(a->moved[k] == 0);
+    CHECK(strstr(kempe_context_message(l.context), "while holding A, B, D"));
+    kempe_assembly_free(a);
+    unload(&l);
+    snprintf(text, sizeof text, short_bar, "1.2", ", hold: [A, D]"); /* two held, one degree of freedom */
+    l = load_text(text);
+    CHECK(kempe_assemble(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "while holding A, D"));
+    CHECK(a && a->moved[0] == 0 && a->moved[2] == 0);
+    kempe_assembly_free(a);
+    unload(&l);
+}
+
+/* -- redundant closures ------------------------------------------------------------------------------ */
+
+/* Six rows of rank four: one degree of freedom. Away from closed states their rank is five. */
+static void redundant_closures_assemble(void)
+{
+    loaded l = load("tests/models/bricard.yaml");
+    random_seed(10);
+    for (int trial = 0; trial < 50; trial++) {
+        double size = trial < 25 ? 1e-3 : 0.2, jacobian[64];
+        for (int k = 0; k < l.system->n; k++)
+            l.model->start.q[k].value = between(-size, size);
+        kempe_assembly *a = assembled(&l);
+        kmp_plant *plant = kmp_plant_new(l.system, "tape");
+        kmp_partition part;
+        kmp_plant_closure(plant, 0, a->q);
+        kmp_plant_dense_jacobian(plant, jacobian);
+        CHECK(kmp_partition_init(&part, l.system, jacobian, NULL, 0) == KEMPE_OK);
+        CHECK(part.r == 4 && part.p == 1);
+        for (int k = 0; k < l.system->n; k++)
+            CHECK(fabs(a->moved[k]) < 3 * size);
+        kmp_partition_free(&part);
+        kmp_plant_free(plant);
+        kempe_assembly_free(a);
+    }
+    unload(&l);
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+static double rate_residual(const loaded *l, const kempe_assembly *a)
+{
+    kmp_plant *plant = kmp_plant_new(l->system, "tape");
+    kmp_plant_closure(plant, 0, a->q);
+    double worst = kmp_plant_rate_residual(plant, a->qd);
+    kmp_plant_free(plant);
+    return worst;
+}
+
+static void rates_are_made_consistent(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    kempe_assembly *a = assembled(&l);
+    CHECK(!a->rates_changed && a->qd[0] == 20 && rate_residual(&l, a) < 1e-13);
+    kempe_assembly_free(a);
+    l.model->start.qd[1].value = 3; /* contradicts the crank's 20 rad/s */
+    l.model->start.qd_given[1] = true;
+    l.model->start.qd[2].value = -4;
+    l.model->start.qd_given[2] = true;
+    a = assembled(&l);
+    char *text = NULL;
+    CHECK(a->rates_changed && rate_residual(&l, a) < 1e-13);
+    CHECK(kempe_assembly_print(a, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "contradict the closures"));
+    kempe_text_free(text);
+    kempe_assembly_free(a);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(returns_to_the_printed_state);
+    TEST(returns_to_the_slider_crank);
+    TEST(assembles_from_a_rough_guess);
+    TEST(a_coupler_too_short_tells_the_gap);
+    TEST(a_straight_guess_is_left);
+    TEST(held_coordinates_that_cannot_be_kept);
+    TEST(redundant_closures_assemble);
+    TEST(rates_are_made_consistent);
+    return check_report();
+}

@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Closures that move: a driven slider-crank against its closed form and its power balance, a rod whose length is a
+ * function of time, and structures without any freedom, on all roads. */
+#include "check.h"
+#include <kempe/kempe.h>
+#include <math.h>
+
+#define EXAMPLE KEMPE_ROOT "/examples/driven_slider_crank/driven_slider_crank.yaml"
+
+static const char *const roads[][2] = {
+    {"reduced", "carried"}, {"reduced", "closed"}, {"projected", NULL}, {"dae", "ah"}};
+
+enum { ROADS = 4 };
+
+typedef void judge_fn(const kempe_system *system, const kempe_trajectory *t);
+
+static void run_all(const char *path, const char *text, double t_end, judge_fn *judge)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_status status =
+        path ? kempe_model_read(context, path, &model) : kempe_model_read_text(context, text, "text", &model);
+    CHECK(status == KEMPE_OK && kempe_system_new(model, &system) == KEMPE_OK);
+    for (int k = 0; system && k < ROADS; k++) {
+        kempe_run run = kempe_run_default();
+        kempe_trajectory *t = NULL;
+        run.road = roads[k][0];
+        run.form = roads[k][1];
+        run.rtol = 1e-9;
+        run.t_end = t_end;
+        CHECK(kempe_simulate(system, &run, &t) == KEMPE_OK);
+        if (t)
+            judge(system, t);
+        kempe_trajectory_free(t);
+    }
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* -- the driven slider-crank ----------------------------------------------------------------------------- */
+
+static const double r = 0.2, l = 0.5, rho = 5, load = 40, friction = 6, creep = 0.01, w = 6.283185307179586;
+
+static double slider(double t)
+{
+    double y = r * sin(w * t);
+    return r * cos(w * t) + sqrt(l * l - y * y) - r - l;
+}
+
+static double slider_speed(double t)
+{
+    double s = sin(w * t), c = cos(w * t);
+    return -w * r * s - w * r * r * s * c / sqrt(l * l - r * r * s * s);
+}
+
+/* Of all bodies, from positions: the rod's centre is midway between its ends. */
+static double energy(double t)
+{
+    double s = sin(w * t), c = cos(w * t), v = slider_speed(t), lean = asin(-r * s / l),
+           turn = -w * r * c / (l * cos(lean));
+    double vx = (-w * r * s + v) / 2, vy = w * r * c / 2;
+    double kinetic = rho * r * r * r / 6 * w * w + rho * l / 2 * (vx * vx + vy * vy) +
+                     rho * l * l * l / 24 * turn * turn + 1.5 * v * v;
+    return kinetic + 9.81 * (rho * r * r * s / 2 + rho * l * r * s / 2);
+}
+
+static void judge_slider_crank(const kempe_system *system, const kempe_trajectory *trajectory)
+{
+    const double h = 1e-4;
+    int motor = -1;
+    for (int k = 0; k < kempe_system_row_count(system); k++)
+        if (strcmp(kempe_system_row_name(system, k), "motor.1") == 0)
+            motor = k;
+    CHECK(motor == 2);
+    for (int row = 0; motor >= 0 && row < kempe_trajectory_row_count(trajectory); row++) {
+        double t = kempe_trajectory_time(trajectory, row), v = slider_speed(t);
+        double rate = (8 * (energy(t + h) - energy(t - h)) - (energy(t + 2 * h) - energy(t - 2 * h))) / (12 * h);
+        double lost = load * v * v + friction * v * v / sqrt(v * v + creep * creep);
+        CHECK_NEAR(kempe_trajectory_q(trajectory, row)[0], w * t, 1e-7);
+        CHECK_NEAR(kempe_trajectory_q(trajectory, row)[2], slider(t), 1e-7);
+        CHECK_NEAR(kempe_trajectory_qd(trajectory, row)[2], v, 1e-6);
+        CHECK_NEAR(w * kempe_trajectory_lambda(trajectory, row)[motor], rate + lost, 2e-4);
+    }
+}
+
+static void driven_slider_crank(void)
+{
+    run_all(EXAMPLE, NULL, 1, judge_slider_crank);
+}
+
+/* -- a rod that grows ------------------------------------------------------------------------------------ */
+
+static void judge_jack(const kempe_system *system, const kempe_trajectory *trajectory)
+{
+    (void)system;
+    for (int row = 0; row < kempe_trajectory_row_count(trajectory); row++) {
+        double t = kempe_trajectory_time(trajectory, row), length = 1.25 + 0.1 * sin(3 * t);
+        double x = sqrt(length * length - 1), xd = length * 0.3 * cos(3 * t) / x;
+        CHECK_NEAR(kempe_trajectory_q(trajectory, row)[0], x, 1e-7);
+        CHECK_NEAR(kempe_trajectory_qd(trajectory, row)[0], xd, 1e-6);
+    }
+}
+
+static void jack(void)
+{
+    run_all(NULL,
+            "kempe: 1\nground: {points: {O: [0, 1, 0]}}\nbodies:\n"
+            "  a: {joint: {prismatic: x, at: ground}, mass: 2, points: {P: [0, 0, 0]}}\n"
+            "loops: {R: {rod: [ground.O, a.P], length: \"1.25 m + 0.1*sin(3*t)\"}}\nstart: {q: {a: 1}}\n",
+            3, judge_jack);
+}
+
+/* -- nothing moves --------------------------------------------------------------------------------------- */
+
+static void judge_truss(const kempe_system *system, const kempe_trajectory *trajectory)
+{
+    (void)system;
+    int last = kempe_trajectory_row_count(trajectory) - 1;
+    CHECK(last > 0);
+    for (int k = 0; k < 2; k++)
+        CHECK_NEAR(kempe_trajectory_q(trajectory, last)[k], kempe_trajectory_q(trajectory, 0)[k], 1e-9);
+}
+
+static void truss(void)
+{
+    run_all(NULL,
+            "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {D: [1, 0, 0]}}\nbodies:\n"
+            "  a: {joint: {revolute: z, at: ground}, mass: 2, com: [0.5, 0, 0], points: {P: [1, 0, 0]}}\n"
+            "  b: {joint: {revolute: z, at: ground.D}, mass: 2, com: [0.5, 0, 0], points: {P: [1, 0, 0]}}\n"
+            "loops: {C: {ball: [a.P, b.P]}}\nstart: {q: {a: 60 deg, b: 120 deg}}\n",
+            1, judge_truss);
+}
+
+int main(void)
+{
+    TEST(driven_slider_crank);
+    TEST(jack);
+    TEST(truss);
+    return check_report();
+}

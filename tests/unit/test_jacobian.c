@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The exact Jacobian of the reduced right-hand side (closed form) against central differences, on the examples and on
+ * random mechanisms: trees and looped ones, with and without forces and damping. */
+#include "check.h"
+#include "constraints/assemble.h"
+#include "integrators/road.h"
+#include "random_model.h"
+
+enum { MOST = 64, MODELS = 120 };
+
+typedef struct bench {
+    kempe_system *system;
+    kempe_assembly *assembly;
+    kmp_plant *plant;
+    kmp_partition part;
+    kmp_road *road;
+} bench;
+
+static void bench_close(bench *b)
+{
+    if (b->road)
+        b->road->release(b->road);
+    kmp_partition_free(&b->part);
+    kmp_plant_free(b->plant);
+    kempe_assembly_free(b->assembly);
+    kempe_system_free(b->system);
+}
+
+/* The closed form at the assembled state, closing to rounding. */
+static bool bench_open(bench *b, const kempe_model *model)
+{
+    static double jacobian[MOST * MOST];
+    double zero[MOST] = {0};
+    *b = (bench){0};
+    if (kempe_system_new(model, &b->system) != KEMPE_OK || kempe_assemble(b->system, &b->assembly) != KEMPE_OK)
+        return false;
+    b->plant = kmp_plant_new(b->system, "tape");
+    kmp_plant_closure(b->plant, 0, b->assembly->q);
+    kmp_plant_dense_jacobian(b->plant, jacobian);
+    if (kmp_partition_init(&b->part, b->system, jacobian, NULL, 0) != KEMPE_OK || b->part.p == 0)
+        return false;
+    kmp_road_start start = {.system = b->system,
+                            .plant = b->plant,
+                            .part = &b->part,
+                            .q = b->assembly->q,
+                            .qd = b->assembly->qd,
+                            .qdd = zero,
+                            .lambda = zero,
+                            .rtol = 1e-14,
+                            .atol = 1e-14,
+                            .rate_scale = 1,
+                            .t_end = 1,
+                            .implicit = true};
+    b->road = kmp_road_closed.create(&start);
+    return b->road != NULL;
+}
+
+typedef struct along {
+    const kmp_ode *ode;
+    const double *y;
+    double t;
+    int column;
+    bool failed;
+} along;
+
+/* Right-hand side a hundredth of s along a column. */
+static void rhs_field(void *user, const double *s, double *out)
+{
+    along *a = user;
+    double y[MOST];
+    memcpy(y, a->y, (size_t)a->ode->n * sizeof *y);
+    y[a->column] += 1e-2 * s[0];
+    a->failed = a->ode->rhs(a->ode->self, a->t, y, out) != KMP_GO || a->failed;
+}
+
+/* The worst relative difference; negative when the state cannot be evaluated nearby. */
+static double worst_column(const kmp_ode *ode, double t, const double *y)
+{
+    static double j[MOST * MOST];
+    double worst = 0, zero = 0, one = 1, expected[MOST];
+    int n = ode->n;
+    memset(j, 0, sizeof j);
+    if (ode->jacobian(ode->self, t, y, j) != KMP_GO)
+        return -1;
+    for (int c = 0; c < n; c++) {
+        along a = {ode, y, t, c, false};
+        double size = 1e-3;
+        difference(rhs_field, &a, 1, &zero, &one, n, expected);
+        if (a.failed)
+            return -1;
+        for (int i = 0; i < n; i++)
+            size = fmax(size, fabs(100 * expected[i]));
+        for (int i = 0; i < n; i++)
+            worst = fmax(worst, fabs(j[i + c * n] - 100 * expected[i]) / size);
+    }
+    return worst;
+}
+
+/* At the start, with rates of our own. */
+static double check_bench(bench *b)
+{
+    double y[MOST];
+    memcpy(y, b->road->y, (size_t)b->road->size * sizeof *y);
+    for (int k = 0; k < b->part.p; k++)
+        y[b->part.p + k] += between(-2, 2);
+    return worst_column(&b->road->ode, 0, y);
+}
+
+static void test_examples(void)
+{
+    static const char *const files[] = {
+        "examples/andrews/andrews.yaml", "examples/four_bar/four_bar.yaml", "examples/slider_crank/slider_crank.yaml",
+        "tests/models/fourbar2.yaml",    "tests/models/bricard.yaml",       "tests/models/pendulum.yaml"};
+    for (size_t f = 0; f < sizeof files / sizeof *files; f++) {
+        char path[512];
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        bench b;
+        snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, files[f]);
+        CHECK(kempe_model_read(context, path, &model) == KEMPE_OK && bench_open(&b, model));
+        double worst = check_bench(&b);
+        printf("  %-42s %.1e\n", files[f], worst);
+        CHECK(worst >= 0 && worst < 1e-6);
+        bench_close(&b);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+}
+
+static void test_random_mechanisms(void)
+{
+    int trees = 0, looped = 0;
+    double most = 0;
+    for (int number = 0; number < MODELS; number++) {
+        bench b;
+        random_model r = random_model_new((uint64_t)(number + 301), 2 + number % 5, (unsigned)number % 8);
+        CHECK(r.model != NULL);
+        if (r.model && bench_open(&b, r.model)) {
+            double worst = check_bench(&b);
+            CHECK(worst < 1e-6);
+            most = fmax(most, worst);
+            trees += worst >= 0 && b.part.r == 0;
+            looped += worst >= 0 && b.part.r > 0;
+        }
+        bench_close(&b);
+        random_model_free(&r);
+    }
+    printf("  %d trees, %d looped: %.1e\n", trees, looped, most);
+    CHECK(trees >= 10 && looped >= 10);
+}
+
+int main(void)
+{
+    TEST(test_examples);
+    TEST(test_random_mechanisms);
+    return check_report();
+}

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The choice of independent coordinates: rank and growth on random matrices, the same choice in metres and millimetres,
+ * the user's wish. */
+#include "base/memory.h"
+#include "check.h"
+#include "constraints/assemble.h"
+#include "constraints/diagnose.h"
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "constraints/reduction.h"
+#include "integrators/run.h"
+#include "random.h"
+#include <stdlib.h>
+
+enum { MOST = 12 };
+
+/* -- random matrices --------------------------------------------------------------------------------- */
+
+/* m x n of rank r, column-major. */
+static void make_matrix(int m, int n, int r, double *a)
+{
+    double left[MOST * MOST], right[MOST * MOST];
+    for (int i = 0; i < m * r; i++)
+        left[i] = between(-1, 1);
+    for (int i = 0; i < r * n; i++)
+        right[i] = between(-1, 1);
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < m; i++) {
+            a[i + k * m] = 0;
+            for (int j = 0; j < r; j++)
+                a[i + k * m] += left[i + j * m] * right[j + k * r];
+        }
+}
+
+static bool is_permutation(const int *a, int a_count, const int *b, int b_count)
+{
+    int seen[MOST] = {0};
+    for (int k = 0; k < a_count; k++)
+        seen[a[k]]++;
+    for (int k = 0; k < b_count; k++)
+        seen[b[k]]++;
+    for (int k = 0; k < a_count + b_count; k++)
+        if (seen[k] != 1)
+            return false;
+    return true;
+}
+
+static bool same_choice(const kmp_partition *a, const kmp_partition *b)
+{
+    return a->p == b->p && a->r == b->r && memcmp(a->u, b->u, (size_t)a->p * sizeof(int)) == 0 &&
+           memcmp(a->rows, b->rows, (size_t)a->r * sizeof(int)) == 0;
+}
+
+/* The same mechanism with other units: columns and rows multiplied, the scales with them. Powers of two: exactly the
+ * same numbers. */
+static void is_the_same_in_other_units(const kempe_system *s, const double *a, const kmp_partition *part)
+{
+    double b[MOST * MOST], scale[MOST], row_scale[MOST];
+    kempe_system other = *s;
+    kmp_partition again;
+    other.scale = scale;
+    other.row_scale = row_scale;
+    for (int k = 0; k < s->n; k++)
+        scale[k] = ldexp(1, pick(21) - 10);
+    for (int i = 0; i < s->m; i++)
+        row_scale[i] = ldexp(1, pick(21) - 10);
+    for (int k = 0; k < s->n; k++)
+        for (int i = 0; i < s->m; i++)
+            b[i + k * s->m] = a[i + k * s->m] * row_scale[i] / scale[k];
+    CHECK(kmp_partition_init(&again, &other, b, NULL, 0) == KEMPE_OK);
+    CHECK(same_choice(part, &again) && again.max_b == part->max_b && again.cond == part->cond);
+    kmp_partition_free(&again);
+}
+
+static void random_matrices_have_their_rank(void)
+{
+    kempe_context *context = kempe_context_new();
+    double a[MOST * MOST], ones[MOST];
+    for (int k = 0; k < MOST; k++)
+        ones[k] = 1;
+    random_seed(3);
+    for (int trial = 0; trial < 2000; trial++) {
+        int n = 1 + pick(MOST - 1), m = 1 + pick(MOST - 1), r = pick((m < n ? m : n) + 1);
+        kempe_system s = {.n = n, .m = m, .scale = ones, .row_scale = ones, .context = context};
+        kmp_partition part;
+        make_matrix(m, n, r, a);
+        CHECK(kmp_partition_init(&part, &s, a, NULL, 0) == KEMPE_OK);
+        CHECK(part.r == r && part.p == n - r && part.n == n && part.m == m && !part.user);
+        CHECK(is_permutation(part.u, part.p, part.v, part.r));
+        CHECK(is_permutation(part.rows, part.r, part.redundant, m - part.r));
+        CHECK(part.max_b <= 2);
+        is_the_same_in_other_units(&s, a, &part);
+        kmp_partition_free(&part);
+    }
+    kempe_context_free(context);
+}
+
+/* -- metres and millimetres -------------------------------------------------------------------------- */
+
+typedef struct loaded {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} loaded;
+
+static void unload(loaded *l)
+{
+    kempe_system_free(l->system);
+    kempe_model_free(l->model);
+    kempe_context_free(l->context);
+}
+
+static loaded load_text(const char *text)
+{
+    loaded l = {kempe_context_new(), NULL, NULL};
+    if (kempe_model_read_text(l.context, text, "model.yaml", &l.model) ||
+        kempe_system_new(l.model, &l.system) != KEMPE_OK) {
+        printf("%s\n", kempe_context_message(l.context));
+        CHECK(l.system != NULL);
+    }
+    return l;
+}
+
+static char *file_text(const char *path)
+{
+    char full[512], *text = calloc(1, 1 << 16);
+    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    FILE *f = fopen(full, "r");
+    CHECK(text && f && fread(text, 1, (1 << 16) - 1, f) > 0);
+    if (f)
+        fclose(f);
+    return text;
+}
+
+/* The only `old` in the text replaced by `now`; the text is freed. */
+static char *replaced(char *text, const char *old, const char *now)
+{
+    char *at = strstr(text, old), *out = calloc(1, strlen(text) + strlen(now) + 1);
+    CHECK(at && out && !strstr(at + 1, old));
+    if (at && out)
+        sprintf(out, "%.*s%s%s", (int)(at - text), text, now, at + strlen(old));
+    free(text);
+    return out;
+}
+
+typedef struct last {
+    double q[3], qd[3], lambda[2];
+} last;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    last *l = user;
+    (void)t, (void)qdd, (void)work;
+    memcpy(l->q, q, sizeof l->q);
+    memcpy(l->qd, qd, sizeof l->qd);
+    memcpy(l->lambda, lambda, sizeof l->lambda);
+    return 0;
+}
+
+static kmp_run_report run(const loaded *l, last *row)
+{
+    double end = 10;
+    kmp_run_report report;
+    kmp_run_spec spec = {
+        .road = "reduced", .form = "carried", .rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end};
+    CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(l->system, &spec, NULL, take_row, row, &report) == KEMPE_OK);
+    kmp_free(report.reason);
+    return report;
+}
+
+/* Lengths in millimetres, so force, energy and gravity too are a thousand times as large (masses in kg). */
+static void metres_and_millimetres_agree(void)
+{
+    char *text = file_text("examples/slider_crank/slider_crank.yaml");
+    loaded m = load_text(text);
+    text = replaced(text, "[0, -9.81, 0]", "[0, -9810, 0]");
+    text = replaced(text, "r: 0.2, l: 0.5", "r: 200, l: 500");
+    loaded mm = load_text(text);
+    free(text);
+    kempe_check *check_m = NULL, *check_mm = NULL;
+    CHECK(kempe_check_new(m.system, &check_m) == KEMPE_OK && kempe_check_new(mm.system, &check_mm) == KEMPE_OK);
+    CHECK(same_choice(&check_m->part, &check_mm->part));
+    kempe_check_free(check_m);
+    kempe_check_free(check_mm);
+    last a, b;
+    kmp_run_report in_m = run(&m, &a), in_mm = run(&mm, &b);
+    CHECK(in_m.steps == in_mm.steps && in_m.rejected == in_mm.rejected && in_m.rhs == in_mm.rhs);
+    for (int k = 0; k < 3; k++) {
+        double unit = k == 2 ? 1000 : 1;
+        CHECK_NEAR(b.q[k] / unit, a.q[k], 1e-11);
+        CHECK_NEAR(b.qd[k] / unit, a.qd[k], 1e-10);
+    }
+    for (int k = 0; k < 2; k++)
+        CHECK_NEAR(b.lambda[k] / 1000, a.lambda[k], 1e-10);
+    unload(&m);
+    unload(&mm);
+}
+
+/* -- wishes ------------------------------------------------------------------------------------------ */
+
+/* The partition of the slider-crank with its crank at an angle. */
+static kempe_status wish(double angle, int count, const int *u, kmp_partition *part, char *message, size_t size)
+{
+    char *text = file_text("examples/slider_crank/slider_crank.yaml"), start[128];
+    double jacobian[6];
+    snprintf(start, sizeof start, "{crank: %.17g, rod: %.17g, slider: 0}", angle, -1.4 * angle);
+    text = replaced(text, "{crank: 0, rod: 0, slider: 0}", start);
+    loaded l = load_text(text);
+    kempe_assembly *a = NULL;
+    CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
+    kmp_plant *plant = kmp_plant_new(l.system, "tape");
+    kmp_plant_closure(plant, 0, a->q);
+    kmp_plant_dense_jacobian(plant, jacobian);
+    kempe_status status = kmp_partition_init(part, l.system, jacobian, u, count);
+    snprintf(message, size, "%s", kempe_context_message(l.context));
+    kmp_plant_free(plant);
+    kempe_assembly_free(a);
+    unload(&l);
+    free(text);
+    return status;
+}
+
+static void a_safe_wish_is_respected(void)
+{
+    char message[512];
+    kmp_partition part;
+    for (int u = 0; u < 3; u++) {
+        CHECK(wish(0.9, 1, &u, &part, message, sizeof message) == KEMPE_OK);
+        CHECK(part.user && part.p == 1 && part.u[0] == u && part.exchanges == 0);
+        kmp_partition_free(&part);
+    }
+}
+
+/* At the dead centre the slider stands still. */
+static void an_unsafe_wish_is_refused(void)
+{
+    char message[512];
+    const int slider = 2;
+    kmp_partition part;
+    CHECK(wish(0, 1, &slider, &part, message, sizeof message) == KEMPE_E_FAILED);
+    CHECK(strstr(message, "'slider' cannot be independent here") && strstr(message, "take: "));
+    printf("  %s\n", message);
+    CHECK(part.u == NULL && part.v == NULL);
+    CHECK(wish(1e-7, 1, &slider, &part, message, sizeof message) == KEMPE_E_FAILED);
+}
+
+static void a_wrong_number_of_wishes_is_refused(void)
+{
+    char message[512];
+    const int two[2] = {0, 2};
+    kmp_partition part;
+    CHECK(wish(0.9, 2, two, &part, message, sizeof message) == KEMPE_E_FAILED);
+    CHECK(strstr(message, "has 1 degree of freedom, but 2 independent coordinates were asked for"));
+    printf("  %s\n", message);
+}
+
+/* -- counts ------------------------------------------------------------------------------------------ */
+
+/* By hand: u = rod, v = (crank, slider); Jv is two blocks of one with an entry between them, M has 3 entries on the
+ * diagonal and one below, which counts twice. Factors: 2 quotients. A solve, for Bvu and for gamma: 1 + 2 products, 1
+ * sum. M times a vector, for gamma and for X: 5 and 5. Rates, reduced force, reduced mass: 3 and 3. Cholesky of order
+ * 1: a root, 2 quotients. */
+static void the_arithmetic_is_that_counted_by_hand(void)
+{
+    char *text = file_text("examples/slider_crank/slider_crank.yaml");
+    loaded l = load_text(text);
+    kempe_check *check = NULL;
+    kmp_reduction red;
+    CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
+    CHECK(check->part.p == 1 && check->part.u[0] == 1 && check->block_count == 2);
+    kmp_plant *plant = kmp_plant_new(l.system, "tape");
+    CHECK(kmp_reduction_init(&red, plant, &check->part) == KEMPE_OK);
+    kmp_counts c = kmp_reduction_count(&red);
+    CHECK(c.add == 2 * 1 + 2 * 5 + 3 * 3 && c.mul == 2 * 3 + 2 * 5 + 3 * 3);
+    CHECK(c.div == 2 + 2 && c.other == 1 && c.trig == 0);
+    CHECK(c.paper == c.add + c.mul + c.div && c.robotran == c.paper + 1);
+    kmp_reduction_free(&red);
+    kmp_plant_free(plant);
+    kempe_check_free(check);
+    unload(&l);
+    free(text);
+}
+
+int main(void)
+{
+    TEST(random_matrices_have_their_rank);
+    TEST(metres_and_millimetres_agree);
+    TEST(the_arithmetic_is_that_counted_by_hand);
+    TEST(a_safe_wish_is_respected);
+    TEST(an_unsafe_wish_is_refused);
+    TEST(a_wrong_number_of_wishes_is_refused);
+    return check_report();
+}

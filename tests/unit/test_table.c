@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables: what they reproduce exactly, their ends, their derivatives, and the same bits from graph and tape. */
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "check.h"
+#include "random.h"
+#include "symbolic/derivative.h"
+#include "symbolic/table.h"
+#include <math.h>
+
+enum { KNOTS = 9 };
+
+static double cubic(int derivative, double x)
+{
+    const double values[5] = {1 + x * (-2 + x * (0.5 + x * 0.25)), -2 + x * (1 + x * 0.75), 1 + 1.5 * x, 1.5, 0};
+    return values[derivative];
+}
+
+static kmp_table *sampled(kmp_table_method method, int count, double (*f)(int, double))
+{
+    double x[KNOTS], y[KNOTS];
+    for (int k = 0; k < count; k++) {
+        x[k] = -1 + 0.3 * k + 0.05 * (k % 3);
+        y[k] = f(0, x[k]);
+    }
+    return kmp_table_new(method, count, x, y);
+}
+
+static void test_check(void)
+{
+    const double x[] = {0, 1, 1, 2}, y[] = {0, NAN, 3, 4}, rising[] = {0, 1, 2, 3};
+    CHECK(kmp_table_check(4, x, rising) == 2 && kmp_table_check(4, rising, y) == 1);
+    CHECK(kmp_table_check(1, x, y) == 1 && kmp_table_check(4, rising, x) == -1);
+}
+
+/* Not-a-knot: a cubic is met everywhere, with all derivatives. */
+static void test_cubic(void)
+{
+    kmp_table *t = sampled(KMP_TABLE_CUBIC, KNOTS, cubic);
+    for (int derivative = 0; derivative <= 4; derivative++)
+        for (double x = -1; x < 1.4; x += 0.043)
+            CHECK_NEAR(kmp_table_value(t, derivative, x), cubic(derivative, x), derivative < 2 ? 1e-13 : 1e-11);
+    CHECK(isnan(kmp_table_value(t, 0, NAN)));
+    kmp_table_free(t);
+}
+
+static double parabola(int derivative, double x)
+{
+    return derivative == 0 ? x * x - x : 2 * x - 1;
+}
+
+static void test_few_points(void)
+{
+    kmp_table *three = sampled(KMP_TABLE_CUBIC, 3, parabola), *two = sampled(KMP_TABLE_CUBIC, 2, parabola);
+    for (double x = -1; x <= -0.3; x += 0.05) {
+        CHECK_NEAR(kmp_table_value(three, 0, x), parabola(0, x), 1e-14);
+        CHECK_NEAR(kmp_table_value(three, 1, x), parabola(1, x), 1e-13);
+        CHECK_NEAR(kmp_table_value(two, 1, x), kmp_table_value(two, 1, -1), 1e-15);
+    }
+    kmp_table_free(three);
+    kmp_table_free(two);
+}
+
+static void test_linear(void)
+{
+    const double x[] = {0, 1, 3}, y[] = {2, 4, 0};
+    kmp_table *t = kmp_table_new(KMP_TABLE_LINEAR, 3, x, y);
+    CHECK_NEAR(kmp_table_value(t, 0, 0.5), 3, 0);
+    CHECK_NEAR(kmp_table_value(t, 0, 1), 4, 0);
+    CHECK_NEAR(kmp_table_value(t, 1, 1), -2, 0); /* the piece on the right */
+    CHECK_NEAR(kmp_table_value(t, 0, 2), 2, 0);
+    CHECK_NEAR(kmp_table_value(t, 2, 2), 0, 0);
+    CHECK_NEAR(kmp_table_value(t, 0, -1), 0, 0);
+    CHECK_NEAR(kmp_table_value(t, 0, 4), -2, 0);
+    kmp_table_free(t);
+}
+
+/* Value and slope go on beyond the ends. */
+static void test_ends(void)
+{
+    kmp_table *t = sampled(KMP_TABLE_CUBIC, KNOTS, cubic);
+    const double ends[2] = {t->x[0], t->x[KNOTS - 1]}, out[2] = {-1, 1};
+    for (int k = 0; k < 2; k++) {
+        double beyond = ends[k] + out[k] * 2;
+        CHECK_NEAR(kmp_table_value(t, 0, beyond), cubic(0, ends[k]) + out[k] * 2 * cubic(1, ends[k]), 1e-12);
+        CHECK_NEAR(kmp_table_value(t, 1, beyond), cubic(1, ends[k]), 1e-12);
+        CHECK_NEAR(kmp_table_value(t, 2, beyond), 0, 0);
+        CHECK_NEAR(kmp_table_value(t, 0, ends[k] + out[k] * 1e-14), cubic(0, ends[k]), 1e-12);
+    }
+    kmp_table_free(t);
+}
+
+static void test_sine(void)
+{
+    enum { MANY = 101 };
+    double x[MANY], y[MANY];
+    for (int k = 0; k < MANY; k++) {
+        x[k] = 0.06 * k;
+        y[k] = sin(x[k]);
+    }
+    kmp_table *t = kmp_table_new(KMP_TABLE_CUBIC, MANY, x, y);
+    for (double at = 0; at < 6; at += 0.01) {
+        CHECK_NEAR(kmp_table_value(t, 0, at), sin(at), 1e-6);
+        CHECK_NEAR(kmp_table_value(t, 1, at), cos(at), 1e-4);
+    }
+    kmp_table_free(t);
+}
+
+/* -- in graph and program ---------------------------------------------------------------------------- */
+
+static void test_graph_tables(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_table *t = sampled(KMP_TABLE_CUBIC, KNOTS, cubic), *line = sampled(KMP_TABLE_LINEAR, KNOTS, cubic);
+    kmp_ref x = kmp_input(g, KMP_IN_Q, 0);
+    CHECK(kmp_graph_add_table(g, t) == 0 && kmp_graph_add_table(g, line) == 1 && kmp_graph_add_table(g, t) == 0);
+    CHECK(kmp_graph_table(g, 2) == NULL && kmp_graph_table(g, -1) == NULL && kmp_table_equal(kmp_graph_table(g, 0), t));
+    kmp_ref f = kmp_table_at(g, 0, x), l = kmp_table_at(g, 1, x);
+    CHECK(kmp_table_at(g, 0, x) == f && l != f);
+    CHECK(kmp_table_at(g, 0, KMP_ZERO) == kmp_const(g, kmp_table_value(t, 0, 0)));
+    CHECK(kmp_table_derivative_at(g, 1, 2, x) == KMP_ZERO && kmp_table_derivative_at(g, 0, 3, x) != KMP_ZERO);
+    kmp_table_free(t);
+    kmp_table_free(line);
+    kmp_graph_free(g);
+}
+
+static void test_program_tables(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_table *t = sampled(KMP_TABLE_CUBIC, KNOTS, cubic), *line = sampled(KMP_TABLE_LINEAR, KNOTS, cubic);
+    kmp_ref x = kmp_input(g, KMP_IN_Q, 0), one = KMP_ONE, out[4];
+    (void)kmp_graph_add_table(g, t); /* not used by the program */
+    int used = kmp_graph_add_table(g, line);
+    kmp_derivative *d = kmp_derivative_new(g, 1, &x, &one);
+    out[0] = kmp_table_at(g, used, kmp_neg(kmp_mul(g, x, x)));
+    out[1] = kmp_derivative_of(d, out[0]);
+    out[2] = kmp_table_at(g, 0, kmp_neg(x));
+    out[3] = kmp_derivative_of(d, kmp_derivative_of(d, out[2]));
+    const kmp_ref *group = out;
+    kmp_program *p = kmp_program_new(g, 1, &(int){4}, &group);
+    double *value = KMP_NEW(double, kmp_graph_count(g)), q = 0;
+    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
+    CHECK(p->table_count == 2);
+    random_seed(3);
+    for (int k = 0; k < 200; k++) {
+        q = between(-1.5, 1.5);
+        kmp_machine_set(machine, KMP_IN_Q, &q);
+        kmp_graph_eval(g, (const double *const[KMP_IN_COUNT]){[KMP_IN_Q] = &q}, value);
+        const double *got = kmp_machine_run(machine, 1);
+        for (int i = 0; i < 4; i++) {
+            double expected = out[i] & 1 ? -value[out[i] >> 1] : value[out[i] >> 1];
+            CHECK(memcmp(&got[i], &expected, sizeof expected) == 0);
+        }
+        CHECK_NEAR(got[0], kmp_table_value(line, 0, -q * q), 0);
+        CHECK_NEAR(got[1], -2 * q * kmp_table_value(line, 1, -q * q), 1e-15);
+        CHECK_NEAR(got[3], kmp_table_value(t, 2, -q), 1e-15);
+    }
+    kmp_free(value);
+    kmp_machine_free(machine);
+    kmp_program_free(p);
+    kmp_derivative_free(d);
+    kmp_table_free(t);
+    kmp_table_free(line);
+    kmp_graph_free(g);
+}
+
+int main(void)
+{
+    TEST(test_check);
+    TEST(test_cubic);
+    TEST(test_few_points);
+    TEST(test_linear);
+    TEST(test_ends);
+    TEST(test_sine);
+    TEST(test_graph_tables);
+    TEST(test_program_tables);
+    return check_report();
+}
