@@ -82,12 +82,15 @@ static void projected(void)
 }
 
 /* Steps, Newton iterations and the end of a dae run. */
-static kempe_work dae_run(const kempe_system *system, double q[3])
+static kempe_work implicit_run(const kempe_system *system, const char *road, const char *form, const char *integrator,
+                               double q[3])
 {
     kempe_stepper *stepper = NULL;
     kempe_work work = {0};
     kempe_run settings = kempe_run_default();
-    settings.road = "dae";
+    settings.road = road;
+    settings.form = form;
+    settings.integrator = integrator;
     settings.rtol = 1e-9;
     settings.t_end = 1;
     CHECK(kempe_stepper_new(system, &settings, &stepper) == KEMPE_OK);
@@ -100,8 +103,8 @@ static kempe_work dae_run(const kempe_system *system, double q[3])
     return work;
 }
 
-/* The iteration matrix has the force by differences: as many steps and iterations, the same error. */
-static void dae(void)
+/* Iteration matrices have the force by differences: as many steps and iterations, the same error. */
+static void implicit(const char *road, const char *form, const char *integrator)
 {
     kempe_context *context = kempe_context_new();
     kempe_model *said = four_bar_new(context, FOUR_BAR_TORQUE), *bare = four_bar_new(context, NULL);
@@ -112,7 +115,8 @@ static void dae(void)
     CHECK(kempe_system_new(bare, &by_function) == KEMPE_OK);
     kempe_system_set_force(by_function, torque, &calls);
     kempe_trajectory *exact = run(context, by_expression, "projected", NULL);
-    kempe_work x = dae_run(by_expression, a), y = dae_run(by_function, b);
+    kempe_work x = implicit_run(by_expression, road, form, integrator, a);
+    kempe_work y = implicit_run(by_function, road, form, integrator, b);
     CHECK(labs(x.steps - y.steps) <= x.steps / 20 && labs(x.newton - y.newton) <= x.newton / 20);
     for (int i = 0; i < 3 && exact; i++) {
         const double *q = kempe_trajectory_q(exact, kempe_trajectory_row_count(exact) - 1);
@@ -125,6 +129,26 @@ static void dae(void)
     kempe_model_free(said);
     kempe_model_free(bare);
     kempe_context_free(context);
+}
+
+static void dae_ah(void)
+{
+    implicit("dae", "ah", "ida");
+}
+
+static void dae_ggl(void)
+{
+    implicit("dae", "ggl", "ida");
+}
+
+static void dae_index1(void)
+{
+    implicit("dae", "index1", "ida");
+}
+
+static void reduced_bdf(void)
+{
+    implicit("reduced", "closed", "bdf");
 }
 
 /* A force that says no makes the start impossible, in words. */
@@ -158,7 +182,10 @@ int main(void)
     TEST(carried);
     TEST(closed);
     TEST(projected);
-    TEST(dae);
+    TEST(dae_ah);
+    TEST(dae_ggl);
+    TEST(dae_index1);
+    TEST(reduced_bdf);
     TEST(refused);
     return check_report();
 }

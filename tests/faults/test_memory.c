@@ -149,12 +149,13 @@ static kempe_status evaluate(scene *s)
     return status;
 }
 
-static kempe_status simulate(scene *s, const char *road, const char *form)
+static kempe_status simulate(scene *s, const char *road, const char *form, const char *integrator)
 {
     kempe_trajectory *trajectory = NULL;
     kempe_run run = kempe_run_default();
     run.road = road;
     run.form = form;
+    run.integrator = integrator;
     run.rtol = 1e-6;
     run.t_end = 0.05;
     run.every = 0.025;
@@ -167,22 +168,32 @@ static kempe_status simulate(scene *s, const char *road, const char *form)
 
 static kempe_status simulate_carried(scene *s)
 {
-    return simulate(s, "reduced", "carried");
+    return simulate(s, "reduced", "carried", "dop853");
 }
 
 static kempe_status simulate_closed(scene *s)
 {
-    return simulate(s, "reduced", "closed");
+    return simulate(s, "reduced", "closed", "dopri5");
+}
+
+static kempe_status simulate_bdf(scene *s)
+{
+    return simulate(s, "reduced", "closed", "bdf");
 }
 
 static kempe_status simulate_projected(scene *s)
 {
-    return simulate(s, "projected", NULL);
+    return simulate(s, "projected", NULL, NULL);
 }
 
-static kempe_status simulate_dae(scene *s)
+static kempe_status simulate_ah(scene *s)
 {
-    return simulate(s, "dae", NULL);
+    return simulate(s, "dae", "ah", NULL);
+}
+
+static kempe_status simulate_index1(scene *s)
+{
+    return simulate(s, "dae", "index1", NULL);
 }
 
 static kempe_status step(scene *s)
@@ -292,8 +303,10 @@ static const struct {
               {"workspace", evaluate},
               {"carried", simulate_carried},
               {"closed", simulate_closed},
+              {"bdf", simulate_bdf},
               {"projected", simulate_projected},
-              {"dae", simulate_dae},
+              {"ah", simulate_ah},
+              {"index1", simulate_index1},
               {"step", step},
               {"print trajectory", print_trajectory},
               {"write csv", write_csv},
