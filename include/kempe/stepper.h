@@ -30,8 +30,8 @@ typedef struct kempe_work {
     long steps, rejected, refused, rhs, newton, factorizations, exchanges;
 } kempe_work;
 
-/** Assembles and stands at t = 0; `every` and `reference` of the run do not matter here. The system must outlive it.
- *  KEMPE_E_ARGUMENT: a name or number of the run; KEMPE_E_FAILED: it cannot start; KEMPE_E_MEMORY. */
+/** Assembles and stands at t = 0; `every`, `reference` and checkpoints of the run do not matter here. The system must
+ * outlive it. KEMPE_E_ARGUMENT: a name or number of the run; KEMPE_E_FAILED: it cannot start; KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run *run, kempe_stepper **stepper);
 KEMPE_API void kempe_stepper_free(kempe_stepper *stepper);
 
