@@ -96,6 +96,12 @@ KEMPE_API kempe_status kempe_model_add_point(kempe_model *model, const char *bod
 KEMPE_API kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def);
 KEMPE_API kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def);
 
+/** Whatever else the model language has (docs/model_format.md), as it would stand in a file: entry `name` of a section,
+ *  kempe_model_add_text(model, "forces", "stop", "{stops: A, ...}"), or ("run", "t_end", "5"). KEMPE_E_INPUT: not YAML.
+ */
+KEMPE_API kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name,
+                                            const char *text);
+
 /** The guess from which the model is assembled: rad or m; `hold` not 0 keeps the coordinate as it is given. */
 KEMPE_API kempe_status kempe_model_set_q(kempe_model *model, const char *coordinate, kempe_number value, int hold);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Building a model in code. Every adder writes the nodes that the file would have had, so that the reader is the
- * only judge; a node's line is the number of the call, which becomes the name of what was called in complaints. */
+ * only judge; what was called takes the place of the file in complaints. */
 #include "model/build.h"
 #include "base/memory.h"
 #include <math.h>
@@ -15,7 +15,7 @@ static kmp_node *new_node(kmp_builder *b, kmp_node_kind kind)
         return NULL;
     node->kind = kind;
     node->text = "";
-    node->place = node->text_place = (kmp_place){b->call_count, 1, 0};
+    node->place = node->text_place = (kmp_place){.file = b->call_count - 1};
     return node;
 }
 
@@ -121,7 +121,7 @@ static kmp_node *part(kmp_builder *b, kmp_node *map, const char *key, kmp_node_k
 
 /* -- calls --------------------------------------------------------------------------------------- */
 
-/* The label of the next call: "WHAT 'NAME'". */
+/* The label of the next call: "WHAT 'NAME'", or WHAT. */
 static void begin_call(kmp_builder *b, const char *what, const char *name)
 {
     kmp_text label = {0};
@@ -192,8 +192,8 @@ kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_mod
     m->context = context;
     m->name = m->file = kmp_arena_strdup(&m->arena, name && name[0] ? name : "model");
     m->builder = KMP_NEW(kmp_builder, 1);
-    if (m->builder) {
-        begin_call(m->builder, "model", m->name);
+    if (m->builder && m->name) {
+        begin_call(m->builder, m->name, NULL);
         m->builder->root = new_node(m->builder, KMP_NODE_MAP);
         put(m->builder, m->builder->root, "kempe", word(m->builder, "1"));
         put(m->builder, m->builder->root, "name", word(m->builder, m->name));
@@ -371,6 +371,34 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
     return add(model, "forces", def->name, map);
 }
 
+/* -- whatever else the language has ---------------------------------------------------------------- */
+
+/* "forces" has forces, "bodies" bodies: what one of them is called. */
+static const char *kind_of(const char *section)
+{
+    static const char *const words[][2] = {
+        {"bodies", "body"}, {"loops", "loop"}, {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"}};
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        if (strcmp(words[k][0], section) == 0)
+            return words[k][1];
+    return section;
+}
+
+kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name, const char *text)
+{
+    kmp_builder *b = model->builder;
+    const kmp_node *node = NULL;
+    kempe_status status = check_new(model, kind_of(section), name, section);
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(b, kind_of(section), name);
+    if (b->arena.failed)
+        return kmp_fail_memory(model->context);
+    int call = b->call_count - 1;
+    status = kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), &node);
+    return status == KEMPE_OK && node ? add(model, section, name, node) : status;
+}
+
 /* -- start --------------------------------------------------------------------------------------- */
 
 static kempe_status set_start(kempe_model *model, const char *coordinate, const char *key, kempe_number value,
@@ -404,9 +432,12 @@ kempe_status kempe_model_set_qd(kempe_model *model, const char *coordinate, kemp
 
 /* -- finishing ----------------------------------------------------------------------------------- */
 
-/* What is said later of a built thing has a name, but no line. */
+/* What is said later of a built thing has its name in it: the model's is put before, which ends the use of the calls.
+ */
 static void forget_places(kempe_model *model)
 {
+    model->files = &model->file;
+    model->file_count = 1;
     for (int i = 0; i < model->body_count; i++)
         model->bodies[i].place = (kmp_place){0};
     for (int i = 0; i < model->closure_count; i++)
@@ -419,6 +450,8 @@ kempe_status kempe_model_finish(kempe_model *model)
 {
     kempe_model *read = NULL;
     kempe_status status = check_call(model, "model", model->name);
+    if (status == KEMPE_OK)
+        status = end_call(model); /* an adder may have failed unheard */
     if (status == KEMPE_OK)
         status = kmp_builder_read(model->context, model->builder, model->name, &read);
     if (status != KEMPE_OK)

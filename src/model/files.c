@@ -62,7 +62,12 @@ static complaint take_apart(const kempe_model *model, char *text, int order)
     char *rest = text;
     if (c.file < 0)
         return c;
-    c.line = (int)strtol(text + strlen(model->files[c.file]) + 1, &rest, 10);
+    rest += strlen(model->files[c.file]) + 1;
+    if (*rest == ' ') { /* no line: of a model built in code */
+        c.text = rest + 1;
+        return c;
+    }
+    c.line = (int)strtol(rest, &rest, 10);
     if (*rest == ':')
         c.column = (int)strtol(rest + 1, &rest, 10);
     c.text = strncmp(rest, ": ", 2) == 0 ? rest + 2 : rest;
@@ -88,14 +93,11 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
-/* In a model built in code the thing that was called stands for the place. */
+/* In a model built in code a file is one call, without lines; its name is not said twice. */
 static kempe_status say_again(kmp_reader *r, const complaint *c)
 {
-    const char *call = r->calls && c->line > 0 ? r->calls[c->line - 1] : NULL;
-    if (c->file < 0 || (call && strstr(c->text, call)))
+    if (c->file < 0 || (c->line == 0 && strstr(c->text, r->model->files[c->file])))
         return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
-    if (call)
-        return kmp_fail(r->context, KEMPE_E_INPUT, "%s: %s", call, c->text);
     return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
 }
 

@@ -129,12 +129,11 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
                               kempe_model **model)
 {
-    kmp_reader r = {
-        .context = context, .model = new_model(context, label), .root = builder->root, .calls = builder->calls};
-    if (!r.model || kmp_reader_add_file(&r, label) < 0) {
-        kempe_model_free(r.model);
+    kmp_reader r = {.context = context, .model = new_model(context, label), .root = builder->root};
+    if (!r.model)
         return kmp_fail_memory(context);
-    }
+    r.model->files = builder->calls;
+    r.model->file_count = builder->call_count;
     r.file = r.model->file;
     return finish_reading(&r, KEMPE_OK, model);
 }

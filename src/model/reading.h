@@ -17,9 +17,8 @@ typedef struct kmp_reader {
     const kempe_setting *settings;
     int setting_count;
     const kmp_node *root;
-    const char *const *calls; /* of a model built in code: what was called, by line; else NULL */
-    bool wrong;               /* something was complained of */
-    bool *parameter_known;    /* its value is good; what depends on others is passed over in silence */
+    bool wrong;            /* something was complained of */
+    bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;

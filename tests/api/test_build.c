@@ -124,7 +124,7 @@ static void mistakes(void)
     const kempe_number zero = kempe_value(0);
     CHECK(kempe_model_new(context, "wrong", &model) == KEMPE_OK);
     CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
-    CHECK_TEXT(kempe_context_message(context), "model 'wrong': the model lacks the key 'bodies'");
+    CHECK_TEXT(kempe_context_message(context), "wrong: the model lacks the key 'bodies'");
     kempe_body_def arm = kempe_body_default("arm");
     arm.mass = kempe_expression("2*m");
     CHECK(kempe_model_add_body(model, &arm) == KEMPE_OK);
@@ -211,6 +211,39 @@ static void open_loop(void)
     kempe_context_free(context);
 }
 
+/* What has no adder of its own is written as in a file; complaints then have line and column inside it. */
+static void as_text(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = four_bar_begin(context, NULL);
+    CHECK(kempe_model_add_text(model, "drives", "motor", "{joint: A, angle: [}") == KEMPE_E_INPUT);
+    CHECK(strncmp(kempe_context_message(context), "drive 'motor':1:", 16) == 0);
+    CHECK(kempe_model_add_text(model, "drives", "motor", "{joint: A, angl: pi/2 + 20*t}") == KEMPE_OK);
+    CHECK(kempe_model_add_text(model, "drives", "motor", "{}") == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(context), "drive 'motor' stands already in the model");
+    CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "drive 'motor':1:12: unknown key 'angl'"));
+    kempe_model_free(model);
+
+    model = four_bar_begin(context, NULL);
+    CHECK(kempe_model_add_text(model, "drives", "motor", "{joint: A, angle: pi/2 + 20*t}") == KEMPE_OK);
+    CHECK(kempe_model_add_text(model, "run", "t_end", "0.1") == KEMPE_OK);
+    CHECK(kempe_model_finish(model) == KEMPE_OK);
+    CHECK_TEXT(kempe_context_message(context), "");
+    kempe_system *system = NULL;
+    kempe_trajectory *trajectory = NULL;
+    kempe_run settings = kempe_run_default();
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    CHECK(kempe_simulate(system, &settings, &trajectory) == KEMPE_OK);
+    if (trajectory)
+        CHECK_NEAR(kempe_trajectory_q(trajectory, kempe_trajectory_row_count(trajectory) - 1)[0], acos(-1) / 2 + 2,
+                   1e-12);
+    kempe_trajectory_free(trajectory);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 int main(void)
 {
     TEST(same_as_file);
@@ -219,5 +252,6 @@ int main(void)
     TEST(refused_calls);
     TEST(not_finite);
     TEST(open_loop);
+    TEST(as_text);
     return check_report();
 }

@@ -73,6 +73,8 @@ static kempe_status build_model(scene *s)
     if (status == KEMPE_OK)
         status = kempe_model_add_force(model, &motor);
     if (status == KEMPE_OK)
+        status = kempe_model_add_text(model, "forces", "brake", "{joint: arm, torque: -qd(arm)}");
+    if (status == KEMPE_OK)
         status = kempe_model_set_q(model, "arm", kempe_value(1), 1);
     if (status == KEMPE_OK)
         status = kempe_model_finish(model);
