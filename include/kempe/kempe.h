@@ -211,8 +211,13 @@ KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory
 KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
 KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);
 
-/** Writes the table as CSV (t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole or not at all. */
+/** Writes the table as CSV (a comment with the units; t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole
+ * or not at all. */
 KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, const char *path);
+
+/** The same for NumPy: `names`, `units` (a column each) and `values` (rows x columns) in one .npz, whole or not at all.
+ */
+KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path);
 
 /* The same step by step: kempe/stepper.h, which this header includes at its end. */
 

@@ -3,8 +3,8 @@
 #include "results/trajectory.h"
 #include "base/memory.h"
 #include "model/nearest.h"
-#include "results/checkpoint.h"
 #include "model/output_table.h"
+#include "results/checkpoint.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
