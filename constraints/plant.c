@@ -105,8 +105,13 @@ kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
     }
     kmp_plant *plant = KMP_NEW(kmp_plant, 1);
     if (plant)
-        *plant = (kmp_plant){.system = system, .n = system->n, .m = system->m};
-    if (!plant || !prepare(plant, b)) {
+        *plant = (kmp_plant){.system = system,
+                             .n = system->n,
+                             .m = system->m,
+                             .q = KMP_NEW(double, system->n),
+                             .with_force = KMP_NEW(double, system->n),
+                             .effort = KMP_NEW(double, system->n)};
+    if (!plant || !plant->q || !plant->with_force || !plant->effort || !prepare(plant, b)) {
         kmp_plant_free(plant);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -122,6 +127,9 @@ void kmp_plant_free(kmp_plant *plant)
     kmp_machine_free(plant->judge);
     kmp_machine_free(plant->changes);
     kmp_free(plant->mode);
+    kmp_free(plant->q);
+    kmp_free(plant->with_force);
+    kmp_free(plant->effort);
     kmp_free(plant);
 }
 
@@ -135,6 +143,8 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q)
     plant->h = kmp_machine_run(plant->motion, KMP_STAGE_CLOSURE);
     plant->jacobian = plant->h + plant->m;
     plant->h_t = plant->system->rheonomic ? plant->jacobian + plant->system->jacobian.count : NULL;
+    plant->t = t;
+    memmove(plant->q, q, (size_t)plant->n * sizeof *q);
 }
 
 void kmp_plant_mass(kmp_plant *plant)
@@ -148,6 +158,20 @@ void kmp_plant_bias(kmp_plant *plant, const double *qd)
     kmp_machine_set(plant->motion, KMP_IN_QD, qd);
     plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
     plant->jdqd = plant->bias + plant->n;
+    const double *effort = kmp_plant_effort(plant, plant->t, plant->q, qd);
+    if (!effort)
+        return;
+    for (int i = 0; i < plant->n; i++)
+        plant->with_force[i] = plant->bias[i] - effort[i];
+    plant->bias = plant->with_force;
+}
+
+const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd)
+{
+    if (!plant->system->force)
+        return NULL;
+    kmp_system_effort(plant->system, t, q, qd, plant->effort);
+    return plant->effort;
 }
 
 void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian)
@@ -181,7 +205,11 @@ double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double
     visit(plant, &t, q, qd);
     (void)kmp_plant_potential(plant, t, q);
     kmp_machine_set(plant->judge, KMP_IN_QD, qd);
-    return *kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+    double power = *kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+    const double *effort = kmp_plant_effort(plant, t, q, qd);
+    for (int i = 0; effort && i < plant->n; i++)
+        power += effort[i] * qd[i];
+    return power;
 }
 
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda)

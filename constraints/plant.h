@@ -18,6 +18,9 @@ typedef struct kmp_plant {
     const double *mass;     /* system->mass.count values, since kmp_plant_mass */
     const double *bias;     /* n, since kmp_plant_bias */
     const double *jdqd;     /* m */
+    double t, *q;           /* n: of the last kmp_plant_closure, for the user's force */
+    double *with_force;     /* n: bias less the user's efforts */
+    double *effort;         /* n */
 } kmp_plant;
 
 /** NULL after a message (unknown back end, no memory). */
@@ -38,6 +41,10 @@ const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, con
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);
 void kmp_plant_thaw(kmp_plant *plant);
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds);
+
+/** The user's efforts at (t, q, qd), owned by the plant, not finite where they cannot be evaluated; NULL: there are
+ * none. */
+const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd);
 
 /** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
 void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian);

@@ -36,6 +36,7 @@ struct kmp_runner {
     double work;          /* of non-conservative forces on a dae road, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, progress;
+    unsigned long memory_failures; /* before it was made */
     char *reason;
 };
 
@@ -135,6 +136,13 @@ static kempe_status make_solver(kmp_runner *run)
 
 /* -- failures ---------------------------------------------------------------------------------------- */
 
+/* Whatever was complained of on the way. */
+static kempe_status fail_memory(const kmp_runner *run)
+{
+    kmp_context_clear(run->s->context);
+    return kmp_fail_memory(run->s->context);
+}
+
 /* The sentence of a failure: the road's, the integrator's, or `otherwise`. */
 static kempe_status give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
 {
@@ -142,6 +150,8 @@ static kempe_status give_up(kmp_runner *run, kempe_status status, const char *ot
     kmp_text text = {0};
     if (status != KEMPE_E_FAILED || run->reason)
         return status;
+    if (kmp_memory_failures() != run->memory_failures)
+        return fail_memory(run);
     if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
         run->road->explain(run->road);
     if (run->road && run->road->reason.length)
@@ -249,9 +259,11 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     double begin_s = cpu_now();
     kempe_assembly *own = NULL;
     kempe_status status = KEMPE_OK;
+    unsigned long memory_failures = kmp_memory_failures();
     kmp_runner *run = KMP_NEW(kmp_runner, 1);
     if (!run)
         return kmp_fail_memory(system->context);
+    run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
     run->work = spec->work_start;

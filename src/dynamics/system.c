@@ -106,7 +106,8 @@ static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
     int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count};
     const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, eq->shown};
-    s->dissipative = eq->power != KMP_ZERO || s->rheonomic;
+    s->has_power = eq->power != KMP_ZERO || s->rheonomic;
+    s->dissipative = s->has_power;
     s->judge = kmp_program_new(eq->graph, 5, count, groups);
     return s->judge;
 }
@@ -220,12 +221,15 @@ kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
 {
     clock_t begin = clock();
     kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status != KEMPE_OK)
+        return status;
     kempe_system *s = KMP_NEW(kempe_system, 1);
     if (!s)
         return kmp_fail_memory(model->context);
     s->model = model;
     s->context = model->context;
-    kempe_status status = derive(s);
+    status = derive(s);
     if (status != KEMPE_OK) {
         kempe_system_free(s);
         return status;
@@ -256,6 +260,23 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->row_scale);
     kmp_free(s->parameters);
     kmp_free(s);
+}
+
+/* The work of the user's force is accounted for as that of every force without a potential. */
+void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
+{
+    system->force = force;
+    system->force_user = user;
+    system->dissipative = force || system->has_power;
+}
+
+void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort)
+{
+    for (int i = 0; i < system->n; i++)
+        effort[i] = 0;
+    if (system->force(system->force_user, t, q, qd, effort) != 0)
+        for (int i = 0; i < system->n; i++)
+            effort[i] = NAN;
 }
 
 int kempe_system_row_count(const kempe_system *system)
