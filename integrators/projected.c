@@ -77,6 +77,17 @@ static int check_redundant(projected *d, double t)
     return KMP_GO;
 }
 
+/* Whether a correction stays within the error weights. */
+static bool is_small(int n, const double *dx, const double *w)
+{
+    for (int i = 0; i < n; i++)
+        if (!(fabs(dx[i]) <= CORRECTION_LIMIT * w[i]))
+            return false;
+    return true;
+}
+
+/* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
+ * would swallow them: such a step is refused too. On refusal y is as it was. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     projected *d = self;
@@ -84,15 +95,18 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     (void)dy;
     if (check_redundant(d, t) != KMP_GO)
         return KMP_HALT;
+    kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
+    if (!is_small(n, d->dx, w))
+        return KMP_RETRY;
+    for (int i = 0; i < n; i++)
+        d->q[i] = y[i] + d->dx[i];
+    kmp_plant_closure(d->plant, t, d->q);
     rate_violation(d, y + n);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
-    memcpy(d->violation, d->plant->h, (size_t)d->m * sizeof *d->violation);
-    kmp_saddle_correction(&d->saddle, d->violation, d->dx);
-    for (int i = 0; i < n; i++)
-        if (!(fabs(d->dx[i]) <= CORRECTION_LIMIT * w[i]))
-            return KMP_RETRY;
+    if (!is_small(n, d->qd, w + n))
+        return KMP_RETRY;
     for (int i = 0; i < n; i++) {
-        y[i] += d->dx[i];
+        y[i] = d->q[i];
         y[n + i] += d->qd[i];
     }
     d->road.factorizations = d->saddle.factorizations;

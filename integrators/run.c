@@ -215,7 +215,7 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
     if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
         return kmp_fail_memory(run->s->context);
-    kempe_status status = choose_partition(run, 0, start->q, run->spec.u, run->spec.u_count);
+    kempe_status status = choose_partition(run, run->spec.t_start, start->q, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
         status = accelerate(run, start);
     if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
@@ -224,15 +224,15 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
         return status;
     run->rate_scale = rate_scale_of(run, start->qd);
     run->way = kmp_road_find(run->spec.road, run->spec.form);
-    status = make_road(run, run->way, 0, start->q, start->qd, 0);
+    status = make_road(run, run->way, run->spec.t_start, start->q, start->qd, run->spec.work_start);
     return status == KEMPE_OK ? make_solver(run) : status;
 }
 
 static kempe_status begin(kmp_runner *run)
 {
     kempe_status status =
-        run->kind->start(run->solver, 0, run->road->y, run->road->yp, run->spec.t_end, first_step(run));
-    return give_up(run, status, "the right-hand side cannot be evaluated", 0);
+        run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->spec.t_end, first_step(run));
+    return give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
 }
 
 kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
@@ -246,6 +246,8 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         return kmp_fail_memory(system->context);
     run->s = system;
     run->spec = *spec;
+    run->work = spec->work_start;
+    run->work_t = spec->t_start;
     if (!start) {
         status = kempe_assemble(system, &own);
         start = own;

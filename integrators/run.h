@@ -9,8 +9,10 @@
 typedef struct kmp_run_spec {
     const char *road, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
     double rtol, atol;                                       /* atol: of an angle */
+    double t_start;    /* 0 but for a run that goes on from a state given as `start` */
+    double work_start; /* of non-conservative forces until then */
     double t_end;
-    int time_count; /* when to deliver rows: ascending, within [0, t_end] */
+    int time_count; /* when to deliver rows: ascending, within [t_start, t_end] */
     const double *times;
     const int *u; /* wished independent coordinates */
     int u_count;

@@ -248,6 +248,7 @@ static void position(kmp_road *road, double t, const double *y, double *q)
     memcpy(q, y, (size_t)((zone *)road)->n * sizeof *q);
 }
 
+/* Projected to round-off on the directions kept, as the next road wants it. */
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
@@ -256,8 +257,19 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
-    if (place(d, t, q, qd) != KMP_GO)
-        return KMP_HALT;
+    for (int pass = 0; pass < 3; pass++) {
+        if (place(d, t, q, qd) != KMP_GO)
+            return KMP_HALT;
+        if (pass == 2)
+            break;
+        correction(d, d->plant->h, d->dx);
+        rate_violation(d, qd);
+        correction(d, d->y, d->x);
+        for (int i = 0; i < n; i++) {
+            q[i] += d->dx[i];
+            qd[i] += d->x[i];
+        }
+    }
     accelerations(d, qdd, lambda);
     *work = d->has_work ? y[2 * n] : 0;
     return KMP_GO;

@@ -167,6 +167,8 @@ typedef struct kempe_run {
     double t_end;           /* s */
     double every;           /* s between output rows */
     const char *reference;  /* CSV file to measure errors against */
+    const char *checkpoint; /* file that a long run leaves its rows in, every few seconds and at its end */
+    const char *resume;     /* such a file to go on from */
 } kempe_run;
 
 KEMPE_API kempe_run kempe_run_default(void);

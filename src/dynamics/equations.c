@@ -7,16 +7,31 @@
 #include "dynamics/outputs.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
+#include <math.h>
 
 /* -- closures ---------------------------------------------------------------------------------------- */
 
-/* A row without coordinates: 0 = 0 is dropped, anything else can never be met. */
+/* What the points' components, summed along the loops, may leave of a zero. */
+#define ROUNDING 1e-13
+
+/* The largest component of any point of the model. */
+static double size_of_points(const kempe_model *model)
+{
+    double size = 0;
+    for (int k = 0; k < model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            size = fmax(size, fabs(model->points[k].at[i].value));
+    return size;
+}
+
+/* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
 static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
 {
     double gap = 0;
     if (h == KMP_ZERO)
         return KEMPE_OK;
-    (void)kmp_is_const(eq->graph, h, &gap);
+    if (kmp_is_const(eq->graph, h, &gap) && fabs(gap) <= ROUNDING * size_of_points(eq->model))
+        return KEMPE_OK;
     return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
                         "move one of its points",

@@ -17,6 +17,7 @@ struct kmp_block {
     int n, nz, count;
     int *p, *q, *start; /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
     int permutation_sign;
+    bool pairs; /* every block has two rows */
 
     double *lu; /* the dense diagonal blocks, one after another */
     int lu_size;
@@ -111,6 +112,9 @@ static void place_blocks(kmp_block *b, int *row_at, int *col_at, int *block_of)
         }
     }
     b->lu_size = b->lu_start[b->count];
+    b->pairs = b->n == 2 * b->count;
+    for (int k = 0; k < b->count; k++)
+        b->pairs = b->pairs && b->start[k] == 2 * k;
 }
 
 /* Each entry's place in its diagonal block; -1 for one beside the blocks, counted in off_start[row + 1]. */
@@ -212,6 +216,31 @@ static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
     return 0;
 }
 
+/* Of a pivot that is neither zero, too small, infinite nor NaN. */
+static bool is_reciprocal(double x)
+{
+    return fabs(x) > 0.0 && fabs(x) <= DBL_MAX;
+}
+
+/* The same for two rows, the block of a planar loop, in one: the operations of kmp_lu_factor and of the reciprocals. */
+static int factor_pair(kmp_block *b, int k, int *sign)
+{
+    int first = b->start[k];
+    double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    int lower = fabs(lu[1]) > fabs(lu[0]);
+    double u0 = lu[lower], l = lu[1 - lower] / u0, u01 = lu[2 + lower], u1 = lu[3 - lower] - l * u01;
+    b->order[first] = first + lower;
+    b->order[first + 1] = first + 1 - lower;
+    lu[0] = u0;
+    lu[1] = l;
+    lu[2] = u01;
+    lu[3] = u1;
+    inverse[0] = 1.0 / u0;
+    inverse[1] = 1.0 / u1;
+    *sign *= (1 - 2 * lower) * (u0 < 0 ? -1 : 1) * (u1 < 0 ? -1 : 1);
+    return !is_reciprocal(inverse[0]) ? 1 : !is_reciprocal(inverse[1]) ? 2 : 0;
+}
+
 static void scatter(kmp_block *b, const double *values)
 {
     memset(b->lu, 0, (size_t)b->lu_size * sizeof *b->lu);
@@ -231,8 +260,9 @@ int kmp_block_factor(kmp_block *b, const double *values)
     for (int k = 0; k < b->count; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
         double *lu = b->lu + b->lu_start[k];
-        int fault = factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
-        if (!fault)
+        int fault = size == 2 ? factor_pair(b, k, &b->sign)
+                              : factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
+        if (!fault && size != 2)
             fault = invert_pivots(size, lu, b->inverse + first, &b->sign);
         if (fault) {
             b->sign = 0;
@@ -304,6 +334,29 @@ INLINE void solve_block_transposed(int lanes, int size, const double *lu, const 
         }                                                                                                              \
     } while (0)
 
+/* One right-hand side of row `row` of C, less what the later unknowns contribute. */
+INLINE double remainder_of(const kmp_block *b, int row, const double *x, const double *solved)
+{
+    double s = x[b->p[row]];
+    for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+        s -= b->off[e] * solved[b->off_column[e]];
+    return s;
+}
+
+/* The same as solve() for one right-hand side and blocks of two. */
+static void solve_pairs(const kmp_block *b, double *restrict x)
+{
+    double *restrict w = b->scratch;
+    for (int k = b->n - 2; k >= 0; k -= 2) {
+        const double *lu = b->lu + 2 * k, *inverse = b->inverse + k;
+        double s = remainder_of(b, b->order[k], x, w), r = remainder_of(b, b->order[k + 1], x, w) - lu[1] * s;
+        w[k + 1] = r * inverse[1];
+        w[k] = (s - lu[2] * w[k + 1]) * inverse[0];
+    }
+    for (int j = 0; j < b->n; j++)
+        x[b->q[j]] = w[j];
+}
+
 /* Last block first: the right-hand side less what the later unknowns contribute, then the block. */
 INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
 {
@@ -358,7 +411,9 @@ void kmp_block_solve(const kmp_block *b, int m, double *x)
 {
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
         solve(b, 2, x);
-    if (m == 1)
+    if (m == 1 && b->pairs)
+        solve_pairs(b, x);
+    else if (m == 1)
         solve(b, 1, x);
 }
 

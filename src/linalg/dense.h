@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small dense linear algebra, column-major, no allocation: what the hot path of a small mechanism needs.
- * Larger or general tasks use LAPACK, KLU or UMFPACK (integrators/linear.def). */
+ * Larger or general tasks use LAPACK (linalg/least.h), KLU or UMFPACK (integrators/linear.def). */
 #ifndef KMP_LINALG_DENSE_H
 #define KMP_LINALG_DENSE_H
 

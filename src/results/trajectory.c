@@ -4,12 +4,14 @@
 #include "base/memory.h"
 #include "model/nearest.h"
 #include "model/output_table.h"
+#include "results/checkpoint.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
 #include <string.h>
+#include <time.h>
 
-enum { DEFAULT_ROWS = 200 };
+enum { DEFAULT_ROWS = 200, CHECKPOINT_SECONDS = 10 };
 
 /* All that a simulation needs until it is done. */
 typedef struct job {
@@ -21,6 +23,8 @@ typedef struct job {
     kmp_reference reference;
     bool has_reference;
     kmp_times times;
+    kmp_samples before; /* rows of the checkpoint to go on from */
+    kempe_assembly start;
 } job;
 
 kempe_run kempe_run_default(void)
@@ -135,6 +139,33 @@ static kempe_status prepare_times(job *j)
     return KEMPE_OK;
 }
 
+/* Goes on behind the last row of a checkpoint. */
+static kempe_status prepare_resume(job *j)
+{
+    if (!j->run->resume)
+        return KEMPE_OK;
+    kempe_status status = kmp_checkpoint_read(j->system, j->run->resume, &j->before);
+    if (status != KEMPE_OK)
+        return status;
+    int last = j->before.rows - 1, n = j->system->n;
+    double *state = KMP_NEW(double, 2 * n);
+    if (!state)
+        return kmp_fail_memory(j->context);
+    memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
+    memcpy(state + n, kmp_samples_get(&j->before, KMP_QUANTITY_QD, last), (size_t)n * sizeof *state);
+    j->start = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->spec.t_start = kmp_samples_time(&j->before, last);
+    j->spec.work_start = kmp_samples_work(&j->before, last);
+    if (!(j->spec.t_start < j->spec.t_end))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "the checkpoint stands at t = %g s already, t_end is %g s",
+                        j->spec.t_start, j->spec.t_end);
+    while (j->spec.time_count > 0 && *j->spec.times <= j->spec.t_start) {
+        j->spec.times++;
+        j->spec.time_count--;
+    }
+    return KEMPE_OK;
+}
+
 static kempe_status prepare(job *j)
 {
     const kempe_run *run = j->run;
@@ -152,7 +183,9 @@ static kempe_status prepare(job *j)
         status = read_wish(j);
     if (status == KEMPE_OK)
         status = kmp_run_resolve(j->system, &j->spec);
-    return status == KEMPE_OK ? prepare_times(j) : status;
+    if (status == KEMPE_OK)
+        status = prepare_times(j);
+    return status == KEMPE_OK ? prepare_resume(j) : status;
 }
 
 static void release(job *j)
@@ -160,6 +193,8 @@ static void release(job *j)
     kmp_free(j->u);
     kmp_reference_free(&j->reference);
     kmp_times_free(&j->times);
+    kmp_samples_free(&j->before);
+    kmp_free(j->start.q);
 }
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
@@ -263,12 +298,47 @@ static bool has_result(kempe_status status)
     return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
 }
 
-static kempe_status run(const job *j, kempe_trajectory **trajectory)
+/* Where rows go: into the table, and every few seconds the table into the checkpoint. */
+typedef struct sink {
+    kempe_trajectory *t;
+    const char *checkpoint;
+    time_t written;
+} sink;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    sink *s = user;
+    if (kmp_samples_add(&s->t->table, t, q, qd, qdd, lambda, work))
+        return 1;
+    if (!s->checkpoint || time(NULL) - s->written < CHECKPOINT_SECONDS)
+        return 0;
+    s->written = time(NULL);
+    return kmp_checkpoint_write(s->t->system, &s->t->table, s->checkpoint) != KEMPE_OK;
+}
+
+static kempe_status integrate(job *j, kempe_trajectory *t)
+{
+    sink s = {t, j->run->checkpoint, time(NULL)};
+    if (j->before.rows > 0) {
+        kmp_samples_free(&t->table);
+        t->table = j->before;
+        kmp_samples_init(&j->before, j->system->n, j->system->m);
+    }
+    kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    if (s.checkpoint && t->table.rows > 0) {
+        kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
+        status = written == KEMPE_OK ? status : written;
+    }
+    return status;
+}
+
+static kempe_status run(job *j, kempe_trajectory **trajectory)
 {
     kempe_trajectory *t = trajectory_new(j);
     if (!t)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_run(j->system, &j->spec, NULL, kmp_samples_add, &t->table, &t->report);
+    kempe_status status = integrate(j, t);
     if (has_result(status)) {
         t->status = status;
         status = settle_reason(t, j->context);
@@ -286,6 +356,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options
 {
     job j = {.system = system, .context = system->context, .run = options};
     kmp_context_clear(j.context);
+    kmp_samples_init(&j.before, system->n, system->m);
     kempe_status status = prepare(&j);
     if (status == KEMPE_OK)
         status = run(&j, trajectory);

@@ -256,6 +256,34 @@ class Simulate(Case):
         self.assertNotEqual(found["reason"], "")
 
 
+class Resume(Case):
+    def rows(self, name):
+        with open(self.folder / name, newline="") as file:
+            lines = [line for line in file if not line.startswith("#")]
+        return list(csv.DictReader(lines))
+
+    def test_goes_on_from_a_checkpoint(self):
+        options = [SLIDER_CRANK, "--rtol", "1e-11", "--every", "0.5"]
+        self.expect(0, "simulate", *options, "--t-end", "10", "-o", "whole.csv")
+        self.expect(0, "simulate", *options, "--t-end", "4", "--checkpoint", "run.checkpoint")
+        self.expect(0, "simulate", *options, "--t-end", "10", "--resume", "run.checkpoint", "-o", "resumed.csv")
+        whole, resumed = self.rows("whole.csv"), self.rows("resumed.csv")
+        self.assertEqual([row["t"] for row in whole], [row["t"] for row in resumed])
+        for a, b in zip(whole, resumed):
+            self.assertAlmostEqual(float(a["q.crank"]), float(b["q.crank"]), delta=1e-8)
+
+    def test_what_is_no_checkpoint_of_this_model(self):
+        self.expect(0, "simulate", SLIDER_CRANK, "--t-end", "1", "--checkpoint", "run.checkpoint")
+        done = self.expect(2, "simulate", ANDREWS, "--resume", "run.checkpoint")
+        self.assertRegex(done.stderr, r"run\.checkpoint:1:1: .*another model")
+        text = (self.folder / "run.checkpoint").read_text()
+        (self.folder / "spoilt").write_text(text[:-20] + "x" + text[-19:])
+        done = self.expect(2, "simulate", SLIDER_CRANK, "--t-end", "2", "--resume", "spoilt")
+        self.assertRegex(done.stderr, r"spoilt:\d+:\d+: a row of")
+        self.expect(2, "simulate", SLIDER_CRANK, "--resume", SLIDER_CRANK)
+        self.expect(3, "simulate", SLIDER_CRANK, "--t-end", "0.5", "--resume", "run.checkpoint")
+
+
 class Compare(Case):
     RUN = ("compare", ANDREWS, "--rtol", "1e-5,1e-7", "--reference", REFERENCE)
 
