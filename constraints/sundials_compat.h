@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides what differs between SUNDIALS 6 and 7: the communicator's type, and how a solver is kept from printing
- * (Kempe turns return flags into sentences itself). For the adapters of this folder and of constraints/. */
+/* Hides what differs between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing (Kempe turns
+ * return flags into sentences itself), codes of linear solvers, names of ARKODE's functions. For the adapters of this
+ * folder and of constraints/. */
 #ifndef KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
 #define KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
 
@@ -17,6 +18,7 @@ _Static_assert(sizeof(sunindextype) == sizeof(long), "SUNDIALS must be built wit
 /* What a linear solver of ours says when it cannot go on. */
 #define KMP_SUN_NO_MEMORY      SUN_ERR_MEM_FAIL
 #define KMP_SUN_PACKAGE_FAILED SUN_ERR_EXT_FAIL
+#define KMP_SUN_ARK(name)      ARKode##name
 
 static inline SUNContext kmp_sun_context(void)
 {
@@ -33,6 +35,7 @@ static inline SUNContext kmp_sun_context(void)
 
 #define KMP_SUN_NO_MEMORY      SUNLS_MEM_FAIL
 #define KMP_SUN_PACKAGE_FAILED SUNLS_PACKAGE_FAIL_UNREC
+#define KMP_SUN_ARK(name)      ARKStep##name
 
 static inline SUNContext kmp_sun_context(void)
 {

@@ -193,6 +193,23 @@ def slider_crank():
     return p
 
 
+def governor():
+    p = Picture("Stiff flyball governor at the start")
+    p.guide((0, -0.1), (0, 1.08))
+    p.body("shaft", (0, 1), (0, 0))
+    for side in (-1, 1):
+        angle = side * math.radians(-30) + (math.pi if side < 0 else 0)
+        hinge, along = (side * 0.05, 1), turn(angle, (1, 0))
+        end = (hinge[0] + along[0], hinge[1] + along[1])
+        p.spring((hinge[0] + along[0] / 2, hinge[1] + along[1] / 2), (side * 0.05, 0.5))
+        p.body("right" if side > 0 else "left", *((hinge, end) if side > 0 else (end, hinge)))
+        p.pivot(hinge, shift=(4, -12))
+        p.pivot(end, "5 kg", shift=(-16, 28))
+    p.slider((0, 0.5))
+    p.pivot((0, 0), "O", True, (-26, 4))
+    return p
+
+
 if __name__ == "__main__":
-    for make in (andrews, four_bar, slider_crank):
+    for make in (andrews, four_bar, slider_crank, governor):
         make().write(HERE / make.__name__ / f"{make.__name__}.svg")

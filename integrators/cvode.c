@@ -26,6 +26,7 @@ static int configure(cvode *s, int method)
     bad = bad ? bad : CVodeSetUserData(s->memory, s);
     bad = bad ? bad : CVodeSVtolerances(s->memory, s->base.tolerance.rtol, s->base.atol);
     bad = bad ? bad : CVodeSetMaxNumSteps(s->memory, -1);
+    bad = bad ? bad : CVodeSetMaxHnilWarns(s->memory, -1);
     bad = bad ? bad : CVodeSetMaxErrTestFails(s->memory, 20);
     bad = bad ? bad : CVodeSetMaxConvFails(s->memory, 20);
     if (method == CV_ADAMS)
@@ -114,7 +115,7 @@ static kmp_solver_work work(const void *solver)
     (void)CVodeGetNumSteps(s->memory, &w.steps);
     (void)CVodeGetNumErrTestFails(s->memory, &w.rejected);
     (void)CVodeGetNumNonlinSolvIters(s->memory, &w.newton);
-    (void)CVodeGetNumNonlinSolvConvFails(s->memory, &w.refused);
+    (void)CVodeGetNumStepSolveFails(s->memory, &w.refused);
     if (s->base.linear) {
         (void)CVodeGetNumJacEvals(s->memory, &w.matrices);
         (void)CVodeGetNumLinSolvSetups(s->memory, &w.factorizations);
@@ -156,7 +157,7 @@ static kempe_status step(void *solver)
     memcpy(kmp_sun_data(base->out), kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
     if (kmp_sun_accept(base, t, kmp_sun_data(base->out)) != KMP_GO)
         return kmp_sun_complain(base, "CVODE", "the step's end cannot be evaluated", "accept");
-    return KEMPE_OK;
+    return kmp_sun_progress(base, "CVODE") ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 static double end_of_step(const void *solver)

@@ -28,6 +28,7 @@ struct kmp_ida {
     SUNMatrix matrix;
     SUNLinearSolver solver;
     double t, t_old, t_end;
+    int hopeless;        /* steps in a row too small to reach the end */
     kmp_dae_work before; /* of earlier starts: IDA's counters begin anew with each */
 };
 
@@ -203,6 +204,7 @@ kempe_status kmp_ida_start(kmp_ida *s, double t, const double *y, const double *
     s->before = kmp_ida_work(s);
     s->t = s->t_old = t;
     s->t_end = t_end;
+    s->hopeless = 0;
     memcpy(kmp_sun_data(s->y), y, size);
     memcpy(kmp_sun_data(s->yp), yp, size);
     int bad = IDAReInit(s->memory, t, s->y, s->yp);
@@ -223,7 +225,11 @@ kempe_status kmp_ida_step(kmp_ida *s)
     s->t = t;
     if (s->dae.accept && s->dae.accept(s->dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp)) != KMP_GO)
         return KEMPE_STOPPED;
-    return KEMPE_OK;
+    if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t_end - s->t))
+        return KEMPE_OK;
+    return kmp_fail(s->context, KEMPE_E_FAILED,
+                    "IDA stopped at t = %.9g: steps have become too small to reach the end: the motion is singular",
+                    s->t);
 }
 
 double kmp_ida_t(const kmp_ida *s)

@@ -11,9 +11,6 @@
 
 static const double SAFETY = 0.9, ERROR_FLOOR = 1e-4;
 enum { MAX_REJECT = 1000 };
-/* A step is hopeless when this many of its size would be needed to the end; so many in a row are a collapse. */
-#define HOPELESS 1e9
-enum { MAX_HOPELESS = 100 };
 
 /* -- creation -------------------------------------------------------------------------------------- */
 
@@ -101,6 +98,7 @@ int kmp_rk_start(kmp_rk *s, double t, const double *y, double t_end, double h0)
     s->error_old = ERROR_FLOOR;
     s->rejected = s->dense_ready = false;
     s->hopeless = 0;
+    s->collapsed = false;
     s->dy = s->k[s->method->end];
     memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
     int said = kmp_rk_call(s, t, s->y, s->dy);
@@ -202,13 +200,13 @@ int kmp_rk_step(kmp_rk *s)
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
         double t_new, error = 0.0, h = next_step(s, &t_new);
-        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->hopeless > MAX_HOPELESS)
+        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->collapsed)
             return KMP_RETRY;
         outcome what = attempt(s, h, t_new, &error);
         if (what == HALTED)
             return KMP_HALT;
         if (what == TAKEN) {
-            s->hopeless = HOPELESS * h < s->t_end - s->t ? s->hopeless + 1 : 0;
+            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, s->t_end - s->t);
             take(s, h, t_new, error);
             return KMP_GO;
         }

@@ -42,6 +42,7 @@ struct kmp_rk {
     double error_old; /* of the last accepted step */
     bool rejected;    /* the last attempt was: no growth */
     int hopeless;     /* consecutive hopeless steps */
+    bool collapsed;
     bool dense_ready;
     double *y, *y_old, *dy; /* dy is k[end] after a step, k[1] within one */
     double *stage, *w;

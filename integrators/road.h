@@ -22,7 +22,7 @@ typedef struct kmp_road_start {
     const double *qdd, *lambda;
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale, t_end;
-    bool fixed; /* u stays what it is, and the run ends where it goes bad */
+    bool fixed;    /* u stays what it is, and the run ends where it goes bad */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
 } kmp_road_start;
 
@@ -47,6 +47,10 @@ struct kmp_road {
     /** Asked between steps, at the end of the last one: may give its unknowns another meaning (exchange coordinates).
      * KMP_GO: nothing was changed; KMP_CHANGED: y (and yp) are the new start; KMP_HALT. NULL: it never does. */
     int (*renew)(kmp_road *road, double t, double *y, double *yp);
+
+    /** Puts a closed state into y (and yp) as a new start; what is no part of it (work) stays. */
+    int (*resume)(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp);
 
     /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never
      * does. */

@@ -20,3 +20,12 @@ const kmp_solver_kind *kmp_solver_find(const char *name)
             return kinds[k];
     return NULL;
 }
+
+#define HOPELESS 1e9
+enum { MAX_HOPELESS = 100 };
+
+bool kmp_solver_collapsed(int *hopeless, double h, double left)
+{
+    *hopeless = HOPELESS * h < left ? *hopeless + 1 : 0;
+    return *hopeless > MAX_HOPELESS;
+}

@@ -55,6 +55,10 @@ typedef struct kmp_solver_kind {
 const kmp_solver_kind *kmp_solver_get(int k);
 const kmp_solver_kind *kmp_solver_find(const char *name);
 
+/** After a step of length h with `left` to go: true when more than 100 steps in a row (counted in *hopeless, 0 at a
+ * start) would each have to be made 1e9 times to reach the end. An integrator gives up then. */
+bool kmp_solver_collapsed(int *hopeless, double h, double left);
+
 /** Whether a linear solver of that name exists ("auto" does), and all names, comma-separated. */
 bool kmp_linear_known(const char *name);
 const char *kmp_linear_names(void);

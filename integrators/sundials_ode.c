@@ -59,6 +59,7 @@ void kmp_sun_ode_begin(kmp_sun_ode *s, double t, const double *y, double t_end)
     s->t = s->t_old = t;
     s->t_end = t_end;
     s->halted = false;
+    s->hopeless = 0;
     memcpy(kmp_sun_data(s->y), y, (size_t)s->ode.n * sizeof *y);
     memcpy(s->y_old, y, (size_t)s->ode.n * sizeof *y);
 }
@@ -110,6 +111,14 @@ kempe_status kmp_sun_complain(kmp_sun_ode *s, const char *name, const char *mean
     if (s->halted)
         return KEMPE_E_FAILED;
     return kmp_fail(s->context, KEMPE_E_FAILED, "%s stopped at t = %.9g: %s (%s)", name, s->t, meaning, flag);
+}
+
+bool kmp_sun_progress(kmp_sun_ode *s, const char *name)
+{
+    if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t_end - s->t))
+        return true;
+    (void)kmp_sun_complain(s, name, "steps have become too small to reach the end: the motion is singular", "collapse");
+    return false;
 }
 
 bool kmp_sun_within(const kmp_sun_ode *s, double t)

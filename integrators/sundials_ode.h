@@ -22,6 +22,7 @@ typedef struct kmp_sun_ode {
     double *y_old, *dy, *w;
     double t, t_old, t_end;
     bool halted; /* the road gave up in a callback */
+    int hopeless;
     kmp_solver_work work;
 } kmp_sun_ode;
 
@@ -39,6 +40,9 @@ int kmp_sun_accept(kmp_sun_ode *s, double t, double *y);
 
 /** "NAME stopped at t = ..: meaning (flag)" unless the road halted, which has its own reason. */
 kempe_status kmp_sun_complain(kmp_sun_ode *s, const char *name, const char *meaning, const char *flag);
+
+/** After a step: false, with a message, when steps have collapsed. */
+bool kmp_sun_progress(kmp_sun_ode *s, const char *name);
 
 /** Whether t is within the last step, up to rounding. */
 bool kmp_sun_within(const kmp_sun_ode *s, double t);

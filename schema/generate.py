@@ -19,10 +19,13 @@ def rows(table, macro):
 
 
 def keys(source, array):
-    """The strings of a list of keys in a source of the reader."""
+    """The strings of a list of keys in a source of the reader; a table that it includes gives its rows' names."""
     text = (ROOT / "src/model" / source).read_text()
     body = re.search(rf"{array}\[\] = \{{(.*?)\}};", text, re.S).group(1)
-    return re.findall(r'"(\w+)"', re.sub(r"#.*", "", body))
+    macros = re.findall(r"#define (\w+)\(", body)
+    tables = re.findall(r'#include "model/(\w+\.def)"', body)
+    names = [row[0] for macro, name in zip(macros, tables) for row in rows(name, macro)]
+    return names + re.findall(r'"(\w+)"', re.sub(r"#.*", "", body))
 
 
 def ref(name):
@@ -84,7 +87,9 @@ def definitions():
     vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
     body = {"joint": ref("joint"), "mass": ref("number"), "com": ref("vector"), "points": named(ref("vector")),
             "inertia": closed({key: ref("number") for key in keys("read_mass.c", "inertia_keys")})}
-    loop = {"ball": ref("two_points"), "rod": ref("two_points"), "length": ref("number")}
+    kinds = rows("closures.def", "KMP_CLOSURE")
+    loop = {**{name: ref("two_points") for name, _ in kinds}, "length": ref("number")}
+    one_of = [{"required": [name, "length"] if length == "true" else [name]} for name, length in kinds]
     include = {"file": ref("word"), "prefix": ref("word"), "at": ref("word"), "offset": ref("vector"),
                "set": named(ref("number"))}
     values = {"type": ["object", "null"], "additionalProperties": ref("number")}
@@ -99,7 +104,7 @@ def definitions():
         "two_points": {"type": "array", "items": ref("word"), "minItems": 2, "maxItems": 2},
         "joint": joint(),
         "body": closed(body, ["joint"]),
-        "loop": dict(closed(loop), oneOf=[{"required": ["ball"]}, {"required": ["rod", "length"]}]),
+        "loop": dict(closed(loop), oneOf=one_of),
         "drive": dict(closed({key: ref("word" if key == "joint" else "number")
                               for key in keys("read_closures.c", "drive_keys")}, ["joint"]),
                       oneOf=[{"required": ["angle"]}, {"required": ["displacement"]}]),

@@ -241,14 +241,15 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     return status;
 }
 
-kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
-                                bool keep_parameters)
+static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                         bool keep_parameters, kmp_events *events)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
     if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, keep_parameters))
         status = kmp_fail_memory(eq->context);
+    eq->tree.events = events;
     if (status == KEMPE_OK)
         status = derive_closures(eq, sets);
     if (status == KEMPE_OK)
@@ -258,6 +259,18 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
     if (status != KEMPE_OK)
         kmp_equations_free(eq);
     return status;
+}
+
+kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                bool keep_parameters)
+{
+    return init(eq, model, sets, scheme, keep_parameters, NULL);
+}
+
+kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                       kmp_events *events)
+{
+    return init(eq, model, sets, scheme, false, events);
 }
 
 void kmp_equations_free(kmp_equations *eq)

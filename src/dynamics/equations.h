@@ -56,6 +56,9 @@ typedef struct kmp_equations {
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_MEMORY. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
+/** The same with conditions as inputs (`events` is added to; NULL: as above). */
+kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                       kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
 
 /** d of count references along q[k] (kind KMP_IN_Q) or qd[k] (KMP_IN_QD); out may be what it was computed from. */

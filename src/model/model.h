@@ -116,6 +116,7 @@ typedef struct kmp_run_settings {
 
 struct kempe_model {
     kempe_context *context;
+    struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
     kmp_arena arena;
     const char *file, *name;
     const char **files; /* the file itself, then settings and what it includes */
@@ -142,5 +143,8 @@ struct kempe_model {
     kmp_output *outputs; /* when none are given: q, qd, qdd, lambda */
     int output_count;
 };
+
+/** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
+kempe_status kmp_model_check_finished(const kempe_model *model);
 
 #endif

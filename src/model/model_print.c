@@ -633,6 +633,9 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
 {
     kmp_text out = {0};
     kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status != KEMPE_OK)
+        return status;
     if (format == KEMPE_JSON)
         json(&out, model);
     else

@@ -4,6 +4,7 @@
  * The language: docs/model_format.md. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/build.h"
 #include "model/named_table.h"
 #include "model/reading.h"
 #include <stdlib.h>
@@ -88,9 +89,9 @@ static kempe_status fail_memory(kempe_context *context)
     return kmp_fail_memory(context);
 }
 
-static kempe_status read_document(kmp_reader *r, const char *text, size_t length)
+/* `status`: of loading the document. */
+static kempe_status read_document(kmp_reader *r, kempe_status status)
 {
-    kempe_status status = kmp_yaml_load(r->context, &r->scratch, r->file, 0, text, length, &r->root);
     if (r->root && status != KEMPE_E_MEMORY)
         read_parts(r);
     bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
@@ -106,6 +107,17 @@ typedef struct settings {
     int count;
 } settings;
 
+static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
+{
+    kempe_status status = read_document(r, loaded);
+    kmp_arena_free(&r->scratch);
+    if (status == KEMPE_OK)
+        *model = r->model;
+    else
+        kempe_model_free(r->model);
+    return status;
+}
+
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
                                settings given, kempe_model **model)
 {
@@ -116,13 +128,19 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
         return kmp_fail_memory(context);
     }
     r.file = r.model->file;
-    kempe_status status = read_document(&r, text, length);
-    kmp_arena_free(&r.scratch);
-    if (status == KEMPE_OK)
-        *model = r.model;
-    else
-        kempe_model_free(r.model);
-    return status;
+    return finish_reading(&r, kmp_yaml_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
+}
+
+kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
+                              kempe_model **model)
+{
+    kmp_reader r = {.context = context, .model = new_model(context, label), .root = builder->root};
+    if (!r.model)
+        return kmp_fail_memory(context);
+    r.model->files = builder->calls;
+    r.model->file_count = builder->call_count;
+    r.file = r.model->file;
+    return finish_reading(&r, KEMPE_OK, model);
 }
 
 kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
@@ -164,6 +182,7 @@ void kempe_model_free(kempe_model *model)
         return;
     for (int k = 0; k < model->table_count; k++)
         kmp_named_table_free(&model->tables[k]);
+    kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);
 }

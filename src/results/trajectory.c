@@ -55,13 +55,15 @@ static kempe_status check_numbers(const job *j)
     return KEMPE_OK;
 }
 
-/* The coordinate called by the first `length` characters of `name`; -1 after a message. */
+/* The coordinate called by the first `length` characters of `name`; after a message -1, or -2 for want of memory. */
 static int find_coordinate(const job *j, const char *name, int length)
 {
     kmp_text word = {0}, sentence = {0};
     kmp_text_printf(&word, "%.*s", length, name);
-    if (word.failed)
-        return (int)kmp_fail_memory(j->context);
+    if (word.failed) {
+        (void)kmp_fail_memory(j->context);
+        return -2;
+    }
     kmp_nearest nearest = kmp_nearest_begin(word.s);
     int found = -1;
     for (int k = 0; k < j->system->n && found < 0; k++) {
@@ -88,7 +90,7 @@ static kempe_status read_wish(job *j)
     while (s && *s) {
         int length = (int)strcspn(s, ","), k = find_coordinate(j, s, length);
         if (k < 0)
-            return KEMPE_E_ARGUMENT;
+            return k == -1 ? KEMPE_E_ARGUMENT : KEMPE_E_MEMORY;
         for (int i = 0; i < j->spec.u_count; i++)
             if (j->u[i] == k)
                 return kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: coordinate '%.*s' stands twice", length, s);
@@ -166,7 +168,8 @@ static kempe_status prepare_resume(job *j)
     return KEMPE_OK;
 }
 
-static kempe_status prepare(job *j)
+/* The run as asked for, resolved. */
+static kempe_status choose(job *j)
 {
     const kempe_run *run = j->run;
     j->spec = (kmp_run_spec){.road = run->road,
@@ -181,11 +184,28 @@ static kempe_status prepare(job *j)
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
         status = read_wish(j);
-    if (status == KEMPE_OK)
-        status = kmp_run_resolve(j->system, &j->spec);
+    return status == KEMPE_OK ? kmp_run_resolve(j->system, &j->spec) : status;
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_status status = choose(j);
     if (status == KEMPE_OK)
         status = prepare_times(j);
     return status == KEMPE_OK ? prepare_resume(j) : status;
+}
+
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u)
+{
+    job j = {.system = system, .context = system->context, .run = run};
+    kempe_status status = choose(&j);
+    if (status != KEMPE_OK) {
+        kmp_free(j.u);
+        return status;
+    }
+    *spec = j.spec;
+    *u = j.u;
+    return KEMPE_OK;
 }
 
 static void release(job *j)

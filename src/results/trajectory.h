@@ -23,4 +23,8 @@ struct kempe_trajectory {
 /** What the outputs show beside the table (model/output_table.h) at a row; owned by the plant. */
 const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row);
 
+/** What a run asks for, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller (kmp_free),
+ *  and to the strings of `run`. */
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u);
+
 #endif

@@ -105,8 +105,8 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     show_error(text, t);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
-    kmp_text_printf(text, "          factorizations %ld, exchanges %ld; %d rows\n", r->factorizations, r->exchanges,
-                    t->table.rows);
+    kmp_text_printf(text, "          factorizations %ld, exchanges %ld, events %ld; %d rows\n", r->factorizations,
+                    r->exchanges, r->events, t->table.rows);
     kmp_text_printf(text, "cpu       %.4g ms integrating, %.4g ms preparing\n", 1e3 * r->cpu_s,
                     1e3 * (r->build_s + t->system->build_s));
 }

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The stiff flyball governor (IFToMM A05): BDF on the reduced road and IDA reach its digits, recomputed in quadruple
+ * precision, and their steps hardly grow when stiffness and damping grow a hundredfold. */
+#include "base/memory.h"
+#include "check.h"
+#include "integrators/run.h"
+#include <stdlib.h>
+
+/* t, slider, rods, shaft, rate of the shaft */
+static const double digits[][5] = {
+    {0.1, 0.523836475569575694, 0.496173869075900256, 0.622106681402687571, 6.10371780883086276},
+    {0.5, 0.743249424786325721, 0.259491381543413122, 2.80767948836790160, 5.10341542197153530},
+    {1, 0.501420922379567651, 0.521833301625546231, 5.58634696586900543, 6.27112574187655480},
+    {2, 0.505909294296703707, 0.516663797364598739, 11.1732670756612499, 6.23622361443597147},
+    {5, 0.535563103721643485, 0.482874576586939815, 27.9425319910429575, 6.02249649975845904},
+    {10, 0.619622917061365659, 0.390073701844645081, 55.9354099091023788, 5.54820362265492658}};
+enum { ROWS = sizeof digits / sizeof *digits };
+
+/* The model's text with other stiffness and damping. */
+static char *governor(const char *stiffness)
+{
+    static char text[8192], changed[8192];
+    char path[512];
+    snprintf(path, sizeof path, "%s/examples/governor/governor.yaml", KEMPE_ROOT);
+    FILE *file = fopen(path, "r");
+    CHECK(file != NULL);
+    size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    if (file)
+        fclose(file);
+    text[length] = '\0';
+    static const char given[] = "K: 8e5, c: 4e4";
+    char *at = strstr(text, given);
+    CHECK(at != NULL);
+    if (at)
+        snprintf(changed, sizeof changed, "%.*s%s%s", (int)(at - text), text, stiffness, at + sizeof given - 1);
+    return changed;
+}
+
+typedef struct judge {
+    int row;
+    double worst;
+} judge;
+
+static int take(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                double work)
+{
+    judge *j = user;
+    (void)qdd;
+    (void)lambda;
+    (void)work;
+    const double *d = digits[j->row++];
+    CHECK(d[0] == t);
+    const double got[5] = {q[1], q[2], q[0], qd[0], q[3]}, right[5] = {d[1], d[2], d[3], d[4], d[2]};
+    for (int k = 0; k < 5; k++)
+        j->worst = fmax(j->worst, fabs(got[k] - right[k]) / fmax(fabs(right[k]), 1));
+    return 0;
+}
+
+typedef struct way {
+    const char *road, *integrator;
+    double rtol;
+} way;
+
+/* Steps taken; the worst difference to the digits of the model as it is in *worst. */
+static long run(const char *stiffness, way w, double *worst)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    judge j = {0};
+    double times[ROWS];
+    kmp_run_report report = {0};
+    for (int k = 0; k < ROWS; k++)
+        times[k] = digits[k][0];
+    CHECK(kempe_model_read_text(context, governor(stiffness), "governor", &model) == KEMPE_OK);
+    CHECK(model && kempe_system_new(model, &system) == KEMPE_OK);
+    kmp_run_spec spec = {
+        .road = w.road, .integrator = w.integrator, .rtol = w.rtol, .t_end = 10, .time_count = ROWS, .times = times};
+    if (system && kmp_run_resolve(system, &spec) == KEMPE_OK)
+        CHECK(kmp_run(system, &spec, NULL, take, &j, &report) == KEMPE_OK);
+    CHECK(j.row == ROWS);
+    *worst = j.worst;
+    kmp_free(report.reason);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+    return report.steps;
+}
+
+static void check_way(way w, double most)
+{
+    double worst, other;
+    long steps = run("K: 8e5, c: 4e4", w, &worst), stiffer = run("K: 8e7, c: 4e6", w, &other);
+    printf("  %-8s %-5s rtol %.0e: off %.1e, %ld steps; K and c a hundredfold: %ld steps\n", w.road, w.integrator,
+           w.rtol, worst, steps, stiffer);
+    CHECK(worst <= most);
+    CHECK((double)stiffer <= 1.4 * (double)steps);
+}
+
+static void test_governor(void)
+{
+    for (int k = 0; k < 2; k++) {
+        double rtol = k ? 1e-12 : 1e-10;
+        check_way((way){"reduced", "bdf", rtol}, 1e-7);
+        check_way((way){"dae", "ida", rtol}, 1e-7);
+    }
+}
+
+int main(void)
+{
+    TEST(test_governor);
+    return check_report();
+}
