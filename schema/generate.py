@@ -63,7 +63,7 @@ def force():
     own, top = force_elements()
     effort = {"anyOf": [ref("number"), ref("vector")]}
     properties = {"joint": ref("word"), "at": ref("word"), "on": ref("word"), "torque": effort, "force": effort}
-    properties.update({key: ref("number") for key in top}, **own)
+    properties.update({key: ref("number") for key in sorted(top)}, **own)
     properties["spring"] = {"anyOf": [ref("two_points"), own["spring"]]}
     return closed(properties)
 
