@@ -62,7 +62,8 @@ static void find_parent(sources *s, source *child)
     const char *text = child->at ? kmp_read_word(r, child->at, what) : NULL;
     if (!text)
         return;
-    const char *name = kmp_reader_say(r, "%.*s", (int)strcspn(text, "."), text);
+    const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(text, "."), text);
+    const char *name = kmp_reader_body_name(r, child->at->place.file, said);
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "ground");
     bool found = strcmp(name, "ground") == 0;
@@ -75,7 +76,8 @@ static void find_parent(sources *s, source *child)
     }
     if (found)
         return;
-    kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, name);
+    if (strcmp(said, "ground") != 0) /* else the include is complained of, which puts it on no body */
+        kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
     child->at = NULL;
 }
 
@@ -154,7 +156,10 @@ static void resolve_at(sources *s, int k)
 {
     const source *from = &s->list[s->order[k]];
     kmp_body *body = &s->r->model->bodies[k + 1];
-    if (from->at && strchr(from->at->text, '.'))
+    const kmp_instance *instance = from->at ? kmp_reader_instance(s->r, from->at->place.file) : NULL;
+    if (instance && strcmp(from->at->text, "ground") == 0)
+        body->at = instance->ground;
+    else if (from->at && strchr(from->at->text, '.'))
         body->at = kmp_read_point_text(s->r, from->at->place, from->at->text,
                                        kmp_reader_say(s->r, "'at' of body '%s'", body->name));
 }
@@ -188,12 +193,78 @@ static int count_points(const kmp_node *owner)
     return points && points->kind == KMP_NODE_MAP ? points->count : 0;
 }
 
+/* -- the ground of included files ---------------------------------------------------------------- */
+
+static kmp_number add_numbers(kmp_reader *r, kmp_number a, kmp_number b)
+{
+    kmp_expr *sum = a.expr || b.expr ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 3) : NULL;
+    if (sum) {
+        sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = a.value};
+        sum[1] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = b.value};
+        sum[2] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a.expr ? a.expr : &sum[0], .b = b.expr ? b.expr : &sum[1]};
+    }
+    return (kmp_number){a.value + b.value, sum ? &sum[2] : NULL};
+}
+
+static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
+{
+    for (int k = 0; k < 3; k++)
+        to[k] = add_numbers(r, to[k], by[k]);
+}
+
+/* Where an included file's ground begins: a point named like its prefix and `ground`, on the body that it is put on. */
+static int place_ground(kmp_reader *r, const kmp_instance *instance)
+{
+    kempe_model *model = r->model;
+    kmp_point *point = &model->points[model->point_count];
+    const char *name = kmp_reader_body_name(r, instance->file, "ground");
+    kmp_number offset[3] = {{0, NULL}, {0, NULL}, {0, NULL}};
+    int body = kmp_find_body(model, name, strlen(name)), base = -1;
+    const kmp_instance *outer = kmp_reader_instance(r, instance->parent);
+    if (instance->at && strchr(instance->at->text, '.'))
+        base = kmp_read_point_text(r, instance->at->place, instance->at->text, "'at' of an include");
+    else if (body < 0)
+        (void)kmp_read_body(r, instance->at, "'at' of an include");
+    else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
+        base = outer->ground;
+    if (instance->offset)
+        kmp_read_vector(r, instance->offset, "the offset of an include", KMP_DIM_LENGTH, offset);
+    *point = (kmp_point){.name = kmp_arena_strdup(&model->arena, kmp_reader_say(r, "%sground", instance->prefix)),
+                         .body = body < 0 ? 0 : body};
+    if (!point->name)
+        return -1;
+    for (int k = 0; base >= 0 && k < 3; k++)
+        point->at[k] = model->points[base].at[k];
+    add_vectors(r, point->at, offset);
+    return model->point_count++;
+}
+
+static void read_included_ground(kmp_reader *r, kmp_instance *instance)
+{
+    kempe_model *model = r->model;
+    const kmp_node *ground = kmp_node_get(instance->root, "ground");
+    instance->ground = place_ground(r, instance);
+    if (instance->ground < 0 || !ground || !kmp_read_map(r, ground, "ground", ground_keys))
+        return;
+    int first = model->point_count;
+    read_points(r, ground, model->points[instance->ground].body);
+    for (int k = first; k < model->point_count; k++) {
+        model->points[k].name =
+            kmp_arena_strdup(&model->arena, kmp_reader_name(r, instance->file, model->points[k].name));
+        if (!model->points[k].name)
+            model->points[k].name = "";
+        add_vectors(r, model->points[k].at, model->points[instance->ground].at);
+    }
+}
+
 static bool read_all_points(sources *s, const kmp_node *ground)
 {
     kempe_model *model = s->r->model;
     int count = count_points(ground);
     for (int i = 0; i < s->count; i++)
         count += count_points(s->list[i].map);
+    for (int i = 0; i < s->r->instance_count; i++)
+        count += 1 + count_points(kmp_node_get(s->r->instances[i].root, "ground"));
     model->points = KMP_ARENA_NEW(&model->arena, kmp_point, count);
     if (!model->points)
         return false;
@@ -201,6 +272,8 @@ static bool read_all_points(sources *s, const kmp_node *ground)
         read_points(s->r, ground, 0);
     for (int k = 0; k < s->count; k++)
         read_points(s->r, s->list[s->order[k]].map, k + 1);
+    for (int i = 0; i < s->r->instance_count; i++)
+        read_included_ground(s->r, &s->r->instances[i]);
     return true;
 }
 

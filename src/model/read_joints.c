@@ -227,7 +227,7 @@ static void read_joint(list *l, const kmp_node *joint, int i)
     kmp_read_map(r, joint, what, joint_keys);
     const kmp_node *name = kmp_node_get(joint, "name");
     const char *given = name ? kmp_read_name(r, name, "a joint") : NULL;
-    const char *kept = given ? kmp_arena_strdup(&r->model->arena, given) : NULL;
+    const char *kept = given ? kmp_arena_strdup(&r->model->arena, kmp_reader_name(r, name->place.file, given)) : NULL;
     if (kept)
         body->joint = kept;
     check_unique(r, name ? name->place : body->place, i);

@@ -8,7 +8,8 @@
 
 static int find_parameter(void *user, const char *name)
 {
-    const kmp_reader *r = user;
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
     for (int i = 0; i < r->model->parameter_count; i++)
         if (strcmp(r->model->parameters[i].name, name) == 0)
             return i;
@@ -18,7 +19,8 @@ static int find_parameter(void *user, const char *name)
 /* Of a joint with several motions only `joint.k` is a coordinate, so that a bare name is never ambiguous. */
 static int find_coordinate(void *user, const char *name)
 {
-    const kmp_reader *r = user;
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
     size_t length = strlen(name);
     for (int i = 0; i < r->model->motion_count; i++)
         if (strcmp(r->model->motions[i].name, name) == 0)
@@ -58,7 +60,9 @@ static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *
 
 static const kmp_named_table *find_table(void *user, const char *name)
 {
-    const kempe_model *model = ((const kmp_reader *)user)->model;
+    kmp_reader *r = user;
+    const kempe_model *model = r->model;
+    name = kmp_reader_name(r, r->scope, name);
     for (int k = 0; k < model->table_count; k++)
         if (strcmp(model->tables[k].name, name) == 0)
             return &model->tables[k];
@@ -108,6 +112,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
                             .table = find_table,
                             .suggest = suggest,
                             .time = allowed != CONSTANT};
+    r->scope = node->text_place.file;
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
         r->wrong = true;
@@ -276,12 +281,14 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
         return -1;
     }
     size_t length = (size_t)(dot - text);
-    int body = kmp_find_body(r->model, text, length);
-    if (body < 0) {
+    const char *name = kmp_reader_body_name(r, place.file, kmp_reader_say(r, "%.*s", (int)length, text));
+    int body = kmp_find_body(r->model, name, strlen(name));
+    bool ground = length == strlen("ground") && strncmp(text, "ground", length) == 0;
+    if (body < 0 && !ground) /* an included ground on no body is complained of at its include */
         complain_body(r, place, text, length, what);
+    if (body < 0)
         return -1;
-    }
-    int point = find_point(r->model, body, dot + 1);
+    int point = find_point(r->model, body, ground ? kmp_reader_name(r, place.file, dot + 1) : dot + 1);
     if (point < 0)
         complain_point(r, place, body, dot + 1, what);
     return point;
@@ -290,7 +297,8 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
 int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);
-    int body = text ? kmp_find_body(r->model, text, strlen(text)) : -1;
+    const char *name = text ? kmp_reader_body_name(r, node->place.file, text) : NULL;
+    int body = name ? kmp_find_body(r->model, name, strlen(name)) : -1;
     if (text && body < 0)
         complain_body(r, node->place, text, strlen(text), what);
     return body;
@@ -321,6 +329,7 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, 
 
 int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what)
 {
+    r->scope = place.file;
     int motion = find_coordinate(r, name);
     if (motion < 0) {
         kmp_text rest = {0};

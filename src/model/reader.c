@@ -10,8 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "tables", "ground", "bodies",
-                                         "loops", "drives", "forces",  "sensors",    "start",  "run",    NULL};
+const char *const kmp_model_keys[] = {"kempe",  "include", "name",   "gravity", "parameters",
+                                      "tables", "ground",  "bodies", "loops",   "drives",
+                                      "forces", "sensors", "start",  "run",     NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -54,7 +55,8 @@ static void read_parts(kmp_reader *r)
     }
     if (!read_version(r))
         return;
-    kmp_read_map(r, r->root, "the model", model_keys);
+    kmp_read_map(r, r->root, "the model", kmp_model_keys);
+    kmp_read_includes(r);
     kmp_read_parameters(r);
     kmp_read_tables(r);
     read_head(r);

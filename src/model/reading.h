@@ -9,6 +9,15 @@
 #include "model/nearest.h"
 #include "model/yaml.h"
 
+/** One inclusion of a file. */
+typedef struct kmp_instance {
+    int file, parent;            /* of the model's files: its own, and the one that includes it */
+    const char *prefix;          /* of all its names */
+    const kmp_node *at, *offset; /* where its ground is: a body or a point, NULL the ground, and how far from there */
+    const kmp_node *root;
+    int ground; /* point that stands for its ground, once bodies are read */
+} kmp_instance;
+
 typedef struct kmp_reader {
     kempe_context *context;
     kempe_model *model;
@@ -16,6 +25,9 @@ typedef struct kmp_reader {
     const char *file;
     const kempe_setting *settings;
     int setting_count;
+    kmp_instance *instances; /* included files, parents first */
+    int instance_count;
+    int scope; /* file whose names the expression at hand means */
     const kmp_node *root;
     bool wrong;            /* something was complained of */
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
@@ -30,6 +42,22 @@ int kmp_reader_add_file(kmp_reader *r, const char *label);
 
 /** Sorts the context's complaints by place and drops repeated ones. */
 kempe_status kmp_reader_sort_complaints(kmp_reader *r);
+
+/* -- included files (read_include.c) ----------------------------------------------------------------- */
+
+extern const char *const kmp_model_keys[];
+
+/** Joins what the model includes to r->root. */
+void kmp_read_includes(kmp_reader *r);
+
+/** NULL for the model's own file. */
+const kmp_instance *kmp_reader_instance(const kmp_reader *r, int file);
+
+/** A name that stands in a file, as the model has it: with the file's prefix. */
+const char *kmp_reader_name(kmp_reader *r, int file, const char *name);
+
+/** The same for a body; the ground of an included file is the body that it is put on. */
+const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name);
 
 /* -- complaints ---------------------------------------------------------------------------------- */
 

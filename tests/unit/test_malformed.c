@@ -89,7 +89,7 @@ static void every_file(void)
     }
     if (folder)
         closedir(folder);
-    CHECK(count >= 25);
+    CHECK(count >= 110);
 }
 
 static void complaints_are_sorted(void)

@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the JSON Schema of the model language (draft 7, for editors) from the tables that the reader uses:
+
+    python3 schema/generate.py > schema/kempe.schema.json
+"""
+import json
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+NAME = "^[^\\x00-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f][^\\x00-\\x2f\\x3a-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f]*$"
+
+
+def rows(table, macro):
+    """The arguments of every row `macro(..)` of a .def table."""
+    text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/model" / table).read_text(), flags=re.S)
+    return [[a.strip().strip('"') for a in m.group(1).split(",")] for m in re.finditer(rf"{macro}\((.*)\)", text)]
+
+
+def keys(source, array):
+    """The strings of a list of keys in a source of the reader; a table that it includes gives its rows' names."""
+    text = (ROOT / "src/model" / source).read_text()
+    body = re.search(rf"{array}\[\] = \{{(.*?)\}};", text, re.S).group(1)
+    macros = re.findall(r"#define (\w+)\(", body)
+    tables = re.findall(r'#include "model/(\w+\.def)"', body)
+    names = [row[0] for macro, name in zip(macros, tables) for row in rows(name, macro)]
+    return names + re.findall(r'"(\w+)"', re.sub(r"#.*", "", body))
+
+
+def ref(name):
+    return {"$ref": f"#/definitions/{name}"}
+
+
+def named(value):
+    return {"type": ["object", "null"], "propertyNames": {"pattern": NAME}, "additionalProperties": value}
+
+
+def closed(properties, required=()):
+    schema = {"type": "object", "additionalProperties": False, "properties": properties}
+    if required:
+        schema["required"] = sorted(required)
+    return schema
+
+
+def force_elements():
+    """The mapping of each kind of force that has one of its own, and the keys of those that have not."""
+    word = {kind: word for kind, _, _, word in rows("forces.def", "KMP_FORCE")}
+    own, top = {}, set()
+    for kind, _, key, *_, required, _ in rows("forces.def", "KMP_FIELD"):
+        names = ["torque", "force"] if key == "effort" else [key]
+        if word[kind] == "NULL":
+            top.update(names)
+            continue
+        properties, wanted = own.setdefault(word[kind], ({}, []))
+        properties.update({n: ref("number") for n in names})
+        if required == "true" and key != "effort":
+            wanted.append(key)
+    return {w: closed(p, r) for w, (p, r) in own.items()}, top
+
+
+def force():
+    own, top = force_elements()
+    effort = {"anyOf": [ref("number"), ref("vector")]}
+    properties = {"joint": ref("word"), "at": ref("word"), "on": ref("word"), "torque": effort, "force": effort}
+    properties.update({key: ref("number") for key in sorted(top)}, **own)
+    properties["spring"] = {"anyOf": [ref("two_points"), own["spring"]]}
+    return closed(properties)
+
+
+def joint():
+    axes = [name for name, _ in rows("joints.def", "KMP_JOINT")]
+    properties = {axis: ref("axis") for axis in axes}
+    motion = {"anyOf": [{"type": "string", "pattern": "^-?[RT][123]$"}, closed({"R": ref("axis")}, ["R"]),
+                        closed({"T": ref("axis")}, ["T"])]}
+    properties.update(motions={"type": "array", "minItems": 1, "items": motion}, name=ref("word"), at=ref("word"))
+    return dict(closed(properties, ["at"]), oneOf=[{"required": [key]} for key in [*axes, "motions"]])
+
+
+def table():
+    either = {"anyOf": [ref("word"), {"type": "array", "items": ref("number")}]}
+    return closed({"x": either, "y": either, "csv": ref("word"), "method": {"enum": ["spline", "linear"]}}, ["x", "y"])
+
+
+def definitions():
+    words = {"type": "array", "items": ref("word")}
+    vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
+    body = {"joint": ref("joint"), "mass": ref("number"), "com": ref("vector"), "points": named(ref("vector")),
+            "inertia": closed({key: ref("number") for key in keys("read_mass.c", "inertia_keys")})}
+    kinds = rows("closures.def", "KMP_CLOSURE")
+    loop = {**{name: ref("two_points") for name, _ in kinds}, "length": ref("number")}
+    one_of = [{"required": [name, "length"] if length == "true" else [name]} for name, length in kinds]
+    include = {"file": ref("word"), "prefix": ref("word"), "at": ref("word"), "offset": ref("vector"),
+               "set": named(ref("number"))}
+    values = {"type": ["object", "null"], "additionalProperties": ref("number")}
+    run = {key: ref("number") for key in keys("read_run.c", "run_keys")}
+    run.update({key: ref("word") for key in ("road", "form", "integrator")}, u=words, outputs=words)
+    return {
+        "number": {"description": "a number, or an expression of numbers with units and parameters",
+                   "type": ["number", "string"]},
+        "word": {"type": ["string", "number"]},
+        "vector": vector,
+        "axis": {"anyOf": [{"type": "string", "pattern": "^-?[xyz]$"}, ref("vector")]},
+        "two_points": {"type": "array", "items": ref("word"), "minItems": 2, "maxItems": 2},
+        "joint": joint(),
+        "body": closed(body, ["joint"]),
+        "loop": dict(closed(loop), oneOf=one_of),
+        "drive": dict(closed({key: ref("word" if key == "joint" else "number")
+                              for key in keys("read_closures.c", "drive_keys")}, ["joint"]),
+                      oneOf=[{"required": ["angle"]}, {"required": ["displacement"]}]),
+        "force": force(),
+        "table": table(),
+        "include": closed(include, ["file"]),
+        "start": closed({"q": values, "qd": values, "hold": words}),
+        "run": closed(run),
+    }
+
+
+def schema():
+    parts = {"kempe": {"enum": [1, "1"]}, "name": ref("word"), "gravity": ref("vector"),
+             "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
+             "tables": named(ref("table")), "ground": closed({"points": named(ref("vector"))}),
+             "bodies": dict(named(ref("body")), minProperties=1), "loops": named(ref("loop")),
+             "drives": named(ref("drive")), "forces": named(ref("force")), "sensors": named(ref("number")),
+             "start": ref("start"), "run": ref("run")}
+    return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "Kempe model",
+            **closed(parts, ["kempe", "bodies"]), "definitions": definitions()}
+
+
+if __name__ == "__main__":
+    print(json.dumps(schema(), indent=2))

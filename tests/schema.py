@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The JSON Schema: it is what schema/generate.py makes, its keys are those of the reader, and where a YAML module is at
+hand every example and test model fits it.
+
+    python3 tests/schema.py
+"""
+import json
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / "schema"))
+import generate  # noqa: E402
+
+SCHEMA = json.loads((ROOT / "schema/kempe.schema.json").read_text())
+TYPES = {"object": dict, "array": list, "string": str, "number": (int, float), "null": type(None)}
+
+
+def has_type(value, name):
+    return isinstance(value, TYPES[name]) and not (name == "number" and isinstance(value, bool))
+
+
+def faults(schema, value, path="model"):
+    """What does not fit, as sentences: the words of JSON Schema that the schema uses, and no others."""
+    if "$ref" in schema:
+        return faults(SCHEMA["definitions"][schema["$ref"].split("/")[-1]], value, path)
+    types = schema.get("type", list(TYPES))
+    found = []
+    if not any(has_type(value, t) for t in ([types] if isinstance(types, str) else types)):
+        return [f"{path}: {value!r} is no {types}"]
+    if "enum" in schema and value not in schema["enum"]:
+        found.append(f"{path}: {value!r} is none of {schema['enum']}")
+    if "pattern" in schema and isinstance(value, str) and not re.search(schema["pattern"], value):
+        found.append(f"{path}: {value!r} does not match {schema['pattern']}")
+    for word, good in (("anyOf", lambda n: n > 0), ("oneOf", lambda n: n == 1)):
+        if word in schema and not good(sum(not faults(s, value, path) for s in schema[word])):
+            found.append(f"{path}: {word} of its alternatives does not fit {value!r}")
+    if isinstance(value, list):
+        if not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
+            found.append(f"{path}: {len(value)} items")
+        for k, item in enumerate(value):
+            found += faults(schema.get("items", {}), item, f"{path}[{k}]")
+    if isinstance(value, dict):
+        if len(value) < schema.get("minProperties", 0):
+            found.append(f"{path}: has no member")
+        found += [f"{path}: lacks {key}" for key in schema.get("required", []) if key not in value]
+        properties, more = schema.get("properties", {}), schema.get("additionalProperties", {})
+        for key, item in value.items():
+            found += faults(schema.get("propertyNames", {}), key, f"{path} key")
+            if key not in properties and more is False:
+                found.append(f"{path}: unknown key {key}")
+            else:
+                found += faults(properties.get(key, more or {}), item, f"{path}.{key}")
+    return found
+
+
+class Schema(unittest.TestCase):
+    def test_is_generated(self):
+        self.assertEqual(SCHEMA, json.loads(json.dumps(generate.schema())), "python3 schema/generate.py again")
+
+    def test_keys_are_the_readers(self):
+        d = SCHEMA["definitions"]
+        for source, array, there in (
+            ("reader.c", "kmp_model_keys", SCHEMA), ("read_bodies.c", "body_keys", d["body"]),
+            ("read_bodies.c", "ground_keys", SCHEMA["properties"]["ground"]),
+            ("read_closures.c", "closure_keys", d["loop"]), ("read_closures.c", "drive_keys", d["drive"]),
+            ("read_forces.c", "force_keys", d["force"]), ("read_include.c", "include_keys", d["include"]),
+            ("read_run.c", "start_keys", d["start"]), ("read_run.c", "run_keys", d["run"]),
+            ("read_tables.c", "keys", d["table"])):
+            self.assertEqual(set(generate.keys(source, array)), set(there["properties"]), array)
+
+    def test_mistakes_are_found(self):
+        good = {"kempe": 1, "bodies": {"a": {"joint": {"revolute": "z", "at": "ground"}}}}
+        self.assertEqual(faults(SCHEMA, good), [])
+        for part in ({"bodies": {}}, {"mass": 1}, {"bodies": {"a": {"joint": {"at": "ground"}}}},
+                     {"forces": {"f": {"joint": "a", "stops": {"upper": 1}}}}, {"gravity": [1, 2]},
+                     {"loops": {"C": {"rod": ["a.P", "b.Q"]}}}, {"bodies": {"2a": good["bodies"]["a"]}}):
+            self.assertNotEqual(faults(SCHEMA, {**good, **part}), [], part)
+
+    def test_models(self):
+        try:
+            import yaml
+        except ImportError:
+            self.skipTest("no YAML module")
+        models = [*ROOT.glob("examples/*/*.yaml"), *ROOT.glob("tests/models/*.yaml")]
+        self.assertGreater(len(models), 5)
+        for path in models:
+            model = yaml.load(path.read_text(), yaml.BaseLoader)
+            with self.subTest(path.name):
+                self.assertEqual(faults(SCHEMA, model), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

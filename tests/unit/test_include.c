@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Included models: what they become, and that their equations are those of the model written out. */
+#include "check.h"
+#include "derived.h"
+#include "model/model.h"
+#include <stdlib.h>
+
+static kempe_context *context;
+
+static const char plain[] =
+    "kempe: 1\ngravity: [0, -9.81, 0]\ntables: {push: {x: [0, 1, 2], y: [0, 1, 0]}}\nbodies:\n"
+    "  trunk: {joint: {name: T, prismatic: x, at: ground}, mass: 9, points: {front: [0.5, 0, 0], "
+    "lg: [0.5, 0, 0.3], lh: [0.5, 0.1, 0.3], la: [0.8, 0, 0.3], rh: [0, 0.1, 0], ra: [0.4, 0, 0]}}\n"
+    "  left_thigh: {joint: {revolute: z, at: trunk.lh}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.09/12}, "
+    "points: {knee: [0.3, 0, 0]}}\n"
+    "  left_shin: {joint: {revolute: z, at: left_thigh.knee}, mass: 0.5, inertia: {zz: 0.01}, "
+    "points: {foot: [0.3, 0, 0]}}\n"
+    "  left_wheel: {joint: {revolute: z, at: trunk.lg}, inertia: {zz: 0.02}}\n"
+    "  right_thigh: {joint: {revolute: z, at: trunk.rh}, mass: 2, com: [0.2, 0, 0], inertia: {zz: 0.32/12}, "
+    "points: {knee: [0.4, 0, 0]}}\n"
+    "  right_shin: {joint: {revolute: z, at: right_thigh.knee}, mass: 1, inertia: {zz: 0.01}, "
+    "points: {foot: [0.4, 0, 0]}}\n"
+    "  right_wheel: {joint: {revolute: z, at: trunk}, inertia: {zz: 0.02}}\n"
+    "loops:\n  tie: {rod: [left_shin.foot, right_shin.foot], length: 1}\n"
+    "  left_rope: {rod: [left_shin.foot, trunk.la], length: 0.45}\n"
+    "  right_rope: {rod: [right_shin.foot, trunk.ra], length: 0.6}\n"
+    "forces:\n  a: {joint: left_shin, torque: \"push(t) - 0.1*qd(left_shin) + q(left_thigh)\"}\n"
+    "  b: {joint: right_shin, torque: \"push(t) - 0.1*qd(right_shin) + 2*q(right_thigh)\"}\n";
+
+static kempe_model *read_walker(void)
+{
+    kempe_model *m = NULL;
+    if (kempe_model_read(context, KEMPE_ROOT "/tests/models/walker.yaml", &m) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(m != NULL);
+    return m;
+}
+
+static void names(void)
+{
+    static const char *const motions[] = {"T", "left_H", "left_K", "left_W", "right_H", "right_K", "right_W"};
+    kempe_model *m = read_walker();
+    if (!m)
+        return;
+    CHECK(m->motion_count == 7 && m->closure_count == 3 && m->force_count == 2 && m->sensor_count == 2);
+    for (int k = 0; k < 7; k++)
+        CHECK_TEXT(m->motions[k].name, motions[k]);
+    CHECK_TEXT(m->closures[0].name, "tie");
+    CHECK_TEXT(m->closures[2].name, "right_rope");
+    CHECK_TEXT(m->parameters[3].name, "left_m");
+    CHECK_NEAR(m->start.q[0].value, 0.25, 0);
+    CHECK(m->start.q[1].value == 0.5 && m->start.q[4].value == 0.5 && m->start.hold[3] && m->start.hold[6]);
+    CHECK(m->run.t_end == 1 && m->outputs[1].kind == KMP_OUTPUT_SENSOR && m->outputs[1].index == 0);
+    kempe_model_free(m);
+}
+
+static void equations(void)
+{
+    const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD;
+    kempe_model *m = read_walker(), *written = NULL;
+    derived a, b;
+    CHECK(kempe_model_read_text(context, plain, "plain", &written) == KEMPE_OK);
+    if (!m || !written)
+        return;
+    CHECK(derived_init(&a, m, sets, KMP_SCHEME_COMPOSITE, false));
+    CHECK(derived_init(&b, written, sets, KMP_SCHEME_COMPOSITE, false));
+    random_seed(2);
+    state s = random_state_vectors();
+    derived_eval(&a, &s);
+    derived_eval(&b, &s);
+    CHECK(a.m == 3 && b.m == 3);
+    for (int k = 0; k < 49; k++)
+        CHECK_NEAR(a.mass[k], b.mass[k], 1e-13);
+    for (int k = 0; k < 7; k++)
+        CHECK_NEAR(a.bias[k], b.bias[k], 1e-12);
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(a.h[k], b.h[k], 1e-14);
+        CHECK_NEAR(a.jdqd[k], b.jdqd[k], 1e-12);
+    }
+    derived_free(&a);
+    derived_free(&b);
+    kempe_model_free(m);
+    kempe_model_free(written);
+}
+
+/* A parameter of an included model can be set from the command line under its full name. */
+static void settings(void)
+{
+    const kempe_setting setting = {"right_m", "5"};
+    kempe_model *m = NULL;
+    CHECK(kempe_model_read_set(context, KEMPE_ROOT "/tests/models/walker.yaml", &setting, 1, &m) == KEMPE_OK);
+    CHECK(m && m->bodies[5].mass.value == 2.5 + 2.5 * (strcmp(m->bodies[5].name, "right_thigh") == 0));
+    kempe_model_free(m);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(names);
+    TEST(equations);
+    TEST(settings);
+    kempe_context_free(context);
+    return check_report();
+}
