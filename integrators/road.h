@@ -22,7 +22,7 @@ typedef struct kmp_road_start {
     const double *qdd, *lambda;
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale, t_end;
-    bool fixed; /* u stays what it is, and the run ends where it goes bad */
+    bool fixed;    /* u stays what it is, and the run ends where it goes bad */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
 } kmp_road_start;
 
