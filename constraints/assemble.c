@@ -368,11 +368,10 @@ static kempe_status complain_open(const kempe_assembly *a)
         kmp_text_printf(&others, "%s'%s' (%.3g m)",
                         k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
     const kmp_closure *worst = &model->closures[a->culprits[0]];
-    (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
-                   "%s:%d:%d: loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "
-                   "start from a better guess",
-                   model->file, worst->place.line, worst->place.column, worst->name, held.s ? held.s : "",
-                   a->gaps[a->culprits[0]], others.s ? others.s : "");
+    (void)kmp_complain(a->system->context, model->file, worst->place.line, worst->place.column,
+                       "loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "
+                       "start from a better guess",
+                       worst->name, held.s ? held.s : "", a->gaps[a->culprits[0]], others.s ? others.s : "");
     kmp_text_free(&held);
     kmp_text_free(&others);
     return KEMPE_E_FAILED;

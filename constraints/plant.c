@@ -4,16 +4,95 @@
 #include <math.h>
 #include <string.h>
 
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+static void set_modes(kmp_plant *plant)
+{
+    kmp_machine_set(plant->motion, KMP_IN_MODE, plant->mode);
+    kmp_machine_set(plant->judge, KMP_IN_MODE, plant->mode);
+    kmp_machine_set(plant->changes, KMP_IN_MODE, plant->mode);
+}
+
+/* Conditions may stand in conditions: each pass settles one level. */
+static void follow(kmp_plant *plant)
+{
+    int count = plant->system->events.count;
+    for (int pass = 0; pass <= count; pass++) {
+        bool same = true;
+        const double *change = kmp_machine_run(plant->changes, 1);
+        for (int k = 0; k < count; k++) {
+            double mode = change[k] < 0 ? 1 : 0;
+            same = same && mode == plant->mode[k];
+            plant->mode[k] = mode;
+        }
+        if (same)
+            return;
+        set_modes(plant);
+    }
+}
+
+/* New inputs of an evaluation: of those not given the last ones hold. */
+static void visit(kmp_plant *plant, const double *t, const double *q, const double *qd)
+{
+    if (!plant->changes || plant->frozen)
+        return;
+    if (t)
+        kmp_machine_set(plant->changes, KMP_IN_TIME, t);
+    if (q)
+        kmp_machine_set(plant->changes, KMP_IN_Q, q);
+    if (qd)
+        kmp_machine_set(plant->changes, KMP_IN_QD, qd);
+    follow(plant);
+}
+
+const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, const double *qd)
+{
+    if (!plant->changes)
+        return NULL;
+    kmp_machine_set(plant->changes, KMP_IN_TIME, &t);
+    kmp_machine_set(plant->changes, KMP_IN_Q, q);
+    kmp_machine_set(plant->changes, KMP_IN_QD, qd);
+    return kmp_machine_run(plant->changes, 1);
+}
+
+void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd)
+{
+    plant->frozen = false;
+    visit(plant, &t, q, qd);
+    plant->frozen = true;
+}
+
+void kmp_plant_thaw(kmp_plant *plant)
+{
+    plant->frozen = false;
+}
+
+void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds)
+{
+    plant->mode[condition] = holds ? 1 : 0;
+    set_modes(plant);
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
 static bool prepare(kmp_plant *plant, const kmp_backend *backend)
 {
     plant->motion = kmp_machine_new(plant->system->motion, backend);
     plant->judge = kmp_machine_new(plant->system->judge, backend);
-    if (!plant->motion || !plant->judge)
+    if (plant->system->changes)
+        plant->changes = kmp_machine_new(plant->system->changes, backend);
+    plant->mode = KMP_NEW(double, plant->system->events.count);
+    if (!plant->motion || !plant->judge || !plant->mode || (plant->system->changes && !plant->changes))
         return false;
     kmp_machine_set(plant->motion, KMP_IN_PARAMETER, plant->system->parameters);
     kmp_machine_set(plant->judge, KMP_IN_PARAMETER, plant->system->parameters);
     (void)kmp_machine_run(plant->motion, KMP_STAGE_PARAMETERS);
     (void)kmp_machine_run(plant->judge, KMP_STAGE_PARAMETERS);
+    if (plant->changes) {
+        kmp_machine_set(plant->changes, KMP_IN_PARAMETER, plant->system->parameters);
+        (void)kmp_machine_run(plant->changes, KMP_STAGE_PARAMETERS);
+        set_modes(plant);
+    }
     return true;
 }
 
@@ -26,8 +105,13 @@ kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
     }
     kmp_plant *plant = KMP_NEW(kmp_plant, 1);
     if (plant)
-        *plant = (kmp_plant){.system = system, .n = system->n, .m = system->m};
-    if (!plant || !prepare(plant, b)) {
+        *plant = (kmp_plant){.system = system,
+                             .n = system->n,
+                             .m = system->m,
+                             .q = KMP_NEW(double, system->n),
+                             .with_force = KMP_NEW(double, system->n),
+                             .effort = KMP_NEW(double, system->n)};
+    if (!plant || !plant->q || !plant->with_force || !plant->effort || !prepare(plant, b)) {
         kmp_plant_free(plant);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -41,16 +125,26 @@ void kmp_plant_free(kmp_plant *plant)
         return;
     kmp_machine_free(plant->motion);
     kmp_machine_free(plant->judge);
+    kmp_machine_free(plant->changes);
+    kmp_free(plant->mode);
+    kmp_free(plant->q);
+    kmp_free(plant->with_force);
+    kmp_free(plant->effort);
     kmp_free(plant);
 }
 
+/* -- evaluation -------------------------------------------------------------------------------------- */
+
 void kmp_plant_closure(kmp_plant *plant, double t, const double *q)
 {
+    visit(plant, &t, q, NULL);
     kmp_machine_set(plant->motion, KMP_IN_TIME, &t);
     kmp_machine_set(plant->motion, KMP_IN_Q, q);
     plant->h = kmp_machine_run(plant->motion, KMP_STAGE_CLOSURE);
     plant->jacobian = plant->h + plant->m;
     plant->h_t = plant->system->rheonomic ? plant->jacobian + plant->system->jacobian.count : NULL;
+    plant->t = t;
+    memmove(plant->q, q, (size_t)plant->n * sizeof *q);
 }
 
 void kmp_plant_mass(kmp_plant *plant)
@@ -60,9 +154,24 @@ void kmp_plant_mass(kmp_plant *plant)
 
 void kmp_plant_bias(kmp_plant *plant, const double *qd)
 {
+    visit(plant, NULL, NULL, qd);
     kmp_machine_set(plant->motion, KMP_IN_QD, qd);
     plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
     plant->jdqd = plant->bias + plant->n;
+    const double *effort = kmp_plant_effort(plant, plant->t, plant->q, qd);
+    if (!effort)
+        return;
+    for (int i = 0; i < plant->n; i++)
+        plant->with_force[i] = plant->bias[i] - effort[i];
+    plant->bias = plant->with_force;
+}
+
+const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd)
+{
+    if (!plant->system->force)
+        return NULL;
+    kmp_system_effort(plant->system, t, q, qd, plant->effort);
+    return plant->effort;
 }
 
 void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian)
@@ -84,6 +193,7 @@ void kmp_plant_dense_mass(const kmp_plant *plant, double *mass)
 
 double kmp_plant_potential(kmp_plant *plant, double t, const double *q)
 {
+    visit(plant, &t, q, NULL);
     kmp_machine_set(plant->judge, KMP_IN_TIME, &t);
     kmp_machine_set(plant->judge, KMP_IN_Q, q);
     return *kmp_machine_run(plant->judge, KMP_STAGE_POTENTIAL);
@@ -92,9 +202,14 @@ double kmp_plant_potential(kmp_plant *plant, double t, const double *q)
 /* Stages build on each other: the later ones need the potential's. */
 double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd)
 {
+    visit(plant, &t, q, qd);
     (void)kmp_plant_potential(plant, t, q);
     kmp_machine_set(plant->judge, KMP_IN_QD, qd);
-    return *kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+    double power = *kmp_machine_run(plant->judge, KMP_STAGE_POWER);
+    const double *effort = kmp_plant_effort(plant, t, q, qd);
+    for (int i = 0; effort && i < plant->n; i++)
+        power += effort[i] * qd[i];
+    return power;
 }
 
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda)
@@ -111,6 +226,16 @@ const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
     (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
     (void)kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
     return kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
+}
+
+const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+                              const double *lambda)
+{
+    kmp_machine_set(plant->judge, KMP_IN_QD, qd);
+    kmp_machine_set(plant->judge, KMP_IN_QDD, qdd);
+    (void)kmp_plant_reactions(plant, t, q, lambda);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
+    return kmp_machine_run(plant->judge, KMP_STAGE_SHOWN);
 }
 
 double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda)
@@ -136,6 +261,15 @@ double kmp_plant_residual(const kmp_plant *plant)
     for (int r = 0; r < plant->m; r++)
         worst = fmax(worst, fabs(plant->h[r]) / plant->system->row_scale[r]);
     return worst;
+}
+
+void kmp_plant_rates(const kmp_plant *plant, const double *qd, double *rates)
+{
+    const kmp_pattern *p = &plant->system->jacobian;
+    for (int r = 0; r < plant->m; r++)
+        rates[r] = plant->h_t ? plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        rates[p->row[k]] += plant->jacobian[k] * qd[p->col[k]];
 }
 
 double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd)

@@ -8,7 +8,9 @@
 
 typedef struct kmp_plant {
     const kempe_system *system;
-    kmp_machine *motion, *judge;
+    kmp_machine *motion, *judge, *changes;
+    double *mode; /* the conditions (1 or 0) */
+    bool frozen;  /* they stay as they are; otherwise they follow the state */
     int n, m;
     const double *h;        /* m; these four since the last kmp_plant_closure */
     const double *jacobian; /* system->jacobian.count values */
@@ -16,6 +18,9 @@ typedef struct kmp_plant {
     const double *mass;     /* system->mass.count values, since kmp_plant_mass */
     const double *bias;     /* n, since kmp_plant_bias */
     const double *jdqd;     /* m */
+    double t, *q;           /* n: of the last kmp_plant_closure, for the user's force */
+    double *with_force;     /* n: bias less the user's efforts */
+    double *effort;         /* n */
 } kmp_plant;
 
 /** NULL after a message (unknown back end, no memory). */
@@ -26,6 +31,20 @@ void kmp_plant_free(kmp_plant *plant);
 void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
+
+/** first - second of each condition at (t, q, qd); NULL when the model has none. A condition holds where it is
+ * negative. */
+const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, const double *qd);
+
+/** Holds the conditions as they are at (t, q, qd), whatever state is evaluated later; and lets them follow again.
+ *  kmp_plant_set_mode changes one that is held. */
+void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);
+void kmp_plant_thaw(kmp_plant *plant);
+void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds);
+
+/** The user's efforts at (t, q, qd), owned by the plant, not finite where they cannot be evaluated; NULL: there are
+ * none. */
+const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd);
 
 /** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
 void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian);
@@ -38,6 +57,10 @@ double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda);
 const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q);
 
+/** What outputs show beside the table, in their order (model/output_table.h). */
+const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+                              const double *lambda);
+
 /** Power that closures which move in time do at given multipliers, lambda' J qd = -lambda' h_t, with h_t of the last
  * kmp_plant_closure. */
 double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda);
@@ -47,6 +70,9 @@ double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
 
 /** max |h| / row scale of the last kmp_plant_closure. */
 double kmp_plant_residual(const kmp_plant *plant);
+
+/** J qd + h_t (m values) at the last kmp_plant_closure. */
+void kmp_plant_rates(const kmp_plant *plant, const double *qd, double *rates);
 
 /** max |J qd + h_t| / row scale. */
 double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd);

@@ -73,6 +73,7 @@ static bool split(kmp_reduction *red)
 kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part)
 {
     *red = (kmp_reduction){.plant = plant, .part = part, .n = part->n, .p = part->p, .r = part->r};
+    unsigned long failures = kmp_memory_failures();
     bool ok = allocate(red, plant->system->jacobian.count, part->m);
     for (int i = 0; ok && i < part->m; i++)
         red->row_of[i] = position(part->rows, part->r, i);
@@ -82,8 +83,9 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     if (ok)
         return KEMPE_OK;
     kmp_reduction_free(red);
-    return kmp_fail(plant->system->context, KEMPE_E_FAILED,
-                    "Jv cannot be factored: its pattern is singular, or there is no memory");
+    if (kmp_memory_failures() != failures)
+        return kmp_fail_memory(plant->system->context);
+    return kmp_fail(plant->system->context, KEMPE_E_FAILED, "Jv cannot be factored: its pattern is singular");
 }
 
 void kmp_reduction_free(kmp_reduction *red)

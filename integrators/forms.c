@@ -207,7 +207,7 @@ static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
         if (d->form.mu)
             d->mu[d->part->rows[i]] = multipliers[at_mu(d) + i];
     }
-    return (kmp_instant){t, y, y + at_v(d), yp + at_v(d), d->lambda, d->form.mu ? d->mu : NULL};
+    return (kmp_instant){t, y, y + at_v(d), yp + at_v(d), d->lambda, d->form.mu ? d->mu : NULL, d->plant->mode};
 }
 
 /* Group g of closure rows, row `row` of h. */
@@ -280,6 +280,56 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
+/* lambda (m) into the unknowns, mu = 0. */
+static void put_multipliers(const dae *d, const double *lambda, double *y, double *yp)
+{
+    double *multipliers = d->form.integrated ? yp : y;
+    for (int i = 0; i < d->r; i++) {
+        multipliers[at_lambda(d) + i] = lambda[d->part->rows[i]];
+        if (d->form.mu)
+            multipliers[at_mu(d) + i] = 0;
+    }
+}
+
+/* Closes the integrator's q and qd along the mass-orthogonal direction; then accelerations and multipliers there. */
+static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
+{
+    for (int pass = 0; pass < 3; pass++) {
+        kmp_plant_closure(d->plant, t, q);
+        kmp_plant_mass(d->plant);
+        kmp_plant_bias(d->plant, qd);
+        if (kmp_saddle_factor(&d->saddle))
+            return KMP_HALT;
+        if (pass == 2)
+            break;
+        kmp_saddle_correction(&d->saddle, d->plant->h, qdd);
+        for (int i = 0; i < d->n; i++)
+            q[i] += qdd[i];
+        kmp_plant_rates(d->plant, qd, d->mu);
+        kmp_saddle_correction(&d->saddle, d->mu, qdd);
+        for (int i = 0; i < d->n; i++)
+            qd[i] += qdd[i];
+    }
+    memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
+    kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
+    return KMP_GO;
+}
+
+static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp)
+{
+    dae *d = (dae *)road;
+    int n = d->n;
+    (void)qdd, (void)lambda;
+    memcpy(y, q, (size_t)n * sizeof *y);
+    memcpy(y + n, qd, (size_t)n * sizeof *y);
+    if (close_state(d, t, y, y + n, yp + n) != KMP_GO)
+        return KMP_HALT;
+    memcpy(yp, y + n, (size_t)n * sizeof *y);
+    put_multipliers(d, d->lambda, y, yp);
+    return KMP_GO;
+}
+
 /* -- making one -------------------------------------------------------------------------------------- */
 
 static void release(kmp_road *road)
@@ -345,7 +395,6 @@ static unsigned values_of(const form *f)
 static void begin(dae *d, const kmp_road_start *start)
 {
     int n = d->n;
-    double *multipliers = d->form.integrated ? d->road.yp : d->road.y;
     for (int i = 0; i < n; i++) {
         d->road.y[i] = start->q[i];
         d->road.y[n + i] = d->road.yp[i] = start->qd[i];
@@ -353,8 +402,7 @@ static void begin(dae *d, const kmp_road_start *start)
         d->road.atol[i] = start->atol * d->s->scale[i];
         d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
     }
-    for (int i = 0; i < d->r; i++)
-        multipliers[at_lambda(d) + i] = start->lambda[d->part->rows[i]];
+    put_multipliers(d, start->lambda, d->road.y, d->road.yp);
     for (int i = 0; i < d->road.size; i++) {
         bool coordinate = i < n, rate = i >= n && i < 2 * n;
         d->differential[i] = coordinate || (rate && !d->form.rates_free) || d->form.integrated;
@@ -393,6 +441,7 @@ static kmp_road *create(const kmp_road_start *start, const form *chosen)
     d->road.release = release;
     d->road.row = row;
     d->road.position = position;
+    d->road.resume = resume;
     d->road.size = 2 * d->n + chosen->groups * d->r;
     if (prepare(d, chosen, start) != KEMPE_OK) {
         release(&d->road);

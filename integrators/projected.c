@@ -148,6 +148,16 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
+static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp)
+{
+    const projected *d = (const projected *)road;
+    (void)t, (void)qdd, (void)lambda, (void)yp;
+    memcpy(y, q, (size_t)d->n * sizeof *y);
+    memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
+    return KMP_GO;
+}
+
 static void release(kmp_road *road)
 {
     projected *d = (projected *)road;
@@ -195,6 +205,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->road.release = release;
     d->road.row = row;
     d->road.position = position;
+    d->road.resume = resume;
     d->road.size = 2 * n + d->has_work;
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
     if (!allocate(d)) {

@@ -405,6 +405,17 @@ static int renew(kmp_road *road, double t, double *y, double *yp)
     return said == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
+static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp)
+{
+    reduced *d = (reduced *)road;
+    (void)qdd, (void)lambda, (void)yp;
+    memcpy(d->q, q, (size_t)d->n * sizeof *q);
+    memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
+    pack(d, q, qd, y);
+    return settle(d, t, y);
+}
+
 /* -- making one -------------------------------------------------------------------------------------- */
 
 static void release(kmp_road *road)
@@ -498,6 +509,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->road.row = row;
     d->road.position = position;
     d->road.renew = renew;
+    d->road.resume = resume;
     d->road.explain = explain;
     d->road.size = work_index(d) + d->has_work;
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};

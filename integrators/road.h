@@ -48,6 +48,10 @@ struct kmp_road {
      * KMP_GO: nothing was changed; KMP_CHANGED: y (and yp) are the new start; KMP_HALT. NULL: it never does. */
     int (*renew)(kmp_road *road, double t, double *y, double *yp);
 
+    /** Puts a closed state into y (and yp) as a new start; what is no part of it (work) stays. */
+    int (*resume)(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp);
+
     /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never
      * does. */
     void (*explain)(kmp_road *road);

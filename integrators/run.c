@@ -5,6 +5,7 @@
 #include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "integrators/events.h"
 #include "integrators/road.h"
 #include "integrators/solver.h"
 #include <math.h>
@@ -24,14 +25,18 @@ struct kmp_runner {
     double zone_t, zone_margin; /* entered at; least margin seen in it */
     const kmp_solver_kind *kind;
     void *solver;
-    kmp_run_report before; /* work of roads and solvers that are gone */
-    double *state;         /* q, qd, qdd, lambda at a change of road */
-    double *y, *yp;        /* at a row; yp for a DAE only */
-    double *qdd, *lambda;  /* at the start */
-    double *moved;         /* 3 n + m: a row, where closures that move do work */
-    double work;           /* of non-conservative forces on a dae road, by quadrature up to work_t */
+    kmp_run_report before;  /* work of roads and solvers that are gone */
+    double *state;          /* q, qd, qdd, lambda at a change of road */
+    kmp_crossing *crossing; /* NULL when the model has no conditions */
+    bool at_event;
+    double event_t;       /* where the last step ends when at_event */
+    double *y, *yp;       /* at a row; yp for a DAE only */
+    double *qdd, *lambda; /* at the start */
+    double *moved;        /* 3 n + m: a row, where closures that move do work */
+    double work;          /* of non-conservative forces on a dae road, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s, progress;
+    unsigned long memory_failures; /* before it was made */
     char *reason;
 };
 
@@ -123,10 +128,20 @@ static kempe_status make_solver(kmp_runner *run)
     if (!run->y || (road->yp && !run->yp))
         return kmp_fail_memory(run->s->context);
     run->solver = run->kind->create(&setup);
-    return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    if (!run->solver || !run->s->changes)
+        return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver);
+    return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 
 /* -- failures ---------------------------------------------------------------------------------------- */
+
+/* Whatever was complained of on the way. */
+static kempe_status fail_memory(const kmp_runner *run)
+{
+    kmp_context_clear(run->s->context);
+    return kmp_fail_memory(run->s->context);
+}
 
 /* The sentence of a failure: the road's, the integrator's, or `otherwise`. */
 static kempe_status give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
@@ -135,6 +150,8 @@ static kempe_status give_up(kmp_runner *run, kempe_status status, const char *ot
     kmp_text text = {0};
     if (status != KEMPE_E_FAILED || run->reason)
         return status;
+    if (kmp_memory_failures() != run->memory_failures)
+        return fail_memory(run);
     if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
         run->road->explain(run->road);
     if (run->road && run->road->reason.length)
@@ -215,6 +232,7 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
     if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
         return kmp_fail_memory(run->s->context);
+    kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
     kempe_status status = choose_partition(run, run->spec.t_start, start->q, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
         status = accelerate(run, start);
@@ -241,9 +259,11 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     double begin_s = cpu_now();
     kempe_assembly *own = NULL;
     kempe_status status = KEMPE_OK;
+    unsigned long memory_failures = kmp_memory_failures();
     kmp_runner *run = KMP_NEW(kmp_runner, 1);
     if (!run)
         return kmp_fail_memory(system->context);
+    run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
     run->work = spec->work_start;
@@ -268,6 +288,7 @@ void kmp_runner_free(kmp_runner *run)
 {
     if (!run)
         return;
+    kmp_crossing_free(run->crossing);
     if (run->solver)
         run->kind->release(run->solver);
     if (run->road)
@@ -288,6 +309,8 @@ void kmp_runner_free(kmp_runner *run)
 
 double kmp_runner_t(const kmp_runner *run)
 {
+    if (run->at_event)
+        return run->event_t;
     return run->solver ? run->kind->t(run->solver) : run->work_t;
 }
 
@@ -416,16 +439,34 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
+/* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
+static kempe_status pass_event(kmp_runner *run, double t)
+{
+    double h = run->kind->t(run->solver) - run->kind->t_old(run->solver);
+    if (!run->at_event)
+        return KEMPE_OK;
+    kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    if (status == KEMPE_OK)
+        status = run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
+                                  run->kind->corrects ? fmin(h, run->spec.t_end - t) : first_step(run));
+    run->at_event = false;
+    return status;
+}
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
     kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = pass_event(run, t);
     if (status == KEMPE_OK)
         status = watch_margin(run, t);
     if (status == KEMPE_OK)
         status = renew(run, t);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
+    if (status == KEMPE_OK && run->crossing)
+        status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
         return give_up(run, status, "the step size became too small: the motion is singular", t);
     return attend(run);
@@ -454,6 +495,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     add_report(run, report);
+    report->events = run->crossing ? kmp_crossing_count(run->crossing) : 0;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */

@@ -128,6 +128,20 @@ static void add_mass_and_jacobian(gather *g)
             add_entry(g, KMP_J, r, k, output_of(g, g->eq.jacobian[r * n + k]));
 }
 
+/* Tangents of the user's force stand after the outputs of the program: of R by q and qd, then of the power. */
+static void add_effort(gather *g)
+{
+    int n = g->eq.n, source = g->output_count;
+    g->t->first_effort = source;
+    if (!g->t->effort.system)
+        return;
+    for (int k = 0; k < 2 * n; k++)
+        for (int i = 0; i < n; i++)
+            add_entry(g, k < n ? KMP_R_Q : KMP_R_QD, i, k % n, source++);
+    for (int k = 0; k < 2 * n && g->t->at[KMP_VALUE_POWER] >= 0; k++)
+        add_entry(g, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
+}
+
 static kempe_status collect_tangents(gather *g)
 {
     kempe_status status = KEMPE_OK;
@@ -141,6 +155,7 @@ static kempe_status collect_tangents(gather *g)
     }
     kmp_free(column);
     add_mass_and_jacobian(g);
+    add_effort(g);
     return g->failed ? kmp_fail_memory(g->eq.context) : status;
 }
 
@@ -184,6 +199,17 @@ static bool make_machines(gather *g, const double *parameters)
     return true;
 }
 
+static bool make_room(const gather *g)
+{
+    kmp_tangents *t = g->t;
+    int n = t->n;
+    if (!t->effort.system)
+        return true;
+    t->with_effort = KMP_NEW(double, g->value_count);
+    t->tangents_with_it = KMP_NEW(double, g->output_count + 2 * n * n + 2 * n);
+    return t->with_effort && t->tangents_with_it;
+}
+
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
@@ -191,13 +217,14 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     gather g = {.t = tangents};
-    kempe_status status = kmp_equations_init(&g.eq, system->model, sets, KMP_SCHEME_COMPOSITE, false);
+    kmp_events events = system->events; /* the system has met all conditions: none is added */
+    kempe_status status = kmp_equations_init_smooth(&g.eq, system->model, sets, KMP_SCHEME_COMPOSITE, &events);
     if (status != KEMPE_OK)
         return status;
-    bool ok = collect_values(&g, values);
+    bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
     if (ok && (status = collect_tangents(&g)) == KEMPE_OK) {
         sort_entries(&g);
-        ok = make_machines(&g, system->parameters);
+        ok = make_machines(&g, system->parameters) && make_room(&g);
     }
     kmp_free(g.value);
     kmp_free(g.output);
@@ -215,6 +242,9 @@ void kmp_tangents_free(kmp_tangents *tangents)
     kmp_program_free(tangents->value_program);
     kmp_program_free(tangents->tangent_program);
     kmp_free(tangents->entry);
+    kmp_free(tangents->with_effort);
+    kmp_free(tangents->tangents_with_it);
+    kmp_effort_free(&tangents->effort);
     *tangents = (kmp_tangents){0};
 }
 
@@ -227,19 +257,57 @@ static const double *run(kmp_machine *machine, const kmp_instant *at)
     kmp_machine_set(machine, KMP_IN_QD, at->qd);
     kmp_machine_set(machine, KMP_IN_QDD, at->qdd);
     kmp_machine_set(machine, KMP_IN_LAMBDA, at->lambda);
+    if (at->mode)
+        kmp_machine_set(machine, KMP_IN_MODE, at->mode);
     if (at->mu)
         kmp_machine_set(machine, KMP_IN_MU, at->mu);
     return kmp_machine_run(machine, 1);
 }
 
+static void copy_outputs(double *room, const double *outputs, const kmp_program *program)
+{
+    int count = program->outputs[program->stages] - program->outputs[1];
+    if (count > 0)
+        memcpy(room, outputs, (size_t)count * sizeof *room);
+}
+
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 {
-    return run(tangents->value, at);
+    const double *outputs = run(tangents->value, at);
+    kmp_effort *effort = &tangents->effort;
+    double *out = tangents->with_effort;
+    int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
+    if (!effort->system)
+        return outputs;
+    copy_outputs(out, outputs, tangents->value_program);
+    kmp_effort_eval(effort, at->t, at->q, at->qd);
+    for (int i = 0; i < effort->n; i++) {
+        if (r >= 0)
+            out[r + i] -= effort->value[i];
+        if (power >= 0)
+            out[power] += effort->value[i] * at->qd[i];
+    }
+    return out;
 }
 
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at)
 {
-    return run(tangents->tangent, at);
+    const double *outputs = run(tangents->tangent, at);
+    kmp_effort *effort = &tangents->effort;
+    int n = effort->n;
+    if (!effort->system)
+        return outputs;
+    copy_outputs(tangents->tangents_with_it, outputs, tangents->tangent_program);
+    kmp_effort_differentiate(effort, at->t, at->q, at->qd);
+    double *force = tangents->tangents_with_it + tangents->first_effort, *power = force + 2 * n * n;
+    for (int k = 0; k < 2 * n; k++) {
+        power[k] = k < n ? 0 : effort->value[k - n];
+        for (int i = 0; i < n; i++) {
+            force[i + k * n] = -effort->tangent[i + k * n];
+            power[k] += effort->tangent[i + k * n] * at->qd[i];
+        }
+    }
+    return tangents->tangents_with_it;
 }
 
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,

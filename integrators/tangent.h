@@ -10,6 +10,7 @@
 
 #include "backend/machine.h"
 #include "dynamics/system.h"
+#include "integrators/effort.h"
 
 /** The values. Number and size of each are n for R and J' mu, m for closures, 1 for the power. */
 typedef enum kmp_value {
@@ -49,12 +50,16 @@ typedef struct kmp_tangents {
     int at[KMP_VALUES];                /* first output of each value, -1 when it was not asked for */
     int start[KMP_TANGENT_BLOCKS + 1]; /* entries by block, in each by column and row */
     kmp_tangent *entry;
+    kmp_effort effort;                      /* of the user, which no program knows */
+    double *with_effort, *tangents_with_it; /* outputs of the programs with it */
+    int first_effort;                       /* source of its first tangent */
 } kmp_tangents;
 
 /** Where the equations are evaluated; lambda and mu have m entries, mu may be NULL when J' mu was not asked for. */
 typedef struct kmp_instant {
     double t;
     const double *q, *qd, *qdd, *lambda, *mu;
+    const double *mode; /* of the conditions, NULL when there are none */
 } kmp_instant;
 
 /** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */

@@ -33,6 +33,7 @@ typedef struct zone {
     double *rr;   /* r x r, upper */
     int *pivot;   /* column of A in each place */
     double *x, *y, *z, *dx;
+    double *lambda; /* m: where closures move */
 } zone;
 
 /* x <- L^-1 x, x <- L^-T x */
@@ -208,12 +209,12 @@ static int rhs(void *self, double t, const double *y, double *dy)
     if (place(d, t, y, y + n) != KMP_GO)
         return KMP_RETRY;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
-    accelerations(d, dy + n, NULL);
+    accelerations(d, dy + n, d->s->rheonomic ? d->lambda : NULL);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n);
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
 }
 
@@ -274,6 +275,16 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
+static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp)
+{
+    const zone *d = (const zone *)road;
+    (void)t, (void)qdd, (void)lambda, (void)yp;
+    memcpy(y, q, (size_t)d->n * sizeof *y);
+    memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
+    return KMP_GO;
+}
+
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
@@ -281,6 +292,7 @@ static void release(kmp_road *road)
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_free(d->pivot);
+    kmp_free(d->lambda);
     kmp_text_free(&road->reason);
     kmp_free(d);
 }
@@ -299,7 +311,9 @@ static bool allocate(zone *d)
     d->z = KMP_NEW(double, r);
     d->dx = KMP_NEW(double, n);
     d->pivot = KMP_NEW(int, r);
-    return d->road.y && d->road.atol && d->l && d->a && d->full && d->rr && d->x && d->y && d->z && d->dx && d->pivot;
+    d->lambda = KMP_NEW(double, d->m);
+    return d->road.y && d->road.atol && d->l && d->a && d->full && d->rr && d->x && d->y && d->z && d->dx &&
+           d->lambda && d->pivot;
 }
 
 static kmp_road *create(const kmp_road_start *start)
@@ -320,6 +334,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->road.release = release;
     d->road.row = row;
     d->road.position = position;
+    d->road.resume = resume;
     d->road.size = 2 * n + d->has_work;
     d->road.rtol = fmax(start->rtol, ZONE_RTOL);
     d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};

@@ -48,6 +48,9 @@ typedef enum kempe_status {
     KEMPE_E_BUG = -6       /* a defect of Kempe: please report it */
 } kempe_status;
 
+/** A status in words: "done", "out of memory", ...; never NULL. */
+KEMPE_API const char *kempe_status_text(kempe_status status);
+
 typedef enum kempe_format { KEMPE_TEXT, KEMPE_JSON } kempe_format;
 
 /* -- context ------------------------------------------------------------------------------------- */
@@ -107,6 +110,8 @@ KEMPE_API const char *kempe_model_coordinate_name(const kempe_model *model, int 
 /** The model as Kempe understood it. */
 KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text);
 
+/* A model may also be built in code: kempe/build.h, which this header includes at its end. */
+
 /* -- system: the derived equations ----------------------------------------------------------------- */
 
 typedef struct kempe_system kempe_system;
@@ -114,6 +119,16 @@ typedef struct kempe_system kempe_system;
 /** Derives what the roads need. The model must outlive the system. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
+
+/** Adds your generalized efforts (n; N m or N, zero when called) to the right side at (t, q, qd): with the expressions
+ * of the model, one more way to say a force. Returns 0, or not 0 when it cannot be evaluated there: the step is then
+ * tried smaller. It must be smooth and a function of its arguments alone; it is called from every thread that works on
+ * the system. Where derivatives are wanted (the dae road, stiff integrators) they are taken
+ *  by differences. */
+typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);
+
+/** To be called before anything works on the system; NULL takes the force away. */
+KEMPE_API void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user);
 
 /** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
 KEMPE_API int kempe_system_row_count(const kempe_system *system);
@@ -127,6 +142,8 @@ typedef enum kempe_view {
 
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
                                           char **text);
+
+/* The equations at a state of your choice: kempe/workspace.h, which this header includes at its end. */
 
 /* -- check and assemble ---------------------------------------------------------------------------- */
 
@@ -194,8 +211,15 @@ KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory
 KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
 KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);
 
-/** Writes the table as CSV (t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole or not at all. */
+/** Writes the table as CSV (a comment with the units; t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole
+ * or not at all. */
 KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, const char *path);
+
+/** The same for NumPy: `names`, `units` (a column each) and `values` (rows x columns) in one .npz, whole or not at all.
+ */
+KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path);
+
+/* The same step by step: kempe/stepper.h, which this header includes at its end. */
 
 /* -- compare --------------------------------------------------------------------------------------- */
 
@@ -224,4 +248,9 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #ifdef __cplusplus
 }
 #endif
+
+#include <kempe/build.h>
+#include <kempe/stepper.h>
+#include <kempe/workspace.h>
+
 #endif

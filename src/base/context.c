@@ -13,6 +13,29 @@ struct kempe_context {
     atomic_int interrupted;
 };
 
+const char *kempe_status_text(kempe_status status)
+{
+    switch (status) {
+    case KEMPE_OK:
+        return "done";
+    case KEMPE_STOPPED:
+        return "ended early for a good reason";
+    case KEMPE_E_MEMORY:
+        return "out of memory";
+    case KEMPE_E_INPUT:
+        return "the model or reference is wrong";
+    case KEMPE_E_FAILED:
+        return "the computation could not be done as asked";
+    case KEMPE_E_IO:
+        return "a file could not be read or written";
+    case KEMPE_E_ARGUMENT:
+        return "an argument names nothing that exists, or is out of range";
+    case KEMPE_E_BUG:
+        break;
+    }
+    return "a defect of Kempe";
+}
+
 kempe_context *kempe_context_new(void)
 {
     kempe_context *context = KMP_NEW(kempe_context, 1);
@@ -91,7 +114,10 @@ kempe_status kmp_fail_memory(kempe_context *context)
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
 {
     size_t from = begin_sentence(&context->message);
-    kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
+    if (line > 0)
+        kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
+    else
+        kmp_text_printf(&context->message, "%s: ", file);
     va_list arguments;
     va_start(arguments, format);
     kmp_text_vprintf(&context->message, format, arguments);

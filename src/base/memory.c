@@ -1,28 +1,46 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The one door to the heap, counted per thread. */
 #include "base/memory.h"
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 static _Thread_local unsigned long allocations;
+static _Thread_local unsigned long fail_at; /* 0: none */
+
+static _Thread_local unsigned long failures;
+
+/* Counts, and says whether this one is to fail. */
+static bool refuse(void)
+{
+    bool refused = ++allocations == fail_at;
+    failures += refused;
+    return refused;
+}
+
+static void *given(void *p)
+{
+    failures += !p;
+    return p;
+}
 
 void *kmp_calloc(size_t n, size_t size)
 {
-    allocations++;
+    if (refuse())
+        return NULL;
     if (n == 0 || size == 0)
-        return calloc(1, 1);
-    return calloc(n, size);
+        return given(calloc(1, 1));
+    return given(calloc(n, size));
 }
 
 void *kmp_realloc(void *old, size_t n, size_t size)
 {
-    allocations++;
-    if (n == 0 || size == 0)
-        return realloc(old, 1);
-    if (n > SIZE_MAX / size)
+    if (refuse())
         return NULL;
-    return realloc(old, n * size);
+    if (n == 0 || size == 0)
+        return given(realloc(old, 1));
+    return given(n > SIZE_MAX / size ? NULL : realloc(old, n * size));
 }
 
 void kmp_free(void *p)
@@ -42,4 +60,14 @@ char *kmp_strdup(const char *s)
 unsigned long kmp_memory_count(void)
 {
     return allocations;
+}
+
+unsigned long kmp_memory_failures(void)
+{
+    return failures;
+}
+
+void kmp_memory_fail_at(unsigned long n)
+{
+    fail_at = n ? allocations + n : 0;
 }

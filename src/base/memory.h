@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Allocation. Every allocation of Kempe goes through here, so that a test can count them (none while
- * stepping) and later make the n-th one fail. */
+ * stepping) and make the n-th one fail. */
 #ifndef KMP_BASE_MEMORY_H
 #define KMP_BASE_MEMORY_H
 
@@ -19,6 +19,12 @@ char *kmp_strdup(const char *s);
 
 /** Allocations made by this thread so far. */
 unsigned long kmp_memory_count(void);
+
+/** Allocations that failed on this thread so far: who has nothing from below asks whether it was for want of memory. */
+unsigned long kmp_memory_failures(void);
+
+/** For tests: the n-th allocation from now on this thread fails, once; 0 takes that back. */
+void kmp_memory_fail_at(unsigned long n);
 
 #define KMP_NEW(type, n) ((type *)kmp_calloc((size_t)(n), sizeof(type)))
 

@@ -228,11 +228,20 @@ static kempe_status assemble(const job *j)
     return status;
 }
 
-static kempe_status write_csv(const job *j, kempe_status written)
+static kempe_status tell_written(const job *j, kempe_status written)
 {
     if (written)
         complain(written, kempe_context_message(j->context));
     return written;
+}
+
+/* The name's ending says the format. */
+static kempe_status write_trajectory(const kempe_trajectory *trajectory, const char *path)
+{
+    size_t length = strlen(path);
+    if (length > 4 && strcmp(path + length - 4, ".npz") == 0)
+        return kempe_trajectory_write_npz(trajectory, path);
+    return kempe_trajectory_write_csv(trajectory, path);
 }
 
 static kempe_status simulate(const job *j)
@@ -245,7 +254,7 @@ static kempe_status simulate(const job *j)
     if (result) {
         status = worse(status, report(j, print_trajectory, result));
         if (j->settings->output)
-            status = worse(status, write_csv(j, kempe_trajectory_write_csv(result, j->settings->output)));
+            status = worse(status, tell_written(j, write_trajectory(result, j->settings->output)));
     }
     kempe_trajectory_free(result);
     return status;
@@ -259,7 +268,7 @@ static kempe_status compare(const job *j)
     if (result) {
         status = worse(status, report(j, print_comparison, result));
         if (j->settings->csv)
-            status = worse(status, write_csv(j, kempe_comparison_write_csv(result, j->settings->csv)));
+            status = worse(status, tell_written(j, kempe_comparison_write_csv(result, j->settings->csv)));
     }
     kempe_comparison_free(result);
     return status;

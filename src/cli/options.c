@@ -40,7 +40,7 @@ static const option options[] = {
     {CLI_SIMULATE, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",
      "leave the rows there every 10 s and at the end"},
     {CLI_SIMULATE, "resume", 0, OPTION_TEXT, AT(run.resume), "FILE", "go on from a checkpoint"},
-    {CLI_SIMULATE, "output", 'o', OPTION_TEXT, AT(output), "CSV", "write the trajectory"},
+    {CLI_SIMULATE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the trajectory: CSV, or .npz for NumPy"},
     {CLI_COMPARE, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..", "relative tolerances"},
     {CLI_COMPARE, "roads", 0, OPTION_TEXT, AT(compare.roads), "NAME,..", "roads (default: all)"},
     {CLI_COMPARE, "forms", 0, OPTION_TEXT, AT(compare.forms), "NAME,..", "forms (default: all)"},

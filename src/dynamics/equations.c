@@ -4,6 +4,8 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/forces.h"
+#include "dynamics/outputs.h"
+#include "model/output_table.h"
 #include "symbolic/derivative.h"
 #include <math.h>
 
@@ -177,18 +179,6 @@ static void derive_reactions(kmp_equations *eq)
     }
 }
 
-static void derive_positions(kmp_equations *eq)
-{
-    for (int o = 0; o < eq->model->output_count; o++) {
-        if (eq->model->outputs[o].kind != KMP_OUTPUT_POSITION)
-            continue;
-        kmp_vec x = kmp_point_position(&eq->tree, eq->model->outputs[o].index, 0);
-        for (int k = 0; k < 3; k++)
-            eq->position[3 * eq->position_count + k] = x.x[k];
-        eq->position_count++;
-    }
-}
-
 /* -- all together ------------------------------------------------------------------------------------ */
 
 static bool allocate(kmp_equations *eq)
@@ -207,13 +197,14 @@ static bool allocate(kmp_equations *eq)
     eq->hdot = KMP_NEW(kmp_ref, rows);
     eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
     eq->position = KMP_NEW(kmp_ref, 3 * model->output_count);
+    eq->shown = KMP_NEW(kmp_ref, kmp_outputs_width(model));
     return eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
-           eq->jt_mu && eq->hdot && eq->reaction && eq->position;
+           eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
 }
 
 static kempe_status derive_closures(kmp_equations *eq, unsigned sets)
 {
-    const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION;
+    const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing))
         return KEMPE_OK;
     kempe_status status = derive_rows(eq);
@@ -233,39 +224,53 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     kmp_mass_scheme *mass = scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
     if (sets & KMP_SET_MASS && !mass(&eq->tree, eq->mass))
         return kmp_fail_memory(eq->context);
-    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_ENERGY)))
-        return KEMPE_OK;
-    if (!kmp_forces_init(&forces, &eq->tree, sets & KMP_SET_ENERGY))
+    bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
+    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL)) && !energy)
+        return !(sets & KMP_SET_OUTPUT) || kmp_outputs_derive(eq, NULL) ? KEMPE_OK : kmp_fail_memory(eq->context);
+    if (!kmp_forces_init(&forces, &eq->tree, energy))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
         status = derive_bias(eq, &forces);
     if (status == KEMPE_OK && sets & KMP_SET_RESIDUAL)
         status = derive_residual(eq, &forces);
+    if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
+        status = kmp_fail_memory(eq->context);
     eq->potential = forces.potential;
     eq->power = forces.power;
     kmp_forces_free(&forces);
     return status;
 }
 
-kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
-                                bool keep_parameters)
+static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                         bool keep_parameters, kmp_events *events)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
     if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, keep_parameters))
         status = kmp_fail_memory(eq->context);
+    eq->tree.events = events;
     if (status == KEMPE_OK)
         status = derive_closures(eq, sets);
     if (status == KEMPE_OK)
         status = derive_dynamics(eq, sets, scheme);
-    if (status == KEMPE_OK && sets & KMP_SET_OUTPUT)
-        derive_positions(eq);
     if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
         status = kmp_fail_memory(eq->context);
     if (status != KEMPE_OK)
         kmp_equations_free(eq);
     return status;
+}
+
+kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                bool keep_parameters)
+{
+    return init(eq, model, sets, scheme, keep_parameters, NULL);
+}
+
+kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                       kmp_events *events)
+{
+    return init(eq, model, sets, scheme, false, events);
 }
 
 void kmp_equations_free(kmp_equations *eq)
@@ -284,5 +289,6 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_free(eq->hdot);
     kmp_free(eq->reaction);
     kmp_free(eq->position);
+    kmp_free(eq->shown);
     *eq = (kmp_equations){0};
 }

@@ -18,7 +18,7 @@ enum {
         16, /* implicit dynamics of the dae road: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
     KMP_SET_ENERGY = 32,   /* potential energy and the power of non-conservative forces */
     KMP_SET_REACTION = 64, /* closure forces from lambda */
-    KMP_SET_OUTPUT = 128   /* positions that the model asks for */
+    KMP_SET_OUTPUT = 128   /* what the model asks for beside the table */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -49,11 +49,16 @@ typedef struct kmp_equations {
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
     int position_count;
+    kmp_ref *shown; /* all outputs beside the table, in order */
+    int shown_count;
 } kmp_equations;
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_MEMORY. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
+/** The same with conditions as inputs (`events` is added to; NULL: as above). */
+kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
+                                       kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
 
 /** d of count references along q[k] (kind KMP_IN_Q) or qd[k] (KMP_IN_QD); out may be what it was computed from. */

@@ -26,6 +26,14 @@ typedef struct kmp_link {
     kmp_tensor inertia; /* I^i about the com, link axes */
 } kmp_link;
 
+/** The conditions of a model, numbered in the order in which they are met: comparisons and signs of what moves. A
+ * program for integration takes them as inputs KMP_IN_MODE, which stand still during a step, so that it is smooth;
+ * where a condition changes is an event. */
+typedef struct kmp_events {
+    int count;
+    const kmp_expr **condition;
+} kmp_events;
+
 typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
@@ -34,6 +42,7 @@ typedef struct kmp_tree {
     kmp_link *links;
     int *body_link; /* last link of each body */
     kmp_vec gravity;
+    kmp_events *events; /* NULL: conditions are evaluated where they stand */
 } kmp_tree;
 
 /** Builds the links. With keep_parameters the parameters stay symbols; zeros of the data are zeros of the equations
@@ -47,6 +56,10 @@ kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
 
 /** An expression of the model language over q, qd, t and parameters as a node. */
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
+
+/** What is negative where condition k holds as `first < second`: first - second. Of a and b in `a < b` and `a >= b`
+ *  first is a, otherwise b. */
+kmp_ref kmp_tree_event(const kmp_tree *tree, int k);
 
 /** Components of v in the parent's axes, from link i's, and back. */
 kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v);

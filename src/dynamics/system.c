@@ -104,11 +104,68 @@ static bool make_motion(kempe_system *s, kmp_equations *eq)
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
-    int count[4] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count};
-    const kmp_ref *groups[4] = {&eq->potential, &eq->power, eq->reaction, eq->position};
-    s->dissipative = eq->power != KMP_ZERO || s->rheonomic;
-    s->judge = kmp_program_new(eq->graph, 4, count, groups);
+    int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count};
+    const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, eq->shown};
+    s->has_power = eq->power != KMP_ZERO || s->rheonomic;
+    s->dissipative = s->has_power;
+    s->judge = kmp_program_new(eq->graph, 5, count, groups);
     return s->judge;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+static const char *parameter_name(const void *user, int index)
+{
+    return ((const kempe_model *)user)->parameters[index].name;
+}
+
+static const char *coordinate_name(const void *user, int index)
+{
+    return ((const kempe_model *)user)->motions[index].name;
+}
+
+static bool is_within(const kmp_expr *part, const kmp_expr *whole)
+{
+    return whole &&
+           (part == whole || is_within(part, whole->a) || is_within(part, whole->b) || is_within(part, whole->c));
+}
+
+/* "'motor': q(A) < 0.2", with the name of the force that the condition belongs to. */
+static char *text_of_event(const kempe_model *model, const kmp_expr *condition)
+{
+    const kmp_expr_names names = {model, parameter_name, coordinate_name};
+    kmp_text text = {0};
+    for (int k = 0; k < model->force_count; k++)
+        if (is_within(condition, model->forces[k].effort)) {
+            kmp_text_printf(&text, "'%s': ", model->forces[k].name);
+            break;
+        }
+    kmp_expr_print(&text, condition->b ? condition : condition->a, &names);
+    kmp_text_put(&text, condition->b ? "" : " < 0");
+    return kmp_text_take(&text);
+}
+
+/* All conditions are known when the other programs have been derived. */
+static bool make_changes(kempe_system *s, kmp_equations *eq)
+{
+    int count = s->events.count;
+    if (count == 0)
+        return true;
+    kmp_ref *out = KMP_NEW(kmp_ref, count);
+    const kmp_ref *group = out;
+    s->event_text = KMP_NEW(char *, count);
+    if (!out || !s->event_text)
+        return kmp_free(out), false;
+    for (int k = 0; k < count; k++) {
+        out[k] = kmp_tree_event(&eq->tree, k);
+        s->event_text[k] = text_of_event(s->model, s->events.condition[k]);
+    }
+    s->changes = kmp_program_new(eq->graph, 1, &count, &group);
+    kmp_free(out);
+    for (int k = 0; k < count; k++)
+        if (!s->event_text[k])
+            return false;
+    return s->changes;
 }
 
 /* -- the system -------------------------------------------------------------------------------------- */
@@ -146,13 +203,15 @@ static kempe_status derive(kempe_system *s)
     const unsigned motion = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD;
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    kempe_status status = kmp_equations_init(&eq, s->model, motion, KMP_SCHEME_COMPOSITE, false);
+    kempe_status status = kmp_equations_init_smooth(&eq, s->model, motion, KMP_SCHEME_COMPOSITE, &s->events);
     if (status != KEMPE_OK)
         return status;
     bool ok = take_rows(s, &eq) && make_motion(s, &eq);
     kmp_equations_free(&eq);
-    if (ok && (status = kmp_equations_init(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, false)) == KEMPE_OK) {
-        ok = make_judge(s, &eq);
+    if (ok)
+        status = kmp_equations_init_smooth(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, &s->events);
+    if (ok && status == KEMPE_OK) {
+        ok = make_judge(s, &eq) && make_changes(s, &eq);
         kmp_equations_free(&eq);
     }
     return !ok ? kmp_fail_memory(s->context) : status;
@@ -162,12 +221,15 @@ kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
 {
     clock_t begin = clock();
     kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status != KEMPE_OK)
+        return status;
     kempe_system *s = KMP_NEW(kempe_system, 1);
     if (!s)
         return kmp_fail_memory(model->context);
     s->model = model;
     s->context = model->context;
-    kempe_status status = derive(s);
+    status = derive(s);
     if (status != KEMPE_OK) {
         kempe_system_free(s);
         return status;
@@ -189,10 +251,32 @@ void kempe_system_free(kempe_system *s)
     kmp_pattern_free(&s->mass);
     kmp_program_free(s->motion);
     kmp_program_free(s->judge);
+    kmp_program_free(s->changes);
+    for (int k = 0; s->event_text && k < s->events.count; k++)
+        kmp_free(s->event_text[k]);
+    kmp_free(s->event_text);
+    kmp_free((void *)s->events.condition);
     kmp_free(s->scale);
     kmp_free(s->row_scale);
     kmp_free(s->parameters);
     kmp_free(s);
+}
+
+/* The work of the user's force is accounted for as that of every force without a potential. */
+void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
+{
+    system->force = force;
+    system->force_user = user;
+    system->dissipative = force || system->has_power;
+}
+
+void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort)
+{
+    for (int i = 0; i < system->n; i++)
+        effort[i] = 0;
+    if (system->force(system->force_user, t, q, qd, effort) != 0)
+        for (int i = 0; i < system->n; i++)
+            effort[i] = NAN;
 }
 
 int kempe_system_row_count(const kempe_system *system)

@@ -31,7 +31,8 @@ enum {
     KMP_STAGE_POTENTIAL = 1, /* t, q: potential energy */
     KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
     KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
-    KMP_STAGE_POSITION       /* q: 3 a position output */
+    KMP_STAGE_POSITION,      /* q: 3 a position output */
+    KMP_STAGE_SHOWN          /* all: what outputs show beside the table (model/output_table.h) */
 };
 
 struct kempe_system {
@@ -43,12 +44,21 @@ struct kempe_system {
     kmp_pattern jacobian, mass;
     bool rheonomic;   /* h depends on t */
     bool dissipative; /* some force is not conservative, or a closure that moves does work */
+    bool has_power;   /* so it is without the user's force */
     kmp_program *motion, *judge;
-    double length;      /* characteristic length, m */
-    double *scale;      /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
-    double *row_scale;  /* m: size of a closure row */
-    double *parameters; /* values */
-    double build_s;     /* CPU time of deriving */
+    kmp_events events;     /* conditions: inputs KMP_IN_MODE of both programs */
+    kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
+    char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
+    double length;         /* characteristic length, m */
+    double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
+    double *row_scale;     /* m: size of a closure row */
+    double *parameters;    /* values */
+    double build_s;        /* CPU time of deriving */
+    kempe_force_fn *force; /* the user's efforts; NULL: none */
+    void *force_user;
 };
+
+/** The efforts (n) of the user's force, which is there, at (t, q, qd); NaN where it says that they cannot be had. */
+void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort);
 
 #endif

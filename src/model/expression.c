@@ -4,6 +4,7 @@
  * those who walk the tree. */
 #include "model/expression.h"
 #include "model/nearest.h"
+#include "symbolic/table.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -282,6 +283,18 @@ static const kmp_expr *parse_time(parser *p, const char *where)
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
 }
 
+static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named_table *table)
+{
+    if (!take(p, '('))
+        return complain(p, where, "table '%s' wants its argument in parentheses", table->name);
+    const kmp_expr *argument = parse_sum(p);
+    if (!argument)
+        return NULL;
+    if (!take(p, ')'))
+        return complain_wanted(p, "an operator or ')'");
+    return make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
+}
+
 static const kmp_expr *parse_word(parser *p)
 {
     const char *where = p->at;
@@ -302,6 +315,9 @@ static const kmp_expr *parse_word(parser *p)
         return complain(p, where, "'%s' is a parameter, not a function", name);
     if (index >= 0)
         return make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
+    const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
+    if (table)
+        return parse_table(p, where, table);
     if (*p->at == '(' || find_function(name) >= 0)
         return parse_call(p, where, name);
     return complain_unknown(p, where, name, false);
@@ -517,6 +533,8 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return a > b;
     case KMP_EXPR_AT_LEAST:
         return a >= b;
+    case KMP_EXPR_TABLE: /* one that could not be read is complained of already */
+        return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
     case KMP_EXPR_TIME:
         return t;
     case KMP_EXPR_Q:
@@ -611,6 +629,11 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         break;
     case KMP_EXPR_NEG:
         print_negative(text, expr, names, place);
+        break;
+    case KMP_EXPR_TABLE:
+        kmp_text_printf(text, "%s(", expr->table->name);
+        print_within(text, expr->a, names, BIND_SUM);
+        kmp_text_put(text, ")");
         break;
     case KMP_EXPR_CALL:
         print_call(text, expr, names);

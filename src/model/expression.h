@@ -20,12 +20,13 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_SUB,
     KMP_EXPR_MUL,
     KMP_EXPR_DIV,
-    KMP_EXPR_POW,     /* a ^ b; b must be a number or an expression of parameters */
-    KMP_EXPR_CALL,    /* function, a [, b [, c]] */
-    KMP_EXPR_LESS,    /* a < b: 1 or 0; comparisons stand in the first argument of `if` */
-    KMP_EXPR_AT_MOST, /* a <= b */
-    KMP_EXPR_GREATER, /* a > b */
-    KMP_EXPR_AT_LEAST /* a >= b */
+    KMP_EXPR_POW,      /* a ^ b; b must be a number or an expression of parameters */
+    KMP_EXPR_CALL,     /* function, a [, b [, c]] */
+    KMP_EXPR_LESS,     /* a < b: 1 or 0; comparisons stand in the first argument of `if` */
+    KMP_EXPR_AT_MOST,  /* a <= b */
+    KMP_EXPR_GREATER,  /* a > b */
+    KMP_EXPR_AT_LEAST, /* a >= b */
+    KMP_EXPR_TABLE     /* table(a) */
 } kmp_expr_kind;
 
 /* Functions of the language, one row each. */
@@ -36,6 +37,12 @@ typedef enum kmp_function {
     KMP_FUNCTION_COUNT
 } kmp_function;
 
+/** A function given by points, under the name that expressions use. */
+typedef struct kmp_named_table {
+    const char *name;
+    struct kmp_table *table; /* NULL while something is wrong with it */
+} kmp_named_table;
+
 const char *kmp_function_name(kmp_function function);
 
 typedef struct kmp_expr {
@@ -44,7 +51,8 @@ typedef struct kmp_expr {
     int index;
     double value;
     kmp_dimension unit; /* of a number */
-    int column;         /* where it stands; of an operation, its sign */
+    const kmp_named_table *table;
+    int column; /* where it stands; of an operation, its sign */
     const struct kmp_expr *a, *b, *c;
 } kmp_expr;
 
@@ -66,6 +74,7 @@ typedef struct kmp_expr_scope {
     void *user;
     int (*parameter)(void *user, const char *name);
     int (*coordinate)(void *user, const char *name);
+    const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     void (*suggest)(void *user, const char *name, bool coordinate, kmp_text *sentence);
     bool time; /* t is allowed */
 } kmp_expr_scope;

@@ -62,7 +62,12 @@ static complaint take_apart(const kempe_model *model, char *text, int order)
     char *rest = text;
     if (c.file < 0)
         return c;
-    c.line = (int)strtol(text + strlen(model->files[c.file]) + 1, &rest, 10);
+    rest += strlen(model->files[c.file]) + 1;
+    if (*rest == ' ') { /* no line: of a model built in code */
+        c.text = rest + 1;
+        return c;
+    }
+    c.line = (int)strtol(rest, &rest, 10);
     if (*rest == ':')
         c.column = (int)strtol(rest + 1, &rest, 10);
     c.text = strncmp(rest, ": ", 2) == 0 ? rest + 2 : rest;
@@ -88,6 +93,14 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
+/* In a model built in code a file is one call, without lines; its name is not said twice. */
+static kempe_status say_again(kmp_reader *r, const complaint *c)
+{
+    if (c->file < 0 || (c->line == 0 && strstr(c->text, r->model->files[c->file])))
+        return kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text);
+    return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
+}
+
 kempe_status kmp_reader_sort_complaints(kmp_reader *r)
 {
     kempe_status status = KEMPE_E_INPUT;
@@ -99,12 +112,8 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
     split(r->model, text, list, count);
     qsort(list, (size_t)count, sizeof *list, compare);
     kmp_context_clear(r->context);
-    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++) {
-        const complaint *c = &list[i];
-        if (is_repeated(list, i))
-            continue;
-        status = c->file < 0 ? kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text)
-                             : kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
-    }
+    for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
+        if (!is_repeated(list, i))
+            status = say_again(r, &list[i]);
     return status;
 }

@@ -88,14 +88,21 @@ typedef struct kmp_start {
     bool *hold;
 } kmp_start;
 
+/** A named expression of the state, for outputs. */
+typedef struct kmp_sensor {
+    const char *name;
+    const kmp_expr *expr;
+} kmp_sensor;
+
+/* The rows of outputs.def. */
 typedef enum kmp_output_kind {
-    KMP_OUTPUT_Q,
-    KMP_OUTPUT_QD,
-    KMP_OUTPUT_QDD,
-    KMP_OUTPUT_LAMBDA,  /* index: closure, -1 for all */
-    KMP_OUTPUT_POSITION /* index: point; ground axes, from the ground's origin */
+#define KMP_OUTPUT(kind, word, argument, width) KMP_OUTPUT_##kind,
+#include "model/outputs.def"
+#undef KMP_OUTPUT
+    KMP_OUTPUT_KINDS
 } kmp_output_kind;
 
+/** `index`: of its point, loop, force, sensor or coordinate; -1 for all of them or none. */
 typedef struct kmp_output {
     kmp_output_kind kind;
     int index;
@@ -109,6 +116,7 @@ typedef struct kmp_run_settings {
 
 struct kempe_model {
     kempe_context *context;
+    struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
     kmp_arena arena;
     const char *file, *name;
     const char **files; /* the file itself, then settings and what it includes */
@@ -116,6 +124,8 @@ struct kempe_model {
     kmp_number gravity[3];
     kmp_parameter *parameters;
     int parameter_count;
+    kmp_named_table *tables;
+    int table_count;
     kmp_body *bodies; /* bodies[0] is "ground" */
     int body_count;   /* ground included */
     kmp_point *points;
@@ -126,10 +136,15 @@ struct kempe_model {
     int closure_count;
     kmp_force *forces;
     int force_count;
+    kmp_sensor *sensors;
+    int sensor_count;
     kmp_start start;
     kmp_run_settings run;
     kmp_output *outputs; /* when none are given: q, qd, qdd, lambda */
     int output_count;
 };
+
+/** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
+kempe_status kmp_model_check_finished(const kempe_model *model);
 
 #endif

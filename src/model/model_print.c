@@ -2,6 +2,8 @@
 /* The model as it was understood: a summary to read, or one JSON object. */
 #include "base/text.h"
 #include "model/force_table.h"
+#include "model/output_table.h"
+#include "symbolic/table.h"
 
 /* -- pieces ---------------------------------------------------------------------------------------- */
 
@@ -51,23 +53,6 @@ static void put_point(kmp_text *text, const kempe_model *model, int index)
     kmp_text_printf(text, "%s.%s", model->bodies[point->body].name, point->name);
 }
 
-static void put_output(kmp_text *text, const kempe_model *model, const kmp_output *output)
-{
-    static const char *const words[] = {[KMP_OUTPUT_Q] = "q",
-                                        [KMP_OUTPUT_QD] = "qd",
-                                        [KMP_OUTPUT_QDD] = "qdd",
-                                        [KMP_OUTPUT_LAMBDA] = "lambda",
-                                        [KMP_OUTPUT_POSITION] = "position"};
-    kmp_text_put(text, words[output->kind]);
-    if (output->kind == KMP_OUTPUT_LAMBDA && output->index >= 0)
-        kmp_text_printf(text, "(%s)", model->closures[output->index].name);
-    if (output->kind == KMP_OUTPUT_POSITION) {
-        kmp_text_put(text, "(");
-        put_point(text, model, output->index);
-        kmp_text_put(text, ")");
-    }
-}
-
 static void put_axis(kmp_text *text, const double axis[3])
 {
     kmp_text_put(text, "[");
@@ -101,6 +86,18 @@ static void show_parameters(kmp_text *text, const kempe_model *model)
     for (int i = 0; i < model->parameter_count; i++) {
         kmp_text_put(text, "  ");
         show_named(text, model->parameters[i].name, model, &model->parameters[i].number);
+    }
+}
+
+static void show_tables(kmp_text *text, const kempe_model *model)
+{
+    if (model->table_count > 0)
+        kmp_text_put(text, "tables\n");
+    for (int i = 0; i < model->table_count; i++) {
+        const kmp_table *table = model->tables[i].table;
+        kmp_text_printf(text, "  %s: %s, %d points, x from %.9g to %.9g\n", model->tables[i].name,
+                        table->method == KMP_TABLE_LINEAR ? "linear" : "spline", table->count, table->x[0],
+                        table->x[table->count - 1]);
     }
 }
 
@@ -257,6 +254,17 @@ static void show_forces(kmp_text *text, const kempe_model *model)
         show_force(text, model, &model->forces[i]);
 }
 
+static void show_sensors(kmp_text *text, const kempe_model *model)
+{
+    if (model->sensor_count > 0)
+        kmp_text_put(text, "sensors\n");
+    for (int i = 0; i < model->sensor_count; i++) {
+        kmp_text_printf(text, "  %s = ", model->sensors[i].name);
+        put_expr(text, model, model->sensors[i].expr);
+        kmp_text_put(text, "\n");
+    }
+}
+
 static void show_start(kmp_text *text, const kempe_model *model)
 {
     const kmp_start *start = &model->start;
@@ -297,7 +305,7 @@ static void show_run(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "\noutputs:");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, " ");
-        put_output(text, model, &model->outputs[i]);
+        kmp_output_print(text, model, &model->outputs[i]);
     }
     kmp_text_put(text, "\n");
 }
@@ -308,9 +316,11 @@ static void show(kmp_text *text, const kempe_model *model)
     put_vector(text, model->gravity);
     kmp_text_put(text, "\n");
     show_parameters(text, model);
+    show_tables(text, model);
     show_bodies(text, model);
     show_closures(text, model);
     show_forces(text, model);
+    show_sensors(text, model);
     show_start(text, model);
     show_run(text, model);
 }
@@ -359,6 +369,31 @@ static void json_parameters(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, ",\n\"parameters\": {");
     for (int i = 0; i < model->parameter_count; i++)
         put_number(text, i == 0, model->parameters[i].name, model->parameters[i].number.value);
+    kmp_text_put(text, "}");
+}
+
+static void json_list(kmp_text *text, const char *key, int count, const double *x)
+{
+    put_key(text, false, key);
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(text, k ? ", " : "[");
+        kmp_text_number(text, x[k]);
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_tables(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"tables\": {");
+    for (int i = 0; i < model->table_count; i++) {
+        const kmp_table *table = model->tables[i].table;
+        put_key(text, i == 0, model->tables[i].name);
+        kmp_text_put(text, "{");
+        put_string(text, true, "method", table->method == KMP_TABLE_LINEAR ? "linear" : "spline");
+        json_list(text, "x", table->count, table->x);
+        json_list(text, "y", table->count, table->y);
+        kmp_text_put(text, "}");
+    }
     kmp_text_put(text, "}");
 }
 
@@ -496,6 +531,16 @@ static void json_forces(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]");
 }
 
+static void json_sensors(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"sensors\": {");
+    for (int i = 0; i < model->sensor_count; i++) {
+        put_key(text, i == 0, model->sensors[i].name);
+        put_quoted_expr(text, model, model->sensors[i].expr);
+    }
+    kmp_text_put(text, "}");
+}
+
 static void json_values(kmp_text *text, const kempe_model *model, const char *key, const kmp_number *values)
 {
     put_key(text, key[1] == '\0', key);
@@ -561,7 +606,7 @@ static void json_run(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "], \"outputs\": [");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, i > 0 ? ", \"" : "\"");
-        put_output(text, model, &model->outputs[i]);
+        kmp_output_print(text, model, &model->outputs[i]);
         kmp_text_put(text, "\"");
     }
     kmp_text_put(text, "]}");
@@ -574,9 +619,11 @@ static void json(kmp_text *text, const kempe_model *model)
     put_key(text, false, "gravity");
     put_vector(text, model->gravity);
     json_parameters(text, model);
+    json_tables(text, model);
     json_bodies(text, model);
     json_closures(text, model);
     json_forces(text, model);
+    json_sensors(text, model);
     json_start(text, model);
     json_run(text, model);
     kmp_text_put(text, "}\n");
@@ -586,6 +633,9 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
 {
     kmp_text out = {0};
     kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status != KEMPE_OK)
+        return status;
     if (format == KEMPE_JSON)
         json(&out, model);
     else

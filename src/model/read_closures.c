@@ -8,11 +8,19 @@ typedef struct closure_kind {
     bool length; /* wants one */
 } closure_kind;
 
-static const closure_kind kinds[] = {{"ball", false}, {"rod", true}};
+static const closure_kind kinds[] = {
+#define KMP_CLOSURE(name, length) {#name, length},
+#include "model/closures.def"
+#undef KMP_CLOSURE
+};
 
 enum { KINDS = sizeof kinds / sizeof kinds[0] };
 
-static const char *const closure_keys[] = {"ball", "rod", "length", NULL};
+static const char *const closure_keys[] = {
+#define KMP_CLOSURE(name, length) #name,
+#include "model/closures.def"
+#undef KMP_CLOSURE
+    "length", NULL};
 
 /* Of a function of time the value at t = 0 is judged. */
 static void read_length(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
@@ -43,7 +51,10 @@ static const closure_kind *find_kind(kmp_reader *r, const kmp_node *map, const c
         }
     if (found == 1)
         return kind;
-    kmp_reader_complain(r, map->place, "%s: exactly one of the keys ball, rod is wanted, not %d", what, found);
+    const char *names = kinds[0].name;
+    for (int i = 1; i < KINDS; i++)
+        names = kmp_reader_say(r, "%s, %s", names, kinds[i].name);
+    kmp_reader_complain(r, map->place, "%s: exactly one of the keys %s is wanted, not %d", what, names, found);
     return NULL;
 }
 

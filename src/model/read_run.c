@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a run starts, how it goes, what it gives. */
+/* Where a run starts and how it goes. */
 #include "model/reading.h"
 #include <string.h>
 
@@ -58,83 +58,6 @@ void kmp_read_start(kmp_reader *r)
     read_hold(r, kmp_node_get(map, "hold"));
 }
 
-/* -- outputs ------------------------------------------------------------------------------------- */
-
-static const struct {
-    const char *name;
-    kmp_output_kind kind;
-} output_words[] = {{"q", KMP_OUTPUT_Q}, {"qd", KMP_OUTPUT_QD}, {"qdd", KMP_OUTPUT_QDD}, {"lambda", KMP_OUTPUT_LAMBDA}};
-
-enum { OUTPUT_WORDS = sizeof output_words / sizeof output_words[0] };
-
-/* The NAME of "word(NAME)"; NULL when `text` is not of that form. */
-static const char *argument_of(kmp_reader *r, const char *text, const char *word)
-{
-    size_t length = strlen(text), head = strlen(word);
-    if (length < head + 3 || strncmp(text, word, head) != 0 || text[head] != '(' || text[length - 1] != ')')
-        return NULL;
-    return kmp_reader_say(r, "%.*s", (int)(length - head - 2), text + head + 1);
-}
-
-static int find_closure(kmp_reader *r, kmp_place place, const char *name)
-{
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int i = 0; i < r->model->closure_count; i++) {
-        if (strcmp(r->model->closures[i].name, name) == 0)
-            return i;
-        kmp_nearest_offer(&nearest, r->model->closures[i].name);
-    }
-    kmp_reader_complain_near(r, place, &nearest, "output lambda: unknown loop '%s'", name);
-    return -1;
-}
-
-static void complain_output(kmp_reader *r, const kmp_node *node)
-{
-    kmp_nearest nearest = kmp_nearest_begin(node->text);
-    for (int i = 0; i < OUTPUT_WORDS; i++)
-        kmp_nearest_offer(&nearest, output_words[i].name);
-    kmp_reader_complain_near(r, node->place, &nearest,
-                             "unknown output '%s'; there are q, qd, qdd, lambda, lambda(LOOP), position(BODY.POINT)",
-                             node->text);
-}
-
-static void read_output(kmp_reader *r, const kmp_node *node, kmp_output *output)
-{
-    const char *text = kmp_read_word(r, node, "an output");
-    if (!text)
-        return;
-    for (int i = 0; i < OUTPUT_WORDS; i++)
-        if (strcmp(output_words[i].name, text) == 0) {
-            *output = (kmp_output){output_words[i].kind, -1};
-            return;
-        }
-    const char *loop = argument_of(r, text, "lambda");
-    const char *point = argument_of(r, text, "position");
-    if (loop)
-        *output = (kmp_output){KMP_OUTPUT_LAMBDA, find_closure(r, node->place, loop)};
-    else if (point)
-        *output = (kmp_output){KMP_OUTPUT_POSITION, kmp_read_point_text(r, node->place, point, "output position")};
-    else
-        complain_output(r, node);
-}
-
-static void use_default_outputs(kempe_model *model)
-{
-    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, OUTPUT_WORDS);
-    for (int i = 0; model->outputs && i < OUTPUT_WORDS; i++)
-        model->outputs[model->output_count++] = (kmp_output){output_words[i].kind, -1};
-}
-
-static void read_outputs(kmp_reader *r, const kmp_node *list)
-{
-    kempe_model *model = r->model;
-    if (!kmp_read_list(r, list, "run outputs", -1))
-        return;
-    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, list->count);
-    for (int i = 0; model->outputs && i < list->count; i++)
-        read_output(r, list->items[i], &model->outputs[model->output_count++]);
-}
-
 /* -- settings ------------------------------------------------------------------------------------ */
 
 static const char *const run_keys[] = {"t_end", "rtol",       "atol", "every",   "road",
@@ -183,11 +106,7 @@ void kmp_read_run(kmp_reader *r)
 {
     kmp_run_settings *run = &r->model->run;
     const kmp_node *map = kmp_node_get(r->root, "run");
-    const kmp_node *outputs = kmp_node_get(map, "outputs");
-    if (outputs)
-        read_outputs(r, outputs);
-    else
-        use_default_outputs(r->model);
+    kmp_read_outputs(r, kmp_node_get(map, "outputs"));
     if (!map || !kmp_read_map(r, map, "run", run_keys))
         return;
     read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);

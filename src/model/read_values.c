@@ -56,6 +56,15 @@ static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *
     kmp_nearest_suggest(&nearest, sentence);
 }
 
+static const kmp_named_table *find_table(void *user, const char *name)
+{
+    const kempe_model *model = ((const kmp_reader *)user)->model;
+    for (int k = 0; k < model->table_count; k++)
+        if (strcmp(model->tables[k].name, name) == 0)
+            return &model->tables[k];
+    return NULL;
+}
+
 static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -96,6 +105,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
                             .user = r,
                             .parameter = find_parameter,
                             .coordinate = allowed == OF_STATE ? find_coordinate : NULL,
+                            .table = find_table,
                             .suggest = suggest,
                             .time = allowed != CONSTANT};
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
@@ -309,17 +319,22 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, 
     return true;
 }
 
-int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what)
 {
-    const char *name = kmp_read_word(r, node, what);
-    int motion = name ? find_coordinate(r, name) : -1;
-    if (name && motion < 0) {
+    int motion = find_coordinate(r, name);
+    if (motion < 0) {
         kmp_text rest = {0};
         suggest_coordinate(r, name, &rest);
         if (rest.failed)
             r->scratch.failed = true;
-        kmp_reader_complain(r, node->place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
+        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, rest.s ? rest.s : "");
         kmp_text_free(&rest);
     }
     return motion;
+}
+
+int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
+    return name ? kmp_read_motion_text(r, node->place, name, what) : -1;
 }

@@ -4,12 +4,14 @@
  * The language: docs/model_format.md. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/build.h"
+#include "model/named_table.h"
 #include "model/reading.h"
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "ground", "bodies",
-                                         "loops", "drives", "forces",  "start",      "run",    NULL};
+static const char *const model_keys[] = {"kempe", "name",   "gravity", "parameters", "tables", "ground", "bodies",
+                                         "loops", "drives", "forces",  "sensors",    "start",  "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -54,11 +56,13 @@ static void read_parts(kmp_reader *r)
         return;
     kmp_read_map(r, r->root, "the model", model_keys);
     kmp_read_parameters(r);
+    kmp_read_tables(r);
     read_head(r);
     kmp_read_bodies(r);
     kmp_read_closures(r);
     kmp_read_forces(r);
     kmp_read_start(r);
+    kmp_read_sensors(r);
     kmp_read_run(r);
 }
 
@@ -83,9 +87,9 @@ static kempe_status fail_memory(kempe_context *context)
     return kmp_fail_memory(context);
 }
 
-static kempe_status read_document(kmp_reader *r, const char *text, size_t length)
+/* `status`: of loading the document. */
+static kempe_status read_document(kmp_reader *r, kempe_status status)
 {
-    kempe_status status = kmp_yaml_load(r->context, &r->scratch, r->file, 0, text, length, &r->root);
     if (r->root && status != KEMPE_E_MEMORY)
         read_parts(r);
     bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
@@ -101,6 +105,17 @@ typedef struct settings {
     int count;
 } settings;
 
+static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
+{
+    kempe_status status = read_document(r, loaded);
+    kmp_arena_free(&r->scratch);
+    if (status == KEMPE_OK)
+        *model = r->model;
+    else
+        kempe_model_free(r->model);
+    return status;
+}
+
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
                                settings given, kempe_model **model)
 {
@@ -111,13 +126,19 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
         return kmp_fail_memory(context);
     }
     r.file = r.model->file;
-    kempe_status status = read_document(&r, text, length);
-    kmp_arena_free(&r.scratch);
-    if (status == KEMPE_OK)
-        *model = r.model;
-    else
-        kempe_model_free(r.model);
-    return status;
+    return finish_reading(&r, kmp_yaml_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
+}
+
+kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
+                              kempe_model **model)
+{
+    kmp_reader r = {.context = context, .model = new_model(context, label), .root = builder->root};
+    if (!r.model)
+        return kmp_fail_memory(context);
+    r.model->files = builder->calls;
+    r.model->file_count = builder->call_count;
+    r.file = r.model->file;
+    return finish_reading(&r, KEMPE_OK, model);
 }
 
 kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
@@ -157,6 +178,9 @@ void kempe_model_free(kempe_model *model)
 {
     if (!model)
         return;
+    for (int k = 0; k < model->table_count; k++)
+        kmp_named_table_free(&model->tables[k]);
+    kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);
 }

@@ -95,16 +95,20 @@ int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what); /* BO
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
 bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2]);
 int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what); /* JOINT or JOINT.K */
+int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what);
 
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
 void kmp_read_parameters(kmp_reader *r);
+void kmp_read_tables(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
+void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
+void kmp_read_outputs(kmp_reader *r, const kmp_node *list);
 
 #endif

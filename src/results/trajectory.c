@@ -3,6 +3,7 @@
 #include "results/trajectory.h"
 #include "base/memory.h"
 #include "model/nearest.h"
+#include "model/output_table.h"
 #include "results/checkpoint.h"
 #include "results/print.h"
 #include "results/times.h"
@@ -54,13 +55,15 @@ static kempe_status check_numbers(const job *j)
     return KEMPE_OK;
 }
 
-/* The coordinate called by the first `length` characters of `name`; -1 after a message. */
+/* The coordinate called by the first `length` characters of `name`; after a message -1, or -2 for want of memory. */
 static int find_coordinate(const job *j, const char *name, int length)
 {
     kmp_text word = {0}, sentence = {0};
     kmp_text_printf(&word, "%.*s", length, name);
-    if (word.failed)
-        return (int)kmp_fail_memory(j->context);
+    if (word.failed) {
+        (void)kmp_fail_memory(j->context);
+        return -2;
+    }
     kmp_nearest nearest = kmp_nearest_begin(word.s);
     int found = -1;
     for (int k = 0; k < j->system->n && found < 0; k++) {
@@ -87,7 +90,7 @@ static kempe_status read_wish(job *j)
     while (s && *s) {
         int length = (int)strcspn(s, ","), k = find_coordinate(j, s, length);
         if (k < 0)
-            return KEMPE_E_ARGUMENT;
+            return k == -1 ? KEMPE_E_ARGUMENT : KEMPE_E_MEMORY;
         for (int i = 0; i < j->spec.u_count; i++)
             if (j->u[i] == k)
                 return kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: coordinate '%.*s' stands twice", length, s);
@@ -165,7 +168,8 @@ static kempe_status prepare_resume(job *j)
     return KEMPE_OK;
 }
 
-static kempe_status prepare(job *j)
+/* The run as asked for, resolved. */
+static kempe_status choose(job *j)
 {
     const kempe_run *run = j->run;
     j->spec = (kmp_run_spec){.road = run->road,
@@ -180,11 +184,28 @@ static kempe_status prepare(job *j)
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
         status = read_wish(j);
-    if (status == KEMPE_OK)
-        status = kmp_run_resolve(j->system, &j->spec);
+    return status == KEMPE_OK ? kmp_run_resolve(j->system, &j->spec) : status;
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_status status = choose(j);
     if (status == KEMPE_OK)
         status = prepare_times(j);
     return status == KEMPE_OK ? prepare_resume(j) : status;
+}
+
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u)
+{
+    job j = {.system = system, .context = system->context, .run = run};
+    kempe_status status = choose(&j);
+    if (status != KEMPE_OK) {
+        kmp_free(j.u);
+        return status;
+    }
+    *spec = j.spec;
+    *u = j.u;
+    return KEMPE_OK;
 }
 
 static void release(job *j)
@@ -204,18 +225,10 @@ static bool copy(char **to, const char *from)
     return *to || !from;
 }
 
-static int position_count(const kempe_model *model)
-{
-    int count = 0;
-    for (int k = 0; k < model->output_count; k++)
-        count += model->outputs[k].kind == KMP_OUTPUT_POSITION;
-    return count;
-}
-
 static kempe_trajectory *trajectory_new(const job *j)
 {
     const kmp_run_spec *spec = &j->spec;
-    int reactions = 3 * j->system->model->closure_count, positions = 3 * position_count(j->system->model);
+    int reactions = 3 * j->system->model->closure_count, shown = kmp_outputs_width(j->system->model);
     kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
     if (!t)
         return NULL;
@@ -223,8 +236,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     t->verdict = kmp_verdict_none();
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     t->reaction = KMP_NEW(double, reactions);
-    t->position = KMP_NEW(double, positions);
-    if (!t->reaction || !t->position || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
+    t->shown = KMP_NEW(double, shown);
+    if (!t->reaction || !t->shown || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
         !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
         !copy(&t->backend, spec->backend) || !copy(&t->source, j->run->reference)) {
         kempe_trajectory_free(t);
@@ -232,8 +245,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     }
     for (int k = 0; k < reactions; k++)
         t->reaction[k] = NAN;
-    for (int k = 0; k < positions; k++)
-        t->position[k] = NAN;
+    for (int k = 0; k < shown; k++)
+        t->shown[k] = NAN;
     return t;
 }
 
@@ -247,7 +260,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
         kmp_free(names[k]);
     kmp_samples_free(&trajectory->table);
     kmp_free(trajectory->reaction);
-    kmp_free(trajectory->position);
+    kmp_free(trajectory->shown);
     kmp_free(trajectory);
 }
 
@@ -266,10 +279,18 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     return t->status;
 }
 
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row)
+{
+    return kmp_plant_shown(plant, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
+                           kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+}
+
 static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
 {
     const kempe_model *model = t->system->model;
-    int last = t->table.rows - 1, positions = position_count(model);
+    int last = t->table.rows - 1, shown = kmp_outputs_width(model);
     if (last < 0)
         return;
     double time = kmp_samples_time(&t->table, last);
@@ -277,8 +298,8 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
     if (model->closure_count > 0)
         memcpy(t->reaction, kmp_plant_reactions(plant, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
                3 * (size_t)model->closure_count * sizeof(double));
-    if (positions > 0)
-        memcpy(t->position, kmp_plant_positions(plant, time, q), 3 * (size_t)positions * sizeof(double));
+    if (shown > 0)
+        memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
 }
 
 static kempe_status judge(kempe_trajectory *t, const job *j)

@@ -17,7 +17,14 @@ struct kempe_trajectory {
     kmp_verdict verdict;
     kmp_run_report report; /* its reason has moved to `reason` */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
-    double *position;      /* 3 a position output, likewise */
+    double *shown;         /* what outputs show beside the table, likewise */
 };
+
+/** What the outputs show beside the table (model/output_table.h) at a row; owned by the plant. */
+const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_plant *plant, int row);
+
+/** What a run asks for, with names and defaults resolved. `spec` points to `*u`, to be freed by the caller (kmp_free),
+ *  and to the strings of `run`. */
+kempe_status kmp_spec_of(const kempe_system *system, const kempe_run *run, kmp_run_spec *spec, int **u);
 
 #endif

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
+#include "model/output_table.h"
 #include "results/print.h"
 #include "results/trajectory.h"
 #include <math.h>
+#include <string.h>
 
 static int last_row(const kempe_trajectory *t)
 {
@@ -59,18 +61,21 @@ static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "\n");
 }
 
-static void show_positions(kmp_text *text, const kempe_trajectory *t)
+static void show_outputs(kmp_text *text, const kempe_trajectory *t)
 {
     const kempe_model *model = t->system->model;
-    const double *x = t->position;
+    const double *x = t->shown;
     bool any = false;
-    for (int k = 0; t->table.rows > 0 && k < model->output_count; k++) {
-        if (model->outputs[k].kind != KMP_OUTPUT_POSITION)
+    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
+        int width = kmp_output_rows[model->outputs[o].kind].width;
+        if (width == 0)
             continue;
-        const kmp_point *point = &model->points[model->outputs[k].index];
-        kmp_text_printf(text, "  position(%s.%s)  %.12g  %.12g  %.12g m\n", model->bodies[point->body].name,
-                        point->name, x[0], x[1], x[2]);
-        x += 3;
+        kmp_text_put(text, "  ");
+        kmp_output_print(text, model, &model->outputs[o]);
+        for (int k = 0; k < width; k++)
+            kmp_text_printf(text, "  %.12g", x[k]);
+        kmp_text_put(text, "\n");
+        x += width;
         any = true;
     }
     kmp_text_put(text, any ? "\n" : "");
@@ -100,8 +105,8 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     show_error(text, t);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
-    kmp_text_printf(text, "          factorizations %ld, exchanges %ld; %d rows\n", r->factorizations, r->exchanges,
-                    t->table.rows);
+    kmp_text_printf(text, "          factorizations %ld, exchanges %ld, events %ld; %d rows\n", r->factorizations,
+                    r->exchanges, r->events, t->table.rows);
     kmp_text_printf(text, "cpu       %.4g ms integrating, %.4g ms preparing\n", 1e3 * r->cpu_s,
                     1e3 * (r->build_s + t->system->build_s));
 }
@@ -111,7 +116,7 @@ static void show(kmp_text *text, const kempe_trajectory *t)
     show_head(text, t);
     show_state(text, t);
     show_multipliers(text, t);
-    show_positions(text, t);
+    show_outputs(text, t);
     show_verdict(text, t);
 }
 
@@ -151,31 +156,44 @@ static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
     kmp_json_end(json);
 }
 
-/* True when an earlier position output shows the same point: a key must not stand twice. */
+/* True when an earlier output shows the same: a key must not stand twice. */
 static bool shown_before(const kempe_model *model, int output)
 {
     for (int k = 0; k < output; k++)
-        if (model->outputs[k].kind == KMP_OUTPUT_POSITION && model->outputs[k].index == model->outputs[output].index)
+        if (model->outputs[k].kind == model->outputs[output].kind &&
+            model->outputs[k].index == model->outputs[output].index)
             return true;
     return false;
 }
 
-static void json_positions(kmp_json *json, const kempe_trajectory *t)
+static void json_output(kmp_json *json, const char *key, int width, const double *x)
+{
+    if (width == 1)
+        kmp_json_number(json, key, x[0]);
+    else
+        kmp_json_numbers(json, key, width, x);
+}
+
+/* Positions by their points, all outputs by their own words. */
+static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positions)
 {
     const kempe_model *model = t->system->model;
-    kmp_json_object(json, "position");
-    for (int k = 0, i = 0; k < model->output_count; k++) {
-        if (model->outputs[k].kind != KMP_OUTPUT_POSITION)
-            continue;
-        const kmp_point *point = &model->points[model->outputs[k].index];
+    const double *x = t->shown;
+    kmp_json_object(json, positions ? "position" : "outputs");
+    for (int o = 0; o < model->output_count; o++) {
+        const kmp_output *output = &model->outputs[o];
+        int width = kmp_output_rows[output->kind].width;
         kmp_text name = {0};
-        kmp_text_printf(&name, "%s.%s", model->bodies[point->body].name, point->name);
+        kmp_output_print(&name, model, output);
+        size_t head = positions ? strlen("position(") : 0;
+        if (positions && !name.failed)
+            name.s[name.length - 1] = '\0'; /* the closing parenthesis */
         if (name.failed)
             json->text->failed = true;
-        else if (!shown_before(model, k))
-            kmp_json_numbers(json, name.s, 3, t->position + 3 * i);
+        else if (width > 0 && !shown_before(model, o) && (!positions || output->kind == KMP_OUTPUT_POSITION))
+            json_output(json, name.s + head, width, x);
         kmp_text_free(&name);
-        i++;
+        x += width;
     }
     kmp_json_end(json);
 }
@@ -187,7 +205,8 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
         kmp_print_entries(json, kmp_quantity_prefix((kmp_quantity)k), t->system, (kmp_quantity)k,
                           at_end(t, (kmp_quantity)k));
     json_multipliers(json, t);
-    json_positions(json, t);
+    json_outputs(json, t, true);
+    json_outputs(json, t, false);
 }
 
 static void json(kmp_text *text, const kempe_trajectory *t)

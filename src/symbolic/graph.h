@@ -35,6 +35,7 @@ typedef enum kmp_input_kind {
     KMP_IN_QDD,
     KMP_IN_LAMBDA,
     KMP_IN_MU,
+    KMP_IN_MODE, /* 1 or 0 for each condition that stands still during a step */
     KMP_IN_COUNT
 } kmp_input_kind;
 

@@ -5,7 +5,7 @@
 #include "symbolic/table.h"
 #include <math.h>
 
-const char *const kmp_input_words[KMP_IN_COUNT] = {"p", "t", "q", "qd", "qdd", "lambda", "mu"};
+const char *const kmp_input_words[KMP_IN_COUNT] = {"p", "t", "q", "qd", "qdd", "lambda", "mu", "mode"};
 
 static void print_number(double x, kmp_text *text)
 {

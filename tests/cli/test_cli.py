@@ -4,15 +4,18 @@
 
     python3 tests/cli/test_cli.py build/dev/kempe [unittest arguments]
 """
+import ast
 import csv
 import json
 import os
 import pathlib
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ANDREWS = ROOT / "examples/andrews/andrews.yaml"
@@ -214,7 +217,9 @@ class Simulate(Case):
     def test_csv(self):
         self.expect(0, *self.SHORT, "--every", 0.05, "-o", "out.csv")
         with open(self.folder / "out.csv", newline="") as file:
+            units = file.readline()
             rows = list(csv.DictReader(file))
+        self.assertTrue(units.startswith("# units: s,rad,"), units)
         self.assertEqual([float(row["t"]) for row in rows], [0, 0.05, 0.1])
         self.assertKeys(rows[0], "t q.crank qd.crank lambda.C.1 lambda.C.2")
         self.assertEqual(os.listdir(self.folder), ["out.csv"], "no temporary may stay")
@@ -254,6 +259,37 @@ class Simulate(Case):
         found = strict(text)
         self.assertEqual(found["status"], "stopped")
         self.assertNotEqual(found["reason"], "")
+
+
+class Numpy(Case):
+    def test_npz(self):
+        self.expect(0, "simulate", FOUR_BAR, "--t-end", "0.1", "--every", "0.05", "-o", "a.npz")
+        self.expect(0, "simulate", FOUR_BAR, "--t-end", "0.1", "--every", "0.05", "-o", "b.npz")
+        self.expect(0, "simulate", FOUR_BAR, "--t-end", "0.1", "--every", "0.05", "-o", "a.csv")
+        self.assertEqual((self.folder / "a.npz").read_bytes(), (self.folder / "b.npz").read_bytes())
+        arrays = {}
+        with zipfile.ZipFile(self.folder / "a.npz") as archive:
+            for name in archive.namelist():
+                data = archive.read(name)
+                self.assertEqual(data[:8], b"\x93NUMPY\x01\x00")
+                length = struct.unpack("<H", data[8:10])[0]
+                self.assertEqual((10 + length) % 64, 0)
+                arrays[name] = ast.literal_eval(data[10 : 10 + length].decode()), data[10 + length :]
+        with open(self.folder / "a.csv") as file:
+            units, names, *rows = file.read().splitlines()
+        head, body = arrays["names.npy"]
+        width = int(head["descr"][2:])
+        words = [body[4 * width * k : 4 * width * (k + 1)].decode("utf-32-le").rstrip("\0") for k in range(head["shape"][0])]
+        self.assertEqual(words, names.split(","))
+        self.assertEqual(units.split(": ")[1].split(",")[:4], ["s", "rad", "rad", "rad"])
+        head, body = arrays["values.npy"]
+        self.assertEqual(head["shape"], (len(rows), len(words)))
+        values = struct.unpack("<%dd" % (len(rows) * len(words)), body)
+        self.assertEqual(list(values), [float(x) for row in rows for x in row.split(",")])
+
+    def test_npz_that_cannot_be_written(self):
+        done = self.expect(1, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "nowhere/a.npz")
+        self.assertIn("nowhere/a.npz", done.stderr)
 
 
 class Resume(Case):

@@ -70,7 +70,7 @@ static inline int derived_list(derived *d, derived_set *set)
 /* false: the model has a closure that can never be met. */
 static inline bool derived_init(derived *d, const kempe_model *model, unsigned sets, kmp_scheme scheme, bool keep)
 {
-    derived_set set[DERIVED_SETS];
+    derived_set set[DERIVED_SETS] = {{0}};
     *d = (derived){.n = model->motion_count};
     if (kmp_equations_init(&d->eq, model, sets, scheme, keep) != KEMPE_OK)
         return false;
@@ -100,7 +100,7 @@ static inline void derived_free(derived *d)
 
 static inline void derived_eval(derived *d, const state *s)
 {
-    derived_set set[DERIVED_SETS];
+    derived_set set[DERIVED_SETS] = {{0}};
     kmp_machine_set(d->machine, KMP_IN_PARAMETER, d->parameters);
     kmp_machine_set(d->machine, KMP_IN_TIME, &s->t);
     kmp_machine_set(d->machine, KMP_IN_Q, s->q);

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * A run under your control: you say how far, and read the state where it stands.
+ *
+ *     kempe_run run = kempe_run_default();
+ *     run.t_end = 10;
+ *     kempe_stepper *stepper;
+ *     kempe_stepper_new(system, &run, &stepper);
+ *     for (int k = 1; k <= 1000 && status == KEMPE_OK; k++) {
+ *         status = kempe_stepper_advance(stepper, 0.01 * k);
+ *         show(kempe_stepper_t(stepper), kempe_stepper_q(stepper));
+ *     }
+ *
+ * The steps are the integrator's, chosen by its error control, and the same whatever is asked: kempe_simulate gives
+ * the same numbers. A stepper belongs to the thread of its context.
+ */
+#ifndef KEMPE_STEPPER_H
+#define KEMPE_STEPPER_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct kempe_stepper kempe_stepper;
+
+/** What has been done so far. `rejected` by the error test, `refused` by the mechanism or for want of convergence. */
+typedef struct kempe_work {
+    long steps, rejected, refused, rhs, newton, factorizations, exchanges;
+} kempe_work;
+
+/** Assembles and stands at t = 0; `every`, `reference` and checkpoints of the run do not matter here. The system must
+ * outlive it. KEMPE_E_ARGUMENT: a name or number of the run; KEMPE_E_FAILED: it cannot start; KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run *run, kempe_stepper **stepper);
+KEMPE_API void kempe_stepper_free(kempe_stepper *stepper);
+
+/** Goes to the end of the integrator's next step (of the one it stands in, after kempe_stepper_advance).
+ *  KEMPE_E_ARGUMENT at t_end. KEMPE_E_FAILED and KEMPE_STOPPED: see kempe_stepper_reason; the state stays. */
+KEMPE_API kempe_status kempe_stepper_step(kempe_stepper *stepper);
+
+/** Goes to t (s), not back and not beyond t_end (KEMPE_E_ARGUMENT): as many steps as it takes, the state at t from the
+ *  last one's polynomial, its loops closed. */
+KEMPE_API kempe_status kempe_stepper_advance(kempe_stepper *stepper, double t);
+
+/** Where it stands: s; q, qd, qdd (n values) and lambda (row_count of the system), owned by the stepper and overwritten
+ *  by the next step. */
+KEMPE_API double kempe_stepper_t(const kempe_stepper *stepper);
+KEMPE_API const double *kempe_stepper_q(const kempe_stepper *stepper);
+KEMPE_API const double *kempe_stepper_qd(const kempe_stepper *stepper);
+KEMPE_API const double *kempe_stepper_qdd(const kempe_stepper *stepper);
+KEMPE_API const double *kempe_stepper_lambda(const kempe_stepper *stepper);
+
+KEMPE_API kempe_work kempe_stepper_work(const kempe_stepper *stepper);
+
+/** Why it went no further: a sentence; "" when all is well. */
+KEMPE_API const char *kempe_stepper_reason(const kempe_stepper *stepper);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * The equations of motion at one state, for a program of yours: control, optimisation, an integrator of your own.
+ *
+ *     kempe_workspace *ws;
+ *     kempe_workspace_new(system, &ws);
+ *     kempe_eval(ws, t, q, qd);
+ *     const double *M = kempe_workspace_mass(ws);            n x n, column-major
+ *     kempe_forward_dynamics(ws, t, q, qd, NULL, qdd, lambda);
+ *
+ * The law is  M(q) qdd + C(q, qd, t) = Q + J' lambda,  h(q, t) = 0; n coordinates (rad or m), m closure rows.
+ *
+ * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free them where
+ * the system was made. After kempe_workspace_new nothing here allocates, and nothing touches the context:
+ * what went wrong is in kempe_workspace_message.
+ */
+#ifndef KEMPE_WORKSPACE_H
+#define KEMPE_WORKSPACE_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct kempe_workspace kempe_workspace;
+
+/** The system must outlive the workspace. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace);
+KEMPE_API void kempe_workspace_free(kempe_workspace *workspace);
+
+/** What the last failing call on this workspace complained of: one sentence, never NULL. */
+KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
+
+/** Evaluates everything below at t (s), q and qd (n values each; qd NULL: at rest). q need not close the loops.
+ *  KEMPE_E_FAILED: something is not finite there. */
+KEMPE_API kempe_status kempe_eval(kempe_workspace *workspace, double t, const double *q, const double *qd);
+
+/** Of the last kempe_eval, owned by the workspace, overwritten by the next call on it: M (n x n, symmetric), C (n:
+ * bias, the side of M qdd; applied forces are in it with their sign changed), h (m), J = dh/dq (m x n) and jdqd (m), so
+ * that d2h/dt2 = J qdd + jdqd. Matrices are column-major. */
+KEMPE_API const double *kempe_workspace_mass(const kempe_workspace *workspace);
+KEMPE_API const double *kempe_workspace_bias(const kempe_workspace *workspace);
+KEMPE_API const double *kempe_workspace_h(const kempe_workspace *workspace);
+KEMPE_API const double *kempe_workspace_jacobian(const kempe_workspace *workspace);
+KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
+
+/** J, of the last kempe_eval: of the motion, and of gravity and springs. */
+KEMPE_API double kempe_workspace_kinetic(const kempe_workspace *workspace);
+KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
+
+/** The efforts that the tree needs for qdd: Q = M qdd + C (n; N m or N), beside the forces that are in the model.
+ *  Loops are taken as open. */
+KEMPE_API kempe_status kempe_inverse_dynamics(kempe_workspace *workspace, double t, const double *q, const double *qd,
+                                              const double *qdd, double *Q);
+
+/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not wanted) under the forces of the
+ *  model and the efforts Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: some motion carries no mass. */
+KEMPE_API kempe_status kempe_forward_dynamics(kempe_workspace *workspace, double t, const double *q, const double *qd,
+                                              const double *Q, double *qdd, double *lambda);
+
+/** Closes the loops at t: moves q, and then qd (NULL: not wanted), as little as possible. hold (n; NULL: none): not 0
+ *  for a coordinate whose q and qd stay. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
+KEMPE_API kempe_status kempe_close(kempe_workspace *workspace, double t, double *q, double *qd, const int *hold);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions are compared with what is held at a few points of each step; the first interval in which one has changed
+ * is narrowed by regula falsi (Illinois), with bisection where that is slow, on dense output. */
+#include "integrators/events.h"
+#include "base/memory.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    POINTS = 4, /* of a step that are looked at, its end included */
+    MOST_ITERATIONS = 200,
+    MOST_REPEATS = 20 /* changes of one condition with no time between */
+};
+
+struct kmp_crossing {
+    const kempe_system *s;
+    kmp_plant *plant;
+    kmp_road *road;
+    const kmp_solver_kind *kind;
+    void *solver;
+    double *y, *yp, *q, *qd, *qdd, *lambda;
+    double work;
+    double *change; /* first - second at the last point that was looked at */
+    double *last;   /* time of the last change of each condition */
+    int *repeats;
+    long count;
+};
+
+bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, void *solver)
+{
+    int n = c->s->n;
+    double *y = KMP_NEW(double, 2 * road->size + 3 * n + c->s->m);
+    if (!y)
+        return false;
+    kmp_free(c->y);
+    c->road = road;
+    c->kind = kind;
+    c->solver = solver;
+    c->y = y;
+    c->yp = y + road->size;
+    c->q = c->yp + road->size;
+    c->qd = c->q + n;
+    c->qdd = c->qd + n;
+    c->lambda = c->qdd + n;
+    return true;
+}
+
+kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
+                               const kmp_solver_kind *kind, void *solver)
+{
+    kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
+    if (!c)
+        return NULL;
+    *c = (kmp_crossing){.s = system, .plant = plant};
+    bool ok = kmp_crossing_move(c, road, kind, solver);
+    c->change = KMP_NEW(double, 2 * system->events.count);
+    c->repeats = KMP_NEW(int, system->events.count);
+    if (!ok || !c->change || !c->repeats) {
+        kmp_crossing_free(c);
+        return NULL;
+    }
+    c->last = c->change + system->events.count;
+    for (int k = 0; k < system->events.count; k++)
+        c->last[k] = -INFINITY;
+    return c;
+}
+
+void kmp_crossing_free(kmp_crossing *c)
+{
+    if (!c)
+        return;
+    kmp_free(c->y);
+    kmp_free(c->change);
+    kmp_free(c->repeats);
+    kmp_free(c);
+}
+
+long kmp_crossing_count(const kmp_crossing *c)
+{
+    return c->count;
+}
+
+/* -- looking ----------------------------------------------------------------------------------------- */
+
+/* Whether condition k is no longer what is held. */
+static bool has_changed(const kmp_crossing *c, int k)
+{
+    return (c->change[k] < 0) != (c->plant->mode[k] > 0);
+}
+
+/* First condition that has changed, -1 for none. */
+static int first_changed(const kmp_crossing *c)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (has_changed(c, k))
+            return k;
+    return -1;
+}
+
+/* The state in c->y completed, and the conditions there. */
+static kempe_status complete(kmp_crossing *c, double t)
+{
+    if (c->road->row(c->road, t, c->y, c->yp, c->q, c->qd, c->qdd, c->lambda, &c->work) != KMP_GO)
+        return KEMPE_E_FAILED;
+    memcpy(c->change, kmp_plant_changes(c->plant, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
+    return KEMPE_OK;
+}
+
+static kempe_status look(kmp_crossing *c, double t)
+{
+    kempe_status status = c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL);
+    return status == KEMPE_OK ? complete(c, t) : status;
+}
+
+/* A point from `low` on where condition k is as held: beyond a start just after an event, where rounding decides. Not
+ * found: it changes at once. */
+static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, bool *found)
+{
+    double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
+    kempe_status status = look(c, *low);
+    while (status == KEMPE_OK && has_changed(c, k) && width > least) {
+        width /= 2;
+        *low = from + width;
+        status = look(c, *low);
+    }
+    *found = status == KEMPE_OK && !has_changed(c, k);
+    *low = *found ? *low : from;
+    return status;
+}
+
+/* One point between a, where condition k is as held, and b, where it has changed. */
+static double next_point(double a, double fa, double b, double fb, double tolerance, bool bisect)
+{
+    double x = bisect ? a + 0.5 * (b - a) : a + (b - a) * (fa / (fa - fb));
+    return fmin(fmax(x, a + 0.5 * tolerance), b - 0.5 * tolerance);
+}
+
+/* Narrows (low, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
+static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
+{
+    double a = low, b = *high, fb = c->change[k], width = 2 * (b - a);
+    bool found;
+    kempe_status status = find_side(c, k, &a, b, &found);
+    double fa = c->change[k], tolerance = 4 * DBL_EPSILON * fmax(fabs(a), fabs(b));
+    if (!found)
+        b = low;
+    for (int i = 0, side = 0; status == KEMPE_OK && b - a > tolerance && i < MOST_ITERATIONS; i++) {
+        bool bisect = i % 3 == 2 && b - a > width / 4;
+        width = i % 3 == 2 ? b - a : width;
+        double x = next_point(a, fa, b, fb, tolerance, bisect);
+        status = look(c, x);
+        if (has_changed(c, k)) {
+            b = x;
+            fb = c->change[k];
+            fa = side < 0 ? 0.5 * fa : fa;
+            side = -1;
+        } else {
+            a = x;
+            fa = c->change[k];
+            fb = side > 0 ? 0.5 * fb : fb;
+            side = 1;
+        }
+    }
+    *high = b;
+    return status == KEMPE_OK ? look(c, b) : status;
+}
+
+/* The earliest change in (low, *high], at whose end c is and something has changed. */
+static kempe_status find_earliest(kmp_crossing *c, double low, double *high)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; status == KEMPE_OK && *high > low && k < c->s->events.count; k++)
+        if (has_changed(c, k))
+            status = narrow(c, k, low, high);
+    return status;
+}
+
+kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
+{
+    double from = c->kind->t_old(c->solver), end = c->kind->t(c->solver), low = from;
+    *found = false;
+    for (int i = 1; i <= POINTS && end > from; i++) {
+        double high = i == POINTS ? end : from + (end - from) * i / POINTS;
+        kempe_status status = look(c, high);
+        if (status != KEMPE_OK)
+            return status;
+        if (first_changed(c) >= 0) {
+            *found = true;
+            status = find_earliest(c, low, &high);
+            *t = high;
+            return status;
+        }
+        low = high;
+    }
+    return KEMPE_OK;
+}
+
+/* -- passing ----------------------------------------------------------------------------------------- */
+
+static kempe_status change_condition(kmp_crossing *c, int k, double t)
+{
+    bool holds = !(c->plant->mode[k] > 0);
+    bool stated =
+        c->s->events.condition[k]->kind != KMP_EXPR_AT_MOST && c->s->events.condition[k]->kind != KMP_EXPR_AT_LEAST;
+    kmp_plant_set_mode(c->plant, k, holds);
+    kmp_log(c->s->context, KEMPE_LOG_NOTE, "t = %.9g: %s became %s", t, c->s->event_text[k],
+            holds == stated ? "true" : "false");
+    c->count++;
+    c->repeats[k] = t - c->last[k] <= 64 * DBL_EPSILON * fabs(t) ? c->repeats[k] + 1 : 0;
+    c->last[k] = t;
+    if (c->repeats[k] < MOST_REPEATS)
+        return KEMPE_OK;
+    return kmp_fail(c->s->context, KEMPE_E_FAILED,
+                    "%s changes back and forth at t = %.9g: the motion slides along it; make the law continuous there, "
+                    "for instance with tanh",
+                    c->s->event_text[k], t);
+}
+
+/* Conditions may depend on others, so that one change brings the next. */
+static kempe_status change_conditions(kmp_crossing *c, double t)
+{
+    kempe_status status = KEMPE_OK;
+    for (int pass = 0; pass < MOST_REPEATS && first_changed(c) >= 0; pass++) {
+        for (int k = 0; status == KEMPE_OK && k < c->s->events.count; k++)
+            if (has_changed(c, k))
+                status = change_condition(c, k, t);
+        if (status != KEMPE_OK)
+            return status;
+        memcpy(c->change, kmp_plant_changes(c->plant, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
+    }
+    int k = first_changed(c);
+    return k < 0 ? KEMPE_OK
+                 : kmp_fail(c->s->context, KEMPE_E_FAILED, "%s contradicts another condition at t = %.9g",
+                            c->s->event_text[k], t);
+}
+
+kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
+{
+    kempe_status status = look(c, t);
+    if (status == KEMPE_OK)
+        status = change_conditions(c, t);
+    if (status == KEMPE_OK)
+        status = complete(c, t); /* accelerations and multipliers beyond */
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(y, c->y, (size_t)c->road->size * sizeof *y);
+    if (yp)
+        memcpy(yp, c->yp, (size_t)c->road->size * sizeof *yp);
+    return c->road->resume(c->road, t, c->q, c->qd, c->qdd, c->lambda, y, yp) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Events: where a condition of the model changes within a step. The step was made with all conditions held, so the
+ * solution is smooth beyond the event; it is cut there, the conditions change, and the integrator starts anew. */
+#ifndef KMP_INTEGRATORS_EVENTS_H
+#define KMP_INTEGRATORS_EVENTS_H
+
+#include "integrators/road.h"
+#include "integrators/solver.h"
+
+typedef struct kmp_crossing kmp_crossing;
+
+/** NULL: no memory. All are used as they are at the time of a call. */
+kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
+                               const kmp_solver_kind *kind, void *solver);
+void kmp_crossing_free(kmp_crossing *crossing);
+
+/** Goes on with another road and integrator. false: no memory. */
+bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_kind *kind, void *solver);
+
+/** Looks for the earliest event of the last step. *t is where, just beyond the change; left alone when there is none.
+ */
+kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
+
+/** Changes the conditions at such a t, closes the state and puts it into y (and yp): the new start. KEMPE_E_FAILED with
+ * a message when conditions change back and forth without end. */
+kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, double *y, double *yp);
+
+/** Events so far. */
+long kmp_crossing_count(const kmp_crossing *crossing);
+
+#endif

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# What `cmake --install` puts where: library, headers, command, CMake package, pkg-config file.
+include(CMakePackageConfigHelpers)
+
+set(KEMPE_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Kempe)
+install(TARGETS kempe EXPORT KempeTargets)
+install(DIRECTORY include/kempe DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(EXPORT KempeTargets NAMESPACE Kempe:: DESTINATION ${KEMPE_CMAKE_DIR})
+if(KEMPE_COMMAND)
+    install(TARGETS kempe_command)
+endif()
+
+configure_package_config_file(packaging/KempeConfig.cmake.in ${PROJECT_BINARY_DIR}/KempeConfig.cmake
+    INSTALL_DESTINATION ${KEMPE_CMAKE_DIR})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/KempeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/KempeConfig.cmake ${PROJECT_BINARY_DIR}/KempeConfigVersion.cmake
+    DESTINATION ${KEMPE_CMAKE_DIR})
+
+# A static library brings the names of the libraries that it needs; a shared one knows them itself.
+if(NOT BUILD_SHARED_LIBS)
+    foreach(name ${KEMPE_LIB_NAMES} m)
+        string(APPEND KEMPE_PC_LIBS " -l${name}")
+    endforeach()
+endif()
+file(RELATIVE_PATH KEMPE_PC_UP /prefix/${CMAKE_INSTALL_LIBDIR} /prefix)
+configure_file(packaging/kempe.pc.in ${PROJECT_BINARY_DIR}/kempe.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/kempe.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

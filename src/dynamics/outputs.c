@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/outputs.h"
+#include "base/memory.h"
+#include "constraints/kinds/kind.h"
+#include "dynamics/newton_euler.h"
+#include "model/output_table.h"
+#include "symbolic/derivative.h"
+
+bool kmp_outputs_need_forces(const kempe_model *model)
+{
+    for (int o = 0; o < model->output_count; o++)
+        if (model->outputs[o].kind == KMP_OUTPUT_FORCE || model->outputs[o].kind == KMP_OUTPUT_ENERGY)
+            return true;
+    return false;
+}
+
+/* Direction of total time derivatives of what depends on rates: q -> qd, qd -> qdd, t -> 1. */
+static kmp_derivative *second_derivative(const kmp_tree *tree)
+{
+    kmp_graph *g = tree->graph;
+    int n = tree->count - 1;
+    kmp_ref *leaf = KMP_NEW(kmp_ref, 2 * n + 1), *direction = KMP_NEW(kmp_ref, 2 * n + 1);
+    kmp_derivative *d = NULL;
+    for (int k = 0; leaf && direction && k < n; k++) {
+        leaf[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
+        direction[k] = leaf[n + k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
+        direction[n + k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
+    }
+    if (leaf && direction) {
+        leaf[2 * n] = kmp_input(g, KMP_IN_TIME, 0);
+        direction[2 * n] = KMP_ONE;
+        d = kmp_derivative_new(g, 2 * n + 1, leaf, direction);
+    }
+    kmp_free(leaf);
+    kmp_free(direction);
+    return d;
+}
+
+static bool differentiate(kmp_derivative *d, kmp_vec *x)
+{
+    for (int k = 0; d && k < 3; k++)
+        x->x[k] = kmp_derivative_of(d, x->x[k]);
+    kmp_derivative_free(d);
+    return d;
+}
+
+/* Velocity (order 1) or acceleration (order 2) of a point. */
+static bool point_rate(const kmp_tree *tree, int point, int order, kmp_vec *x)
+{
+    *x = kmp_point_position(tree, point, 0);
+    return differentiate(kmp_time_derivative(tree), x) && (order == 1 || differentiate(second_derivative(tree), x));
+}
+
+static kmp_vec reaction(kmp_equations *eq, int c)
+{
+    const kmp_closure *closure = &eq->model->closures[c];
+    kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+    for (int r = 0; r < eq->m; r++)
+        if (eq->rows[r].closure == c)
+            lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
+    return kmp_closure_kind_find(closure->kind)->reaction(&eq->tree, closure, lambda);
+}
+
+/* qd' M qd / 2, the potential, and their sum. */
+static bool energies(kmp_equations *eq, const kmp_forces *forces, kmp_vec *x)
+{
+    kmp_graph *g = eq->graph;
+    kmp_ref *mass = KMP_NEW(kmp_ref, eq->n * eq->n), kinetic = KMP_ZERO;
+    bool ok = mass && kmp_mass_composite(&eq->tree, mass);
+    for (int i = 0; ok && i < eq->n; i++)
+        for (int k = 0; k <= i; k++) {
+            kmp_ref rates = kmp_mul(g, kmp_input(g, KMP_IN_QD, (uint32_t)i), kmp_input(g, KMP_IN_QD, (uint32_t)k));
+            kmp_ref half = i == k ? kmp_const(g, 0.5) : KMP_ONE;
+            kinetic = kmp_add(g, kinetic, kmp_mul(g, kmp_mul(g, half, mass[i * eq->n + k]), rates));
+        }
+    kmp_free(mass);
+    *x = (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
+    return ok;
+}
+
+static bool derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output, kmp_vec *x)
+{
+    switch (output->kind) {
+    case KMP_OUTPUT_POSITION:
+        *x = kmp_point_position(&eq->tree, output->index, 0);
+        return true;
+    case KMP_OUTPUT_VELOCITY:
+        return point_rate(&eq->tree, output->index, 1, x);
+    case KMP_OUTPUT_ACCELERATION:
+        return point_rate(&eq->tree, output->index, 2, x);
+    case KMP_OUTPUT_REACTION:
+        *x = reaction(eq, output->index);
+        return true;
+    case KMP_OUTPUT_FORCE:
+        x->x[0] = forces->value[output->index];
+        return true;
+    case KMP_OUTPUT_ENERGY:
+        return energies(eq, forces, x);
+    case KMP_OUTPUT_SENSOR:
+        x->x[0] = kmp_tree_expression(&eq->tree, eq->model->sensors[output->index].expr);
+        return true;
+    default:
+        return true;
+    }
+}
+
+bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
+{
+    bool ok = true;
+    for (int o = 0; ok && o < eq->model->output_count; o++) {
+        const kmp_output *output = &eq->model->outputs[o];
+        kmp_vec x = kmp_vec_zero();
+        ok = derive_one(eq, forces, output, &x);
+        for (int k = 0; k < kmp_output_rows[output->kind].width; k++)
+            eq->shown[eq->shown_count++] = x.x[k];
+        for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
+            eq->position[3 * eq->position_count + k] = x.x[k];
+        eq->position_count += output->kind == KMP_OUTPUT_POSITION;
+    }
+    return ok;
+}

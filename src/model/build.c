@@ -1,0 +1,473 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Building a model in code. Every adder writes the nodes that the file would have had, so that the reader is the
+ * only judge; what was called takes the place of the file in complaints. */
+#include "model/build.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+/* -- nodes --------------------------------------------------------------------------------------- */
+
+static kmp_node *new_node(kmp_builder *b, kmp_node_kind kind)
+{
+    kmp_node *node = KMP_ARENA_NEW(&b->arena, kmp_node, 1);
+    if (!node)
+        return NULL;
+    node->kind = kind;
+    node->text = "";
+    node->place = node->text_place = (kmp_place){.file = b->call_count - 1};
+    return node;
+}
+
+static const kmp_node *word(kmp_builder *b, const char *text)
+{
+    kmp_node *node = new_node(b, KMP_NODE_SCALAR);
+    if (!node)
+        return NULL;
+    node->text = kmp_arena_strdup(&b->arena, text ? text : "");
+    node->empty = !text || !text[0];
+    return node->text ? node : NULL;
+}
+
+/* What is not finite becomes an expression that is not, so that the reader says so. */
+static const kmp_node *number(kmp_builder *b, kempe_number n)
+{
+    kmp_text text = {0};
+    if (n.text)
+        return word(b, n.text);
+    if (isfinite(n.value))
+        kmp_text_number(&text, n.value);
+    else
+        kmp_text_put(&text, isnan(n.value) ? "0/0" : n.value > 0 ? "1/0" : "-1/0");
+    const kmp_node *node = text.failed ? NULL : word(b, text.s);
+    if (text.failed)
+        b->arena.failed = true;
+    kmp_text_free(&text);
+    return node;
+}
+
+/* Lists and mappings grow by doubling; the count tells when they are full. */
+static void append(kmp_builder *b, kmp_node *to, const kmp_node *key, const kmp_node *item)
+{
+    bool full = (to->count & (to->count - 1)) == 0;
+    if (full) {
+        size_t room = to->count ? 2 * (size_t)to->count : 1;
+        const kmp_node **keys = KMP_ARENA_NEW(&b->arena, const kmp_node *, room);
+        const kmp_node **items = KMP_ARENA_NEW(&b->arena, const kmp_node *, room);
+        if (!keys || !items)
+            return;
+        for (int i = 0; i < to->count; i++) {
+            keys[i] = to->keys ? to->keys[i] : NULL;
+            items[i] = to->items[i];
+        }
+        to->keys = to->kind == KMP_NODE_MAP ? keys : NULL;
+        to->items = items;
+    }
+    if (to->keys)
+        to->keys[to->count] = key;
+    to->items[to->count++] = item;
+}
+
+static void put(kmp_builder *b, kmp_node *map, const char *key, const kmp_node *item)
+{
+    const kmp_node *name = word(b, key);
+    if (map && name && item)
+        append(b, map, name, item);
+}
+
+static const kmp_node *vector(kmp_builder *b, const kempe_number *n)
+{
+    kmp_node *list = new_node(b, KMP_NODE_LIST);
+    for (int i = 0; i < 3 && list; i++) {
+        const kmp_node *item = number(b, n[i]);
+        if (item)
+            append(b, list, NULL, item);
+    }
+    return list;
+}
+
+static const kmp_node *two_words(kmp_builder *b, const char *const words[2])
+{
+    kmp_node *list = new_node(b, KMP_NODE_LIST);
+    for (int i = 0; i < 2 && list; i++) {
+        const kmp_node *item = word(b, words[i]);
+        if (item)
+            append(b, list, NULL, item);
+    }
+    return list;
+}
+
+static bool is_given(kempe_number n)
+{
+    return n.text || n.value != 0;
+}
+
+static void put_given(kmp_builder *b, kmp_node *map, const char *key, kempe_number n)
+{
+    if (is_given(n))
+        put(b, map, key, number(b, n));
+}
+
+/* The mapping (or list) under a key, made when it is not there. Nodes are ours to change until the reading. */
+static kmp_node *part(kmp_builder *b, kmp_node *map, const char *key, kmp_node_kind kind)
+{
+    kmp_node *there = (kmp_node *)kmp_node_get(map, key);
+    if (there || !map)
+        return there;
+    there = new_node(b, kind);
+    put(b, map, key, there);
+    return there;
+}
+
+/* -- calls --------------------------------------------------------------------------------------- */
+
+/* The label of the next call: "WHAT 'NAME'", or WHAT. */
+static void begin_call(kmp_builder *b, const char *what, const char *name)
+{
+    kmp_text label = {0};
+    if (b->call_count == b->call_capacity) {
+        int capacity = b->call_capacity ? 2 * b->call_capacity : 16;
+        const char **grown = KMP_ARENA_NEW(&b->arena, const char *, capacity);
+        if (!grown)
+            return;
+        for (int i = 0; i < b->call_count; i++)
+            grown[i] = b->calls[i];
+        b->calls = grown;
+        b->call_capacity = capacity;
+    }
+    if (name)
+        kmp_text_printf(&label, "%s '%s'", what, name);
+    else
+        kmp_text_put(&label, what);
+    const char *kept = label.failed ? NULL : kmp_arena_strdup(&b->arena, label.s);
+    if (label.failed)
+        b->arena.failed = true;
+    kmp_text_free(&label);
+    if (kept)
+        b->calls[b->call_count++] = kept;
+}
+
+/* Whether a call may go on: the model is under construction and the name is there. */
+static kempe_status check_call(kempe_model *model, const char *what, const char *name)
+{
+    kmp_context_clear(model->context);
+    if (!model->builder)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s': the model '%s' is finished and cannot be changed",
+                        what, name ? name : "", model->name);
+    if (!name || !name[0])
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a %s needs a name", what);
+    return KEMPE_OK;
+}
+
+static kempe_status check_new(kempe_model *model, const char *what, const char *name, const char *section)
+{
+    kempe_status status = check_call(model, what, name);
+    if (status == KEMPE_OK && kmp_node_get(kmp_node_get(model->builder->root, section), name))
+        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s' stands already in the model", what, name);
+    return status;
+}
+
+static kempe_status end_call(kempe_model *model)
+{
+    return model->builder->arena.failed ? kmp_fail_memory(model->context) : KEMPE_OK;
+}
+
+/* A new entry of a section that the file would have had. */
+static kempe_status add(kempe_model *model, const char *section, const char *name, const kmp_node *entry)
+{
+    kmp_builder *b = model->builder;
+    if (!b->arena.failed)
+        put(b, part(b, b->root, section, KMP_NODE_MAP), name, entry);
+    return end_call(model);
+}
+
+/* -- beginning ----------------------------------------------------------------------------------- */
+
+kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_model **model)
+{
+    kmp_context_clear(context);
+    kempe_model *m = KMP_NEW(kempe_model, 1);
+    if (!m)
+        return kmp_fail_memory(context);
+    m->context = context;
+    m->name = m->file = kmp_arena_strdup(&m->arena, name && name[0] ? name : "model");
+    m->builder = KMP_NEW(kmp_builder, 1);
+    if (m->builder && m->name) {
+        begin_call(m->builder, m->name, NULL);
+        m->builder->root = new_node(m->builder, KMP_NODE_MAP);
+        put(m->builder, m->builder->root, "kempe", word(m->builder, "1"));
+        put(m->builder, m->builder->root, "name", word(m->builder, m->name));
+    }
+    if (!m->name || !m->builder || m->builder->arena.failed) {
+        kempe_model_free(m);
+        return kmp_fail_memory(context);
+    }
+    *model = m;
+    return KEMPE_OK;
+}
+
+void kmp_builder_free(kmp_builder *builder)
+{
+    if (!builder)
+        return;
+    kmp_arena_free(&builder->arena);
+    kmp_free(builder);
+}
+
+kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_number y, kempe_number z)
+{
+    const kempe_number n[3] = {x, y, z};
+    kmp_builder *b = model->builder;
+    kempe_status status = check_call(model, "model", "gravity");
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_node_get(b->root, "gravity"))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "gravity is set already");
+    begin_call(b, "gravity", NULL);
+    put(b, b->root, "gravity", vector(b, n));
+    return end_call(model);
+}
+
+kempe_status kempe_model_add_parameter(kempe_model *model, const char *name, kempe_number value)
+{
+    kempe_status status = check_new(model, "parameter", name, "parameters");
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(model->builder, "parameter", name);
+    return add(model, "parameters", name, number(model->builder, value));
+}
+
+/* -- bodies -------------------------------------------------------------------------------------- */
+
+kempe_body_def kempe_body_default(const char *name)
+{
+    return (kempe_body_def){.name = name, .at = "ground", .kind = "revolute", .axis = {0, 0, 1}};
+}
+
+static const kmp_node *motions(kmp_builder *b, const char *text)
+{
+    kmp_node *list = new_node(b, KMP_NODE_LIST);
+    while (list && *text) {
+        kmp_text code = {0};
+        size_t length = strcspn(text, " ,");
+        kmp_text_printf(&code, "%.*s", (int)length, text);
+        const kmp_node *item = length && !code.failed ? word(b, code.s) : NULL;
+        if (code.failed)
+            b->arena.failed = true;
+        if (item)
+            append(b, list, NULL, item);
+        kmp_text_free(&code);
+        text += length + (text[length] != '\0');
+    }
+    return list;
+}
+
+static const kmp_node *joint(kmp_builder *b, const kempe_body_def *def)
+{
+    const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
+    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    if (def->joint)
+        put(b, map, "name", word(b, def->joint));
+    put(b, map, "at", word(b, def->at));
+    if (def->kind)
+        put(b, map, def->kind, vector(b, axis));
+    if (def->motions)
+        put(b, map, "motions", motions(b, def->motions));
+    return map;
+}
+
+static const kmp_node *inertia(kmp_builder *b, const kempe_number inertia[6])
+{
+    static const char *const keys[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    for (int i = 0; i < 6; i++)
+        put_given(b, map, keys[i], inertia[i]);
+    return map;
+}
+
+kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
+{
+    kmp_builder *b = model->builder;
+    kempe_status status = check_new(model, "body", def->name, "bodies");
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(b, "body", def->name);
+    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    put(b, map, "joint", joint(b, def));
+    put_given(b, map, "mass", def->mass);
+    put(b, map, "com", vector(b, def->com));
+    put(b, map, "inertia", inertia(b, def->inertia));
+    return add(model, "bodies", def->name, map);
+}
+
+kempe_status kempe_model_add_point(kempe_model *model, const char *body, const char *name, kempe_number x,
+                                   kempe_number y, kempe_number z)
+{
+    const kempe_number n[3] = {x, y, z};
+    kmp_builder *b = model->builder;
+    kempe_status status = check_call(model, "point", name);
+    if (status != KEMPE_OK)
+        return status;
+    bool ground = body && strcmp(body, "ground") == 0;
+    const kmp_node *bodies = kmp_node_get(b->root, "bodies");
+    kmp_node *owner =
+        ground ? part(b, b->root, "ground", KMP_NODE_MAP) : (kmp_node *)kmp_node_get(bodies, body ? body : "");
+    if (!owner && !ground)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s': there is no body '%s' yet", name,
+                        body ? body : "");
+    if (kmp_node_get(kmp_node_get(owner, "points"), name))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s.%s' stands already in the model", body, name);
+    kmp_text full = {0};
+    kmp_text_printf(&full, "%s.%s", body, name);
+    begin_call(b, "point", full.s ? full.s : name);
+    kmp_text_free(&full);
+    put(b, part(b, owner, "points", KMP_NODE_MAP), name, vector(b, n));
+    return end_call(model);
+}
+
+/* -- closures and forces ------------------------------------------------------------------------- */
+
+kempe_closure_def kempe_closure_default(const char *name)
+{
+    return (kempe_closure_def){.name = name, .kind = "ball"};
+}
+
+kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def)
+{
+    kmp_builder *b = model->builder;
+    kempe_status status = check_new(model, "loop", def->name, "loops");
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(b, "loop", def->name);
+    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
+    put_given(b, map, "length", def->length);
+    return add(model, "loops", def->name, map);
+}
+
+kempe_force_def kempe_force_default(const char *name)
+{
+    return (kempe_force_def){.name = name};
+}
+
+kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def)
+{
+    kmp_builder *b = model->builder;
+    kempe_status status = check_new(model, "force", def->name, "forces");
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(b, "force", def->name);
+    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    const char *const words[3][2] = {{"joint", def->joint}, {"torque", def->torque}, {"force", def->force}};
+    for (int i = 0; i < 3; i++)
+        if (words[i][1])
+            put(b, map, words[i][0], word(b, words[i][1]));
+    if (def->spring[0] || def->spring[1]) {
+        put(b, map, "spring", two_words(b, def->spring));
+        put(b, map, "stiffness", number(b, def->stiffness));
+    }
+    put_given(b, map, "damping", def->damping);
+    put_given(b, map, "free_length", def->free_length);
+    return add(model, "forces", def->name, map);
+}
+
+/* -- whatever else the language has ---------------------------------------------------------------- */
+
+/* "forces" has forces, "bodies" bodies: what one of them is called. */
+static const char *kind_of(const char *section)
+{
+    static const char *const words[][2] = {
+        {"bodies", "body"}, {"loops", "loop"}, {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"}};
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        if (strcmp(words[k][0], section) == 0)
+            return words[k][1];
+    return section;
+}
+
+kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name, const char *text)
+{
+    kmp_builder *b = model->builder;
+    const kmp_node *node = NULL;
+    kempe_status status = check_new(model, kind_of(section), name, section);
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(b, kind_of(section), name);
+    if (b->arena.failed)
+        return kmp_fail_memory(model->context);
+    int call = b->call_count - 1;
+    status = kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), &node);
+    return status == KEMPE_OK && node ? add(model, section, name, node) : status;
+}
+
+/* -- start --------------------------------------------------------------------------------------- */
+
+static kempe_status set_start(kempe_model *model, const char *coordinate, const char *key, kempe_number value,
+                              bool hold)
+{
+    kmp_builder *b = model->builder;
+    kempe_status status = check_call(model, "start value", coordinate);
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_node_get(kmp_node_get(kmp_node_get(b->root, "start"), key), coordinate))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the start %s of '%s' is set already", key, coordinate);
+    begin_call(b, "start of", coordinate);
+    kmp_node *start = part(b, b->root, "start", KMP_NODE_MAP);
+    put(b, part(b, start, key, KMP_NODE_MAP), coordinate, number(b, value));
+    kmp_node *held = hold ? part(b, start, "hold", KMP_NODE_LIST) : NULL;
+    const kmp_node *name = held ? word(b, coordinate) : NULL;
+    if (name)
+        append(b, held, NULL, name);
+    return end_call(model);
+}
+
+kempe_status kempe_model_set_q(kempe_model *model, const char *coordinate, kempe_number value, int hold)
+{
+    return set_start(model, coordinate, "q", value, hold != 0);
+}
+
+kempe_status kempe_model_set_qd(kempe_model *model, const char *coordinate, kempe_number value)
+{
+    return set_start(model, coordinate, "qd", value, false);
+}
+
+/* -- finishing ----------------------------------------------------------------------------------- */
+
+/* What is said later of a built thing has its name in it: the model's is put before, which ends the use of the calls.
+ */
+static void forget_places(kempe_model *model)
+{
+    model->files = &model->file;
+    model->file_count = 1;
+    for (int i = 0; i < model->body_count; i++)
+        model->bodies[i].place = (kmp_place){0};
+    for (int i = 0; i < model->closure_count; i++)
+        model->closures[i].place = (kmp_place){0};
+    for (int i = 0; i < model->force_count; i++)
+        model->forces[i].place = (kmp_place){0};
+}
+
+kempe_status kempe_model_finish(kempe_model *model)
+{
+    kempe_model *read = NULL;
+    kempe_status status = check_call(model, "model", model->name);
+    if (status == KEMPE_OK)
+        status = end_call(model); /* an adder may have failed unheard */
+    if (status == KEMPE_OK)
+        status = kmp_builder_read(model->context, model->builder, model->name, &read);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_builder_free(model->builder);
+    kmp_arena_free(&model->arena);
+    *model = *read;
+    kmp_free(read);
+    forget_places(model);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_model_check_finished(const kempe_model *model)
+{
+    if (!model->builder)
+        return KEMPE_OK;
+    return kmp_fail(model->context, KEMPE_E_ARGUMENT, "model '%s' is not finished: call kempe_model_finish first",
+                    model->name);
+}

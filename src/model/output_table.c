@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/output_table.h"
+
+const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
+#define KMP_OUTPUT(kind, word, argument, width) {word, KMP_OUTPUT_OF_##argument, width},
+#include "model/outputs.def"
+#undef KMP_OUTPUT
+};
+
+int kmp_outputs_width(const kempe_model *model)
+{
+    int width = 0;
+    for (int k = 0; k < model->output_count; k++)
+        width += kmp_output_rows[model->outputs[k].kind].width;
+    return width;
+}
+
+/* What stands in the parentheses; false when there is nothing. */
+static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output)
+{
+    if (output->index < 0)
+        return false;
+    switch (kmp_output_rows[output->kind].argument) {
+    case KMP_OUTPUT_OF_NOTHING:
+        return false;
+    case KMP_OUTPUT_OF_MAYBE_COORDINATE:
+        kmp_text_put(text, model->motions[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_MAYBE_LOOP:
+    case KMP_OUTPUT_OF_LOOP:
+        kmp_text_put(text, model->closures[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_POINT:
+        kmp_text_printf(text, "%s.%s", model->bodies[model->points[output->index].body].name,
+                        model->points[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_FORCE:
+        kmp_text_put(text, model->forces[output->index].name);
+        break;
+    case KMP_OUTPUT_OF_SENSOR:
+        kmp_text_put(text, model->sensors[output->index].name);
+        break;
+    }
+    return true;
+}
+
+void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output *output)
+{
+    kmp_text argument = {0};
+    bool any = put_argument(&argument, model, output);
+    if (argument.failed)
+        text->failed = true;
+    kmp_text_printf(text, any ? "%s(%s)" : "%s", kmp_output_rows[output->kind].word,
+                    any && argument.s ? argument.s : "");
+    kmp_text_free(&argument);
+}
+
+void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
+{
+    static const char *const energies[] = {"kinetic", "potential", "total"};
+    kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
+    (void)put_argument(text, model, output);
+    if (output->kind == KMP_OUTPUT_ENERGY)
+        kmp_text_put(text, energies[k]);
+    else if (kmp_output_rows[output->kind].width == 3)
+        kmp_text_printf(text, ".%c", "xyz"[k]);
+}

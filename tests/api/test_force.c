@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A force by a function is the force by an expression: to 1e-12 on the roads that know it exactly, to the error of
+ * the run on the dae road. */
+#include "four_bar.h"
+#include <stdlib.h>
+
+static int torque(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    (void)t, (void)q;
+    ++*(long *)user;
+    effort[0] += 0.2 - 0.01 * qd[0];
+    return 0;
+}
+
+static kempe_trajectory *run(const kempe_context *context, const kempe_system *system, const char *road,
+                             const char *form)
+{
+    kempe_trajectory *trajectory = NULL;
+    kempe_run settings = kempe_run_default();
+    settings.road = road;
+    settings.form = form;
+    settings.t_end = 1;
+    settings.rtol = 1e-11;
+    kempe_status status = kempe_simulate(system, &settings, &trajectory);
+    CHECK(status == KEMPE_OK);
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    return trajectory;
+}
+
+/* Largest difference over all rows. */
+static double difference(const kempe_trajectory *a, const kempe_trajectory *b)
+{
+    double worst = 0;
+    CHECK(kempe_trajectory_row_count(a) == kempe_trajectory_row_count(b));
+    for (int k = 0; k < kempe_trajectory_row_count(a); k++)
+        for (int i = 0; i < 3; i++) {
+            worst = fmax(worst, fabs(kempe_trajectory_q(a, k)[i] - kempe_trajectory_q(b, k)[i]));
+            worst = fmax(worst, fabs(kempe_trajectory_qd(a, k)[i] - kempe_trajectory_qd(b, k)[i]) / 20);
+            worst = fmax(worst, fabs(kempe_trajectory_qdd(a, k)[i] - kempe_trajectory_qdd(b, k)[i]) / 400);
+        }
+    return worst;
+}
+
+static void same_as_expression(const char *road, const char *form, double tolerance)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *said = four_bar_new(context, FOUR_BAR_TORQUE), *bare = four_bar_new(context, NULL);
+    kempe_system *by_expression = NULL, *by_function = NULL;
+    long calls = 0;
+    CHECK(kempe_system_new(said, &by_expression) == KEMPE_OK);
+    CHECK(kempe_system_new(bare, &by_function) == KEMPE_OK);
+    kempe_system_set_force(by_function, torque, &calls);
+    kempe_trajectory *a = run(context, by_expression, road, form), *b = run(context, by_function, road, form);
+    CHECK(calls > 100);
+    if (a && b) {
+        double off = difference(a, b);
+        CHECK_NEAR(off, 0, tolerance);
+    }
+    kempe_trajectory_free(a);
+    kempe_trajectory_free(b);
+    kempe_system_free(by_expression);
+    kempe_system_free(by_function);
+    kempe_model_free(said);
+    kempe_model_free(bare);
+    kempe_context_free(context);
+}
+
+static void carried(void)
+{
+    same_as_expression("reduced", "carried", 1e-12);
+}
+
+static void closed(void)
+{
+    same_as_expression("reduced", "closed", 1e-12);
+}
+
+static void projected(void)
+{
+    same_as_expression("projected", NULL, 1e-12);
+}
+
+/* Steps, Newton iterations and the end of a dae run. */
+static kempe_work implicit_run(const kempe_system *system, const char *road, const char *form, const char *integrator,
+                               double q[3])
+{
+    kempe_stepper *stepper = NULL;
+    kempe_work work = {0};
+    kempe_run settings = kempe_run_default();
+    settings.road = road;
+    settings.form = form;
+    settings.integrator = integrator;
+    settings.rtol = 1e-9;
+    settings.t_end = 1;
+    CHECK(kempe_stepper_new(system, &settings, &stepper) == KEMPE_OK);
+    if (!stepper)
+        return work;
+    CHECK(kempe_stepper_advance(stepper, 1) == KEMPE_OK);
+    work = kempe_stepper_work(stepper);
+    memcpy(q, kempe_stepper_q(stepper), 3 * sizeof *q);
+    kempe_stepper_free(stepper);
+    return work;
+}
+
+/* Iteration matrices have the force by differences: as many steps and iterations, the same error. */
+static void implicit(const char *road, const char *form, const char *integrator)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *said = four_bar_new(context, FOUR_BAR_TORQUE), *bare = four_bar_new(context, NULL);
+    kempe_system *by_expression = NULL, *by_function = NULL;
+    double a[3] = {0}, b[3] = {0};
+    long calls = 0;
+    CHECK(kempe_system_new(said, &by_expression) == KEMPE_OK);
+    CHECK(kempe_system_new(bare, &by_function) == KEMPE_OK);
+    kempe_system_set_force(by_function, torque, &calls);
+    kempe_trajectory *exact = run(context, by_expression, "projected", NULL);
+    kempe_work x = implicit_run(by_expression, road, form, integrator, a);
+    kempe_work y = implicit_run(by_function, road, form, integrator, b);
+    CHECK(labs(x.steps - y.steps) <= x.steps / 20 && labs(x.newton - y.newton) <= x.newton / 20);
+    for (int i = 0; i < 3 && exact; i++) {
+        const double *q = kempe_trajectory_q(exact, kempe_trajectory_row_count(exact) - 1);
+        CHECK(fabs(a[i] - q[i]) < 1e-5);
+        CHECK(fabs(b[i] - q[i]) < 1e-5);
+    }
+    kempe_trajectory_free(exact);
+    kempe_system_free(by_expression);
+    kempe_system_free(by_function);
+    kempe_model_free(said);
+    kempe_model_free(bare);
+    kempe_context_free(context);
+}
+
+static void dae_ah(void)
+{
+    implicit("dae", "ah", "ida");
+}
+
+static void dae_ggl(void)
+{
+    implicit("dae", "ggl", "ida");
+}
+
+static void dae_index1(void)
+{
+    implicit("dae", "index1", "ida");
+}
+
+static void reduced_bdf(void)
+{
+    implicit("reduced", "closed", "bdf");
+}
+
+/* A force that says no makes the start impossible, in words. */
+static int refuse(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    (void)user, (void)t, (void)q, (void)qd, (void)effort;
+    return 1;
+}
+
+static void refused(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = four_bar_new(context, NULL);
+    kempe_system *system = NULL;
+    kempe_workspace *ws = NULL;
+    const double q[3] = {0};
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    kempe_system_set_force(system, refuse, NULL);
+    CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
+    CHECK(kempe_eval(ws, 0, q, NULL) == KEMPE_E_FAILED);
+    kempe_system_set_force(system, NULL, NULL);
+    CHECK(kempe_eval(ws, 0, q, NULL) == KEMPE_OK);
+    kempe_workspace_free(ws);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+int main(void)
+{
+    TEST(carried);
+    TEST(closed);
+    TEST(projected);
+    TEST(dae_ah);
+    TEST(dae_ggl);
+    TEST(dae_index1);
+    TEST(reduced_bdf);
+    TEST(refused);
+    return check_report();
+}

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Applies docs/extending.md: a copy of the sources gets exactly the files and rows that the page shows, is built, and
+runs the page's model with the new kinds of joint and closure, the new function and the new back end.
+
+    CC=cc python3 tests/extending.py
+"""
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+STEP = re.compile(r"^`([^`]+)`, (a new file|one row more):\n\n((?:    .*\n|\n)+)", re.MULTILINE)
+PARTS = "CMakeLists.txt LICENSE packaging include src constraints integrators".split()
+
+
+def steps():
+    """(path, whether it is new, text) in the order of the page."""
+    page = (ROOT / "docs/extending.md").read_text()
+    for path, what, block in STEP.findall(page):
+        lines = [line[4:] for line in block.rstrip("\n").split("\n")]
+        yield path, what == "a new file", "\n".join(lines) + "\n"
+
+
+def copy(to):
+    for name in PARTS:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, to / name)
+        else:
+            shutil.copy(source, to / name)
+
+
+def apply(root):
+    count = 0
+    for path, new, text in steps():
+        target = root / path
+        assert target.exists() != new, f"{path}: {'stands already' if new else 'is not there'}"
+        with target.open("w" if new else "a") as file:
+            file.write(text)
+        count += 1
+    assert count >= 8, f"{count} steps are found on the page"
+    return count
+
+
+def run(*words):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=500)
+    assert done.returncode == 0, f"{' '.join(map(str, words))}:\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
+    return done.stdout
+
+
+def build(root):
+    run("cmake", "-S", root, "-B", root / "build", "-DKEMPE_TESTS=OFF", "-DKEMPE_WERROR=ON", "-DCMAKE_BUILD_TYPE=Debug")
+    run("cmake", "--build", root / "build", "-j", 4)
+    return root / "build/kempe"
+
+
+def simulate(kempe, model, *words):
+    return json.loads(run(kempe, "simulate", model, "--json", "-", *words))
+
+
+def judge(kempe, model):
+    check = json.loads(run(kempe, "check", model, "--json", "-"))
+    assert (check["nq"], check["nh"], check["dof"]) == (3, 1, 2), check
+    plain, tape = (simulate(kempe, model, "--backend", name) for name in ("plain", "tape"))
+    dae = simulate(kempe, model, "--road", "dae")
+    assert plain["status"] == tape["status"] == dae["status"] == "ok"
+    assert set(plain["q"]) == {"post.1", "post.2", "arm"}, plain["q"]
+    for name in plain["q"]:
+        for values in ("q", "qd", "qdd"):
+            assert plain[values][name] == tape[values][name], f"{values} {name}: the back ends differ"
+        assert abs(dae["q"][name] - tape["q"][name]) < 1e-6, f"{name}: the roads differ"
+    assert plain["residual"]["h_max"] < 1e-12
+    assert plain["energy"]["drift_rel"] < 1e-7
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        copy(root)
+        count = apply(root)
+        judge(build(root), root / "extended.yaml")
+    print(f"{count} steps of docs/extending.md applied, built and run")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,354 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Every allocation fails once. Each stage of a whole small run is repeated with its n-th allocation failing, for n = 1
+ * until none is left: nothing crashes or leaks (under the address sanitizer), the stage says that there is no memory,
+ * and leaves its outputs untouched. A stage may also do without what it did not get, and then it is done. */
+#include "base/memory.h"
+#include "check.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+/* What earlier stages made, and what the stage at work made. */
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+    kempe_trajectory *trajectory;
+    kempe_comparison *comparison;
+    kempe_check *check;
+} scene;
+
+static const char path[] = KEMPE_ROOT "/examples/four_bar/four_bar.yaml";
+static char csv[] = "/tmp/kempe_memory_XXXXXX";
+
+/* A stage: does one thing, frees what it made, and says KEMPE_OK, or why not. Outputs that were touched on failure are
+ * complained of inside. */
+typedef kempe_status stage_fn(scene *s);
+
+static void untouched(kempe_status status, const void *output)
+{
+    bool may_stay = status == KEMPE_E_FAILED || status == KEMPE_STOPPED; /* some are given as far as they came */
+    CHECK((status == KEMPE_OK) == (output != NULL) || may_stay);
+}
+
+static kempe_status read_model(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, path, &model);
+    untouched(status, model);
+    kempe_model_free(model);
+    return status;
+}
+
+/* A model with mistakes: KEMPE_E_INPUT is what it should say. */
+static kempe_status read_wrong_model(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\nbodies:\n  a: {joint: {revolut: z, at: gruond}, mass: m, masss: 1, inertia: {zz: -1}}\n"
+        "forces: {f: {joint: b, torque: q(c) + (}}\n";
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "wrong", &model);
+    CHECK(!model);
+    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+}
+
+static kempe_status build_model(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_body_def arm = kempe_body_default("arm");
+    kempe_force_def motor = kempe_force_default("motor");
+    arm.mass = kempe_value(1);
+    arm.com[0] = kempe_expression("L/2");
+    motor.joint = "arm";
+    motor.torque = "0.1*sin(t)";
+    kempe_status status = kempe_model_new(s->context, "built", &model);
+    untouched(status, model);
+    if (status == KEMPE_OK)
+        status = kempe_model_add_parameter(model, "L", kempe_value(2));
+    if (status == KEMPE_OK)
+        status = kempe_model_add_body(model, &arm);
+    if (status == KEMPE_OK)
+        status = kempe_model_add_point(model, "arm", "P", kempe_expression("L"), kempe_value(0), kempe_value(0));
+    if (status == KEMPE_OK)
+        status = kempe_model_add_force(model, &motor);
+    if (status == KEMPE_OK)
+        status = kempe_model_add_text(model, "forces", "brake", "{joint: arm, torque: -qd(arm)}");
+    if (status == KEMPE_OK)
+        status = kempe_model_set_q(model, "arm", kempe_value(1), 1);
+    if (status == KEMPE_OK)
+        status = kempe_model_finish(model);
+    kempe_model_free(model);
+    return status;
+}
+
+static kempe_status print_model(scene *s)
+{
+    char *text = NULL;
+    kempe_status status = kempe_model_print(s->model, KEMPE_JSON, &text);
+    untouched(status, text);
+    kempe_text_free(text);
+    return status;
+}
+
+static kempe_status derive(scene *s)
+{
+    kempe_system *system = NULL;
+    kempe_status status = kempe_system_new(s->model, &system);
+    untouched(status, system);
+    kempe_system_free(system);
+    return status;
+}
+
+static kempe_status print_system(scene *s)
+{
+    kempe_status status = KEMPE_OK;
+    for (int view = KEMPE_VIEW_EQUATIONS; view <= KEMPE_VIEW_STATS && status == KEMPE_OK; view++) {
+        char *text = NULL;
+        status = kempe_system_print(s->system, (kempe_view)view, KEMPE_TEXT, &text);
+        untouched(status, text);
+        kempe_text_free(text);
+    }
+    return status;
+}
+
+static kempe_status check_model(scene *s)
+{
+    kempe_check *check = NULL;
+    char *text = NULL;
+    kempe_status status = kempe_check_new(s->system, &check);
+    untouched(status, check);
+    if (status == KEMPE_OK) {
+        status = kempe_check_print(check, KEMPE_TEXT, &text);
+        untouched(status, text);
+    }
+    kempe_check_free(check);
+    kempe_text_free(text);
+    return status;
+}
+
+static kempe_status assemble(scene *s)
+{
+    kempe_assembly *assembly = NULL;
+    char *text = NULL;
+    kempe_status status = kempe_assemble(s->system, &assembly);
+    untouched(status, assembly);
+    if (status == KEMPE_OK) {
+        status = kempe_assembly_print(assembly, KEMPE_JSON, &text);
+        untouched(status, text);
+    }
+    kempe_assembly_free(assembly);
+    kempe_text_free(text);
+    return status;
+}
+
+static kempe_status evaluate(scene *s)
+{
+    kempe_workspace *ws = NULL;
+    kempe_status status = kempe_workspace_new(s->system, &ws);
+    untouched(status, ws);
+    kempe_workspace_free(ws);
+    return status;
+}
+
+static kempe_status simulate(scene *s, const char *road, const char *form, const char *integrator)
+{
+    kempe_trajectory *trajectory = NULL;
+    kempe_run run = kempe_run_default();
+    run.road = road;
+    run.form = form;
+    run.integrator = integrator;
+    run.rtol = 1e-6;
+    run.t_end = 0.05;
+    run.every = 0.025;
+    run.u = strcmp(road, "reduced") == 0 ? "crank" : NULL;
+    kempe_status status = kempe_simulate(s->system, &run, &trajectory);
+    untouched(status, trajectory);
+    kempe_trajectory_free(trajectory);
+    return status;
+}
+
+static kempe_status simulate_carried(scene *s)
+{
+    return simulate(s, "reduced", "carried", "dop853");
+}
+
+static kempe_status simulate_closed(scene *s)
+{
+    return simulate(s, "reduced", "closed", "dopri5");
+}
+
+static kempe_status simulate_bdf(scene *s)
+{
+    return simulate(s, "reduced", "closed", "bdf");
+}
+
+static kempe_status simulate_projected(scene *s)
+{
+    return simulate(s, "projected", NULL, NULL);
+}
+
+static kempe_status simulate_ah(scene *s)
+{
+    return simulate(s, "dae", "ah", NULL);
+}
+
+static kempe_status simulate_index1(scene *s)
+{
+    return simulate(s, "dae", "index1", NULL);
+}
+
+static kempe_status step(scene *s)
+{
+    kempe_stepper *stepper = NULL;
+    kempe_run run = kempe_run_default();
+    run.t_end = 0.05;
+    kempe_status status = kempe_stepper_new(s->system, &run, &stepper);
+    untouched(status, stepper);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_step(stepper);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_advance(stepper, 0.05);
+    kempe_stepper_free(stepper);
+    return status;
+}
+
+static kempe_status print_trajectory(scene *s)
+{
+    kempe_status status = KEMPE_OK;
+    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+        char *text = NULL;
+        status = kempe_trajectory_print(s->trajectory, (kempe_format)format, &text);
+        untouched(status, text);
+        kempe_text_free(text);
+    }
+    return status;
+}
+
+static kempe_status write_csv(scene *s)
+{
+    return kempe_trajectory_write_csv(s->trajectory, csv);
+}
+
+static kempe_compare_run small_comparison(void)
+{
+    kempe_compare_run run = kempe_compare_run_default();
+    run.rtols = "1e-4";
+    run.roads = "reduced,dae";
+    run.forms = "carried,ah";
+    run.integrators = "dop853,ida";
+    run.t_end = 0.02;
+    return run;
+}
+
+static kempe_status compare(scene *s)
+{
+    kempe_comparison *comparison = NULL;
+    kempe_compare_run run = small_comparison();
+    kempe_status status = kempe_compare(s->system, &run, &comparison);
+    untouched(status, comparison);
+    kempe_comparison_free(comparison);
+    return status;
+}
+
+static kempe_status print_comparison(scene *s)
+{
+    kempe_status status = KEMPE_OK;
+    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+        char *text = NULL;
+        status = kempe_comparison_print(s->comparison, (kempe_format)format, &text);
+        untouched(status, text);
+        kempe_text_free(text);
+    }
+    return status == KEMPE_OK ? kempe_comparison_write_csv(s->comparison, csv) : status;
+}
+
+/* -- the loop -------------------------------------------------------------------------------------- */
+
+/* Done, or no memory, said in words. */
+static void judge(const scene *s, const char *name, unsigned long n, kempe_status status)
+{
+    const char *message = kempe_context_message(s->context);
+    bool good = status == KEMPE_OK || (status == KEMPE_E_MEMORY && strstr(message, "out of memory"));
+    CHECK(good);
+    if (!good)
+        printf("%s, allocation %lu: status %d: %s\n", name, n, status, message);
+}
+
+static void exhaust(scene *s, const char *name, stage_fn *stage)
+{
+    unsigned long before = kmp_memory_count(), count, done = 0;
+    CHECK(stage(s) == KEMPE_OK);
+    count = kmp_memory_count() - before;
+    for (unsigned long n = 1; n <= count; n++) {
+        kmp_memory_fail_at(n);
+        kempe_status status = stage(s);
+        kmp_memory_fail_at(0);
+        judge(s, name, n, status);
+        done += status == KEMPE_OK;
+    }
+    CHECK(stage(s) == KEMPE_OK); /* nothing is left broken */
+    printf("%-20s %5lu allocations failed, %lu of them were not needed\n", name, count, done);
+}
+
+static const struct {
+    const char *name;
+    stage_fn *stage;
+} stages[] = {{"read", read_model},
+              {"read mistakes", read_wrong_model},
+              {"build", build_model},
+              {"print model", print_model},
+              {"derive", derive},
+              {"print system", print_system},
+              {"check", check_model},
+              {"assemble", assemble},
+              {"workspace", evaluate},
+              {"carried", simulate_carried},
+              {"closed", simulate_closed},
+              {"bdf", simulate_bdf},
+              {"projected", simulate_projected},
+              {"ah", simulate_ah},
+              {"index1", simulate_index1},
+              {"step", step},
+              {"print trajectory", print_trajectory},
+              {"write csv", write_csv},
+              {"compare", compare},
+              {"print comparison", print_comparison}};
+
+static void every_allocation_fails(void)
+{
+    scene s = {.context = kempe_context_new()};
+    kempe_run run = kempe_run_default();
+    kempe_compare_run comparison = small_comparison();
+    run.t_end = 0.05;
+    int file = mkstemp(csv);
+    CHECK(file >= 0);
+    CHECK(kempe_model_read(s.context, path, &s.model) == KEMPE_OK);
+    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
+    CHECK(kempe_simulate(s.system, &run, &s.trajectory) == KEMPE_OK);
+    CHECK(kempe_compare(s.system, &comparison, &s.comparison) == KEMPE_OK);
+    for (size_t k = 0; k < sizeof stages / sizeof *stages; k++)
+        exhaust(&s, stages[k].name, stages[k].stage);
+    kempe_comparison_free(s.comparison);
+    kempe_trajectory_free(s.trajectory);
+    kempe_system_free(s.system);
+    kempe_model_free(s.model);
+    kempe_context_free(s.context);
+    if (file >= 0)
+        close(file);
+    unlink(csv);
+}
+
+static void no_context(void)
+{
+    kmp_memory_fail_at(1);
+    CHECK(!kempe_context_new());
+    kmp_memory_fail_at(0);
+}
+
+int main(void)
+{
+    TEST(no_context);
+    TEST(every_allocation_fails);
+    return check_report();
+}

@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Events of conditions on every road, against closed forms: a mass on a spring stop, a force that is switched off, a
+ * pendulum and a crank between stops; friction that slides along its condition says so. */
+#include "base/memory.h"
+#include "check.h"
+#include "integrators/run.h"
+#include <math.h>
+
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} scene;
+
+static int notes;
+
+static void count_notes(void *user, kempe_level level, const char *line)
+{
+    (void)user;
+    notes += level == KEMPE_LOG_NOTE && strstr(line, "became") != NULL;
+}
+
+static scene open_scene(const char *name)
+{
+    char path[512];
+    scene s = {kempe_context_new(), NULL, NULL};
+    snprintf(path, sizeof path, "%s/tests/models/%s", KEMPE_ROOT, name);
+    kempe_context_set_log(s.context, count_notes, NULL);
+    bool ok =
+        kempe_model_read(s.context, path, &s.model) == KEMPE_OK && kempe_system_new(s.model, &s.system) == KEMPE_OK;
+    CHECK(ok);
+    if (!ok)
+        printf("%s\n", kempe_context_message(s.context));
+    return s;
+}
+
+static void close_scene(scene *s)
+{
+    kempe_system_free(s->system);
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+/* What a row should be: of the first coordinate. NULL: not known. */
+typedef void expected_fn(double t, double *q, double *qd);
+/* What is conserved, when work is counted. */
+typedef double energy_fn(double t, const double *q, const double *qd);
+
+typedef struct watch {
+    expected_fn *expected;
+    energy_fn *energy;
+    double error, first, drift;
+    int rows;
+} watch;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    watch *w = user;
+    double x, v;
+    (void)qdd, (void)lambda, (void)work;
+    if (w->expected) {
+        w->expected(t, &x, &v);
+        w->error = fmax(w->error, fmax(fabs(q[0] - x), fabs(qd[0] - v)));
+    }
+    if (w->energy) {
+        double e = w->energy(t, q, qd);
+        w->first = w->rows == 0 ? e : w->first;
+        w->drift = fmax(w->drift, fabs(e - w->first));
+    }
+    w->rows++;
+    return 0;
+}
+
+enum { TIMES = 401 };
+
+typedef struct way {
+    const char *road, *form;
+    double rtol, error;
+} combination;
+
+static const combination ways[] = {{"reduced", "carried", 1e-13, 1e-9},
+                                   {"reduced", "closed", 1e-13, 1e-9},
+                                   {"projected", NULL, 1e-13, 1e-9},
+                                   {"dae", "ah", 1e-11, 1e-6}};
+enum { WAYS = sizeof ways / sizeof *ways };
+
+static kmp_run_report go(const scene *s, const combination *way, double t_end, watch *w, kempe_status expected)
+{
+    double times[TIMES];
+    kmp_run_report report;
+    kmp_run_spec spec = {.road = way->road, .form = way->form, .rtol = way->rtol, .t_end = t_end, .times = times};
+    for (int k = 0; k < TIMES; k++)
+        times[k] = t_end * k / (TIMES - 1);
+    spec.time_count = TIMES;
+    CHECK(kmp_run_resolve(s->system, &spec) == KEMPE_OK);
+    notes = 0;
+    kempe_status status = kmp_run(s->system, &spec, NULL, take_row, w, &report);
+    CHECK(status == expected);
+    if (status != KEMPE_OK && expected == KEMPE_OK)
+        printf("  %s\n", report.reason ? report.reason : kempe_context_message(s->context));
+    CHECK(notes == report.events);
+    return report;
+}
+
+/* -- a mass on a spring stop ------------------------------------------------------------------------- */
+
+static const double gravity = 9.81, stiffness = 4000, mass = 2, height = 0.5;
+
+/* Falls, swings half a sine and a little more under its weight, flies. */
+static void bounce(double t, double *q, double *qd)
+{
+    double w = sqrt(stiffness / mass), v = sqrt(2 * gravity * height), fall = v / gravity;
+    double contact = 2 * (acos(-1.0) - atan(v * w / gravity)) / w, sag = gravity / (w * w);
+    double s = t + fall, period = contact + 2 * fall; /* from a lift-off on */
+    s -= period * floor(s / period);
+    if (s <= 2 * fall) {
+        *q = v * s - 0.5 * gravity * s * s;
+        *qd = v - gravity * s;
+    } else {
+        double angle = w * (s - 2 * fall);
+        *q = sag * (cos(angle) - 1) - v / w * sin(angle);
+        *qd = -sag * w * sin(angle) - v * cos(angle);
+    }
+}
+
+static double bounce_energy(double t, const double *q, const double *qd)
+{
+    double x = fmin(q[0], 0);
+    (void)t;
+    return (0.5 * mass * qd[0] * qd[0] + mass * gravity * q[0] + 0.5 * stiffness * x * x) / (mass * gravity * height);
+}
+
+static void a_mass_bounces(void)
+{
+    scene s = open_scene("bounce.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        watch w = {.expected = bounce, .energy = bounce_energy};
+        kmp_run_report report = go(&s, &ways[k], 3, &w, KEMPE_OK);
+        printf("  %-9s %-8s error %.1e energy %.1e events %ld steps %ld\n", ways[k].road,
+               ways[k].form ? ways[k].form : "", w.error, w.drift, report.events, report.steps);
+        CHECK(w.rows == TIMES && w.error < ways[k].error);
+        CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
+        CHECK(report.events == 8);
+    }
+    close_scene(&s);
+}
+
+/* The same law without conditions, so that steps run over its kink: the integrator's word is worth less. */
+static void location_is_what_does_it(void)
+{
+    scene located = open_scene("bounce.yaml"), crossed = open_scene("bounce_kink.yaml");
+    const combination way = {"reduced", "carried", 1e-9, 0};
+    watch a = {.expected = bounce}, b = {.expected = bounce};
+    kmp_run_report with = go(&located, &way, 3, &a, KEMPE_OK), without = go(&crossed, &way, 3, &b, KEMPE_OK);
+    printf("  located %.1e in %ld steps, crossed %.1e in %ld\n", a.error, with.steps, b.error, without.steps);
+    CHECK(with.events == 8 && without.events == 0);
+    CHECK(a.error < 1e-7 && b.error > 1e-7 && b.error > 10 * a.error && with.steps < without.steps);
+    close_scene(&located);
+    close_scene(&crossed);
+}
+
+/* -- conditions on time, on rates, within each other -------------------------------------------------- */
+
+/* A unit mass without gravity: force 3 until t = 1, then 3 against the motion while it is faster than 1. */
+static void braked(double t, double *q, double *qd)
+{
+    double s = t - 1;
+    if (t <= 1) {
+        *q = 1.5 * t * t;
+        *qd = 3 * t;
+    } else if (s <= 2.0 / 3) {
+        *q = 1.5 + 3 * s - 1.5 * s * s;
+        *qd = 3 - 3 * s;
+    } else {
+        *q = 1.5 + 2 - 2.0 / 3 + (s - 2.0 / 3);
+        *qd = 1;
+    }
+}
+
+static void a_mass_is_braked(void)
+{
+    scene s = open_scene("braked.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        watch w = {.expected = braked};
+        kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_OK);
+        printf("  %-9s %-8s error %.1e events %ld steps %ld\n", ways[k].road, ways[k].form ? ways[k].form : "", w.error,
+               report.events, report.steps);
+        CHECK(w.error < ways[k].error);
+        CHECK(report.events == 3); /* faster than 1, time, slower than 1 */
+    }
+    close_scene(&s);
+}
+
+/* -- a pendulum between stops -------------------------------------------------------------------------- */
+
+static double pendulum_energy(double t, const double *q, const double *qd)
+{
+    double right = fmax(q[0] - 0.3, 0), left = fmax(-0.5 - q[0], 0);
+    (void)t;
+    return 0.5 * qd[0] * qd[0] - gravity * cos(q[0]) + 0.5 * 2e4 * right * right + 0.5 * 500 * left * left;
+}
+
+static void a_pendulum_meets_stops(void)
+{
+    scene s = open_scene("pendulum_stops.yaml");
+    long events = 0;
+    for (int k = 0; k < WAYS; k++) {
+        watch w = {.energy = pendulum_energy};
+        kmp_run_report report = go(&s, &ways[k], 5, &w, KEMPE_OK);
+        printf("  %-9s %-8s energy %.1e events %ld steps %ld\n", ways[k].road, ways[k].form ? ways[k].form : "",
+               w.drift, report.events, report.steps);
+        CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
+        events = k == 0 ? report.events : events;
+        CHECK(report.events == events && events > 10);
+    }
+    close_scene(&s);
+}
+
+/* -- a loop ------------------------------------------------------------------------------------------- */
+
+/* Slider and crank agree on every road, with events while the loop is closed. */
+static double last_q[WAYS];
+static int at_way;
+
+static int take_last(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                     double work)
+{
+    (void)user, (void)t, (void)qd, (void)qdd, (void)lambda, (void)work;
+    last_q[at_way] = q[0];
+    return 0;
+}
+
+static void a_loop_meets_a_stop(void)
+{
+    scene s = open_scene("slider_stop.yaml");
+    const double t_end = 2;
+    for (at_way = 0; at_way < WAYS; at_way++) {
+        kmp_run_report report;
+        kmp_run_spec spec = {.road = ways[at_way].road,
+                             .form = ways[at_way].form,
+                             .rtol = ways[at_way].rtol,
+                             .t_end = t_end,
+                             .time_count = 1,
+                             .times = &t_end};
+        CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(s.system, &spec, NULL, take_last, NULL, &report) == KEMPE_OK);
+        if (report.reason)
+            printf("  %s\n", report.reason);
+        printf("  %-9s %-8s q %.15g events %ld steps %ld\n", ways[at_way].road,
+               ways[at_way].form ? ways[at_way].form : "", last_q[at_way], report.events, report.steps);
+        CHECK(report.events >= 4);
+        CHECK_NEAR(last_q[at_way], last_q[0], at_way < 3 ? 1e-9 : 1e-6);
+        kmp_free(report.reason);
+    }
+    close_scene(&s);
+}
+
+/* -- what cannot be passed ----------------------------------------------------------------------------- */
+
+static void sliding_is_named(void)
+{
+    scene s = open_scene("friction.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        watch w = {0};
+        kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_E_FAILED);
+        CHECK(report.reason && strstr(report.reason, "'rub': qd(S) < 0 changes back and forth at t = 2"));
+        if (report.reason)
+            printf("  %s\n", report.reason);
+        kmp_free(report.reason);
+    }
+    close_scene(&s);
+}
+
+int main(void)
+{
+    TEST(a_mass_bounces);
+    TEST(location_is_what_does_it);
+    TEST(a_mass_is_braked);
+    TEST(a_pendulum_meets_stops);
+    TEST(a_loop_meets_a_stop);
+    TEST(sliding_is_named);
+    return check_report();
+}
