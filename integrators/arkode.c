@@ -27,14 +27,15 @@ typedef struct arkode {
 /* -- creation -------------------------------------------------------------------------------------- */
 
 /* Stage derivatives are taken from the stages: evaluated on a stiff system they would carry Newton's rest multiplied by
- * the stiffness. */
+ * the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first step after a
+ * start, where events are located. */
 static int configure_implicit(arkode *s)
 {
     int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->base.linear, s->base.matrix);
     if (!bad && s->base.ode.jacobian)
         bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
     bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_KVAERNO_7_4_5, ARKODE_ERK_NONE);
-    bad = bad ? bad : KMP_SUN_ARK(SetInterpolantType)(s->memory, ARK_INTERP_LAGRANGE);
+    bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
     return bad ? bad : KMP_SUN_ARK(SetDeduceImplicitRhs)(s->memory, 1);
 }
 
