@@ -27,14 +27,15 @@ typedef struct arkode {
 /* -- creation -------------------------------------------------------------------------------------- */
 
 /* Stage derivatives are taken from the stages: evaluated on a stiff system they would carry Newton's rest multiplied by
- * the stiffness. */
+ * the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first step after a
+ * start, where events are located. */
 static int configure_implicit(arkode *s)
 {
     int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->base.linear, s->base.matrix);
     if (!bad && s->base.ode.jacobian)
         bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
     bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_KVAERNO_7_4_5, ARKODE_ERK_NONE);
-    bad = bad ? bad : KMP_SUN_ARK(SetInterpolantType)(s->memory, ARK_INTERP_LAGRANGE);
+    bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
     return bad ? bad : KMP_SUN_ARK(SetDeduceImplicitRhs)(s->memory, 1);
 }
 
@@ -130,26 +131,25 @@ static kempe_status complain(arkode *s, int flag)
     return status;
 }
 
-static kmp_solver_work work(const void *solver)
+/* ARKODE's own counters, over all starts. */
+static kmp_solver_work counters(const arkode *s)
 {
-    const arkode *s = solver;
-    kmp_solver_work w = s->base.work;
-    long failures = 0;
+    kmp_solver_work w = {0};
     (void)KMP_SUN_ARK(GetNumSteps)(s->memory, &w.steps);
     (void)KMP_SUN_ARK(GetNumErrTestFails)(s->memory, &w.rejected);
     if (s->implicit) {
         (void)KMP_SUN_ARK(GetNumNonlinSolvIters)(s->memory, &w.newton);
-        (void)KMP_SUN_ARK(GetNumStepSolveFails)(s->memory, &failures);
+        (void)KMP_SUN_ARK(GetNumStepSolveFails)(s->memory, &w.refused);
         (void)KMP_SUN_ARK(GetNumJacEvals)(s->memory, &w.matrices);
         (void)KMP_SUN_ARK(GetNumLinSolvSetups)(s->memory, &w.factorizations);
-        w.refused = failures + s->before.refused;
     }
-    w.steps += s->before.steps;
-    w.rejected += s->before.rejected;
-    w.newton += s->before.newton;
-    w.matrices += s->before.matrices;
-    w.factorizations += s->before.factorizations;
-    return w;
+    return kmp_sun_sum(w, s->before);
+}
+
+static kmp_solver_work work(const void *solver)
+{
+    const arkode *s = solver;
+    return kmp_sun_sum(counters(s), s->base.work);
 }
 
 /* -- steps ----------------------------------------------------------------------------------------- */
@@ -158,7 +158,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 {
     arkode *s = solver;
     (void)yp;
-    s->before = work(s);
+    s->before = counters(s);
     s->moved = false;
     kmp_sun_ode_begin(&s->base, t, y, t_end);
     int bad =
@@ -232,6 +232,7 @@ static kempe_status step(void *solver)
             break;
         h = fmin(h, t > base->t ? t - base->t : h) * shorter;
         base->work.refused++;
+        base->work.steps -= t > base->t;
         bad = h > 16 * DBL_EPSILON * fabs(base->t) ? reset(s, base->t, base->y_old, h) : ARK_RHSFUNC_FAIL;
         t = base->t;
     }

@@ -1,14 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* SUNDIALS CVODE (Cohen and Hindmarsh, Computers in Physics 10 (1996) 138) behind the socket, as two integrators: BDF
  * with Newton, a dense factorisation and the road's exact Jacobian, for stiff systems; Adams with functional iteration,
- * for those that are not. It keeps a history of the solution: the road may watch its steps, not correct them. */
+ * for those that are not. It keeps a history of the solution: the road may watch
+ * its steps and refuse them, at the price of a start at order 1, not correct them. */
 #include "base/memory.h"
 #include "integrators/sundials_ode.h"
 
 #include <cvode/cvode.h>
+#include <float.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+/* Attempts at one step that the road may refuse. */
+enum { MAX_TRIES = 100 };
 
 typedef struct cvode {
     kmp_sun_ode base; /* first */
@@ -108,10 +114,10 @@ static kempe_status complain(cvode *s, int flag)
     return status;
 }
 
-static kmp_solver_work work(const void *solver)
+/* CVODE's own counters, over all starts. */
+static kmp_solver_work counters(const cvode *s)
 {
-    const cvode *s = solver;
-    kmp_solver_work w = s->base.work;
+    kmp_solver_work w = {0};
     (void)CVodeGetNumSteps(s->memory, &w.steps);
     (void)CVodeGetNumErrTestFails(s->memory, &w.rejected);
     (void)CVodeGetNumNonlinSolvIters(s->memory, &w.newton);
@@ -120,20 +126,20 @@ static kmp_solver_work work(const void *solver)
         (void)CVodeGetNumJacEvals(s->memory, &w.matrices);
         (void)CVodeGetNumLinSolvSetups(s->memory, &w.factorizations);
     }
-    w.steps += s->before.steps;
-    w.rejected += s->before.rejected;
-    w.newton += s->before.newton;
-    w.refused += s->before.refused;
-    w.matrices += s->before.matrices;
-    w.factorizations += s->before.factorizations;
-    return w;
+    return kmp_sun_sum(w, s->before);
+}
+
+static kmp_solver_work work(const void *solver)
+{
+    const cvode *s = solver;
+    return kmp_sun_sum(counters(s), s->base.work);
 }
 
 static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
 {
     cvode *s = solver;
     (void)yp;
-    s->before = work(s);
+    s->before = counters(s);
     kmp_sun_ode_begin(&s->base, t, y, t_end);
     int bad = CVodeReInit(s->memory, t, s->base.y);
     bad = bad ? bad : CVodeSetInitStep(s->memory, h0);
@@ -141,23 +147,53 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     return bad ? complain(s, bad) : KEMPE_OK;
 }
 
+/* Back to the start of the last step, with a first step of half its length: the history is lost. */
+static int retreat(cvode *s, double t)
+{
+    kmp_sun_ode *base = &s->base;
+    double h = 0.5 * (t - base->t);
+    s->before = counters(s);
+    base->work.refused++;
+    base->work.steps--;
+    memcpy(kmp_sun_data(base->y), base->y_old, (size_t)base->ode.n * sizeof *base->y_old);
+    int bad = CVodeReInit(s->memory, base->t, base->y);
+    bad = bad ? bad : CVodeSetInitStep(s->memory, h);
+    if (!(h > 16 * DBL_EPSILON * fabs(base->t)))
+        return CV_REPTD_RHSFUNC_ERR;
+    return bad ? bad : CVodeSetStopTime(s->memory, base->t_end);
+}
+
+/* One step of CVODE and what the road says of it. */
+static int attempt(cvode *s, double *t, int *said)
+{
+    kmp_sun_ode *base = &s->base;
+    int flag = CVode(s->memory, base->t_end, base->y, t, CV_ONE_STEP);
+    if (flag < 0)
+        return flag;
+    memcpy(kmp_sun_data(base->out), kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
+    *said = kmp_sun_accept(base, *t, kmp_sun_data(base->out));
+    return *said == KMP_HALT ? CV_UNREC_RHSFUNC_ERR : 0;
+}
+
 static kempe_status step(void *solver)
 {
     cvode *s = solver;
     kmp_sun_ode *base = &s->base;
+    int bad = 0, said = KMP_RETRY;
     double t = base->t;
     if (!(t < base->t_end))
         return KEMPE_OK;
     memcpy(base->y_old, kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
-    int flag = CVode(s->memory, base->t_end, base->y, &t, CV_ONE_STEP);
-    if (flag < 0)
-        return complain(s, flag);
-    base->t_old = base->t;
-    base->t = t;
-    memcpy(kmp_sun_data(base->out), kmp_sun_data(base->y), (size_t)base->ode.n * sizeof *base->y_old);
-    if (kmp_sun_accept(base, t, kmp_sun_data(base->out)) != KMP_GO)
-        return kmp_sun_complain(base, "CVODE", "the step's end cannot be evaluated", "accept");
-    return kmp_sun_progress(base, "CVODE") ? KEMPE_OK : KEMPE_E_FAILED;
+    for (int tries = 0; bad == 0 && tries < MAX_TRIES; tries++) {
+        bad = attempt(s, &t, &said);
+        if (bad == 0 && said == KMP_GO) {
+            base->t_old = base->t;
+            base->t = t;
+            return kmp_sun_progress(base, "CVODE") ? KEMPE_OK : KEMPE_E_FAILED;
+        }
+        bad = bad ? bad : retreat(s, t);
+    }
+    return complain(s, bad ? bad : CV_REPTD_RHSFUNC_ERR);
 }
 
 static double end_of_step(const void *solver)

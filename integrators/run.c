@@ -114,6 +114,14 @@ static kempe_status make_road(kmp_runner *run, const kmp_road_kind *way, double 
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
+/* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
+static const char *integrator_of(const kmp_runner *run)
+{
+    const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
+    bool cannot = !asked->dae && !asked->corrects && run->part.p == 0;
+    return run->in_zone || cannot ? "dop853" : asked->name;
+}
+
 static kempe_status make_solver(kmp_runner *run)
 {
     kmp_road *road = run->road;
@@ -122,7 +130,7 @@ static kempe_status make_solver(kmp_runner *run)
                               .dae = &road->dae,
                               .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
                               .linear = run->spec.linear};
-    run->kind = kmp_solver_find(run->in_zone ? "dop853" : run->spec.integrator);
+    run->kind = kmp_solver_find(integrator_of(run));
     run->y = KMP_NEW(double, road->size);
     run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
     if (!run->y || (road->yp && !run->yp))

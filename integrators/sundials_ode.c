@@ -72,7 +72,6 @@ int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user)
     s->work.rhs++;
     int said = s->ode.rhs(s->ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
     s->halted = s->halted || said == KMP_HALT;
-    s->work.refused += said == KMP_RETRY;
     return said;
 }
 
@@ -102,6 +101,17 @@ int kmp_sun_accept(kmp_sun_ode *s, double t, double *y)
         said = s->ode.accept(s->ode.self, t, y, s->dy, s->w);
     s->halted = s->halted || said == KMP_HALT;
     return said;
+}
+
+kmp_solver_work kmp_sun_sum(kmp_solver_work a, kmp_solver_work b)
+{
+    return (kmp_solver_work){.steps = a.steps + b.steps,
+                             .rejected = a.rejected + b.rejected,
+                             .refused = a.refused + b.refused,
+                             .rhs = a.rhs + b.rhs,
+                             .newton = a.newton + b.newton,
+                             .matrices = a.matrices + b.matrices,
+                             .factorizations = a.factorizations + b.factorizations};
 }
 
 /* -- failures -------------------------------------------------------------------------------------- */

@@ -23,7 +23,7 @@ typedef struct kmp_sun_ode {
     double t, t_old, t_end;
     bool halted; /* the road gave up in a callback */
     int hopeless;
-    kmp_solver_work work;
+    kmp_solver_work work; /* what SUNDIALS does not count: evaluations, steps refused by the road (less as steps) */
 } kmp_sun_ode;
 
 bool kmp_sun_ode_init(kmp_sun_ode *s, const kmp_solver_setup *setup, bool implicit);
@@ -37,6 +37,9 @@ int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *
 
 /** The road's say about the step that ended at (t, y), y having been evaluated last: KMP_GO, KMP_RETRY, KMP_HALT. */
 int kmp_sun_accept(kmp_sun_ode *s, double t, double *y);
+
+/** Field by field. */
+kmp_solver_work kmp_sun_sum(kmp_solver_work a, kmp_solver_work b);
 
 /** "NAME stopped at t = ..: meaning (flag)" unless the road halted, which has its own reason. */
 kempe_status kmp_sun_complain(kmp_sun_ode *s, const char *name, const char *meaning, const char *flag);

@@ -174,7 +174,7 @@ KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format 
 typedef struct kempe_run {
     const char *road;       /* reduced | dae | projected */
     const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
-    const char *integrator; /* dop853 | ida */
+    const char *integrator; /* dop853 | dopri5 | adams | bdf | erk | dirk | ida */
     const char *linear;     /* dae: auto, klu, umfpack, dense */
     const char *backend;    /* tape */
     const char *u;          /* independent coordinates to begin with, comma-separated */

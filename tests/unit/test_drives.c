@@ -7,10 +7,13 @@
 
 #define EXAMPLE KEMPE_ROOT "/examples/driven_slider_crank/driven_slider_crank.yaml"
 
-static const char *const roads[][2] = {
-    {"reduced", "carried"}, {"reduced", "closed"}, {"projected", NULL}, {"dae", "ah"}};
+static const char *const roads[][3] = {
+    {"reduced", "carried", NULL},   {"reduced", "closed", NULL},   {"reduced", "closed", "bdf"},
+    {"reduced", "closed", "adams"}, {"reduced", "closed", "dirk"}, {"reduced", "carried", "erk"},
+    {"projected", NULL, NULL},      {"dae", "ah", NULL},           {"dae", "ggl", NULL},
+    {"dae", "index2", NULL},        {"dae", "index1", NULL}};
 
-enum { ROADS = 4 };
+enum { ROADS = sizeof roads / sizeof *roads };
 
 typedef void judge_fn(const kempe_system *system, const kempe_trajectory *t);
 
@@ -27,6 +30,7 @@ static void run_all(const char *path, const char *text, double t_end, judge_fn *
         kempe_trajectory *t = NULL;
         run.road = roads[k][0];
         run.form = roads[k][1];
+        run.integrator = roads[k][2];
         run.rtol = 1e-9;
         run.t_end = t_end;
         CHECK(kempe_simulate(system, &run, &t) == KEMPE_OK);

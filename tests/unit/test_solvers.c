@@ -142,13 +142,12 @@ static void check_say(const kmp_solver_kind *kind)
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 5) == KEMPE_E_FAILED && halting.accepted == 5);
     kind->release(s);
-    if (kind->corrects) {
-        road r = {.wall = 99, .fragile = 99, .refuse_at = 3, .nudge = 1e-12};
-        s = make(kind, context, &r, 1e-8);
-        CHECK(kind->start(s, 0, start_y, NULL, 5, 0) == KEMPE_OK);
-        CHECK(run_to(kind, s, 5) == KEMPE_OK && kind->work(s).refused == 1 && miss(kind, s, 5) < 1e-6);
-        kind->release(s);
-    }
+    road r = {.wall = 99, .fragile = 99, .refuse_at = 3, .nudge = kind->corrects ? 1e-12 : 0};
+    s = make(kind, context, &r, 1e-8);
+    CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
+    CHECK(run_to(kind, s, 5) == KEMPE_OK && kind->work(s).refused == 1 && kind->work(s).steps == r.accepted - 1 &&
+          miss(kind, s, 5) < 1e-6);
+    kind->release(s);
     kempe_context_free(context);
 }
 
