@@ -5,7 +5,7 @@
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/reduction.h"
-#include "integrators/dop853.h"
+#include "integrators/rk.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
 #include "results/reference.h"
@@ -161,19 +161,19 @@ static double time_integrator(int n)
     kmp_ode ode = {.n = n, .rhs = nothing};
     for (int i = 0; i < n; i++)
         atol[i] = y[i] = 1;
-    kmp_dop853 *solver = kmp_dop853_new(&ode, (kmp_tolerance){1e-10, atol});
+    kmp_rk *solver = kmp_rk_new(&kmp_dop853, &ode, (kmp_tolerance){1e-10, atol});
     for (int r = 0; solver && r < RUNS; r++) {
-        long before = kmp_dop853_work(solver).rhs;
-        (void)kmp_dop853_start(solver, 0, y, 1e9, 1);
+        long before = kmp_rk_work(solver).rhs;
+        (void)kmp_rk_start(solver, 0, y, 1e9, 1);
         double begin = bench_now();
         for (int k = 0; k < REPEAT / 10; k++) {
-            (void)kmp_dop853_step(solver);
-            if (!(kmp_dop853_t(solver) < 1e8))
-                (void)kmp_dop853_start(solver, 0, y, 1e9, 1);
+            (void)kmp_rk_step(solver);
+            if (!(kmp_rk_t(solver) < 1e8))
+                (void)kmp_rk_start(solver, 0, y, 1e9, 1);
         }
-        cpu[r] = (bench_now() - begin) / (double)(kmp_dop853_work(solver).rhs - before);
+        cpu[r] = (bench_now() - begin) / (double)(kmp_rk_work(solver).rhs - before);
     }
-    kmp_dop853_free(solver);
+    kmp_rk_free(solver);
     return solver ? 1e9 * bench_median(RUNS, cpu) : NAN;
 }
 
