@@ -90,8 +90,8 @@ static void whole_runs(const bench *b, const kempe_assembly *start, const kmp_re
     double best = INFINITY;
     printf("%-10s %-8s %-7s | %9s | %7s %7s | %9s %9s\n", "road", "form", "rtol", "error q", "steps", "rhs", "cpu ms",
            "ns a rhs");
-    for (int w = 0; kmp_way_get(w); w++) {
-        kmp_way way = *kmp_way_get(w);
+    kmp_way way;
+    for (int w = 0; kmp_way_get(w, &way); w++) {
         for (size_t k = 0; k < sizeof rtols / sizeof *rtols; k++) {
             double cpu = whole_run(b, start, reference, way, rtols[k]);
             if (strcmp(way.form, "carried") == 0)

@@ -26,12 +26,13 @@ typedef struct zone {
     const kmp_partition *part;
     bool has_work;
     int n, m, r;
-    int kept;     /* columns */
-    double *l;    /* n x n Cholesky factor of M */
-    double *a;    /* n x r: A, then Q in its kept columns */
-    double *full; /* n x r: A as it was */
-    double *rr;   /* r x r, upper */
-    int *pivot;   /* column of A in each place */
+    int kept;       /* columns */
+    double *l;      /* n x n Cholesky factor of M */
+    double *a;      /* n x r: A, then Q in its kept columns */
+    double *full;   /* n x r: A as it was */
+    double *rr;     /* r x r, upper */
+    int *pivot;     /* column of A in each place */
+    double *lambda; /* m: where closures move */
     double *x, *y, *z, *dx;
 } zone;
 
@@ -208,12 +209,12 @@ static int rhs(void *self, double t, const double *y, double *dy)
     if (place(d, t, y, y + n) != KMP_GO)
         return KMP_RETRY;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
-    accelerations(d, dy + n, NULL);
+    accelerations(d, dy + n, d->s->rheonomic ? d->lambda : NULL);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n);
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
 }
 
@@ -277,7 +278,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
-    double *arrays[] = {road->y, road->atol, d->l, d->a, d->full, d->rr, d->x, d->y, d->z, d->dx};
+    double *arrays[] = {road->y, road->atol, d->l, d->a, d->full, d->rr, d->lambda, d->x, d->y, d->z, d->dx};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_free(d->pivot);
@@ -294,12 +295,14 @@ static bool allocate(zone *d)
     d->a = KMP_NEW(double, n *r);
     d->full = KMP_NEW(double, n *r);
     d->rr = KMP_NEW(double, r *r);
+    d->lambda = KMP_NEW(double, d->m);
     d->x = KMP_NEW(double, n);
     d->y = KMP_NEW(double, d->m);
     d->z = KMP_NEW(double, r);
     d->dx = KMP_NEW(double, n);
     d->pivot = KMP_NEW(int, r);
-    return d->road.y && d->road.atol && d->l && d->a && d->full && d->rr && d->x && d->y && d->z && d->dx && d->pivot;
+    return d->road.y && d->road.atol && d->l && d->a && d->full && d->rr && d->lambda && d->x && d->y && d->z &&
+           d->dx && d->pivot;
 }
 
 static kmp_road *create(const kmp_road_start *start)
