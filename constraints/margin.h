@@ -13,6 +13,7 @@ typedef struct kmp_margin {
     int r;        /* rank at the start */
     double usual; /* the largest r-th pivot seen */
     double last;  /* the last one */
+    bool near;    /* to a change point at the start */
     double *a, *pivots;
     int *row, *col;
 } kmp_margin;
@@ -27,5 +28,9 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
 /** After kmp_margin_at: how good the independent rows of `part` still are, their last pivot over that of all rows. 1
  * when no row is redundant. */
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part);
+
+/** A row that moves with time and without which J, at the plant's last closure, has all its rank but one: the closure
+ * that asks for a motion the others do not allow. -1: there is none. */
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant);
 
 #endif

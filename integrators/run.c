@@ -40,6 +40,9 @@ struct kmp_runner {
     char *reason;
 };
 
+/* Rates of the start may violate the closures by this part of their size. */
+#define RATE_GAP 1e-6
+
 static double cpu_now(void)
 {
     struct timespec t;
@@ -72,6 +75,44 @@ static kempe_status choose_partition(kmp_runner *run, double t, const double *q,
     kmp_free(jacobian);
     run->has_part = status == KEMPE_OK;
     return status;
+}
+
+/* The coordinate that a row alone prescribes, NULL when it has several. */
+static const char *driven_by(const kempe_system *s, int row)
+{
+    const char *name = NULL;
+    int count = 0;
+    for (int e = 0; e < s->jacobian.count; e++)
+        if (s->jacobian.row[e] == row && ++count)
+            name = s->model->motions[s->jacobian.col[e]].name;
+    return count == 1 ? name : NULL;
+}
+
+/* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
+static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
+{
+    const kempe_system *s = run->s;
+    double *rate = run->lambda, size = 0, worst = 0;
+    int row = 0;
+    for (int r = 0; r < s->m; r++) {
+        rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+        size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
+        row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
+    }
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
+    for (int e = 0; e < s->jacobian.count; e++)
+        rate[s->jacobian.row[e]] += run->plant->jacobian[e] * start->qd[s->jacobian.col[e]];
+    for (int r = 0; r < s->m; r++)
+        worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
+    if (worst <= RATE_GAP * size)
+        return KEMPE_OK;
+    const char *name = driven_by(s, row);
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "the rate asked for by closure row '%s'%s%s%s cannot be had at the start: %.3g of it is left over; the "
+        "mechanism is at a dead centre there",
+        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
 /* Consistent accelerations and multipliers at the assembled state. */
@@ -151,7 +192,26 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
-/* The sentence of a failure: the road's, the integrator's, or `otherwise`. */
+/* A drive that asks for more than the mechanism can do; false when that is not the trouble. */
+static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
+{
+    if (!run->solver || !run->s->rheonomic || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    int row = kmp_margin_lock(&run->margin, run->plant);
+    if (row < 0)
+        return false;
+    const char *name = driven_by(run->s, row);
+    kmp_text_printf(text, "the mechanism locks at t = %.9g: it is at a dead centre, beyond which ", t);
+    if (name)
+        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move on", name, run->s->row_names[row]);
+    else
+        kmp_text_printf(text, "closure row '%s' cannot follow its prescribed motion", run->s->row_names[row]);
+    return true;
+}
+
+/* The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. */
 static kempe_status give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
 {
     const char *said = kempe_context_message(run->s->context);
@@ -162,12 +222,14 @@ static kempe_status give_up(kmp_runner *run, kempe_status status, const char *ot
         return fail_memory(run);
     if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
         run->road->explain(run->road);
-    if (run->road && run->road->reason.length)
-        kmp_text_put(&text, run->road->reason.s);
-    else if (*said)
-        kmp_text_put(&text, said);
-    else
-        kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
+    if (!explain_lock(run, &text, t)) {
+        if (run->road && run->road->reason.length)
+            kmp_text_put(&text, run->road->reason.s);
+        else if (*said)
+            kmp_text_put(&text, said);
+        else
+            kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
+    }
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
@@ -243,11 +305,18 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
     kempe_status status = choose_partition(run, run->spec.t_start, start->q, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
+        status = check_rates(run, start);
+    if (status == KEMPE_OK)
         status = accelerate(run, start);
     if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
         return status;
+    if (run->margin.near)
+        kmp_log(
+            run->s->context, KEMPE_LOG_WARNING,
+            "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
+            "the last digits");
     run->rate_scale = rate_scale_of(run, start->qd);
     run->way = kmp_road_find(run->spec.road, run->spec.form);
     status = make_road(run, run->way, run->spec.t_start, start->q, start->qd, run->spec.work_start);
