@@ -145,7 +145,9 @@ KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kemp
 
 typedef struct kempe_check kempe_check;
 
-/** Mobility, redundant rows, the independent coordinates that the roads will use and why. */
+/** Mobility, redundant rows (always, or only here) and what may be left out, the independent coordinates that the roads
+ *  will use and why, limits of motion. KEMPE_E_FAILED for what does not assemble: `*check` is then still given and
+ *  says what stands in the way. */
 KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
 KEMPE_API void kempe_check_free(kempe_check *check);
 KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);
