@@ -114,8 +114,13 @@ static void remember(way *w, int coordinate, const double *q, double margin)
 static void dead_centre(way *w, int k)
 {
     double a = 0, b = w->next.arc - w->here.arc, fa = w->here.tangent[k], fb = w->next.tangent[k];
-    if (!stride(w, &w->here, b, &w->trial))
-        return;
+    for (int i = 0; i < 3; i++, b *= 1.02) { /* the start, come back to, is not quite at its arc */
+        if (!stride(w, &w->here, b, &w->trial))
+            return;
+        fb = w->trial.tangent[k];
+        if ((fa > 0) != (fb > 0))
+            break;
+    }
     for (int i = 0; i < REFINE && fabs(b - a) > 1e-14 && fb != 0; i++) {
         double c = b - fb * (b - a) / (fb - fa);
         if (!stride(w, &w->here, c, &w->trial))

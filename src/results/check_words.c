@@ -130,6 +130,12 @@ static int dead_centres(const kmp_limits *l, int k)
     return count;
 }
 
+/* Zero but for rounding, of lengths and angles that matter, reads as zero. */
+static double clean(double x)
+{
+    return fabs(x) < 1e-12 ? 0 : x;
+}
+
 void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_limits *l = &check->doctor.limits;
@@ -150,10 +156,10 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
         return;
     }
     if (!l->cycle && !s->low_dead && !s->high_dead) {
-        kmp_text_printf(text, "was followed from %.6g to %.6g %s", s->low, s->high, unit);
+        kmp_text_printf(text, "was followed from %.6g to %.6g %s", clean(s->low), clean(s->high), unit);
         return;
     }
-    kmp_text_printf(text, "swings between %.6g and %.6g %s (", s->low, s->high, unit);
+    kmp_text_printf(text, "swings between %.6g and %.6g %s (", clean(s->low), clean(s->high), unit);
     if (s->low_dead && s->high_dead)
         kmp_text_printf(text, "dead centres%s)", dead > 2 ? ", and others between" : "");
     else if (s->low_dead || s->high_dead)
