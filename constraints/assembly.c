@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 
-enum { PUSHES = 4 };
+enum { PUSHES = 4, MOST_NAMED = 5 };
 
 static kempe_status complain_open(const kempe_assembly *a)
 {
@@ -12,9 +12,11 @@ static kempe_status complain_open(const kempe_assembly *a)
     for (int k = 0; k < model->motion_count; k++)
         if (model->start.hold[k])
             kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
-    for (int k = 1; k < a->culprit_count; k++)
+    for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
         kmp_text_printf(&others, "%s'%s' (%.3g m)",
                         k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
+    if (a->culprit_count > MOST_NAMED + 1)
+        kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
     const kmp_closure *worst = &model->closures[a->culprits[0]];
     (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
                    "%s:%d:%d: loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "

@@ -88,6 +88,7 @@ typedef struct kmp_doctor {
     int conditions, branches;
     kmp_repair *repairs;
     int repair_count;
+    bool repairs_skipped;          /* too many rows to try */
     kmp_alternative *alternatives; /* n, or none when there are no closures */
     int alternative_count;
     kmp_loop_block *blocks;

@@ -11,6 +11,7 @@ enum { TRIES = 5 };
 #define STEP              0.3  /* scaled, of the coordinate that moves most */
 #define MOVED             0.2  /* of the step: what must be left of it after closing */
 #define RANK_TOLERANCE    1e-8 /* at configurations closed to 1e-13 */
+#define MOST_WORK         2e8  /* multiplications */
 #define MEMBER            1e-6
 #define SAME_AS_PARTITION 1e-10
 
@@ -177,6 +178,18 @@ static void add_sets(kmp_examination *x, int k, int most, double tolerance)
     }
 }
 
+/* Always first, then by first row. */
+static void sort_sets(kmp_dependent *sets, int count)
+{
+    for (int i = 1; i < count; i++) {
+        kmp_dependent moved = sets[i];
+        int k = i;
+        for (; k > 0 && moved.always == sets[k - 1].always && moved.rows[0] < sets[k - 1].rows[0]; k--)
+            sets[k] = sets[k - 1];
+        sets[k] = moved;
+    }
+}
+
 /* What is always dependent is read off elsewhere: here coefficients may vanish by chance. */
 void kmp_doctor_dependents(kmp_examination *x)
 {
@@ -188,25 +201,27 @@ void kmp_doctor_dependents(kmp_examination *x)
     if (x->point_count > 0)
         add_sets(x, x->point_count, always, RANK_TOLERANCE);
     add_sets(x, 0, all - d->set_count, SAME_AS_PARTITION);
+    if (x->arena->failed)
+        return;
+    sort_sets(d->sets, d->set_count);
     collect_shared(x);
 }
 
 /* -- repairs ----------------------------------------------------------------------------------------- */
 
-/* The rank without the rows of `out`, the least over all random configurations (here, when there are none). */
+/* Is the rank without the rows of `out` still that of all? Asked at two random configurations (here, when there are
+ * none): a row that matters does so at almost every one. */
 static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
 {
-    int count = 0, first = x->point_count > 0 ? 1 : 0;
+    int count = 0, first = x->point_count > 0 ? x->point_count : 0, last = first > 1 ? first - 1 : first;
     for (int r = 0; r < x->system->m; r++)
         if (!out[r])
             rows[count++] = r;
     if (count < x->doctor->generic_rank)
         return false;
-    for (int k = first; k <= x->point_count; k++) {
-        int all = rank_of_rows(x, k, NULL, x->system->m, RANK_TOLERANCE);
-        if (rank_of_rows(x, k, rows, count, RANK_TOLERANCE) < all)
+    for (int k = first; k >= last; k--)
+        if (rank_of_rows(x, k, rows, count, RANK_TOLERANCE) < x->doctor->generic_rank)
             return false;
-    }
     return true;
 }
 
@@ -241,7 +256,11 @@ void kmp_doctor_repairs(kmp_examination *x)
 {
     kmp_doctor *d = x->doctor;
     int closures = x->system->model->closure_count;
+    double m = x->system->m, cost = 2 * d->shared_count * m * x->system->n * d->generic_rank;
     if (d->generic_rank == x->system->m)
+        return;
+    d->repairs_skipped = cost > MOST_WORK;
+    if (d->repairs_skipped)
         return;
     d->repairs = KMP_ARENA_NEW(x->arena, kmp_repair, closures);
     bool *out = KMP_ARENA_NEW(x->arena, bool, x->system->m);

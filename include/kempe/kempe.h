@@ -145,9 +145,9 @@ KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kemp
 
 typedef struct kempe_branches kempe_branches;
 
-/** Other assembly modes, found by assembling from many random starts with the held coordinates kept (where these are
- *  fewer than the degrees of freedom, with further independent ones). Sampling may miss some. `seed` chooses the starts;
- *  the same seed gives the same result. */
+/** Other assembly modes, found by assembling from many random starts with the held coordinates kept (where
+ *  these are fewer than the degrees of freedom, with further independent ones). Sampling may miss some.
+ *  `seed` chooses the starts; the same seed gives the same result. */
 KEMPE_API kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches);
 KEMPE_API void kempe_branches_free(kempe_branches *branches);
 

@@ -3,6 +3,8 @@
 #include "results/report_check.h"
 #include <math.h>
 
+enum { MOST_LISTED = 24 };
+
 static const char *closure_name(const kempe_check *check, int c)
 {
     return check->system->model->closures[c].name;
@@ -15,8 +17,10 @@ static const char *ending(int count)
 
 void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows)
 {
-    for (int k = 0; k < count; k++)
+    for (int k = 0; k < count && k < MOST_LISTED; k++)
         kmp_text_printf(text, "%s%s", k ? ", " : "", system->row_names[rows[k]]);
+    if (count > MOST_LISTED)
+        kmp_text_printf(text, " and %d more", count - MOST_LISTED);
     kmp_text_put(text, count ? "" : "none");
 }
 

@@ -80,6 +80,10 @@ static void show_sets(kmp_text *text, const kempe_check *check)
 static void show_repairs(kmp_text *text, const kempe_check *check)
 {
     const kmp_doctor *d = &check->doctor;
+    if (d->repairs_skipped) {
+        label(text, "what may be left out");
+        kmp_text_put(text, "not tried: too many rows\n");
+    }
     for (int k = 0; k < d->repair_count && k < MOST_LISTED; k++) {
         label(text, k ? "or" : "what may be left out");
         kmp_check_repair(text, check, &d->repairs[k]);
@@ -217,12 +221,16 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
     const kmp_obstacle *o = &check->obstacle;
     label(text, "does not assemble");
     kmp_text_printf(text, "at best a gap of %.6g m remains\n", a->gap);
-    for (int k = 0; k < a->culprit_count; k++) {
+    for (int k = 0; k < a->culprit_count && k < MOST_LISTED; k++) {
         label(text, k ? "" : "open loops");
         kmp_text_printf(text, "'%s' by %.6g m\n", check->system->model->closures[a->culprits[k]].name,
                         a->gaps[a->culprits[k]]);
     }
-    for (int k = 0; k < o->reach_count; k++) {
+    if (a->culprit_count > MOST_LISTED) {
+        label(text, "");
+        kmp_text_printf(text, "and %d more\n", a->culprit_count - MOST_LISTED);
+    }
+    for (int k = 0; k < o->reach_count && k < MOST_LISTED; k++) {
         label(text, k ? "" : "lengths");
         kmp_check_reach(text, check, &o->reaches[k]);
         kmp_text_put(text, "\n");
@@ -242,6 +250,10 @@ void kmp_check_text(kmp_text *text, const kempe_check *check)
         return;
     }
     show_mobility(text, check);
+    if (!check->doctor.ran) {
+        label(text, "not examined");
+        kmp_text_printf(text, "%s\n", check->doctor.why_not);
+    }
     show_sets(text, check);
     show_repairs(text, check);
     show_choice(text, check);

@@ -5,6 +5,7 @@
 #include "check.h"
 #include "constraints/branches.h"
 #include "constraints/diagnose.h"
+#include "random_model.h"
 #include <stdlib.h>
 
 typedef struct patient {
@@ -294,6 +295,121 @@ static void held_where_it_cannot_close(void)
     dismiss(&p);
 }
 
+/* -- random mechanisms ------------------------------------------------------------------------------- */
+
+/* What was met on the way is closed, within the ranges, and there the coordinate's rate is zero: J without its column
+ * has a rank less by one. */
+static void look_at_landmarks(const patient *p, int *dead_centres)
+{
+    const kmp_doctor *d = &p->check->doctor;
+    kmp_walk *w = kmp_walk_new(p->system);
+    int n = p->system->n, m = p->system->m;
+    for (int i = 0; i < d->limits.landmark_count; i++) {
+        const kmp_landmark *mark = &d->limits.landmark[i];
+        kmp_walk_evaluate(w, mark->q);
+        for (int r = 0; r < m; r++)
+            CHECK(fabs(w->h[r]) < 1e-10);
+        for (int k = 0; k < n; k++)
+            CHECK(mark->q[k] >= d->limits.swing[k].low - 1e-9 && mark->q[k] <= d->limits.swing[k].high + 1e-9);
+        if (mark->coordinate < 0)
+            continue;
+        ++*dead_centres;
+        CHECK(kmp_walk_tangents(w, n - 1) == n - 1 || d->generic_rank < n - 1);
+        CHECK(fabs(w->basis[mark->coordinate]) < 1e-6);
+    }
+    kmp_walk_free(w);
+}
+
+static void random_mechanisms_are_examined(void)
+{
+    enum { TRIALS = 300 };
+    int assembled = 0, walked = 0, cycles = 0, dead = 0;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        random_model r = random_model_new((uint64_t)trial + 1, 2 + trial % 4, MODEL_LOOPS);
+        patient p = {.context = r.context, .model = r.model};
+        if (kempe_system_new(p.model, &p.system) != KEMPE_OK) { /* a closure that no coordinate moves */
+            random_model_free(&r);
+            continue;
+        }
+        kempe_status status = kempe_check_new(p.system, &p.check);
+        CHECK(status == KEMPE_OK || status == KEMPE_E_FAILED);
+        char *text = NULL;
+        CHECK(!p.check || kempe_check_print(p.check, trial % 2 ? KEMPE_TEXT : KEMPE_JSON, &text) == KEMPE_OK);
+        kempe_text_free(text);
+        if (p.check && p.check->assembled) {
+            assembled++;
+            walked += p.check->doctor.limits.walked;
+            cycles += p.check->doctor.limits.cycle;
+            look_at_landmarks(&p, &dead);
+        }
+        kempe_check_free(p.check);
+        kempe_system_free(p.system);
+        random_model_free(&r);
+    }
+    printf("  %d random mechanisms: %d assembled, %d walked, %d cycles, %d dead centres\n", TRIALS, assembled, walked,
+           cycles, dead);
+    CHECK(assembled > TRIALS / 5 && walked > 0 && dead > 0);
+}
+
+/* Of a closed four-bar with these sides (ground, crank, coupler, rocker) by Grashof: which of the hinges between ground
+ * and crank, crank and coupler, rocker and ground turn fully. */
+static void grashof(const double side[4], bool turns[3])
+{
+    int shortest = 0, longest = 0;
+    double sum = 0;
+    for (int k = 0; k < 4; k++) {
+        shortest = side[k] < side[shortest] ? k : shortest;
+        longest = side[k] > side[longest] ? k : longest;
+        sum += side[k];
+    }
+    bool rule = side[shortest] + side[longest] < sum / 2;
+    turns[0] = rule && (shortest == 0 || shortest == 1);
+    turns[1] = rule && (shortest == 1 || shortest == 2);
+    turns[2] = rule && (shortest == 3 || shortest == 0);
+}
+
+/* Both bounds of a bar are where the two others are in line, stretched or folded. */
+static void bounds_by_cosine_law(const kmp_swing *swing, double own, double ground, double two, double three,
+                                 bool rocker)
+{
+    const double bound[2] = {swing->low, swing->high};
+    for (int k = 0; k < 2; k++) {
+        double opposite = sqrt(own * own + ground * ground - (rocker ? -2 : 2) * own * ground * cos(bound[k]));
+        CHECK(fmin(fabs(opposite - (two + three)), fabs(opposite - fabs(two - three))) < 1e-9);
+    }
+}
+
+static void random_four_bars_obey_grashof(void)
+{
+    enum { TRIALS = 400 };
+    int full = 0, near = 0;
+    random_seed(4);
+    for (int trial = 0; trial < TRIALS; trial++) {
+        double a = between(0.2, 1), b = between(0.2, 1), g = between(0.2, 1), qa = between(-pi, pi);
+        double qb = between(-pi, pi), x = a * cos(qa) + b * cos(qa + qb) - g, y = a * sin(qa) + b * sin(qa + qb);
+        double side[4] = {g, a, b, hypot(x, y)};
+        char start[160];
+        snprintf(start, sizeof start, "q: {A: %.17g, B: %.17g, D: %.17g}, hold: [A]", qa, qb, atan2(y, x));
+        patient p = admit_text(four_bar(side[0], side[1], side[2], side[3], one_loop, start), KEMPE_OK);
+        const kmp_limits *l = &p.check->doctor.limits;
+        bool turns[3], marked = l->landmark_count == KMP_MOST_LANDMARKS;
+        for (int k = 0; k < l->landmark_count; k++)
+            marked = marked || l->landmark[k].coordinate < 0;
+        grashof(side, turns);
+        CHECK(l->walked && l->cycle);
+        for (int k = 0; k < 3; k++)
+            CHECK((l->swing[k].turns != 0) == turns[k] && abs(l->swing[k].turns) <= 1);
+        if (!turns[0])
+            bounds_by_cosine_law(&l->swing[0], side[1], side[0], side[2], side[3], false);
+        if (!turns[2])
+            bounds_by_cosine_law(&l->swing[2], side[3], side[0], side[1], side[2], true);
+        full += turns[0] || turns[1] || turns[2];
+        near += marked;
+        dismiss(&p);
+    }
+    printf("  %d random four-bars: %d by Grashof, %d near a change point\n", TRIALS, full, near);
+}
+
 /* -- assembly modes ---------------------------------------------------------------------------------- */
 
 static int branches_of(const patient *p, int seed, char *text, size_t size)
@@ -437,6 +553,8 @@ int main(void)
     TEST(slider_crank_dead_centres);
     TEST(lengths_that_never_meet);
     TEST(held_where_it_cannot_close);
+    TEST(random_mechanisms_are_examined);
+    TEST(random_four_bars_obey_grashof);
     TEST(two_modes_of_a_dyad);
     TEST(the_modes_of_andrews_are_those_of_its_dyads);
     TEST(the_modes_of_a_platform_on_three_legs);
