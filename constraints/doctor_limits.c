@@ -12,6 +12,8 @@
 enum { MOST_STEPS = 3000, REFINE = 60, MOST_COORDINATES = 40 };
 #define FIRST_STEP 0.05
 #define LONGEST    0.1
+#define APPROACH   0.5  /* the step over the last pivot, where branches come near each other: */
+#define CROSSING   2e-4 /* down to this step, with which an exact change point is crossed */
 #define SHORTEST   1e-5
 #define LEAST_DOT  0.985 /* of successive unit tangents */
 #define FARTHEST   120.0 /* scaled */
@@ -236,7 +238,7 @@ static const char *walk_one_way(way *w)
             return NULL;
         if (w->next.arc > FARTHEST)
             return "it goes on: the walk was ended there";
-        h = fmin(1.3 * h, LONGEST);
+        h = fmin(fmin(1.3 * h, LONGEST), fmax(APPROACH * w->next.pivot / w->usual, CROSSING));
         go_on(w);
     }
     return "it goes on: the walk was ended there";
