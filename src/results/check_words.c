@@ -69,8 +69,9 @@ void kmp_check_second(kmp_text *text, const kempe_check *check)
         kmp_text_put(text, "second-order test: every direction goes on at second order");
         break;
     case KMP_SECOND_BRANCHES:
-        kmp_text_printf(text, "a change point: of %d first-order directions second order leaves %d, %s", p, d->branches,
-                        d->branches == 1 ? "one branch" : "the branches that cross here");
+        kmp_text_printf(text,
+                        "a change point: first order leaves a plane of directions, second order %d branch%s in it",
+                        d->branches, d->branches == 1 ? "" : "es");
         break;
     case KMP_SECOND_NONE:
         kmp_text_put(text, "shaky: it gives at first order, but second order forbids every motion");

@@ -4,7 +4,8 @@
 #include <math.h>
 
 enum { MOST_LISTED = 12 };
-#define USABLE 1e3 /* max |Bvu| of a coordinate that could be independent */
+#define ROUNDING 1e-13 /* of the first pivot: nothing */
+#define USABLE   1e3   /* max |Bvu| of a coordinate that could be independent */
 
 static const char *name_of(const kempe_check *check, int coordinate)
 {
@@ -62,6 +63,8 @@ static void show_sets(kmp_text *text, const kempe_check *check)
     for (int k = 0; k < d->set_count && k < MOST_LISTED; k++) {
         label(text, k ? "" : "dependent sets");
         kmp_list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
+        if (d->sets[k].count == 1)
+            kmp_text_put(text, " holds nothing");
         if (d->moved)
             kmp_text_put(text, d->sets[k].always ? ": always" : ": only in this position");
         kmp_text_put(text, "\n");
@@ -98,7 +101,11 @@ static void show_pivots(kmp_text *text, const kmp_partition *part)
     int count = part->m < part->n ? part->m : part->n;
     label(text, "pivots");
     for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%.3g", k == 0 ? "" : k == part->r ? " | " : " ", part->pivots[k]);
+        kmp_text_printf(text, "%s%.3g",
+                        k == 0         ? ""
+                        : k == part->r ? " | "
+                                       : " ",
+                        part->pivots[k] > ROUNDING * part->pivots[0] ? part->pivots[k] : 0);
     kmp_text_put(text, count ? "\n" : "none\n");
 }
 

@@ -8,6 +8,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -204,6 +205,19 @@ class Check(Case):
         found = self.object(1, "check", path)
         self.assertKeys(found, "status reason nbody nq nh rank dof redundant u v cond_Jv max_B blocks loops gap culprits")
         self.assertEqual((found["status"], found["dof"]), ("failed", None))
+
+
+class Documents(Case):
+    def test_outputs_of_the_doctor_are_real(self):
+        """What docs/doctor.md shows is what the commands say, but for digits that are rounding."""
+        rounding = re.compile(r"[0-9.]+e-1[0-9]")
+        text = (ROOT / "docs/doctor.md").read_text()
+        shown = re.findall(r"(?m)^    \$ kempe (.*)\n((?:    .*\n|\n(?=    ))*)", text)
+        self.assertGreaterEqual(len(shown), 4)
+        for words, output in shown:
+            said = kempe(*words.split(), cwd=ROOT).stdout
+            output = re.sub("(?m)^    ", "", output)
+            self.assertEqual(rounding.sub("0", said).rstrip(), rounding.sub("0", output).rstrip(), words)
 
 
 class Assemble(Case):
