@@ -57,7 +57,7 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     kmp_guess guess = {q, start->hold, PUSHES};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
     kmp_free(q);
-    if (status != KEMPE_OK)
+    if (!a)
         return status;
     *assembly = a;
     return a->closed ? KEMPE_OK : complain_open(a);

@@ -164,7 +164,7 @@ static kempe_status sample(search *s)
             keep(s, a->q, a->residual);
         kempe_assembly_free(a);
     }
-    return s->b->arena.failed ? kmp_fail_memory(system->context) : KEMPE_OK;
+    return KEMPE_OK;
 }
 
 /* -- order ------------------------------------------------------------------------------------------- */
@@ -197,13 +197,15 @@ static kempe_status find(kempe_branches *b, int seed)
     s.guess = KMP_ARENA_NEW(&b->arena, double, n);
     s.matrix = KMP_ARENA_NEW(&b->arena, double, n *n);
     s.order = KMP_ARENA_NEW(&b->arena, int, n);
-    kempe_status status = s.walk && !b->arena.failed ? KEMPE_OK : kmp_fail_memory(b->system->context);
-    if (status == KEMPE_OK) {
+    kempe_status status = KEMPE_OK;
+    if (s.walk && !b->arena.failed) {
         choose_kept(&s);
         choose_blocks(&s);
-        status = b->arena.failed ? kmp_fail_memory(b->system->context) : sample(&s);
+        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s);
         sort(b);
     }
+    if (!s.walk || b->arena.failed)
+        status = kmp_fail_memory(b->system->context);
     kmp_partition_free(&s.part);
     kmp_walk_free(s.walk);
     return status;

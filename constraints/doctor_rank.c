@@ -70,9 +70,10 @@ static void compare_ranks(kmp_examination *x)
 {
     kmp_walk *w = x->walk;
     kmp_doctor *d = x->doctor;
+    size_t size = (size_t)w->m * (size_t)w->n;
     double most = 0;
     for (int k = 1; k <= x->point_count; k++) {
-        memcpy(w->copy, kmp_doctor_jacobian(x, k), (size_t)(w->m * w->n) * sizeof *w->copy);
+        memcpy(w->copy, kmp_doctor_jacobian(x, k), size * sizeof *w->copy);
         int rank = kmp_null_space(w->m, w->n, w->copy, RANK_TOLERANCE, w->n, w->basis, w->order, &w->last);
         if (rank > d->generic_rank)
             most = 0;
@@ -91,7 +92,7 @@ void kmp_doctor_points(kmp_examination *x)
 {
     const kempe_system *s = x->system;
     kmp_walk *w = x->walk;
-    size_t n = (size_t)s->n, size = (size_t)(s->m * s->n);
+    size_t n = (size_t)s->n, size = (size_t)s->m * (size_t)s->n;
     unsigned state = 20;
     double *way = KMP_ARENA_NEW(x->arena, double, s->n);
     x->points = KMP_ARENA_NEW(x->arena, double, s->n *KMP_DOCTOR_POINTS);
