@@ -92,8 +92,10 @@ static const char *driven_by(const kempe_system *s, int row)
 static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
 {
     const kempe_system *s = run->s;
-    double *rate = run->lambda, size = 0, worst = 0;
+    double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
     int row = 0;
+    if (!s->rheonomic)
+        return KEMPE_OK; /* the assembly has seen to it */
     for (int r = 0; r < s->m; r++) {
         rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
         size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
