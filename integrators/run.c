@@ -197,7 +197,8 @@ static kempe_status fail_memory(const kmp_runner *run)
 /* A drive that asks for more than the mechanism can do; false when that is not the trouble. */
 static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
 {
-    if (!run->solver || !run->s->rheonomic || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (!run->road || !run->solver || !run->s->rheonomic ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
@@ -620,7 +621,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     *report = (kmp_run_report){0};
     kempe_status status = kmp_runner_new(system, spec, start, &run);
     double begin_s = cpu_now();
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && run)
         status = advance(run, row, user);
     double cpu_s = cpu_now() - begin_s;
     if (run)

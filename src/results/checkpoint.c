@@ -101,7 +101,7 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
     kmp_text head = {0};
     double *row = KMP_NEW(double, 2 + 3 * system->n + system->m);
     kempe_status status = row ? print_head(system, &head) : kmp_fail_memory(system->context);
-    if (status == KEMPE_OK && head.failed)
+    if (status == KEMPE_OK && (head.failed || !head.s))
         status = kmp_fail_memory(system->context);
     if (status == KEMPE_OK && strncmp(text, "# kempe checkpoint 1,", 21) != 0)
         status = kmp_complain(system->context, path, 1, 1, "this is no checkpoint of a run");
