@@ -65,6 +65,8 @@ CHANGES = [
     ("revolute: z, at: ground.D", "revolute: z", 2),
     ("joint: {name: D, revolute: z", "joint: {name: D, motions: [R3, T1]", 2),
     ("l: 0.8", "l: 0.1", 1),
+    ("    mass: 1\n    inertia: {zz: 0.04}\n    points: {C: [0.7, 0, 0]}\nloops:\n  C: {ball: [coupler.C, rocker.C]}\n",
+     "", 2),
 ]
 
 # Words after `kempe`, and the exit code.
