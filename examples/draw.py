@@ -178,11 +178,11 @@ def four_bar():
     return p
 
 
-def slider_crank():
-    r, l, angle = 0.2, 0.5, math.radians(50)               # turned for the picture: at the start all is in line
+def slider_crank(title="Slider-crank", angle=math.radians(50)):
+    r, l = 0.2, 0.5                                        # turned for the picture: at the start all is in line
     A = turn(angle, (r, 0))
     P = (A[0] + math.sqrt(l * l - A[1] ** 2), 0)
-    p = Picture("Slider-crank, crank turned by 50 degrees")
+    p = Picture(f"{title}, crank turned by {round(math.degrees(angle))} degrees")
     p.guide((0, 0), (0.78, 0))
     p.body("crank", A, (0, 0))
     p.body("rod", P, A)
@@ -191,6 +191,10 @@ def slider_crank():
     p.pivot(A, "A")
     p.pivot(P, "P", shift=(-4, -20))
     return p
+
+
+def driven_slider_crank():
+    return slider_crank("Driven slider-crank", math.radians(125))
 
 
 def oblique(point):
@@ -370,7 +374,7 @@ def double_wishbone():
     return p
 
 
-PICTURES = (andrews, four_bar, slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
+PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, double_wishbone)
 
 if __name__ == "__main__":

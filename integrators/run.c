@@ -3,6 +3,7 @@
 #include "integrators/run.h"
 #include "base/memory.h"
 #include "constraints/margin.h"
+#include "constraints/massless.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "integrators/events.h"
@@ -127,8 +128,7 @@ static kempe_status accelerate(kmp_runner *run, const kempe_assembly *start)
     if (!kmp_saddle_init(&saddle, run->plant, &run->part))
         status = kmp_fail_memory(run->s->context);
     else if (kmp_saddle_factor(&saddle))
-        status = kmp_fail(run->s->context, KEMPE_E_FAILED,
-                          "the start accelerations are not determined: some motion carries no mass");
+        status = kmp_explain_massless(run->plant, &run->part, run->spec.t_start, start->q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
     kmp_saddle_free(&saddle);

@@ -116,7 +116,8 @@ KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format 
 
 typedef struct kempe_system kempe_system;
 
-/** Derives what the roads need. The model must outlive the system. */
+/** Derives what the roads need. The model must outlive the system. KEMPE_E_INPUT: a closure that can never be met, a
+ *  joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
