@@ -11,6 +11,10 @@
 /* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
 #define LOCKED 0.1
 #define FREED  0.2
+/* With more rows than this a quick look goes before the dense decomposition, which is called for when pivots have
+ * fallen below this part of their usual size. */
+#define MANY_ROWS 24
+#define CALLS_FOR 0.4
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
@@ -23,7 +27,16 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->pivots = KMP_NEW(double, m + n);
     margin->row = KMP_NEW(int, m);
     margin->col = KMP_NEW(int, n);
-    return margin->a && margin->pivots && margin->row && margin->col;
+    margin->entry = KMP_NEW(int, system->jacobian.count);
+    margin->value = KMP_NEW(double, system->jacobian.count);
+    if (!margin->a || !margin->pivots || !margin->row || !margin->col || !margin->entry || !margin->value)
+        return false;
+    margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
+    for (int k = 0; k < m; k++)
+        margin->row[k] = k < part->r ? part->rows[k] : part->redundant[k - part->r];
+    for (int k = 0; k < n; k++)
+        margin->col[k] = k < part->r ? part->v[k] : part->u[k - part->r];
+    return true;
 }
 
 void kmp_margin_free(kmp_margin *margin)
@@ -32,6 +45,9 @@ void kmp_margin_free(kmp_margin *margin)
     kmp_free(margin->pivots);
     kmp_free(margin->row);
     kmp_free(margin->col);
+    kmp_block_free(margin->block);
+    kmp_free(margin->entry);
+    kmp_free(margin->value);
     *margin = (kmp_margin){0};
 }
 
@@ -52,18 +68,85 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
     return margin->pivots[which];
 }
 
-double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+static double dense_margin(kmp_margin *margin, const kmp_plant *plant)
 {
-    if (margin->r == 0)
-        return 1;
     margin->last = pivot_of(margin, plant, NULL, margin->system->m, margin->r - 1);
     margin->usual = fmax(margin->usual, margin->last);
     return margin->last / margin->usual;
 }
 
+/* -- the quick look ---------------------------------------------------------------------------------- */
+
+/* Smallest pivot of the block, 0 when singular. */
+static double quick_pivot(kmp_margin *margin, const kmp_plant *plant)
+{
+    const kempe_system *s = margin->system;
+    for (int k = 0; k < margin->count; k++) {
+        int e = margin->entry[k];
+        margin->value[k] = plant->jacobian[e] * s->scale[s->jacobian.col[e]] / s->row_scale[s->jacobian.row[e]];
+    }
+    return kmp_block_factor(margin->block, margin->value) ? 0 : kmp_block_smallest(margin->block);
+}
+
+/* Positions of 0 .. count - 1 among the first r of a permutation, -1 where behind them. */
+static void invert(int count, int r, const int *permutation, int *place)
+{
+    for (int k = 0; k < count; k++)
+        place[permutation[k]] = k < r ? k : -1;
+}
+
+/* The block of the last dense decomposition's pivots; none when there is no memory. */
+static void renew_block(kmp_margin *margin, const kmp_plant *plant)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    int m = margin->system->m, n = margin->system->n, *at = KMP_NEW(int, m + n + 2 * jac->count);
+    kmp_block_free(margin->block);
+    margin->block = NULL;
+    margin->count = 0;
+    if (!at)
+        return;
+    int *row = at + m + n, *col = row + jac->count;
+    invert(m, margin->r, margin->row, at);
+    invert(n, margin->r, margin->col, at + m);
+    for (int e = 0; e < jac->count; e++)
+        if (at[jac->row[e]] >= 0 && at[m + jac->col[e]] >= 0) {
+            row[margin->count] = at[jac->row[e]];
+            col[margin->count] = at[m + jac->col[e]];
+            margin->entry[margin->count++] = e;
+        }
+    margin->block = kmp_block_new(margin->r, margin->count, row, col);
+    margin->quick_usual = margin->block ? quick_pivot(margin, plant) : 0;
+    kmp_free(at);
+}
+
+static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (!margin->block)
+        renew_block(margin, plant); /* of the start's partition, at the first step */
+    if (!margin->block)
+        return false;
+    double pivot = quick_pivot(margin, plant);
+    margin->quick_usual = fmax(margin->quick_usual, pivot);
+    return pivot > CALLS_FOR * margin->quick_usual;
+}
+
+double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+{
+    bool many = margin->r > 0 && margin->system->m > MANY_ROWS;
+    if (margin->r == 0)
+        return 1;
+    margin->quick = many && margin->last > CALLS_FOR * margin->usual && looks_well(margin, plant);
+    if (margin->quick)
+        return margin->last / margin->usual;
+    double size = dense_margin(margin, plant);
+    if (many && size > CALLS_FOR)
+        renew_block(margin, plant);
+    return size;
+}
+
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)
 {
-    if (margin->r == part->m || margin->r == 0)
+    if (margin->r == part->m || margin->r == 0 || margin->quick)
         return 1;
     return pivot_of(margin, plant, part->rows, margin->r, margin->r - 1) / margin->last;
 }
@@ -71,7 +154,7 @@ double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_
 int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant)
 {
     int m = margin->system->m, *rows, found = -1;
-    if (margin->r == 0 || !plant->h_t || kmp_margin_at(margin, plant) > LOCKED || !(rows = KMP_NEW(int, m)))
+    if (margin->r == 0 || !plant->h_t || dense_margin(margin, plant) > LOCKED || !(rows = KMP_NEW(int, m)))
         return -1;
     for (int row = 0; row < m && found < 0; row++) {
         if (fabs(plant->h_t[row]) == 0)

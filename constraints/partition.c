@@ -11,7 +11,7 @@
 #define RANK_TOLERANCE 1e-10
 /* Exchange v_i and u_k while |B_ik| exceeds this (a volume-maximising pivot rule; every exchange multiplies |det Jv| by
  * it). */
-#define GROWTH 2.0
+#define GROWTH 1.5
 /* A wish is refused when its |B| would exceed this. */
 #define WORST_WISH 1e4
 
