@@ -8,20 +8,28 @@
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
 #include <math.h>
+#include <string.h>
 
 /* -- closures ---------------------------------------------------------------------------------------- */
 
 /* What the points' components, summed along the loops, may leave of a zero. */
 #define ROUNDING 1e-13
 
-/* The largest component of any point of the model. */
+/* The largest component of any point of the model, or of an axis. */
 static double size_of_points(const kempe_model *model)
 {
-    double size = 0;
+    double size = 1;
     for (int k = 0; k < model->point_count; k++)
         for (int i = 0; i < 3; i++)
             size = fmax(size, fabs(model->points[k].at[i].value));
     return size;
+}
+
+/* Those of what holds two points together are components of a vector. */
+static const char *component_name(const kmp_closure *closure, int component)
+{
+    static const char *const names[] = {"x", "y", "z"}, *const numbers[] = {"1", "2", "3", "4", "5", "6"};
+    return strcmp(closure->kind, "ball") == 0 ? names[component] : numbers[component];
 }
 
 /* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
@@ -33,15 +41,17 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     if (kmp_is_const(eq->graph, h, &gap) && fabs(gap) <= ROUNDING * size_of_points(eq->model))
         return KEMPE_OK;
     return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
-                        "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
+                        "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
                         "move one of its points",
-                        closure->name, "xyz???"[component], gap);
+                        closure->name, component_name(closure, component), gap);
 }
 
-static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind)
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
 {
+    if (kind->length_power == KMP_KIND_POWER_GIVEN)
+        return closure->power;
     if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
-        return kind->length_power;
+        return row < kind->rows - kind->angles ? kind->length_power : 0;
     return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
@@ -60,7 +70,7 @@ static kempe_status derive_rows(kmp_equations *eq)
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind)};
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
             } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
                 status = KEMPE_E_INPUT;
             }

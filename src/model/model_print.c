@@ -166,10 +166,20 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
         show_body(text, model, i);
 }
 
-static void show_drive(kmp_text *text, const kempe_model *model, const kmp_closure *drive)
+/* Of what is not between points. */
+static void show_relation(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
-    kmp_text_printf(text, "%s = ", model->motions[drive->motion].name);
-    put_expr(text, model, drive->function);
+    for (int k = 0; k < closure->term_count; k++) {
+        kmp_text_put(text, k > 0 ? " + " : "");
+        kmp_text_number(text, closure->terms[k].factor.value);
+        kmp_text_printf(text, " %s", model->motions[closure->terms[k].motion].name);
+    }
+    if (closure->term_count == 0 && closure->motion >= 0)
+        kmp_text_put(text, model->motions[closure->motion].name);
+    if (closure->function) {
+        kmp_text_put(text, closure->motion >= 0 ? " = " : "0 = ");
+        put_expr(text, model, closure->function);
+    }
     kmp_text_put(text, "\n");
 }
 
@@ -180,8 +190,8 @@ static void show_closures(kmp_text *text, const kempe_model *model)
     for (int i = 0; i < model->closure_count; i++) {
         const kmp_closure *closure = &model->closures[i];
         kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
-        if (closure->motion >= 0) {
-            show_drive(text, model, closure);
+        if (closure->point[0] < 0) {
+            show_relation(text, model, closure);
             continue;
         }
         put_point(text, model, closure->point[0]);
@@ -463,6 +473,15 @@ static void json_bodies(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]");
 }
 
+static void json_terms(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
+{
+    put_key(text, false, "terms");
+    kmp_text_put(text, "{");
+    for (int k = 0; k < closure->term_count; k++)
+        put_number(text, k == 0, model->motions[closure->terms[k].motion].name, closure->terms[k].factor.value);
+    kmp_text_put(text, "}");
+}
+
 static void json_closures(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, ",\n\"closures\": [");
@@ -473,10 +492,12 @@ static void json_closures(kmp_text *text, const kempe_model *model)
         put_string(text, false, "kind", closure->kind);
         if (closure->motion >= 0)
             put_string(text, false, "coordinate", model->motions[closure->motion].name);
-        else
+        else if (closure->point[0] >= 0)
             put_point_key(text, "points", model, closure->point);
+        if (closure->term_count > 0)
+            json_terms(text, model, closure);
         if (closure->function) {
-            put_key(text, false, closure->motion >= 0 ? "function" : "length");
+            put_key(text, false, closure->point[0] < 0 ? "function" : "length");
             put_quoted_expr(text, model, closure->function);
         } else if (closure->length.value > 0)
             put_number(text, false, "length", closure->length.value);
