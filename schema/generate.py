@@ -69,12 +69,31 @@ def force():
 
 
 def joint():
-    axes = [name for name, _ in rows("joints.def", "KMP_JOINT")]
-    properties = {axis: ref("axis") for axis in axes}
+    chains = dict(rows("joints.def", "KMP_JOINT"))
+    pair = {"anyOf": [ref("axis"), ref("two_axes")]}
+    properties = {name: pair if "b" in chain else ref("axis") if chain else ref("yes") for name, chain in chains.items()}
     motion = {"anyOf": [{"type": "string", "pattern": "^-?[RT][123]$"}, closed({"R": ref("axis")}, ["R"]),
                         closed({"T": ref("axis")}, ["T"])]}
-    properties.update(motions={"type": "array", "minItems": 1, "items": motion}, name=ref("word"), at=ref("word"))
-    return dict(closed(properties, ["at"]), oneOf=[{"required": [key]} for key in [*axes, "motions"]])
+    properties.update(motions={"type": "array", "minItems": 1, "items": motion}, name=ref("word"), at=ref("word"),
+                      frame=ref("axes"), pitch=ref("number"))
+    return dict(closed(properties, ["at"]), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
+
+
+def loop():
+    kinds = dict(rows("closures.def", "KMP_CLOSURE"))
+    terms = {"type": "object", "additionalProperties": ref("number"), "minProperties": 2}
+    own = {"TERMS": terms, "EXPRESSION": ref("number")}
+    wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"], "TABLE": ["table"]}
+    properties = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
+    properties.update(length=ref("number"), axis=ref("axis"), axes=ref("two_axes"), table=ref("word"),
+                      equals=ref("number"), power=ref("number"))
+    return dict(closed(properties), oneOf=[{"required": [name, *wants.get(needs, [])]} for name, needs in kinds.items()])
+
+
+def drive():
+    properties = {key: ref({"joint": "word", "locked": "yes"}.get(key, "number"))
+                  for key in keys("read_closures.c", "drive_keys")}
+    return dict(closed(properties, ["joint"]), oneOf=[{"required": [k]} for k in properties if k != "joint"])
 
 
 def table():
@@ -85,11 +104,10 @@ def table():
 def definitions():
     words = {"type": "array", "items": ref("word")}
     vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
-    body = {"joint": ref("joint"), "mass": ref("number"), "com": ref("vector"), "points": named(ref("vector")),
+    body = {"joint": ref("joint"), "mass": ref("number"), "com": ref("vector"), "points": named(ref("point")),
             "inertia": closed({key: ref("number") for key in keys("read_mass.c", "inertia_keys")})}
-    kinds = rows("closures.def", "KMP_CLOSURE")
-    loop = {**{name: ref("two_points") for name, _ in kinds}, "length": ref("number")}
-    one_of = [{"required": [name, "length"] if length == "true" else [name]} for name, length in kinds]
+    axes = closed({key: ref("axis") for key in "xyz"})
+    point = closed({"at": ref("vector"), "axes": ref("axes")}, ["at"])
     include = {"file": ref("word"), "prefix": ref("word"), "at": ref("word"), "offset": ref("vector"),
                "set": named(ref("number"))}
     values = {"type": ["object", "null"], "additionalProperties": ref("number")}
@@ -101,13 +119,15 @@ def definitions():
         "word": {"type": ["string", "number"]},
         "vector": vector,
         "axis": {"anyOf": [{"type": "string", "pattern": "^-?[xyz]$"}, ref("vector")]},
+        "two_axes": {"type": "array", "items": ref("axis"), "minItems": 2, "maxItems": 2},
+        "axes": dict(axes, minProperties=1),
+        "point": {"anyOf": [ref("vector"), point]},
+        "yes": {"enum": ["yes", True]},
         "two_points": {"type": "array", "items": ref("word"), "minItems": 2, "maxItems": 2},
         "joint": joint(),
         "body": closed(body, ["joint"]),
-        "loop": dict(closed(loop), oneOf=one_of),
-        "drive": dict(closed({key: ref("word" if key == "joint" else "number")
-                              for key in keys("read_closures.c", "drive_keys")}, ["joint"]),
-                      oneOf=[{"required": ["angle"]}, {"required": ["displacement"]}]),
+        "loop": loop(),
+        "drive": drive(),
         "force": force(),
         "table": table(),
         "include": closed(include, ["file"]),
@@ -119,7 +139,7 @@ def definitions():
 def schema():
     parts = {"kempe": {"enum": [1, "1"]}, "name": ref("word"), "gravity": ref("vector"),
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
-             "tables": named(ref("table")), "ground": closed({"points": named(ref("vector"))}),
+             "tables": named(ref("table")), "ground": closed({"points": named(ref("point"))}),
              "bodies": dict(named(ref("body")), minProperties=1), "loops": named(ref("loop")),
              "drives": named(ref("drive")), "forces": named(ref("force")), "sensors": named(ref("number")),
              "start": ref("start"), "run": ref("run")}

@@ -15,4 +15,4 @@ static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const 
     return (kmp_vec){{lambda[0], lambda[1], lambda[2]}};
 }
 
-const kmp_closure_kind kmp_kind_ball = {"ball", 3, 1, residual, reaction};
+const kmp_closure_kind kmp_kind_ball = {"ball", 3, 1, residual, reaction, NULL, 0};

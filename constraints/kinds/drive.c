@@ -15,4 +15,4 @@ static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const 
     return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
 }
 
-const kmp_closure_kind kmp_kind_drive = {"drive", 1, KMP_KIND_POWER_OF_COORDINATE, residual, reaction};
+const kmp_closure_kind kmp_kind_drive = {"drive", 1, KMP_KIND_POWER_OF_COORDINATE, residual, reaction, NULL, 0};

@@ -6,20 +6,27 @@
 
 #include "dynamics/kinematics.h"
 
-enum { KMP_KIND_MAX_ROWS = 6, KMP_KIND_POWER_OF_COORDINATE = -1 };
+enum { KMP_KIND_MAX_ROWS = 6, KMP_KIND_POWER_OF_COORDINATE = -1, KMP_KIND_POWER_GIVEN = -2 };
 
 typedef struct kmp_closure_kind {
     const char *name;
     int rows;         /* declared; rows that vanish identically are dropped later */
     int length_power; /* the unit of a row is m^length_power: rows are scaled by that power of the characteristic
-                       * length; KMP_KIND_POWER_OF_COORDINATE: 0 for a rotation, 1 for a translation */
+                       * length; KMP_KIND_POWER_OF_COORDINATE: 0 for a rotation, 1 for a translation;
+                       * KMP_KIND_POWER_GIVEN: what the closure says */
 
     /** h, in the axes of link `*frame`. */
     void (*residual)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame);
 
-    /** The force (of a drive: its effort and two zeros) on the second point's body, axes of the same link, from one
-     * multiplier a declared row (zero for a dropped one). The first point's body carries its opposite. */
+    /** The force (of what is not between points: its effort and two zeros) on the second point's body at that point,
+     * axes of the same link, from one multiplier a declared row (zero for a dropped one). The first point's body
+     * carries its opposite. */
     kmp_vec (*reaction)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
+
+    /** The moment on that body likewise; NULL: it transmits none. */
+    kmp_vec (*moment)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
+
+    int angles; /* so many of the last rows have no unit */
 } kmp_closure_kind;
 
 /** NULL when there is no such kind. */

@@ -20,4 +20,4 @@ static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const 
     return kmp_vec_scale(tree->graph, lambda[0], d);
 }
 
-const kmp_closure_kind kmp_kind_rod = {"rod", 1, 2, residual, reaction};
+const kmp_closure_kind kmp_kind_rod = {"rod", 1, 2, residual, reaction, NULL, 0};

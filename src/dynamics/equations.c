@@ -8,40 +8,70 @@
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
 #include <math.h>
+#include <string.h>
 
 /* -- closures ---------------------------------------------------------------------------------------- */
 
 /* What the points' components, summed along the loops, may leave of a zero. */
 #define ROUNDING 1e-13
 
-/* The largest component of any point of the model. */
+/* The largest component of any point of the model, or of an axis. */
 static double size_of_points(const kempe_model *model)
 {
-    double size = 0;
+    double size = 1;
     for (int k = 0; k < model->point_count; k++)
         for (int i = 0; i < 3; i++)
             size = fmax(size, fabs(model->points[k].at[i].value));
     return size;
 }
 
+/* Those of what holds two points together are components of a vector. */
+static const char *component_name(const kmp_closure *closure, int component)
+{
+    static const char *const names[] = {"x", "y", "z"}, *const numbers[] = {"1", "2", "3", "4", "5", "6"};
+    return strcmp(closure->kind, "ball") == 0 ? names[component] : numbers[component];
+}
+
+/* The value of what depends on no coordinate, at t = 0; NaN when there is no memory. */
+static double constant_value(const kmp_equations *eq, kmp_ref h)
+{
+    static const double start = 0;
+    const kempe_model *model = eq->model;
+    double *value = KMP_NEW(double, kmp_graph_count(eq->graph)), gap = NAN;
+    double *parameter = KMP_NEW(double, model->parameter_count);
+    const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = &start};
+    if (value && parameter) {
+        for (int k = 0; k < model->parameter_count; k++)
+            parameter[k] = model->parameters[k].number.value;
+        kmp_graph_eval(eq->graph, inputs, value);
+        gap = kmp_is_negative(h) ? -value[kmp_id(h)] : value[kmp_id(h)];
+    }
+    kmp_free(value);
+    kmp_free(parameter);
+    return gap;
+}
+
 /* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
 static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
 {
-    double gap = 0;
-    if (h == KMP_ZERO)
-        return KEMPE_OK;
-    if (kmp_is_const(eq->graph, h, &gap) && fabs(gap) <= ROUNDING * size_of_points(eq->model))
+    bool moves = kmp_graph_node(eq->graph, kmp_id(h))->depends & (1u << KMP_IN_TIME);
+    double gap = h == KMP_ZERO ? 0 : constant_value(eq, h);
+    if (isnan(gap))
+        return kmp_fail_memory(eq->context);
+    if (!moves && fabs(gap) <= ROUNDING * size_of_points(eq->model))
         return KEMPE_OK;
     return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
-                        "closure '%s' can never be met: its component %c stays at %.6g whatever the coordinates are; "
+                        "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
                         "move one of its points",
-                        closure->name, "xyz???"[component], gap);
+                        closure->name, component_name(closure, component), gap);
 }
 
-static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind)
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
 {
+    if (kind->length_power == KMP_KIND_POWER_GIVEN)
+        return closure->power;
     if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
-        return kind->length_power;
+        return row < kind->rows - kind->angles ? kind->length_power : 0;
     return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
@@ -60,9 +90,10 @@ static kempe_status derive_rows(kmp_equations *eq)
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind)};
-            } else if (constant_row(eq, closure, k, h[k]) != KEMPE_OK) {
-                status = KEMPE_E_INPUT;
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
+            } else if (status != KEMPE_E_MEMORY) {
+                kempe_status met = constant_row(eq, closure, k, h[k]);
+                status = met != KEMPE_OK ? met : status;
             }
         }
     }

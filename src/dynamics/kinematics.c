@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Links from bodies and motions; vectors between link axes; positions of points.
- *
- * Positions go from the point inwards. Along a run of rotations about one common axis each constant vector is turned
- * by the sum of the angles, and the run's vectors are added at its end only: a planar mechanism is then a sum of
- * vectors turned by absolute angles. */
+/* Links from bodies and motions, welded bodies joined to those that carry them; vectors between link axes. */
 #include "dynamics/kinematics.h"
 #include "base/memory.h"
 #include "symbolic/rotation.h"
@@ -203,75 +199,154 @@ static void choose_axes(kmp_link *link, const double e[3])
     axes_along(e, link->a);
 }
 
-/* g = a_parent' a_link; `turned` unless the two are the same. */
-static void relate_axes(kmp_link *link, const kmp_link *parent)
+/* out = a' b when transposed, else a b; no negative zeros, so that equal rotations have equal bits. */
+static void multiply(double a[3][3], bool transposed, double b[3][3], double out[3][3])
 {
-    link->turned = memcmp(link->a, parent->a, sizeof link->a) != 0;
-    identity(link->g);
-    for (int i = 0; link->turned && i < 3; i++)
+    double product[3][3];
+    for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
-            link->g[i][j] = 0;
+            product[i][j] = 0;
             for (int k = 0; k < 3; k++)
-                link->g[i][j] += parent->a[k][i] * link->a[k][j];
+                product[i][j] += (transposed ? a[k][i] : a[i][k]) * b[k][j];
         }
+    memcpy(out, product, sizeof product);
 }
 
-kmp_vec kmp_link_from_model(const kmp_tree *tree, int i, kmp_vec v)
+static bool is_identity(double m[3][3])
 {
-    kmp_link *link = &tree->links[i];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (m[i][j] != (i == j))
+                return false;
+    return true;
+}
+
+/* g = a_parent' r a_link, where v_parent = r v_child in model axes at q = 0; `turned` unless it is the identity. */
+static void relate_axes(kmp_link *link, kmp_link *parent, double r[3][3])
+{
+    bool same = memcmp(link->a, parent->a, sizeof link->a) == 0;
+    identity(link->g);
+    if (!same || !is_identity(r)) {
+        multiply(parent->a, true, r, link->g);
+        multiply(link->g, false, link->a, link->g);
+    }
+    link->turned = !is_identity(link->g);
+}
+
+kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
+{
+    kmp_mount *mount = &tree->mounts[body];
+    kmp_link *link = &tree->links[mount->link];
+    if (mount->turned)
+        v = apply(tree->graph, mount->r, false, v);
     return link->axis == 2 && link->a[2][2] != 1 ? apply(tree->graph, link->a, true, v) : v;
 }
 
 /* -- the tree ---------------------------------------------------------------------------------------- */
 
-/* Model axes tensor into link axes: a' I a, by columns. */
-static kmp_tensor tensor_from_model(const kmp_tree *tree, int i, const kmp_number number[6])
+/* A body's tensor in link axes: b' I b with v_body = b v_link, by columns. */
+static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+    const kmp_number *number = tree->model->bodies[body].inertia;
+    kmp_mount *mount = &tree->mounts[body];
+    double b[3][3];
     kmp_tensor t, r;
     for (int k = 0; k < 6; k++)
         t.x[k] = kmp_tree_number(tree, &number[k]);
-    if (memcmp(tree->links[i].a, tree->links[0].a, sizeof tree->links[i].a) == 0)
+    multiply(mount->r, true, tree->links[mount->link].a, b);
+    if (is_identity(b))
         return t;
     for (int k = 0; k < 6; k++) {
         kmp_vec e = kmp_vec_zero();
         for (int j = 0; j < 3; j++)
-            e.x[j] = kmp_const(tree->graph, tree->links[i].a[j][column[k]]);
-        kmp_vec ie = apply(tree->graph, tree->links[i].a, true, kmp_tensor_apply(tree->graph, t, e));
+            e.x[j] = kmp_const(tree->graph, b[j][column[k]]);
+        kmp_vec ie = apply(tree->graph, b, true, kmp_tensor_apply(tree->graph, t, e));
         r.x[k] = ie.x[row[k]];
     }
     return r;
 }
 
-static void set_body(kmp_tree *tree, int i, const kmp_body *body)
+/* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 and what the masses at d = c2 - c1 from each
+ * other add, m1 m2/m (d.d 1 - d d') (Steiner). */
+static void join(kmp_graph *g, kmp_link *link, kmp_ref mass, kmp_vec com, kmp_tensor inertia)
 {
-    kmp_link *link = &tree->links[i];
-    link->mass = kmp_tree_number(tree, &body->mass);
-    link->com = kmp_link_from_model(tree, i, kmp_tree_vector(tree, body->com));
-    link->inertia = tensor_from_model(tree, i, body->inertia);
+    link->inertia = kmp_tensor_add(g, link->inertia, inertia);
+    if (mass == KMP_ZERO)
+        return;
+    kmp_ref total = kmp_add(g, link->mass, mass), share = kmp_div(g, mass, total);
+    kmp_vec d = kmp_vec_sub(g, com, link->com);
+    if (link->mass == KMP_ZERO) {
+        link->com = com;
+    } else {
+        link->com = kmp_vec_add(g, link->com, kmp_vec_scale(g, share, d));
+        link->inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, kmp_mul(g, share, link->mass), d, d));
+    }
+    link->mass = total;
 }
 
-static void set_motion(kmp_tree *tree, int k)
+/* Adds a body to the link that carries it; the ground needs no mass. */
+static void add_body(kmp_tree *tree, int b)
+{
+    const kmp_body *body = &tree->model->bodies[b];
+    const kmp_mount *mount = &tree->mounts[b];
+    if (mount->link == 0)
+        return;
+    kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
+    com = kmp_vec_add(tree->graph, com, mount->p);
+    join(tree->graph, &tree->links[mount->link], kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b));
+}
+
+/* Where body b's joint begins: axes and origin with all its coordinates zero, on the parent's link. */
+static kmp_mount find_base(const kmp_tree *tree, int b)
+{
+    const kempe_model *model = tree->model;
+    const kmp_body *body = &model->bodies[b];
+    kmp_mount base = tree->mounts[body->parent];
+    double axes[3][3], frame[3][3];
+    if (body->at >= 0) {
+        base.p = kmp_point_local(tree, body->at);
+        memcpy(axes, model->points[body->at].axes, sizeof axes);
+        if (model->points[body->at].turned)
+            multiply(base.r, false, axes, base.r);
+    }
+    memcpy(frame, body->frame, sizeof frame);
+    if (body->turned)
+        multiply(base.r, false, frame, base.r);
+    base.turned = !is_identity(base.r);
+    return base;
+}
+
+static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
 {
     const kmp_motion *motion = &tree->model->motions[k];
     const kmp_body *body = &tree->model->bodies[motion->body];
     kmp_link *link = &tree->links[k + 1];
-    bool first = k == body->first_motion, last = k == body->first_motion + body->motion_count - 1;
-    link->parent = first ? tree->body_link[body->parent] : k;
+    bool last = k == body->first_motion + body->motion_count - 1;
+    link->parent = base->link;
     link->body = last ? motion->body : -1;
     link->rotation = motion->rotation;
+    link->p = base->p;
     choose_axes(link, motion->axis);
-    relate_axes(link, &tree->links[link->parent]);
+    relate_axes(link, &tree->links[link->parent], base->r);
     link->q = kmp_input(tree->graph, KMP_IN_Q, (uint32_t)k);
     link->qd = kmp_input(tree->graph, KMP_IN_QD, (uint32_t)k);
     if (link->reversed) {
         link->q = kmp_neg(link->q);
         link->qd = kmp_neg(link->qd);
     }
-    if (first && body->at >= 0)
-        link->p = kmp_point_local(tree, body->at);
-    if (last)
-        set_body(tree, k + 1, body);
+    *base = (kmp_mount){.link = k + 1, .p = kmp_vec_zero()};
+    identity(base->r);
+}
+
+static void set_body(kmp_tree *tree, int b)
+{
+    const kmp_body *body = &tree->model->bodies[b];
+    kmp_mount base = find_base(tree, b);
+    for (int k = 0; k < body->motion_count; k++)
+        set_motion(tree, body->first_motion + k, &base);
+    tree->mounts[b] = base;
+    add_body(tree, b);
 }
 
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool keep_parameters)
@@ -279,17 +354,16 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool 
     *tree =
         (kmp_tree){.graph = g, .model = model, .keep_parameters = keep_parameters, .count = model->motion_count + 1};
     tree->links = KMP_NEW(kmp_link, tree->count);
-    tree->body_link = KMP_NEW(int, model->body_count);
-    if (!tree->links || !tree->body_link) {
+    tree->mounts = KMP_NEW(kmp_mount, model->body_count);
+    if (!tree->links || !tree->mounts) {
         kmp_tree_free(tree);
         return false;
     }
     tree->links[0].parent = -1;
     identity(tree->links[0].a);
+    identity(tree->mounts[0].r);
     for (int b = 1; b < model->body_count; b++)
-        tree->body_link[b] = model->bodies[b].first_motion + model->bodies[b].motion_count;
-    for (int k = 0; k < model->motion_count; k++)
-        set_motion(tree, k);
+        set_body(tree, b);
     tree->gravity = kmp_tree_vector(tree, model->gravity);
     return !kmp_graph_failed(g);
 }
@@ -297,9 +371,9 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool 
 void kmp_tree_free(kmp_tree *tree)
 {
     kmp_free(tree->links);
-    kmp_free(tree->body_link);
+    kmp_free(tree->mounts);
     tree->links = NULL;
-    tree->body_link = NULL;
+    tree->mounts = NULL;
 }
 
 /* -- vectors between links --------------------------------------------------------------------------- */
@@ -347,62 +421,4 @@ bool kmp_tree_is_above(const kmp_tree *tree, int a, int i)
     while (i > a)
         i = tree->links[i].parent;
     return i == a;
-}
-
-/* -- points ------------------------------------------------------------------------------------------ */
-
-int kmp_point_link(const kmp_tree *tree, int point)
-{
-    return tree->body_link[tree->model->points[point].body];
-}
-
-kmp_vec kmp_point_local(const kmp_tree *tree, int point)
-{
-    return kmp_link_from_model(tree, kmp_point_link(tree, point), kmp_tree_vector(tree, tree->model->points[point].at));
-}
-
-enum { MAX_RUN = 32 };
-
-/* Vectors of one run of parallel axes, waiting to be added. */
-typedef struct run {
-    kmp_vec v[MAX_RUN];
-    int count;
-} run;
-
-static void gather(kmp_graph *g, run *r)
-{
-    for (int k = 1; k < r->count; k++)
-        r->v[0] = kmp_vec_add(g, r->v[0], r->v[k]);
-    r->count = 1;
-}
-
-/* Whether link i turns about the same direction as the link before it did, with nothing between. */
-static bool same_run(const kmp_tree *tree, int i, int before)
-{
-    const kmp_link *a = &tree->links[i], *b = &tree->links[before];
-    return a->rotation && b->rotation && a->axis == b->axis && !b->turned;
-}
-
-kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor)
-{
-    kmp_graph *g = tree->graph;
-    run r = {.count = 1};
-    r.v[0] = kmp_point_local(tree, point);
-    for (int i = kmp_point_link(tree, point), before = -1; i != ancestor; before = i, i = tree->links[i].parent) {
-        if (before < 0 || !same_run(tree, i, before) || r.count == MAX_RUN)
-            gather(g, &r);
-        kmp_vec slide = kmp_link_slide(tree, i);
-        for (int k = 0; k < r.count; k++)
-            r.v[k] = kmp_link_to_parent(tree, i, k == 0 ? kmp_vec_add(g, r.v[0], slide) : r.v[k]);
-        if (!kmp_vec_is_zero(tree->links[i].p))
-            r.v[r.count++] = tree->links[i].p;
-    }
-    gather(g, &r);
-    return r.v[0];
-}
-
-kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame)
-{
-    *frame = kmp_tree_common(tree, kmp_point_link(tree, a), kmp_point_link(tree, b));
-    return kmp_vec_sub(tree->graph, kmp_point_position(tree, b, *frame), kmp_point_position(tree, a, *frame));
 }

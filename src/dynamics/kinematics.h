@@ -12,7 +12,7 @@
 
 typedef struct kmp_link {
     int parent; /* link; -1 for the ground */
-    int body;   /* the body that it carries, -1 for an intermediate link */
+    int body;   /* the body that it carries, welded ones aside; -1 for an intermediate link */
     bool rotation;
     int axis;       /* 0, 1, 2 of the link's axes */
     kmp_ref q, qd;  /* of the motion, signed when the axis is a negative coordinate axis */
@@ -25,6 +25,14 @@ typedef struct kmp_link {
     kmp_vec com;        /* l^i, link axes */
     kmp_tensor inertia; /* I^i about the com, link axes */
 } kmp_link;
+
+/** Where a body is on its link; not that link's own origin and axes when the body is welded to another one. */
+typedef struct kmp_mount {
+    int link;
+    bool turned;    /* r is not the identity */
+    double r[3][3]; /* v_own = r v_body: model axes of the link's own body, from this body's */
+    kmp_vec p;      /* from the link's origin to the body's, link axes */
+} kmp_mount;
 
 /** The conditions of a model, numbered in the order in which they are met: comparisons and signs of what moves. A
  * program for integration takes them as inputs KMP_IN_MODE, which stand still during a step, so that it is smooth;
@@ -40,7 +48,7 @@ typedef struct kmp_tree {
     bool keep_parameters;
     int count; /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
-    int *body_link; /* last link of each body */
+    kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
     kmp_events *events; /* NULL: conditions are evaluated where they stand */
 } kmp_tree;
@@ -68,8 +76,8 @@ kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v);
 /** The displacement of a translation along its axis, link axes; zero for a rotation (z^i of the paper). */
 kmp_vec kmp_link_slide(const kmp_tree *tree, int i);
 
-/** v of model axes of the body on link i, in link axes. */
-kmp_vec kmp_link_from_model(const kmp_tree *tree, int i, kmp_vec v);
+/** v of a body's axes in the axes of its link. */
+kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v);
 
 /** Nearest common ancestor of two links. */
 int kmp_tree_common(const kmp_tree *tree, int i, int j);
@@ -85,6 +93,12 @@ kmp_vec kmp_point_local(const kmp_tree *tree, int point);
 
 /** A point's position from the origin of its ancestor link, in that link's axes. */
 kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor);
+
+/** A constant vector of a point's own axes, in the axes of an ancestor link. */
+kmp_vec kmp_point_direction(const kmp_tree *tree, int point, const double v[3], int ancestor);
+
+/** A point's three axes as vectors in the axes of an ancestor link. */
+void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[3]);
 
 /** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);

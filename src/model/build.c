@@ -270,7 +270,7 @@ static const kmp_node *joint(kmp_builder *b, const kempe_body_def *def)
         put(b, map, "name", word(b, def->joint));
     put(b, map, "at", word(b, def->at));
     if (def->kind)
-        put(b, map, def->kind, vector(b, axis));
+        put(b, map, def->kind, strcmp(def->kind, "weld") == 0 ? word(b, "yes") : vector(b, axis));
     if (def->motions)
         put(b, map, "motions", motions(b, def->motions));
     return map;

@@ -25,6 +25,8 @@ typedef struct kmp_point {
     const char *name; /* without the body's name */
     int body;
     kmp_number at[3];
+    bool turned;       /* its axes are not those of the body */
+    double axes[3][3]; /* v_body = axes v_point, when turned */
 } kmp_point;
 
 /** One elementary motion: a rotation about (or translation along) a unit axis fixed in the axes reached by
@@ -42,21 +44,38 @@ typedef struct kmp_body {
     kmp_place place;
     int parent;                     /* body */
     int at;                         /* point of the parent where the joint's chain begins, -1: its origin */
-    int first_motion, motion_count; /* its chain */
+    bool turned;                    /* with all coordinates zero its axes are not those at `at` */
+    double frame[3][3];             /* then v_at = frame v_body, when turned */
+    int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
+    bool screw;                     /* the first two motions, a slide and a turn, are one */
+    kmp_number pitch;               /* of a screw, m a turn */
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
 } kmp_body;
 
-/** A loop closure between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. */
+/** A coordinate times a factor. */
+typedef struct kmp_term {
+    int motion;
+    kmp_number factor;
+} kmp_term;
+
+/** A loop closure, most between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. What a kind
+ *  does not use stays zero. */
 typedef struct kmp_closure {
     const char *name;
-    const char *kind; /* "ball", "rod", "drive" */
+    const char *kind; /* "ball", "rod", "drive", ... */
     kmp_place place;
-    int point[2];             /* -1 of a drive */
-    kmp_number length;        /* rod; at t = 0 when it is a function of time */
-    int motion;               /* drive; else -1 */
-    const kmp_expr *function; /* of t: a drive's coordinate, a rod's length (NULL when constant) */
+    int point[2];               /* -1 when it is not between points */
+    double axis[2][3];          /* in the axes of either point */
+    kmp_number length;          /* rod: at t = 0 when it is a function of time; screw: its pitch */
+    int motion;                 /* of a drive; of a coupling the first one, which gives its unit; else -1 */
+    const kmp_expr *function;   /* a drive's coordinate and a rod's length over t (NULL when constant); a constraint */
+    kmp_term *terms;            /* of a coupling */
+    int term_count;             /* 0: it couples nothing */
+    const kmp_number *constant; /* of a coupling; NULL: its value at the start */
+    const kmp_named_table *table; /* of a curve */
+    int power;                    /* of a constraint: its unit is m^power */
 } kmp_closure;
 
 /* The rows of forces.def. */

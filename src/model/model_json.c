@@ -141,6 +141,15 @@ static void json_bodies(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]");
 }
 
+static void json_terms(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
+{
+    put_key(text, false, "terms");
+    kmp_text_put(text, "{");
+    for (int k = 0; k < closure->term_count; k++)
+        put_number(text, k == 0, model->motions[closure->terms[k].motion].name, closure->terms[k].factor.value);
+    kmp_text_put(text, "}");
+}
+
 static void json_closures(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, ",\n\"closures\": [");
@@ -151,10 +160,12 @@ static void json_closures(kmp_text *text, const kempe_model *model)
         put_string(text, false, "kind", closure->kind);
         if (closure->motion >= 0)
             put_string(text, false, "coordinate", model->motions[closure->motion].name);
-        else
+        else if (closure->point[0] >= 0)
             put_point_key(text, "points", model, closure->point);
+        if (closure->term_count > 0)
+            json_terms(text, model, closure);
         if (closure->function) {
-            put_key(text, false, closure->motion >= 0 ? "function" : "length");
+            put_key(text, false, closure->point[0] < 0 ? "function" : "length");
             kmp_model_put_quoted_expr(text, model, closure->function);
         } else if (closure->length.value > 0)
             put_number(text, false, "length", closure->length.value);

@@ -104,10 +104,20 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
         show_body(text, model, i);
 }
 
-static void show_drive(kmp_text *text, const kempe_model *model, const kmp_closure *drive)
+/* Of what is not between points. */
+static void show_relation(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
-    kmp_text_printf(text, "%s = ", model->motions[drive->motion].name);
-    kmp_model_put_expr(text, model, drive->function);
+    for (int k = 0; k < closure->term_count; k++) {
+        kmp_text_put(text, k > 0 ? " + " : "");
+        kmp_text_number(text, closure->terms[k].factor.value);
+        kmp_text_printf(text, " %s", model->motions[closure->terms[k].motion].name);
+    }
+    if (closure->term_count == 0 && closure->motion >= 0)
+        kmp_text_put(text, model->motions[closure->motion].name);
+    if (closure->function) {
+        kmp_text_put(text, closure->motion >= 0 ? " = " : "0 = ");
+        kmp_model_put_expr(text, model, closure->function);
+    }
     kmp_text_put(text, "\n");
 }
 
@@ -118,8 +128,8 @@ static void show_closures(kmp_text *text, const kempe_model *model)
     for (int i = 0; i < model->closure_count; i++) {
         const kmp_closure *closure = &model->closures[i];
         kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
-        if (closure->motion >= 0) {
-            show_drive(text, model, closure);
+        if (closure->point[0] < 0) {
+            show_relation(text, model, closure);
             continue;
         }
         kmp_model_put_point(text, model, closure->point[0]);

@@ -166,6 +166,21 @@ static void resolve_at(sources *s, int k)
 
 /* -- points -------------------------------------------------------------------------------------- */
 
+static const char *const point_keys[] = {"at", "axes", NULL};
+
+/* [x, y, z], or {at: [x, y, z], axes: {..}}. */
+static void read_point(kmp_reader *r, const kmp_node *node, const char *what, kmp_point *point)
+{
+    if (node->kind == KMP_NODE_MAP) {
+        kmp_read_map(r, node, what, point_keys);
+        const kmp_node *axes = kmp_node_get(node, "axes");
+        point->turned = axes && kmp_read_axes(r, axes, what, point->axes);
+        node = kmp_read_required(r, node, what, "at");
+    }
+    if (node)
+        kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at);
+}
+
 static void read_points(kmp_reader *r, const kmp_node *owner, int body)
 {
     kempe_model *model = r->model;
@@ -181,9 +196,8 @@ static void read_points(kmp_reader *r, const kmp_node *owner, int body)
             return;
         point->body = body;
         model->point_count++;
-        kmp_read_vector(r, map->items[i],
-                        kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text),
-                        KMP_DIM_LENGTH, point->at);
+        read_point(r, map->items[i], kmp_reader_say(r, "point '%s.%s'", model->bodies[body].name, map->keys[i]->text),
+                   point);
     }
 }
 
@@ -227,6 +241,11 @@ static int place_ground(kmp_reader *r, const kmp_instance *instance)
         (void)kmp_read_body(r, instance->at, "'at' of an include");
     else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
         base = outer->ground;
+    if (base >= 0 && model->points[base].turned)
+        kmp_reader_complain(r, instance->at->place,
+                            "'at' of an include: the axes of point '%s' are turned: a file is "
+                            "included in the axes of a body",
+                            instance->at->text);
     if (instance->offset)
         kmp_read_vector(r, instance->offset, "the offset of an include", KMP_DIM_LENGTH, offset);
     *point = (kmp_point){.name = kmp_arena_strdup(&model->arena, kmp_reader_say(r, "%sground", instance->prefix)),

@@ -3,13 +3,15 @@
 #include "model/reading.h"
 #include <string.h>
 
+typedef enum needs { NOTHING, LENGTH, AXIS, SAME_AXIS, TWO_AXES, TABLE, TERMS, EXPRESSION } needs;
+
 typedef struct closure_kind {
     const char *name;
-    bool length; /* wants one */
+    needs needs;
 } closure_kind;
 
 static const closure_kind kinds[] = {
-#define KMP_CLOSURE(name, length) {#name, length},
+#define KMP_CLOSURE(name, needs) {#name, needs},
 #include "model/closures.def"
 #undef KMP_CLOSURE
 };
@@ -17,10 +19,30 @@ static const closure_kind kinds[] = {
 enum { KINDS = sizeof kinds / sizeof kinds[0] };
 
 static const char *const closure_keys[] = {
-#define KMP_CLOSURE(name, length) #name,
+#define KMP_CLOSURE(name, needs) #name,
 #include "model/closures.def"
 #undef KMP_CLOSURE
-    "length", NULL};
+    "length", "axis", "axes", "table", "equals", "power", NULL};
+
+/* Which kinds take a key. */
+static const struct {
+    const char *key;
+    unsigned needs;
+} takes[] = {{"length", 1u << LENGTH},
+             {"axis", 1u << AXIS | 1u << SAME_AXIS},
+             {"axes", 1u << SAME_AXIS | 1u << TWO_AXES},
+             {"table", 1u << TABLE},
+             {"equals", 1u << TERMS},
+             {"power", 1u << EXPRESSION}};
+
+static void check_keys(kmp_reader *r, const kmp_node *map, const char *what, const closure_kind *kind)
+{
+    for (size_t k = 0; k < sizeof takes / sizeof *takes; k++) {
+        const kmp_node *node = kmp_node_get(map, takes[k].key);
+        if (node && !(takes[k].needs & 1u << kind->needs))
+            kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, kind->name, takes[k].key);
+    }
+}
 
 /* Of a function of time the value at t = 0 is judged. */
 static void read_length(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
@@ -58,6 +80,84 @@ static const closure_kind *find_kind(kmp_reader *r, const kmp_node *map, const c
     return NULL;
 }
 
+/* `axis` for both points, or `axes: [of the first, of the second]`; z without either. */
+static void read_closure_axes(kmp_reader *r, const kmp_node *map, const char *what, const closure_kind *kind,
+                              kmp_closure *closure)
+{
+    const kmp_node *axis = kmp_node_get(map, "axis"), *axes = kmp_node_get(map, "axes");
+    closure->axis[0][2] = closure->axis[1][2] = 1;
+    if (kind->needs == TWO_AXES && !axes)
+        kmp_read_required(r, map, what, "axes");
+    if (axis && axes)
+        kmp_reader_complain(r, map->place, "%s: 'axis' and 'axes' exclude each other", what);
+    if (axis && kmp_read_axis(r, axis, what, closure->axis[0]))
+        memcpy(closure->axis[1], closure->axis[0], sizeof closure->axis[1]);
+    if (axes && kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2))
+        for (int k = 0; k < 2; k++)
+            kmp_read_axis(r, axes->items[k], what, closure->axis[k]);
+}
+
+static void read_curve(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+{
+    const kmp_node *node = kmp_read_required(r, map, what, "table");
+    const char *name = node ? kmp_read_word(r, node, what) : NULL;
+    if (!name)
+        return;
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    name = kmp_reader_name(r, node->place.file, name);
+    for (int k = 0; k < r->model->table_count; k++) {
+        kmp_nearest_offer(&nearest, r->model->tables[k].name);
+        if (strcmp(r->model->tables[k].name, name) == 0)
+            closure->table = &r->model->tables[k];
+    }
+    if (!closure->table)
+        kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown table '%s'", what, name);
+}
+
+/* {COORDINATE: factor, ...}; the factors bring the coordinates to the unit of the first one. */
+static void read_terms(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+{
+    const kmp_node *node = kmp_node_get(map, "couple"), *equals = kmp_node_get(map, "equals");
+    kmp_number *constant = equals ? KMP_ARENA_NEW(&r->model->arena, kmp_number, 1) : NULL;
+    if (node->kind != KMP_NODE_MAP || node->count < 2) {
+        kmp_reader_complain(r, node->place, "%s: a coupling has two coordinates or more, such as {A: 1, B: -2}", what);
+        return;
+    }
+    closure->terms = KMP_ARENA_NEW(&r->model->arena, kmp_term, node->count);
+    for (int k = 0; closure->terms && k < node->count; k++) {
+        kmp_term *term = &closure->terms[k];
+        const char *of = kmp_reader_say(r, "%s: the factor of '%s'", what, node->keys[k]->text);
+        term->motion = kmp_read_motion(r, node->keys[k], what);
+        if (term->motion < 0 || !kmp_read_number(r, node->items[k], of, KMP_DIM_ANY, &term->factor))
+            continue;
+        closure->term_count++;
+        if (term->factor.value == 0)
+            kmp_reader_complain(r, node->items[k]->place, "%s is zero", of);
+    }
+    closure->motion = closure->term_count == node->count ? closure->terms[0].motion : -1;
+    if (constant && kmp_read_number(r, equals, kmp_reader_say(r, "%s: equals", what), KMP_DIM_ANY, constant))
+        closure->constant = constant;
+}
+
+static bool has_rate(const kmp_expr *e)
+{
+    return e && (e->kind == KMP_EXPR_QD || has_rate(e->a) || has_rate(e->b) || has_rate(e->c));
+}
+
+static void read_constraint(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+{
+    const kmp_node *node = kmp_node_get(map, "constraint"), *power = kmp_node_get(map, "power");
+    kmp_number number = {1, NULL};
+    closure->function = kmp_read_effort(r, node, what, KMP_DIM_ANY);
+    if (has_rate(closure->function))
+        kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
+    if (power)
+        kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
+    closure->power = (int)number.value;
+    if (closure->power != number.value || number.value < 0 || number.value > 2)
+        kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
+}
+
 static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
 {
     if (!kmp_read_map(r, map, what, closure_keys))
@@ -66,19 +166,27 @@ static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, k
     if (!kind)
         return;
     closure->kind = kind->name;
+    check_keys(r, map, what, kind);
+    if (kind->needs == TERMS) {
+        read_terms(r, map, what, closure);
+        return;
+    }
+    if (kind->needs == EXPRESSION) {
+        read_constraint(r, map, what, closure);
+        return;
+    }
     kmp_read_two_points(r, kmp_node_get(map, kind->name), what, closure->point);
-    const kmp_node *length = kmp_node_get(map, "length");
-    if (kind->length && !length)
-        kmp_read_required(r, map, what, "length");
-    else if (!kind->length && length)
-        kmp_reader_complain(r, length->place, "%s: a %s closure has no length", what, kind->name);
-    else if (length)
+    read_closure_axes(r, map, what, kind, closure);
+    const kmp_node *length = kind->needs == LENGTH ? kmp_read_required(r, map, what, "length") : NULL;
+    if (length)
         read_length(r, length, what, closure);
+    if (kind->needs == TABLE)
+        read_curve(r, map, what, closure);
 }
 
 /* -- drives -------------------------------------------------------------------------------------- */
 
-static const char *const drive_keys[] = {"joint", "angle", "displacement", NULL};
+static const char *const drive_keys[] = {"joint", "angle", "displacement", "locked", NULL};
 
 static void read_drive(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *drive)
 {
@@ -87,9 +195,16 @@ static void read_drive(kmp_reader *r, const kmp_node *map, const char *what, kmp
         return;
     const kmp_node *joint = kmp_read_required(r, map, what, "joint");
     const kmp_node *angle = kmp_node_get(map, "angle"), *displacement = kmp_node_get(map, "displacement");
+    const kmp_node *locked = kmp_node_get(map, "locked");
     drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
-    if (!angle == !displacement) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement is wanted", what);
+    if ((angle != NULL) + (displacement != NULL) + (locked != NULL) != 1) {
+        kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement, locked is wanted", what);
+        return;
+    }
+    if (locked) {
+        drive->kind = "lock";
+        if (locked->kind != KMP_NODE_SCALAR || strcmp(locked->text, "yes") != 0)
+            kmp_reader_complain(r, locked->place, "%s: locked is 'yes' or absent", what);
         return;
     }
     if (drive->motion < 0)
@@ -103,12 +218,17 @@ static void read_drive(kmp_reader *r, const kmp_node *map, const char *what, kmp
         drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
 }
 
+static bool is_drive(const kmp_closure *c)
+{
+    return c->function || strcmp(c->kind, "lock") == 0;
+}
+
 /* A coordinate has one drive. */
 static void check_driven(kmp_reader *r, int number)
 {
     const kmp_closure *closures = r->model->closures;
     for (int k = 0; k < number; k++)
-        if (closures[number].function && closures[k].function && closures[k].motion == closures[number].motion) {
+        if (is_drive(&closures[number]) && is_drive(&closures[k]) && closures[k].motion == closures[number].motion) {
             kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is driven by '%s' already",
                                 closures[number].name, r->model->motions[closures[k].motion].name, closures[k].name);
             return;
@@ -162,12 +282,45 @@ static void read_drives(kmp_reader *r, const kmp_node *map)
     }
 }
 
+static int count_screws(const kempe_model *model)
+{
+    int count = 0;
+    for (int b = 1; b < model->body_count; b++)
+        count += model->bodies[b].screw;
+    return count;
+}
+
+/* The coupling of a screw is called like its joint. */
+static void add_screws(kmp_reader *r)
+{
+    kempe_model *model = r->model;
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        if (!body->screw || body->motion_count != 2)
+            continue;
+        kmp_closure *closure = &model->closures[model->closure_count];
+        *closure = (kmp_closure){.name = body->joint,
+                                 .kind = "screw",
+                                 .place = body->place,
+                                 .point = {-1, -1},
+                                 .motion = body->first_motion,
+                                 .length = body->pitch};
+        const kmp_closure *other = find_namesake(model, model->closure_count);
+        if (other)
+            kmp_reader_complain(r, other->place,
+                                "'%s' is the name of a screw joint, whose coupling is a closure of "
+                                "that name: lambda(%s) is one of them",
+                                other->name, other->name);
+        model->closure_count++;
+    }
+}
+
 void kmp_read_closures(kmp_reader *r)
 {
     const kmp_node *loops = kmp_node_get(r->root, "loops"), *drives = kmp_node_get(r->root, "drives");
     bool has_loops = loops && kmp_read_map(r, loops, "loops", NULL);
     bool has_drives = drives && kmp_read_map(r, drives, "drives", NULL);
-    int count = (has_loops ? loops->count : 0) + (has_drives ? drives->count : 0);
+    int count = (has_loops ? loops->count : 0) + (has_drives ? drives->count : 0) + count_screws(r->model);
     r->model->closures = KMP_ARENA_NEW(&r->model->arena, kmp_closure, count);
     if (!r->model->closures)
         return;
@@ -175,4 +328,5 @@ void kmp_read_closures(kmp_reader *r)
         read_loops(r, loops);
     if (has_drives)
         read_drives(r, drives);
+    add_screws(r);
 }

@@ -18,7 +18,7 @@ static const char *const joint_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/joints.def"
 #undef KMP_JOINT
-    "motions", "name", "at", NULL};
+    "motions", "name", "at", "frame", "pitch", NULL};
 
 /* The motions so far; the array doubles when it is full. */
 typedef struct list {
@@ -51,54 +51,6 @@ static void add_stand_in(list *l, int body, bool rotation)
     add_motion(l, body, rotation, z);
 }
 
-/* -- axes ---------------------------------------------------------------------------------------- */
-
-/* x, y, z with or without a minus. */
-static bool read_letter_axis(const char *text, double axis[3])
-{
-    double sign = text[0] == '-' ? -1 : 1;
-    const char *letter = text + (text[0] == '-');
-    if (letter[0] < 'x' || letter[0] > 'z' || letter[1] != '\0')
-        return false;
-    axis[0] = axis[1] = axis[2] = 0;
-    axis[letter[0] - 'x'] = sign;
-    return true;
-}
-
-/* Scaled by the largest component first, so that no square overflows or vanishes. */
-static bool normalise(double axis[3])
-{
-    double largest = fmax(fabs(axis[0]), fmax(fabs(axis[1]), fabs(axis[2])));
-    if (!(largest > 0))
-        return false;
-    for (int i = 0; i < 3; i++)
-        axis[i] /= largest;
-    double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
-    for (int i = 0; i < 3; i++)
-        axis[i] /= length;
-    return true;
-}
-
-static bool read_axis(kmp_reader *r, const kmp_node *node, const char *what, double axis[3])
-{
-    kmp_number vector[3];
-    if (node->kind != KMP_NODE_LIST) {
-        if (node->kind == KMP_NODE_SCALAR && read_letter_axis(node->text, axis))
-            return true;
-        kmp_reader_complain(r, node->place, "%s: an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s", what,
-                            node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
-        return false;
-    }
-    if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), KMP_DIM_ANY, vector))
-        return false;
-    for (int i = 0; i < 3; i++)
-        axis[i] = vector[i].value;
-    if (normalise(axis))
-        return true;
-    kmp_reader_complain(r, node->place, "%s: the axis has no direction: all its components are zero", what);
-    return false;
-}
-
 /* -- chains -------------------------------------------------------------------------------------- */
 
 /* R1 .. R3, T1 .. T3, with or without a minus. */
@@ -121,7 +73,7 @@ static void read_one_motion(list *l, const kmp_node *node, const char *what, int
     if (node->kind == KMP_NODE_MAP && node->count == 1 &&
         (strcmp(node->keys[0]->text, "R") == 0 || strcmp(node->keys[0]->text, "T") == 0)) {
         rotation = node->keys[0]->text[0] == 'R';
-        if (read_axis(l->r, node->items[0], what, axis))
+        if (kmp_read_axis(l->r, node->items[0], what, axis))
             add_motion(l, body, rotation, axis);
         else
             add_stand_in(l, body, rotation);
@@ -148,23 +100,79 @@ static void read_motions(list *l, const kmp_node *node, const char *what, int bo
         read_one_motion(l, node->items[i], what, body);
 }
 
+/* Two axes [a, b], which are perpendicular to each other. */
+static void read_two_axes(list *l, const kmp_node *node, const char *what, double m[3][3])
+{
+    double a[3], b[3], square[3][3];
+    if (!kmp_read_axis(l->r, node->items[0], what, a) || !kmp_read_axis(l->r, node->items[1], what, b))
+        return;
+    if (fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) > 1e-6)
+        kmp_reader_complain(l->r, node->place, "%s: the two axes are not perpendicular to each other", what);
+    else if (kmp_square_axes(0, a, 1, b, square))
+        memcpy(m, square, sizeof square);
+}
+
+/* The columns of m are a, b and c of the chain. */
+static void read_chain_axes(list *l, const char *chain, const kmp_node *node, const char *what, double m[3][3])
+{
+    double axis[3], own[3][3];
+    int first = 2;
+    if (node->kind == KMP_NODE_LIST && node->count == 2 && strchr(chain, 'b')) {
+        read_two_axes(l, node, what, m);
+        return;
+    }
+    if (!kmp_read_axis(l->r, node, what, axis))
+        return;
+    for (int k = 0; k < 3; k++)
+        if (fabs(axis[k]) == 1)
+            first = k;
+    kmp_complete_axes(first, axis, own);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            m[i][k] = own[i][(first + k) % 3];
+}
+
 static void read_row(list *l, const char *chain, const kmp_node *node, const char *what, int body)
 {
-    double axis[3] = {0, 0, 1};
-    read_axis(l->r, node, what, axis);
-    for (; chain[0]; chain += 2)
+    double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+    if (!chain[0] && (node->kind != KMP_NODE_SCALAR || strcmp(node->text, "yes") != 0))
+        kmp_reader_complain(l->r, node->place, "%s: a joint without motions is given by 'yes'", what);
+    if (chain[0])
+        read_chain_axes(l, chain, node, what, m);
+    for (; chain[0] && chain[0] != '='; chain += 2) {
+        double axis[3];
+        for (int i = 0; i < 3; i++)
+            axis[i] = m[i][chain[1] - 'a'];
         add_motion(l, body, chain[0] == 'R', axis);
+    }
+}
+
+/* The key that couples slide and turn of a joint. */
+static void read_pitch(kmp_reader *r, const char *chain, const kmp_node *joint, const char *what, kmp_body *body)
+{
+    const char *key = strchr(chain, '=');
+    const kmp_node *pitch = kmp_node_get(joint, "pitch");
+    body->screw = key != NULL;
+    if (!key && pitch)
+        kmp_reader_complain(r, pitch->place, "%s: only a screw has a pitch", what);
+    if (!key)
+        return;
+    pitch = kmp_read_required(r, joint, what, key + 1);
+    if (pitch)
+        kmp_read_number(r, pitch, kmp_reader_say(r, "the pitch of %s", what), KMP_DIM_LENGTH, &body->pitch);
 }
 
 /* The one key that says what kind of joint it is. */
 static void read_kind(list *l, const kmp_node *joint, const char *what, int body)
 {
     int kinds = 0;
+    const char *chain = "";
     for (int i = 0; i < JOINTS; i++) {
         const kmp_node *axis = kmp_node_get(joint, joints[i].name);
         if (axis && kinds++ == 0)
-            read_row(l, joints[i].chain, axis, what, body);
+            read_row(l, chain = joints[i].chain, axis, what, body);
     }
+    read_pitch(l->r, chain, joint, what, &l->r->model->bodies[body]);
     const kmp_node *motions = kmp_node_get(joint, "motions");
     if (motions && kinds++ == 0)
         read_motions(l, motions, what, body);
@@ -231,6 +239,8 @@ static void read_joint(list *l, const kmp_node *joint, int i)
     if (kept)
         body->joint = kept;
     check_unique(r, name ? name->place : body->place, i);
+    const kmp_node *frame = kmp_node_get(joint, "frame");
+    body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
     read_kind(l, joint, what, i);
     name_motions(r->model, body);
 }
@@ -240,4 +250,6 @@ void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes)
     list l = {.r = r};
     for (int i = 1; i < r->model->body_count; i++)
         read_joint(&l, joint_nodes[i - 1], i);
+    if (r->model->body_count > 1 && r->model->motion_count == 0 && !r->wrong)
+        kmp_reader_complain(r, r->model->bodies[1].place, "nothing can move: all bodies are welded to the ground");
 }

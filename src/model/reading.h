@@ -125,6 +125,22 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, 
 int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what); /* JOINT or JOINT.K */
 int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what);
 
+/* -- axes (read_axes.c) ------------------------------------------------------------------------------ */
+
+/** A unit vector: x, -y, ..., or a list of three numbers. */
+bool kmp_read_axis(kmp_reader *r, const kmp_node *node, const char *what, double axis[3]);
+
+/** An orientation {x: axis, z: axis}: the first one stands, the second is made perpendicular to it; of one alone the
+ *  others follow (kmp_complete_axes). The columns of m are the three axes. */
+bool kmp_read_axes(kmp_reader *r, const kmp_node *node, const char *what, double m[3][3]);
+
+/** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there, or of its opposite if that is nearer.
+ */
+void kmp_complete_axes(int k, const double axis[3], double m[3][3]);
+
+/** Those whose k-th is `first` and whose l-th is in the plane with `second`; false when the two are parallel. */
+bool kmp_square_axes(int k, const double first[3], int l, const double second[3], double m[3][3]);
+
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
 void kmp_read_parameters(kmp_reader *r);

@@ -62,6 +62,8 @@ static const char *unit_shown(kmp_output_kind kind)
         return "m/s^2";
     case KMP_OUTPUT_REACTION:
         return "N";
+    case KMP_OUTPUT_MOMENT:
+        return "N m";
     case KMP_OUTPUT_ENERGY:
         return "J";
     default:

@@ -24,7 +24,7 @@ typedef struct derived {
     int n, m;
     /* owned by the machine; entries of M above the diagonal are zero */
     const double *mass, *bias, *h, *h_t, *jacobian, *jdqd, *residual, *jt_mu, *hdot, *potential, *power, *reaction,
-        *position;
+        *position, *shown;
 } derived;
 
 static inline state random_state_vectors(void)
@@ -62,7 +62,8 @@ static inline int derived_list(derived *d, derived_set *set)
                                {&eq->potential, 1, &d->potential},
                                {&eq->power, 1, &d->power},
                                {eq->reaction, 3 * eq->model->closure_count, &d->reaction},
-                               {eq->position, 3 * eq->position_count, &d->position}};
+                               {eq->position, 3 * eq->position_count, &d->position},
+                               {eq->shown, eq->shown_count, &d->shown}};
     memcpy(set, all, sizeof all);
     return (int)(sizeof all / sizeof *all);
 }

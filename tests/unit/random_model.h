@@ -74,15 +74,45 @@ static inline void put_motion(kmp_text *text, bool used[2][3])
     kmp_text_printf(text, "{%s: [%.17g, %.17g, %.17g]}", letter, between(-1, 1), between(-1, 1), between(-1, 1));
 }
 
+static const char *const random_axes[] = {"x", "y", "z", "-x", "-y", "-z", "[1, 2, -3]", "[-1, 0.5, 0]"};
+
+/* Half of them turned. */
+static inline void put_axes(kmp_text *text, const char *key)
+{
+    static const char *const some[] = {"{z: x}", "{x: -y, z: [1, 0, 2]}", "{y: [1, 2, 3]}",
+                                       "{z: [1, -1, 0], x: [0, 0, -1]}"};
+    if (pick(2))
+        kmp_text_printf(text, ", %s: %s", key, some[pick(4)]);
+}
+
+/* A row of joints.def; the first body is not welded. */
+static inline void put_named_joint(kmp_text *text, int body)
+{
+    static const struct {
+        const char *name, *chain;
+    } kinds[] = {
+#define KMP_JOINT(name, chain) {#name, chain},
+#include "model/joints.def"
+#undef KMP_JOINT
+    };
+    size_t kind;
+    do
+        kind = (size_t)pick((int)(sizeof kinds / sizeof *kinds));
+    while (body == 1 && !kinds[kind].chain[0]);
+    kmp_text_printf(text, "%s: %s", kinds[kind].name, kinds[kind].chain[0] ? random_axes[pick(8)] : "yes");
+    if (strchr(kinds[kind].chain, '='))
+        kmp_text_put(text, ", pitch: 0.2");
+}
+
 static inline void put_joint(kmp_text *text, int body)
 {
-    static const char *const axes[] = {"x", "y", "z", "-x", "-y", "-z", "[1, 2, -3]", "[-1, 0.5, 0]"};
-    static const char *const kinds[] = {"revolute", "revolute", "prismatic", "cylindrical"};
     int parent = body == 1 || pick(5) == 0 ? 0 : pick(3) ? body - 1 : 1 + pick(body - 1), motions = 1 + pick(3);
     bool used[2][3] = {{false}};
     kmp_text_printf(text, "    joint: {");
     if (pick(2)) {
-        kmp_text_printf(text, "%s: %s", kinds[pick(4)], axes[pick(8)]);
+        kmp_text_printf(text, "%s: %s", pick(3) ? "revolute" : "prismatic", random_axes[pick(8)]);
+    } else if (pick(2)) {
+        put_named_joint(text, body);
     } else {
         for (int k = 0; k < motions; k++) {
             kmp_text_put(text, k ? ", " : "motions: [");
@@ -90,6 +120,7 @@ static inline void put_joint(kmp_text *text, int body)
         }
         kmp_text_put(text, "]");
     }
+    put_axes(text, "frame");
     if (parent)
         kmp_text_printf(text, ", at: b%d%s}\n", parent, pick(4) ? pick(2) ? ".P" : ".Q" : "");
     else
@@ -117,6 +148,16 @@ static inline void put_inertia(kmp_text *text, unsigned flags)
     kmp_text_put(text, "}\n");
 }
 
+static inline void put_points(kmp_text *text, unsigned flags)
+{
+    kmp_text_put(text, "{P: {at: ");
+    put_vector(text, 1, flags);
+    put_axes(text, "axes");
+    kmp_text_put(text, "}, Q: ");
+    put_vector(text, 1, flags);
+    kmp_text_put(text, "}\n");
+}
+
 static inline void put_body(kmp_text *text, int body, unsigned flags)
 {
     kmp_text_printf(text, "  b%d:\n", body);
@@ -127,11 +168,8 @@ static inline void put_body(kmp_text *text, int body, unsigned flags)
     put_vector(text, 0.5, flags);
     kmp_text_put(text, "\n");
     put_inertia(text, flags);
-    kmp_text_put(text, "    points: {P: ");
-    put_vector(text, 1, flags);
-    kmp_text_put(text, ", Q: ");
-    put_vector(text, 1, flags);
-    kmp_text_put(text, "}\n");
+    kmp_text_put(text, "    points: ");
+    put_points(text, flags);
 }
 
 /* Two points of different bodies, one of which may be the ground. */
@@ -151,21 +189,6 @@ static inline void put_pair(kmp_text *text, int bodies)
             kmp_text_printf(text, "ground.%s", pick(2) ? "P" : "Q");
     }
     kmp_text_put(text, "]");
-}
-
-static inline void put_loops(kmp_text *text, int bodies, unsigned flags)
-{
-    kmp_text_put(text, "loops:\n");
-    for (int k = 0; k < 2; k++) {
-        bool rod = pick(2);
-        kmp_text_printf(text, "  L%d: {%s: ", k, rod ? "rod" : "ball");
-        put_pair(text, bodies);
-        if (rod) {
-            kmp_text_put(text, ", length: ");
-            put_number(text, between(0.3, 2), flags);
-        }
-        kmp_text_put(text, "}\n");
-    }
 }
 
 static inline void put_springs(kmp_text *text, int bodies, unsigned flags)
@@ -190,19 +213,20 @@ static inline void put_frame(kmp_text *text, uint64_t seed, int bodies, unsigned
     random_seed(seed);
     kmp_text_put(text, "kempe: 1\nname: random\nparameters: {a: 1.25, b: 0.875}\ngravity: ");
     put_vector(text, 9, flags);
-    kmp_text_put(text, "\nground:\n  points: {P: ");
-    put_vector(text, 1, flags);
-    kmp_text_put(text, ", Q: ");
-    put_vector(text, 1, flags);
-    kmp_text_put(text, "}\nbodies:\n");
+    kmp_text_put(
+        text, "\ntables: {f: {x: [-50, -20, 0, 20, 50], y: [-149.8, -21.8, 0.2, 14.2, 125.2]}}\nground:\n  points: ");
+    put_points(text, flags);
+    kmp_text_put(text, "bodies:\n");
     for (int b = 1; b <= bodies; b++)
         put_body(text, b, flags);
-    if (flags & MODEL_LOOPS)
-        put_loops(text, bodies, flags);
+}
+
+static inline void put_run(kmp_text *text, int bodies, bool loops)
+{
     kmp_text_put(text, "run: {outputs: [q");
     for (int b = 1; b <= bodies; b++)
         kmp_text_printf(text, ", position(b%d.P), position(b%d.Q)", b, b);
-    kmp_text_put(text, "]}\n");
+    kmp_text_put(text, loops ? ", moment(L0), moment(L1)]}\n" : "]}\n");
 }
 
 /* -- the model --------------------------------------------------------------------------------------- */
@@ -243,19 +267,74 @@ static inline void put_efforts(kmp_text *text, random_model *r, unsigned flags)
     }
 }
 
-/* Read twice: the efforts need the names of the coordinates. */
+/* What a kind takes beside its name. */
+static inline void put_needs(kmp_text *text, const kempe_model *model, const char *name, const char *needs,
+                             unsigned flags)
+{
+    if (strcmp(needs, "TERMS") == 0 || strcmp(needs, "EXPRESSION") == 0) {
+        const char *a = model->motions[pick(model->motion_count)].name;
+        const char *b = model->motions[pick(model->motion_count)].name;
+        bool different = strcmp(a, b) != 0;
+        if (needs[0] == 'T' && different)
+            kmp_text_printf(text, "%s: {%s: 1.5, %s: -0.7}, equals: 0.3", name, a, b);
+        else
+            kmp_text_printf(text, "constraint: \"sin(q(%s))*q(%s) + cos(q(%s)) - 0.3\"", a, b, b);
+    }
+    if (strcmp(needs, "LENGTH") == 0) {
+        kmp_text_put(text, ", length: ");
+        put_number(text, between(0.3, 2), flags);
+    }
+    if (strcmp(needs, "AXIS") == 0)
+        kmp_text_printf(text, ", axis: %s", random_axes[pick(8)]);
+    if (strcmp(needs, "SAME_AXIS") == 0 || strcmp(needs, "TWO_AXES") == 0)
+        kmp_text_printf(text, ", axes: [%s, %s]", random_axes[pick(8)], random_axes[pick(8)]);
+    if (strcmp(needs, "TABLE") == 0)
+        kmp_text_put(text, ", table: f");
+}
+
+/* Two rows of closures.def, by the seed, so that all have their turn. */
+static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t seed, int bodies, unsigned flags)
+{
+    static const struct {
+        const char *name, *needs;
+    } kinds[] = {
+#define KMP_CLOSURE(name, needs) {#name, #needs},
+#include "model/closures.def"
+#undef KMP_CLOSURE
+    };
+    kmp_text_put(text, "loops:\n");
+    for (unsigned k = 0; k < 2; k++) {
+        size_t kind = (seed + 5 * k) % (sizeof kinds / sizeof *kinds);
+        kmp_text_printf(text, "  L%u: {", k);
+        if (strcmp(kinds[kind].needs, "TERMS") != 0 && strcmp(kinds[kind].needs, "EXPRESSION") != 0) {
+            kmp_text_printf(text, "%s: ", kinds[kind].name);
+            put_pair(text, bodies);
+        }
+        put_needs(text, model, kinds[kind].name, kinds[kind].needs, flags);
+        kmp_text_put(text, "}\n");
+    }
+}
+
+/* Read twice: loops and efforts need the names of the coordinates. */
 static inline random_model random_model_new(uint64_t seed, int bodies, unsigned flags)
 {
     random_model r = {.context = kempe_context_new()};
     kmp_text text = {0};
     put_frame(&text, seed, bodies, flags);
-    if (kempe_model_read_text(r.context, text.s, "random", &r.model) == KEMPE_OK && flags & MODEL_FORCES) {
-        kmp_text_put(&text, "forces:\n");
-        put_springs(&text, bodies, flags);
-        put_efforts(&text, &r, flags);
-        kempe_model_free(r.model);
+    kempe_model *bare = NULL;
+    if (kempe_model_read_text(r.context, text.s, "random", &bare) == KEMPE_OK) {
+        r.model = bare;
+        if (flags & MODEL_LOOPS)
+            put_loops(&text, bare, seed / 2, bodies, flags);
+        if (flags & MODEL_FORCES) {
+            kmp_text_put(&text, "forces:\n");
+            put_springs(&text, bodies, flags);
+            put_efforts(&text, &r, flags);
+        }
+        put_run(&text, bodies, flags & MODEL_LOOPS);
         r.model = NULL;
         (void)kempe_model_read_text(r.context, text.s, "random", &r.model);
+        kempe_model_free(bare);
     }
     if (!r.model)
         printf("seed %d: %s\n%s\n", (int)seed, kempe_context_message(r.context), text.s);
@@ -281,10 +360,23 @@ static inline void pose_apply(const pose *p, const double v[3], double out[3])
         out[i] = p->x[i] + p->r[i][0] * v[0] + p->r[i][1] * v[1] + p->r[i][2] * v[2];
 }
 
+/* r <- r m */
+static inline void pose_multiply(pose *p, double m[3][3])
+{
+    double r[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            r[i][j] = 0;
+            for (int k = 0; k < 3; k++)
+                r[i][j] += p->r[i][k] * m[k][j];
+        }
+    memcpy(p->r, r, sizeof r);
+}
+
 /* r <- r (1 + sin e~ + (1 - cos) e~ e~) */
 static inline void pose_turn(pose *p, const double e[3], double angle)
 {
-    double cross[3][3] = {{0, -e[2], e[1]}, {e[2], 0, -e[0]}, {-e[1], e[0], 0}}, turn[3][3], r[3][3];
+    double cross[3][3] = {{0, -e[2], e[1]}, {e[2], 0, -e[0]}, {-e[1], e[0], 0}}, turn[3][3];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             double square = 0;
@@ -292,13 +384,7 @@ static inline void pose_turn(pose *p, const double e[3], double angle)
                 square += cross[i][k] * cross[k][j];
             turn[i][j] = (i == j) + sin(angle) * cross[i][j] + (1 - cos(angle)) * square;
         }
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            r[i][j] = 0;
-            for (int k = 0; k < 3; k++)
-                r[i][j] += p->r[i][k] * turn[k][j];
-        }
-    memcpy(p->r, r, sizeof r);
+    pose_multiply(p, turn);
 }
 
 static inline void number_values(const kmp_number *number, double *value)
@@ -311,12 +397,16 @@ static inline void plain_poses(const kempe_model *model, const double *q, pose *
 {
     p[0] = (pose){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
     for (int b = 1; b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
+        kmp_body *body = &model->bodies[b];
         double at[3] = {0}, slide[3];
         if (body->at >= 0)
             number_values(model->points[body->at].at, at);
         p[b] = p[body->parent];
         pose_apply(&p[body->parent], at, p[b].x);
+        if (body->at >= 0 && model->points[body->at].turned)
+            pose_multiply(&p[b], model->points[body->at].axes);
+        if (body->turned)
+            pose_multiply(&p[b], body->frame);
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
             const kmp_motion *motion = &model->motions[k];
             for (int i = 0; i < 3; i++)
@@ -348,6 +438,14 @@ static inline double plain_distance(const kempe_model *model, const double *q, c
     return sqrt(square);
 }
 
+/* Welded to the ground, where its weight has no say. */
+static inline bool is_fixed(const kempe_model *model, int body)
+{
+    while (body > 0 && model->bodies[body].motion_count == 0)
+        body = model->bodies[body].parent;
+    return body == 0;
+}
+
 /* Of gravity and springs. */
 static inline double plain_potential(const kempe_model *model, const double *q)
 {
@@ -359,7 +457,7 @@ static inline double plain_potential(const kempe_model *model, const double *q)
         number_values(model->bodies[b].com, com);
         pose_apply(&p[b], com, x);
         for (int k = 0; k < 3; k++)
-            v -= model->bodies[b].mass.value * gravity[k] * x[k];
+            v -= is_fixed(model, b) ? 0 : model->bodies[b].mass.value * gravity[k] * x[k];
     }
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *f = &model->forces[k];

@@ -5,8 +5,9 @@
 #include "constraints/plant.h"
 #include "derived.h"
 #include "random_model.h"
+#include "symbolic/table.h"
 
-enum { MODELS = 64, ALL_SETS = 255 };
+enum { MODELS = 128, ALL_SETS = 255 };
 
 /* Chains, trees, loops, symbols, friction: by the number. */
 static random_model model_number(int k)
@@ -257,33 +258,176 @@ static void test_lagrange(void)
 
 /* -- closures -------------------------------------------------------------------------------------------- */
 
+static void plain_direction(const kempe_model *model, const pose *p, int point, const double v[3], double out[3])
+{
+    pose axes = p[model->points[point].body];
+    if (model->points[point].turned)
+        pose_multiply(&axes, model->points[point].axes);
+    for (int i = 0; i < 3; i++)
+        out[i] = axes.r[i][0] * v[0] + axes.r[i][1] * v[1] + axes.r[i][2] * v[2];
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int i = 0; i < 3; i++)
+        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static double cross_square(const double a[3], const double b[3])
+{
+    double c[3];
+    cross(a, b, c);
+    return dot(c, c);
+}
+
+/* What a closure's residuals are made of, in ground axes. */
+typedef struct geometry {
+    double d[3], e[2][3], axes[2][3][3];
+} geometry;
+
+static geometry plain_geometry(const kempe_model *model, const pose *p, const kmp_closure *closure)
+{
+    static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    geometry x;
+    double at[2][3];
+    for (int side = 0; side < 2; side++) {
+        plain_point(model, p, closure->point[side], at[side]);
+        plain_direction(model, p, closure->point[side], closure->axis[side], x.e[side]);
+        for (int k = 0; k < 3; k++)
+            plain_direction(model, p, closure->point[side], unit[k], x.axes[side][k]);
+    }
+    for (int k = 0; k < 3; k++)
+        x.d[k] = at[1][k] - at[0][k];
+    return x;
+}
+
+/* sin^2 of the angle between two frames: the skew part is the sum of half the cross products of their axes. */
+static double skew_square(const geometry *x)
+{
+    double sum[3] = {0}, c[3];
+    for (int k = 0; k < 3; k++) {
+        cross(x->axes[0][k], x->axes[1][k], c);
+        for (int i = 0; i < 3; i++)
+            sum[i] += c[i] / 2;
+    }
+    return dot(sum, sum);
+}
+
+static double square(double x)
+{
+    return x * x;
+}
+
+/* h.h, which does not depend on the choice of axes; negative: not known here. */
+static double plain_square(const kempe_model *model, const double *q, const kmp_closure *c)
+{
+    pose p[MODEL_MAX_BODIES];
+    const char *kind = c->kind;
+    plain_poses(model, q, p);
+    if (c->point[0] < 0) {
+        double sum = c->constant ? -c->constant->value : 0;
+        for (int k = 0; k < c->term_count; k++)
+            sum += c->terms[k].factor.value * q[c->terms[k].motion];
+        if (strcmp(kind, "screw") == 0)
+            sum = q[c->motion] - c->length.value * q[c->motion + 1] / (8 * atan(1));
+        return strcmp(kind, "constraint") == 0 ? -1 : sum * sum;
+    }
+    geometry x = plain_geometry(model, p, c);
+    double gap = dot(x.d, x.d), line = cross_square(x.e[0], x.d), parallel = cross_square(x.e[0], x.e[1]);
+    double along = dot(x.axes[0][0], x.d);
+    if (strcmp(kind, "ball") == 0)
+        return gap;
+    if (strcmp(kind, "rod") == 0)
+        return square((gap - square(c->length.value)) / 2);
+    if (strcmp(kind, "revolute") == 0)
+        return gap + parallel;
+    if (strcmp(kind, "universal") == 0)
+        return gap + square(dot(x.e[0], x.e[1]));
+    if (strcmp(kind, "cylindrical") == 0)
+        return line + parallel;
+    if (strcmp(kind, "prismatic") == 0)
+        return line + skew_square(&x);
+    if (strcmp(kind, "weld") == 0)
+        return gap + skew_square(&x);
+    if (strcmp(kind, "point_on_line") == 0)
+        return line;
+    if (strcmp(kind, "point_on_plane") == 0)
+        return square(dot(x.e[0], x.d));
+    if (strcmp(kind, "point_on_curve") == 0)
+        return square(dot(x.axes[0][1], x.d) - kmp_table_value(c->table->table, 0, along));
+    return -1;
+}
+
+/* Which kinds were met. */
+static char met[256];
+
 static void closures(int number, const random_model *r, derived *d)
 {
     state s = random_state_vectors();
     derived_eval(d, &s);
     for (int c = 0; c < r->model->closure_count; c++) {
         const kmp_closure *closure = &r->model->closures[c];
-        double length = closure->length.value, gap = plain_distance(r->model, s.q, closure->point);
-        double square = 0, lambda = 0, force = 0;
+        double sum = 0, expected = plain_square(r->model, s.q, closure);
         for (int k = 0; k < d->m; k++)
-            if (d->eq.rows[k].closure == c) {
-                square += d->h[k] * d->h[k];
-                lambda += s.lambda[k] * s.lambda[k];
-            }
-        for (int k = 0; k < 3; k++)
-            force += d->reaction[3 * c + k] * d->reaction[3 * c + k];
-        bool rod = strcmp(closure->kind, "rod") == 0;
-        double expected = rod ? fabs(gap * gap - length * length) / 2 : gap, size = sqrt(square);
-        /* A dropped row of a ball is zero; the rod's force is lambda times the distance. */
-        double pull = sqrt(lambda) * (rod ? gap : 1), felt = sqrt(force);
-        CHECK_CLOSE(1, &size, &expected, 1e-13);
-        CHECK_CLOSE(1, &felt, &pull, 1e-13);
+            if (d->eq.rows[k].closure == c)
+                sum += d->h[k] * d->h[k];
+        if (!strstr(met, closure->kind))
+            snprintf(met + strlen(met), sizeof met - strlen(met), " %s", closure->kind);
+        double size = sqrt(sum), wanted = sqrt(fmax(expected, 0));
+        if (expected >= 0)
+            CHECK_CLOSE(1, &size, &wanted, 1e-12);
+        else
+            CHECK(strcmp(closure->kind, "constraint") == 0);
+    }
+}
+
+/* lambda' J qd of a closure to the ground is the power of its force and moment on the second body. */
+static void check_wrench(int number, const random_model *r, derived *d, const state *s, int c)
+{
+    const kempe_model *model = r->model;
+    const kmp_closure *closure = &model->closures[c];
+    pose p[MODEL_MAX_BODIES], rate[MODEL_MAX_BODIES];
+    posed user = {model};
+    double rates[32], at[3], v[3], own[3], w[3], power = 0, expected;
+    int body = model->points[closure->point[1]].body;
+    derived_eval(d, s);
+    derived_jacobian_times(d, s->qd, rates);
+    for (int k = 0; k < d->m; k++)
+        power += d->eq.rows[k].closure == c ? s->lambda[k] * rates[k] : 0;
+    plain_poses(model, s->q, p);
+    difference(pose_field, &user, d->n, s->q, s->qd, 12 * model->body_count, &rate[0].r[0][0]);
+    number_values(model->points[closure->point[1]].at, at);
+    pose_apply(&rate[body], at, v);
+    spin_in_body(&p[body], &rate[body], own);
+    for (int i = 0; i < 3; i++)
+        w[i] = p[body].r[i][0] * own[0] + p[body].r[i][1] * own[1] + p[body].r[i][2] * own[2];
+    const double *moment = d->shown + 3 * d->eq.position_count + 3 * c;
+    expected = dot(d->reaction + 3 * c, v) + dot(moment, w);
+    CHECK_CLOSE(1, &power, &expected, 1e-9);
+}
+
+static void wrenches(int number, const random_model *r, derived *d)
+{
+    state s = random_state_vectors();
+    for (int c = 0; c < r->model->closure_count; c++) {
+        const int *point = r->model->closures[c].point;
+        if (point[0] >= 0 && r->model->points[point[0]].body == 0)
+            check_wrench(number, r, d, &s, c);
     }
 }
 
 static void test_closures(void)
 {
     for_all_models(closures);
+    for_all_models(wrenches);
+#define KMP_CLOSURE(name, needs) CHECK(strstr(met, #name));
+#include "model/closures.def"
+#undef KMP_CLOSURE
 }
 
 static void residual_field(void *user, const double *q, double *out)
@@ -305,7 +449,7 @@ static void rate_field(void *user, const double *q, double *out)
 
 static void closure_rates(int number, const random_model *r, derived *d)
 {
-    enum { MOST_ROWS = 16 };
+    enum { MOST_ROWS = 32 };
     at_rate a = {r, d, random_state_vectors()};
     const state s = a.s;
     double column[MOST_ROWS], expected[MOST_ROWS], gamma[MOST_ROWS], zero[MOST_ROWS] = {0};

@@ -18,7 +18,7 @@ static kmp_vec spin(const kmp_tree *tree, int link)
 bool kmp_law_body_torque(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
-    int link = tree->body_link[force->body];
+    int link = tree->mounts[force->body].link;
     kmp_vec torque;
     *value = KMP_ZERO;
     for (int i = 0; i < 3; i++)

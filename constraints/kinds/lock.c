@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Lock: a coordinate keeps its start value; lambda is the effort on it. */
+#include "constraints/kinds/kind.h"
+
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref start = kmp_tree_number(tree, &tree->model->start.q[closure->motion]);
+    *frame = 0;
+    h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), start);
+}
+
+static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    (void)tree, (void)closure;
+    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
+}
+
+const kmp_closure_kind kmp_kind_lock = {"lock", 1, KMP_KIND_POWER_OF_COORDINATE, residual, reaction, NULL, 0};

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Screw: what couples the slide and the turn of a screw joint. h = slide - pitch turn/(2 pi). */
+#include "constraints/kinds/kind.h"
+#include <math.h>
+
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+{
+    kmp_graph *g = tree->graph;
+    uint32_t slide = (uint32_t)closure->motion;
+    kmp_ref rate = kmp_mul(g, kmp_const(g, 1 / (8 * atan(1))), kmp_tree_number(tree, &closure->length));
+    *frame = 0;
+    h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, slide), kmp_mul(g, rate, kmp_input(g, KMP_IN_Q, slide + 1)));
+}
+
+static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    (void)tree, (void)closure;
+    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
+}
+
+const kmp_closure_kind kmp_kind_screw = {"screw", 1, KMP_KIND_POWER_OF_COORDINATE, residual, reaction, NULL, 0};
