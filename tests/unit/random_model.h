@@ -19,7 +19,8 @@ enum {
     MODEL_LOOPS = 1,
     MODEL_FORCES = 2,  /* springs and efforts, conservative */
     MODEL_DAMPING = 4, /* and not: damping of springs, efforts over t, q and qd */
-    MODEL_SYMBOLS = 8  /* numbers as expressions of parameters */
+    MODEL_SYMBOLS = 8, /* numbers as expressions of parameters */
+    MODEL_PLAIN = 16   /* joints of plain motions, loops of balls and rods: many assemble and move */
 };
 
 /* -- writing ----------------------------------------------------------------------------------------- */
@@ -104,14 +105,14 @@ static inline void put_named_joint(kmp_text *text, int body)
         kmp_text_put(text, ", pitch: 0.2");
 }
 
-static inline void put_joint(kmp_text *text, int body)
+static inline void put_joint(kmp_text *text, int body, unsigned flags)
 {
     int parent = body == 1 || pick(5) == 0 ? 0 : pick(3) ? body - 1 : 1 + pick(body - 1), motions = 1 + pick(3);
     bool used[2][3] = {{false}};
     kmp_text_printf(text, "    joint: {");
     if (pick(2)) {
         kmp_text_printf(text, "%s: %s", pick(3) ? "revolute" : "prismatic", random_axes[pick(8)]);
-    } else if (pick(2)) {
+    } else if (!(flags & MODEL_PLAIN) && pick(2)) {
         put_named_joint(text, body);
     } else {
         for (int k = 0; k < motions; k++) {
@@ -161,7 +162,7 @@ static inline void put_points(kmp_text *text, unsigned flags)
 static inline void put_body(kmp_text *text, int body, unsigned flags)
 {
     kmp_text_printf(text, "  b%d:\n", body);
-    put_joint(text, body);
+    put_joint(text, body, flags);
     kmp_text_put(text, "    mass: ");
     put_number(text, between(0.2, 3), flags);
     kmp_text_put(text, "\n    com: ");
@@ -292,7 +293,7 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
         kmp_text_put(text, ", table: f");
 }
 
-/* Two rows of closures.def, by the seed, so that all have their turn. */
+/* Two rows of closures.def, by the seed, so that all have their turn; plain ones are the first two: ball and rod. */
 static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t seed, int bodies, unsigned flags)
 {
     static const struct {
@@ -304,7 +305,7 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
     };
     kmp_text_put(text, "loops:\n");
     for (unsigned k = 0; k < 2; k++) {
-        size_t kind = (seed + 5 * k) % (sizeof kinds / sizeof *kinds);
+        size_t kind = flags & MODEL_PLAIN ? (size_t)pick(2) : (seed + 5 * k) % (sizeof kinds / sizeof *kinds);
         kmp_text_printf(text, "  L%u: {", k);
         if (strcmp(kinds[kind].needs, "TERMS") != 0 && strcmp(kinds[kind].needs, "EXPRESSION") != 0) {
             kmp_text_printf(text, "%s: ", kinds[kind].name);

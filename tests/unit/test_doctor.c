@@ -325,7 +325,7 @@ static void random_mechanisms_are_examined(void)
     enum { TRIALS = 300 };
     int assembled = 0, walked = 0, cycles = 0, dead = 0;
     for (int trial = 0; trial < TRIALS; trial++) {
-        random_model r = random_model_new((uint64_t)trial + 1, 2 + trial % 4, MODEL_LOOPS);
+        random_model r = random_model_new((uint64_t)trial + 1, 2 + trial % 4, MODEL_LOOPS | MODEL_PLAIN);
         patient p = {.context = r.context, .model = r.model};
         if (kempe_system_new(p.model, &p.system) != KEMPE_OK) { /* a closure that no coordinate moves */
             random_model_free(&r);
