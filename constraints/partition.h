@@ -24,6 +24,11 @@ typedef struct kmp_partition {
  *  (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would be. */
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count);
+
+/** The same with the rank given: off the closed configuration, as between the steps of an integrator, rows that are
+ * redundant look weakly independent. */
+kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
+                                   const int *wish, int wish_count);
 void kmp_partition_free(kmp_partition *part);
 
 /** A copy of its own. false: no memory. */

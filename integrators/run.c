@@ -38,11 +38,14 @@ struct kmp_runner {
     double work_t;
     double rate_scale, build_s, progress;
     unsigned long memory_failures; /* before it was made */
+    int rescues;                   /* of an implicit integrator; the last one's time */
+    double rescue_t;
     char *reason;
 };
 
 /* Rates of the start may violate the closures by this part of their size. */
-#define RATE_GAP 1e-6
+#define RATE_GAP     1e-6
+#define MOST_RESCUES 1000
 
 static double cpu_now(void)
 {
@@ -64,7 +67,9 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
     return scale;
 }
 
-static kempe_status choose_partition(kmp_runner *run, double t, const double *q, const int *wish, int wish_count)
+/* rank < 0: as the pivots say. */
+static kempe_status choose_partition(kmp_runner *run, double t, const double *q, int rank, const int *wish,
+                                     int wish_count)
 {
     const kempe_system *s = run->s;
     double *jacobian = KMP_NEW(double, s->m * s->n);
@@ -72,7 +77,7 @@ static kempe_status choose_partition(kmp_runner *run, double t, const double *q,
         return kmp_fail_memory(s->context);
     kmp_plant_closure(run->plant, t, q);
     kmp_plant_dense_jacobian(run->plant, jacobian);
-    kempe_status status = kmp_partition_init(&run->part, s, jacobian, wish, wish_count);
+    kempe_status status = kmp_partition_of_rank(&run->part, s, jacobian, rank, wish, wish_count);
     kmp_free(jacobian);
     run->has_part = status == KEMPE_OK;
     return status;
@@ -87,6 +92,43 @@ static const char *driven_by(const kempe_system *s, int row)
         if (s->jacobian.row[e] == row && ++count)
             name = s->model->motions[s->jacobian.col[e]].name;
     return count == 1 ? name : NULL;
+}
+
+/* J qd + h_t at the plant's last closure. */
+static void rate_violation(const kmp_runner *run, const double *qd, double *violation)
+{
+    const kmp_pattern *p = &run->s->jacobian;
+    for (int r = 0; r < run->s->m; r++)
+        violation[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        violation[p->row[k]] += run->plant->jacobian[k] * qd[p->col[k]];
+}
+
+/* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
+ * the others a DAE integrator would take for a jump. */
+static kempe_status project(kmp_runner *run, double t, double *q, double *qd)
+{
+    kmp_saddle saddle = {0};
+    double *dx = run->moved;
+    kempe_status status =
+        kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    for (int pass = 0; status == KEMPE_OK && pass < 3; pass++) {
+        kmp_plant_closure(run->plant, t, q);
+        kmp_plant_mass(run->plant);
+        if (kmp_saddle_factor(&saddle)) {
+            status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
+            break;
+        }
+        rate_violation(run, qd, run->lambda);
+        kmp_saddle_correction(&saddle, run->lambda, dx);
+        for (int i = 0; i < run->s->n; i++)
+            qd[i] += dx[i];
+        kmp_saddle_correction(&saddle, run->plant->h, dx);
+        for (int i = 0; pass < 2 && i < run->s->n; i++)
+            q[i] += dx[i];
+    }
+    kmp_saddle_free(&saddle);
+    return status;
 }
 
 /* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
@@ -104,8 +146,7 @@ static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
     }
     for (int i = 0; i < s->n; i++)
         size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
-    for (int e = 0; e < s->jacobian.count; e++)
-        rate[s->jacobian.row[e]] += run->plant->jacobian[e] * start->qd[s->jacobian.col[e]];
+    rate_violation(run, start->qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
     if (worst <= RATE_GAP * size)
@@ -118,13 +159,13 @@ static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
         s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
-/* Consistent accelerations and multipliers at the assembled state. */
-static kempe_status accelerate(kmp_runner *run, const kempe_assembly *start)
+/* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
+static kempe_status accelerate(kmp_runner *run, const double *qd)
 {
     kmp_saddle saddle = {0};
     kempe_status status = KEMPE_OK;
     kmp_plant_mass(run->plant);
-    kmp_plant_bias(run->plant, start->qd);
+    kmp_plant_bias(run->plant, qd);
     if (!kmp_saddle_init(&saddle, run->plant, &run->part))
         status = kmp_fail_memory(run->s->context);
     else if (kmp_saddle_factor(&saddle))
@@ -306,11 +347,11 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
         return kmp_fail_memory(run->s->context);
     kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
-    kempe_status status = choose_partition(run, run->spec.t_start, start->q, run->spec.u, run->spec.u_count);
+    kempe_status status = choose_partition(run, run->spec.t_start, start->q, -1, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
         status = check_rates(run, start);
     if (status == KEMPE_OK)
-        status = accelerate(run, start);
+        status = accelerate(run, start->qd);
     if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
@@ -434,12 +475,12 @@ static void release_road(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
-/* Rows and coordinates anew at q; a fixed u stays. */
+/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
     run->has_part = false;
-    kempe_status status = choose_partition(run, t, q, before.u, run->spec.fixed_u ? before.p : 0);
+    kempe_status status = choose_partition(run, t, q, run->margin.r, before.u, run->spec.fixed_u ? before.p : 0);
     kmp_partition_free(&before);
     return status;
 }
@@ -455,6 +496,10 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
     release_road(run);
     run->in_zone = to_zone;
     status = choose_again(run, t, q);
+    if (status == KEMPE_OK && run->way->dae && !to_zone)
+        status = project(run, t, q, qd);
+    if (status == KEMPE_OK && run->way->dae && !to_zone)
+        status = accelerate(run, qd);
     if (status == KEMPE_OK)
         status = make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
@@ -533,6 +578,22 @@ static kempe_status pass_event(kmp_runner *run, double t)
     return status;
 }
 
+/* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
+ * past steps left may be all that was wrong. */
+static kempe_status rescue(kmp_runner *run, double t)
+{
+    if (!run->yp || run->rescues == MOST_RESCUES || (run->rescues > 0 && !(t > run->rescue_t)))
+        return KEMPE_E_FAILED;
+    run->rescues++;
+    run->rescue_t = t;
+    kempe_status status = change_road(run, t, false);
+    if (status == KEMPE_OK)
+        status = run->kind->step(run->solver);
+    if (status == KEMPE_OK)
+        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: the integrator stopped and went on from the same state", t);
+    return status;
+}
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
@@ -545,6 +606,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
         status = renew(run, t);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
+    if (status == KEMPE_E_FAILED && !run->in_zone)
+        status = rescue(run, t);
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
