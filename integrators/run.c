@@ -160,7 +160,7 @@ static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
 }
 
 /* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
-static kempe_status accelerate(kmp_runner *run, const double *qd)
+static kempe_status accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle = {0};
     kempe_status status = KEMPE_OK;
@@ -169,7 +169,7 @@ static kempe_status accelerate(kmp_runner *run, const double *qd)
     if (!kmp_saddle_init(&saddle, run->plant, &run->part))
         status = kmp_fail_memory(run->s->context);
     else if (kmp_saddle_factor(&saddle))
-        status = kmp_explain_massless(run->plant, &run->part, run->spec.t_start, start->q);
+        status = kmp_explain_massless(run->plant, &run->part, t, q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
     kmp_saddle_free(&saddle);
@@ -351,7 +351,7 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     if (status == KEMPE_OK)
         status = check_rates(run, start);
     if (status == KEMPE_OK)
-        status = accelerate(run, start->qd);
+        status = accelerate(run, run->spec.t_start, start->q, start->qd);
     if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
@@ -499,7 +499,7 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
     if (status == KEMPE_OK && run->way->dae && !to_zone)
         status = project(run, t, q, qd);
     if (status == KEMPE_OK && run->way->dae && !to_zone)
-        status = accelerate(run, qd);
+        status = accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
         status = make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
@@ -604,10 +604,11 @@ kempe_status kmp_runner_step(kmp_runner *run)
         status = watch_margin(run, t);
     if (status == KEMPE_OK)
         status = renew(run, t);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK) {
         status = run->kind->step(run->solver);
-    if (status == KEMPE_E_FAILED && !run->in_zone)
-        status = rescue(run, t);
+        if (status == KEMPE_E_FAILED && !run->in_zone)
+            status = rescue(run, t);
+    }
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
