@@ -2,6 +2,7 @@
 /* One run, step by step: assembles, partitions, makes a road and an integrator, advances, gives rows. */
 #include "integrators/run.h"
 #include "base/memory.h"
+#include "constraints/angles.h"
 #include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
@@ -74,6 +75,16 @@ static kempe_status choose_partition(kmp_runner *run, double t, const double *q,
     return status;
 }
 
+static kempe_status fail_start(const kmp_runner *run, const double *q)
+{
+    kmp_text why = {0};
+    kmp_angles_explain(run->s->model, q, &why);
+    kempe_status status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the start accelerations are not determined%s",
+                                   why.s ? why.s : ": some motion carries no mass");
+    kmp_text_free(&why);
+    return status;
+}
+
 /* Consistent accelerations and multipliers at the assembled state. */
 static kempe_status accelerate(kmp_runner *run, const kempe_assembly *start)
 {
@@ -84,8 +95,7 @@ static kempe_status accelerate(kmp_runner *run, const kempe_assembly *start)
     if (!kmp_saddle_init(&saddle, run->plant, &run->part))
         status = kmp_fail_memory(run->s->context);
     else if (kmp_saddle_factor(&saddle))
-        status = kmp_fail(run->s->context, KEMPE_E_FAILED,
-                          "the start accelerations are not determined: some motion carries no mass");
+        status = fail_start(run, start->q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
     kmp_saddle_free(&saddle);
@@ -151,6 +161,16 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
+/* Says when the angles of a joint are the trouble at the last step. */
+static void explain_angles(const kmp_runner *run, kmp_text *text)
+{
+    double t = run->solver ? run->kind->t(run->solver) : 0;
+    if (!run->solver || !(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_angles_explain(run->s->model, run->state, text);
+}
+
 /* The sentence of a failure: the road's, the integrator's, or `otherwise`. */
 static kempe_status give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
 {
@@ -168,6 +188,7 @@ static kempe_status give_up(kmp_runner *run, kempe_status status, const char *ot
         kmp_text_put(&text, said);
     else
         kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
+    explain_angles(run, &text);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }

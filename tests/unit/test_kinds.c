@@ -386,6 +386,47 @@ static void test_curve(void)
     CHECK_NEAR(y, 1 + x * x / 4, 1e-12);
 }
 
+/* -- angles ------------------------------------------------------------------------------------------------- */
+
+/* A ball whose second angle goes to 90 degrees: the reason names it, on every road, and nothing ends well by chance. */
+static void singular_start(const char *start, const char *road, const char *expected)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text,
+                    "kempe: 1\ngravity: [0, 0, -9.81]\n"
+                    "bodies:\n"
+                    "  a: {joint: {name: ball, spherical: z, at: ground}, mass: 1, com: [0, 0, -0.5], "
+                    "inertia: {xx: 0.1, yy: 0.1, zz: 0.05}}\n"
+                    "start: {q: {ball.2: %s}, qd: {ball.1: 1e-6, ball.2: 9}}\n",
+                    start);
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_trajectory *t = NULL;
+    kempe_run settings = kempe_run_default();
+    settings.road = road;
+    settings.t_end = 1;
+    CHECK(kempe_model_read_text(context, text.s, "ball", &model) == KEMPE_OK);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    CHECK(kempe_simulate(system, &settings, &t) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(context), expected) != NULL);
+    kempe_trajectory_free(t);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+    kmp_text_free(&text);
+}
+
+static void test_singular_angles(void)
+{
+    static const char said[] = "joint 'ball' comes to the singular position of its angles, ball.2 = 1.5";
+    static const char *const roads[] = {"reduced", "projected", "dae"};
+    for (int k = 0; k < 3; k++) {
+        singular_start("1", roads[k], said);
+        singular_start("pi/2", roads[k], said);
+    }
+}
+
 int main(void)
 {
     TEST(test_car_axis);
@@ -400,5 +441,6 @@ int main(void)
     TEST(test_planar_loop_in_space);
     TEST(test_free_body);
     TEST(test_curve);
+    TEST(test_singular_angles);
     return check_report();
 }
