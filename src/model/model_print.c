@@ -63,6 +63,16 @@ static void put_axis(kmp_text *text, const double axis[3])
     kmp_text_put(text, "]");
 }
 
+/* x [..], z [..] */
+static void show_axes(kmp_text *text, double m[3][3])
+{
+    for (int k = 0; k < 3; k += 2) {
+        const double axis[3] = {m[0][k], m[1][k], m[2][k]};
+        kmp_text_put(text, k ? ", z " : "x ");
+        put_axis(text, axis);
+    }
+}
+
 static const char *const inertia_names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 /* -- summary --------------------------------------------------------------------------------------- */
@@ -121,6 +131,10 @@ static void show_points(kmp_text *text, const kempe_model *model, int body)
             continue;
         kmp_text_printf(text, "    point %s ", model->points[i].name);
         put_vector(text, model->points[i].at);
+        if (model->points[i].turned) {
+            kmp_text_put(text, ", axes ");
+            show_axes(text, model->points[i].axes);
+        }
         kmp_text_put(text, "\n");
     }
 }
@@ -142,7 +156,7 @@ static void show_inertia(kmp_text *text, const kmp_body *body)
 
 static void show_body(kmp_text *text, const kempe_model *model, int i)
 {
-    const kmp_body *body = &model->bodies[i];
+    kmp_body *body = &model->bodies[i];
     kmp_text_printf(text, "  %d %s: joint %s at ", i, body->name, body->joint);
     if (body->at >= 0)
         put_point(text, model, body->at);
@@ -152,6 +166,15 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     for (int k = 0; k < body->motion_count; k++) {
         kmp_text_put(text, " ");
         show_motion(text, &model->motions[body->first_motion + k]);
+    }
+    kmp_text_put(text, body->motion_count ? "" : " weld");
+    if (body->screw) {
+        kmp_text_put(text, ", pitch ");
+        kmp_text_number(text, body->pitch.value);
+    }
+    if (body->turned) {
+        kmp_text_put(text, ", frame ");
+        show_axes(text, body->frame);
     }
     kmp_text_put(text, "\n");
     show_inertia(text, body);
@@ -164,6 +187,12 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
     show_points(text, model, 0);
     for (int i = 1; i < model->body_count; i++)
         show_body(text, model, i);
+}
+
+static bool has_axes(const kmp_closure *closure)
+{
+    const double *a = closure->axis[0];
+    return a[0] != 0 || a[1] != 0 || a[2] != 0;
 }
 
 /* Of what is not between points. */
@@ -204,6 +233,14 @@ static void show_closures(kmp_text *text, const kempe_model *model)
             kmp_text_put(text, ", length ");
             kmp_text_number(text, closure->length.value);
         }
+        if (has_axes(closure)) {
+            kmp_text_put(text, ", axes ");
+            put_axis(text, closure->axis[0]);
+            kmp_text_put(text, " and ");
+            put_axis(text, closure->axis[1]);
+        }
+        if (closure->table)
+            kmp_text_printf(text, ", table %s", closure->table->name);
         kmp_text_put(text, "\n");
     }
 }
@@ -407,6 +444,31 @@ static void json_tables(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "}");
 }
 
+static void json_axes(kmp_text *text, bool first, const char *key, double m[3][3])
+{
+    put_key(text, first, key);
+    for (int k = 0; k < 3; k += 2) {
+        const double axis[3] = {m[0][k], m[1][k], m[2][k]};
+        kmp_text_put(text, k ? ", \"z\": " : "{\"x\": ");
+        put_axis(text, axis);
+    }
+    kmp_text_put(text, "}");
+}
+
+/* Of the turned ones. */
+static void json_point_axes(kmp_text *text, const kempe_model *model, int body)
+{
+    bool first = true;
+    for (int i = 0; i < model->point_count; i++) {
+        if (model->points[i].body != body || !model->points[i].turned)
+            continue;
+        kmp_text_put(text, first ? ", \"point_axes\": {" : "");
+        json_axes(text, first, model->points[i].name, model->points[i].axes);
+        first = false;
+    }
+    kmp_text_put(text, first ? "" : "}");
+}
+
 static void json_points(kmp_text *text, const kempe_model *model, int body)
 {
     bool first = true;
@@ -419,6 +481,7 @@ static void json_points(kmp_text *text, const kempe_model *model, int body)
         first = false;
     }
     kmp_text_put(text, "}");
+    json_point_axes(text, model, body);
 }
 
 static void json_motions(kmp_text *text, const kempe_model *model, const kmp_body *body)
@@ -439,13 +502,17 @@ static void json_motions(kmp_text *text, const kempe_model *model, const kmp_bod
 
 static void json_body(kmp_text *text, const kempe_model *model, int i)
 {
-    const kmp_body *body = &model->bodies[i];
+    kmp_body *body = &model->bodies[i];
     kmp_text_put(text, i > 1 ? ",\n  {" : "\n  {");
     put_string(text, true, "name", body->name);
     put_string(text, false, "parent", model->bodies[body->parent].name);
     put_string(text, false, "at", body->at >= 0 ? model->points[body->at].name : "");
     put_string(text, false, "joint", body->joint);
     json_motions(text, model, body);
+    if (body->turned)
+        json_axes(text, false, "frame", body->frame);
+    if (body->screw)
+        put_number(text, false, "pitch", body->pitch.value);
     put_number(text, false, "mass", body->mass.value);
     put_key(text, false, "com");
     put_vector(text, body->com);
@@ -473,6 +540,16 @@ static void json_bodies(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]");
 }
 
+static void json_closure_axes(kmp_text *text, const kmp_closure *closure)
+{
+    put_key(text, false, "axes");
+    kmp_text_put(text, "[");
+    put_axis(text, closure->axis[0]);
+    kmp_text_put(text, ", ");
+    put_axis(text, closure->axis[1]);
+    kmp_text_put(text, "]");
+}
+
 static void json_terms(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
     put_key(text, false, "terms");
@@ -496,6 +573,12 @@ static void json_closures(kmp_text *text, const kempe_model *model)
             put_point_key(text, "points", model, closure->point);
         if (closure->term_count > 0)
             json_terms(text, model, closure);
+        if (closure->constant)
+            put_number(text, false, "equals", closure->constant->value);
+        if (has_axes(closure))
+            json_closure_axes(text, closure);
+        if (closure->table)
+            put_string(text, false, "table", closure->table->name);
         if (closure->function) {
             put_key(text, false, closure->point[0] < 0 ? "function" : "length");
             put_quoted_expr(text, model, closure->function);
