@@ -3,6 +3,7 @@
  * gives a motion s with Mr s = 0, and X s says which coordinates take part in it. */
 #include "constraints/massless.h"
 #include "base/memory.h"
+#include "constraints/angles.h"
 #include "constraints/reduction.h"
 #include "linalg/dense.h"
 #include <float.h>
@@ -89,9 +90,24 @@ static kempe_status search(kmp_reduction *red)
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(red->plant->system->context) : status;
 }
 
+/* Angles that are no coordinates where they are; KEMPE_OK when that is not the trouble. */
+static kempe_status blame_angles(const kmp_plant *plant, const double *q)
+{
+    kmp_text why = {0};
+    kmp_angles_explain(plant->system->model, q, &why);
+    kempe_status status =
+        why.failed ? kmp_fail_memory(plant->system->context)
+        : why.s    ? kmp_fail(plant->system->context, KEMPE_E_FAILED, "the accelerations are not determined%s", why.s)
+                   : KEMPE_OK;
+    kmp_text_free(&why);
+    return status;
+}
+
 kempe_status kmp_explain_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q)
 {
     kmp_reduction red = {0};
+    if (blame_angles(plant, q) != KEMPE_OK)
+        return KEMPE_E_FAILED;
     if (part->p == 0)
         return kmp_fail(plant->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
     kempe_status status = kmp_reduction_init(&red, plant, part);

@@ -2,6 +2,7 @@
 /* One run, step by step: assembles, partitions, makes a road and an integrator, advances, gives rows. */
 #include "integrators/run.h"
 #include "base/memory.h"
+#include "constraints/angles.h"
 #include "constraints/margin.h"
 #include "constraints/massless.h"
 #include "constraints/partition.h"
@@ -235,6 +236,16 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
+/* Says when the angles of a joint are the trouble at the last step. */
+static void explain_angles(const kmp_runner *run, kmp_text *text)
+{
+    double t = run->solver ? run->kind->t(run->solver) : 0;
+    if (!run->solver || !(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_angles_explain(run->s->model, run->state, text);
+}
+
 /* A drive that asks for more than the mechanism can do; false when that is not the trouble. */
 static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
 {
@@ -274,6 +285,7 @@ static kempe_status give_up(kmp_runner *run, kempe_status status, const char *ot
         else
             kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
     }
+    explain_angles(run, &text);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }

@@ -75,6 +75,31 @@ static void json_tables(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "}");
 }
 
+static void json_axes(kmp_text *text, bool first, const char *key, double m[3][3])
+{
+    put_key(text, first, key);
+    for (int k = 0; k < 3; k += 2) {
+        const double axis[3] = {m[0][k], m[1][k], m[2][k]};
+        kmp_text_put(text, k ? ", \"z\": " : "{\"x\": ");
+        kmp_model_put_axis(text, axis);
+    }
+    kmp_text_put(text, "}");
+}
+
+/* Of the turned ones. */
+static void json_point_axes(kmp_text *text, const kempe_model *model, int body)
+{
+    bool first = true;
+    for (int i = 0; i < model->point_count; i++) {
+        if (model->points[i].body != body || !model->points[i].turned)
+            continue;
+        kmp_text_put(text, first ? ", \"point_axes\": {" : "");
+        json_axes(text, first, model->points[i].name, model->points[i].axes);
+        first = false;
+    }
+    kmp_text_put(text, first ? "" : "}");
+}
+
 static void json_points(kmp_text *text, const kempe_model *model, int body)
 {
     bool first = true;
@@ -87,6 +112,7 @@ static void json_points(kmp_text *text, const kempe_model *model, int body)
         first = false;
     }
     kmp_text_put(text, "}");
+    json_point_axes(text, model, body);
 }
 
 static void json_motions(kmp_text *text, const kempe_model *model, const kmp_body *body)
@@ -107,13 +133,17 @@ static void json_motions(kmp_text *text, const kempe_model *model, const kmp_bod
 
 static void json_body(kmp_text *text, const kempe_model *model, int i)
 {
-    const kmp_body *body = &model->bodies[i];
+    kmp_body *body = &model->bodies[i];
     kmp_text_put(text, i > 1 ? ",\n  {" : "\n  {");
     put_string(text, true, "name", body->name);
     put_string(text, false, "parent", model->bodies[body->parent].name);
     put_string(text, false, "at", body->at >= 0 ? model->points[body->at].name : "");
     put_string(text, false, "joint", body->joint);
     json_motions(text, model, body);
+    if (body->turned)
+        json_axes(text, false, "frame", body->frame);
+    if (body->screw)
+        put_number(text, false, "pitch", body->pitch.value);
     put_number(text, false, "mass", body->mass.value);
     put_key(text, false, "com");
     kmp_model_put_vector(text, body->com);
@@ -141,6 +171,16 @@ static void json_bodies(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]");
 }
 
+static void json_closure_axes(kmp_text *text, const kmp_closure *closure)
+{
+    put_key(text, false, "axes");
+    kmp_text_put(text, "[");
+    kmp_model_put_axis(text, closure->axis[0]);
+    kmp_text_put(text, ", ");
+    kmp_model_put_axis(text, closure->axis[1]);
+    kmp_text_put(text, "]");
+}
+
 static void json_terms(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
     put_key(text, false, "terms");
@@ -164,6 +204,12 @@ static void json_closures(kmp_text *text, const kempe_model *model)
             put_point_key(text, "points", model, closure->point);
         if (closure->term_count > 0)
             json_terms(text, model, closure);
+        if (closure->constant)
+            put_number(text, false, "equals", closure->constant->value);
+        if (kmp_closure_has_axes(closure))
+            json_closure_axes(text, closure);
+        if (closure->table)
+            put_string(text, false, "table", closure->table->name);
         if (closure->function) {
             put_key(text, false, closure->point[0] < 0 ? "function" : "length");
             kmp_model_put_quoted_expr(text, model, closure->function);

@@ -58,6 +58,12 @@ void kmp_model_put_axis(kmp_text *text, const double axis[3])
     kmp_text_put(text, "]");
 }
 
+bool kmp_closure_has_axes(const kmp_closure *closure)
+{
+    const double *a = closure->axis[0];
+    return a[0] != 0 || a[1] != 0 || a[2] != 0;
+}
+
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)

@@ -52,6 +52,16 @@ static void show_motion(kmp_text *text, const kmp_motion *motion)
     kmp_model_put_axis(text, motion->axis);
 }
 
+/* x [..], z [..] */
+static void show_axes(kmp_text *text, double m[3][3])
+{
+    for (int k = 0; k < 3; k += 2) {
+        const double axis[3] = {m[0][k], m[1][k], m[2][k]};
+        kmp_text_put(text, k ? ", z " : "x ");
+        kmp_model_put_axis(text, axis);
+    }
+}
+
 static void show_points(kmp_text *text, const kempe_model *model, int body)
 {
     for (int i = 0; i < model->point_count; i++) {
@@ -59,6 +69,10 @@ static void show_points(kmp_text *text, const kempe_model *model, int body)
             continue;
         kmp_text_printf(text, "    point %s ", model->points[i].name);
         kmp_model_put_vector(text, model->points[i].at);
+        if (model->points[i].turned) {
+            kmp_text_put(text, ", axes ");
+            show_axes(text, model->points[i].axes);
+        }
         kmp_text_put(text, "\n");
     }
 }
@@ -80,7 +94,7 @@ static void show_inertia(kmp_text *text, const kmp_body *body)
 
 static void show_body(kmp_text *text, const kempe_model *model, int i)
 {
-    const kmp_body *body = &model->bodies[i];
+    kmp_body *body = &model->bodies[i];
     kmp_text_printf(text, "  %d %s: joint %s at ", i, body->name, body->joint);
     if (body->at >= 0)
         kmp_model_put_point(text, model, body->at);
@@ -90,6 +104,15 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     for (int k = 0; k < body->motion_count; k++) {
         kmp_text_put(text, " ");
         show_motion(text, &model->motions[body->first_motion + k]);
+    }
+    kmp_text_put(text, body->motion_count ? "" : " weld");
+    if (body->screw) {
+        kmp_text_put(text, ", pitch ");
+        kmp_text_number(text, body->pitch.value);
+    }
+    if (body->turned) {
+        kmp_text_put(text, ", frame ");
+        show_axes(text, body->frame);
     }
     kmp_text_put(text, "\n");
     show_inertia(text, body);
@@ -142,6 +165,14 @@ static void show_closures(kmp_text *text, const kempe_model *model)
             kmp_text_put(text, ", length ");
             kmp_text_number(text, closure->length.value);
         }
+        if (kmp_closure_has_axes(closure)) {
+            kmp_text_put(text, ", axes ");
+            kmp_model_put_axis(text, closure->axis[0]);
+            kmp_text_put(text, " and ");
+            kmp_model_put_axis(text, closure->axis[1]);
+        }
+        if (closure->table)
+            kmp_text_printf(text, ", table %s", closure->table->name);
         kmp_text_put(text, "\n");
     }
 }

@@ -176,7 +176,8 @@ static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, k
         return;
     }
     kmp_read_two_points(r, kmp_node_get(map, kind->name), what, closure->point);
-    read_closure_axes(r, map, what, kind, closure);
+    if (kind->needs == AXIS || kind->needs == SAME_AXIS || kind->needs == TWO_AXES)
+        read_closure_axes(r, map, what, kind, closure);
     const kmp_node *length = kind->needs == LENGTH ? kmp_read_required(r, map, what, "length") : NULL;
     if (length)
         read_length(r, length, what, closure);

@@ -82,6 +82,33 @@ static kempe_status build_model(scene *s)
     return status;
 }
 
+/* Joints and closures of many kinds, from the text to the programs. */
+static kempe_status derive_kinds(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\ntables: {f: {x: [0, 1, 3], y: [0, 1, 2]}}\n"
+        "ground: {points: {O: {at: [0, 0, 0], axes: {z: [0, 1, 1]}}}}\n"
+        "bodies:\n"
+        "  a: {joint: {screw: z, pitch: 1 mm, at: ground.O}, mass: 1, points: {P: [1, 0, 0]}}\n"
+        "  w: {joint: {weld: yes, at: a.P, frame: {x: y}}, mass: 1, points: {P: [1, 0, 0]}}\n"
+        "  b: {joint: {free: x, at: w}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {P: [0, 0, 0]}}\n"
+        "loops:\n"
+        "  W: {weld: [ground.O, b.P]}\n"
+        "  F: {point_on_curve: [ground.O, w.P], table: f}\n"
+        "  K: {couple: {a.1: 1, b.2: 2}, equals: 1}\n"
+        "drives: {l: {joint: b.1, locked: yes}}\n"
+        "run: {outputs: [reaction(W), moment(W)]}\n";
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "kinds", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    untouched(status, system);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 static kempe_status print_model(scene *s)
 {
     char *text = NULL;
@@ -299,6 +326,7 @@ static const struct {
               {"build", build_model},
               {"print model", print_model},
               {"derive", derive},
+              {"derive kinds", derive_kinds},
               {"print system", print_system},
               {"check", check_model},
               {"assemble", assemble},

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/angles.h"
+#include <math.h>
+
+/* Of the largest determinant of the three axes. */
+#define NEAR 0.05
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int i = 0; i < 3; i++)
+        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* a.(b x R c) where R turns about b by an angle: with the parts of a and c across b it is A cos + B sin, A = a.(b x c),
+ * B = a.(b x (b x c)). */
+static bool is_singular(const double a[3], const double b[3], const double c[3], double angle)
+{
+    double bc[3], bbc[3];
+    cross(b, c, bc);
+    cross(b, bc, bbc);
+    double cosine = dot(a, bc), sine = dot(a, bbc), most = hypot(cosine, sine);
+    return fabs(cosine * cos(angle) + sine * sin(angle)) < NEAR * most;
+}
+
+int kmp_angles_singular(const kempe_model *model, const double *q)
+{
+    for (int k = 1; k + 1 < model->motion_count; k++) {
+        const kmp_motion *m = &model->motions[k];
+        bool three = m[-1].rotation && m->rotation && m[1].rotation;
+        if (three && m[-1].body == m->body && m->body == m[1].body && is_singular(m[-1].axis, m->axis, m[1].axis, q[k]))
+            return k;
+    }
+    return -1;
+}
+
+void kmp_angles_explain(const kempe_model *model, const double *q, kmp_text *text)
+{
+    int k = kmp_angles_singular(model, q);
+    if (k >= 0)
+        kmp_text_printf(text,
+                        "; joint '%s' comes to the singular position of its angles, %s = %.6g: choose another axis, or "
+                        "another order of its rotations",
+                        model->bodies[model->motions[k].body].joint, model->motions[k].name, q[k]);
+}
