@@ -95,7 +95,7 @@ static bool collect_values(gather *g, unsigned values)
         g->t->at[v] = asked ? g->value_count : -1;
         g->size[v] = asked ? size[v] : 0;
         for (int i = 0; i < g->size[v]; i++)
-            g->value[g->value_count++] = value_of(&g->eq, v, i);
+            g->value[g->value_count++] = value_of(&g->eq, (kmp_value)v, i);
     }
     return g->value;
 }
