@@ -26,7 +26,8 @@ static void print_one(const hard_case *c, const hard_road *road, hard_result *r)
                                         : "failed",
            r->error, r->residual, r->drift, r->report.steps, r->report.cpu_s, mark(r->passed),
            c->open && !r->passed ? ", known" : "");
-    printf(r->passages ? " %d passages" : "", r->passages);
+    if (r->passages)
+        printf(" %d passages", r->passages);
     printf("\n");
     if (r->status != KEMPE_OK)
         printf("    %s\n", r->report.reason ? r->report.reason : "no reason");

@@ -34,6 +34,51 @@ static void cases_keep_their_bars(void)
     printf("  %d cases on %d roads\n", count, HARD_ROADS);
 }
 
+/* Places of a position output at whole seconds, against published ones (x, y by second). */
+static void follow(const char *model, int which, double unit, double tolerance, int count, const double (*place)[2])
+{
+    const hard_case c = {.name = "way", .model = model, .t_end = count - 1, .rtol = 1e-10};
+    double times[8], row[256];
+    hard_scene s;
+    kmp_samples table;
+    kmp_run_report report;
+    CHECK(hard_load(&s, KEMPE_ROOT, &c));
+    for (int k = 0; k < count; k++)
+        times[k] = k;
+    kmp_samples_init(&table, s.system->n, s.system->m);
+    kmp_run_spec spec = {.rtol = c.rtol, .t_end = c.t_end, .time_count = count, .times = times};
+    CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(s.system, &spec, NULL, kmp_samples_add, &table, &report) == KEMPE_OK && table.rows == count);
+    kmp_plant *plant = kmp_plant_new(s.system, "tape");
+    for (int k = 0; k < table.rows; k++) {
+        memcpy(row, kmp_samples_get(&table, KMP_QUANTITY_Q, k), (size_t)s.system->n * sizeof *row);
+        const double *at = kmp_plant_positions(plant, times[k], row) + (ptrdiff_t)3 * which;
+        if (!isnan(place[k][0]))
+            CHECK_NEAR(at[0] / unit, place[k][0], tolerance);
+        if (!isnan(place[k][1]))
+            CHECK_NEAR(at[1] / unit, place[k][1], tolerance);
+    }
+    kmp_plant_free(plant);
+    kmp_samples_free(&table);
+    kmp_free(report.reason);
+    hard_unload(&s);
+}
+
+static void tracers_keep_their_way(void)
+{
+    static const double foot[4][2] = {{-5.1601105241, -83.9569329261},
+                                      {30.3109337694, -82.5893513674},
+                                      {4.2702704618, -65.7170974098},
+                                      {-32.6705631765, -81.8428368009}};
+    static const double tip[5][2] = {
+        {4, 4}, {3.04725582415, 4.009342603724}, {2, 4}, {0.95274417585, 4.009342603724}, {0, 4}};
+    /* crank at 0, 60, 0 and -60 degrees */
+    static const double line[4][2] = {{1.2, 0}, {1.2, 0.6928203230275508}, {1.2, 0}, {1.2, -0.6928203230275508}};
+    follow("examples/jansen_leg/jansen_leg.yaml", 0, 1e-3, 1e-11, 4, foot);
+    follow("examples/chebyshev/chebyshev.yaml", 0, 1, 1e-11, 5, tip);
+    follow("examples/peaucellier/peaucellier.yaml", 1, 1, 1e-12, 4, line);
+}
+
 /* A slider pushed beyond its reach: the sentence says which coordinate, and when. */
 static void a_lock_is_named(void)
 {
@@ -74,6 +119,7 @@ static void bennett_turns_on_the_dae_road(void)
 int main(void)
 {
     TEST(cases_keep_their_bars);
+    TEST(tracers_keep_their_way);
     TEST(a_lock_is_named);
     TEST(bennett_turns_on_the_dae_road);
     return check_report();
