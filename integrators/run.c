@@ -45,8 +45,9 @@ struct kmp_runner {
 };
 
 /* Rates of the start may violate the closures by this part of their size. */
-#define RATE_GAP     1e-6
-#define MOST_RESCUES 1000
+#define RATE_GAP 1e-6
+/* Part of the run that must lie between two rescues of an implicit integrator. */
+#define RESCUE_WAY 1e-5
 
 static double cpu_now(void)
 {
@@ -594,10 +595,11 @@ static kempe_status pass_event(kmp_runner *run, double t)
  * past steps left may be all that was wrong. */
 static kempe_status rescue(kmp_runner *run, double t)
 {
-    if (!run->yp || run->rescues == MOST_RESCUES || (run->rescues > 0 && !(t > run->rescue_t)))
+    if (!run->yp || (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
         return KEMPE_E_FAILED;
     run->rescues++;
     run->rescue_t = t;
+    kmp_context_clear(run->s->context); /* of the integrator that is given up */
     kempe_status status = change_road(run, t, false);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
