@@ -16,7 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 200, MAX_POLISH = 8, PUSHES = 4 };
+enum { MAX_ITERATIONS = 200, MAX_POLISH = 40 };
 #define NEAR           1e-4  /* scaled |h| from which Newton's method is trusted */
 #define DECIDED        10.0  /* a pivot of J above this many |h| is not zero on the closed mechanism */
 #define CLOSED         1e-11 /* scaled |h| of a closed mechanism */
@@ -30,6 +30,7 @@ typedef struct work {
     const kempe_system *s;
     kempe_assembly *a;
     kmp_plant *plant;
+    const kmp_guess *guess;
     int n, m, free_count;
     int *free;      /* coordinates that may move */
     double *jac;    /* m x n, unscaled */
@@ -165,7 +166,7 @@ static void push_aside(work *w, unsigned *state)
         int c = w->free[k];
         *state = *state * 1664525u + 1013904223u;
         double way = (double)(*state >> 8) / (1 << 23) - 1;
-        w->a->q[c] = w->s->model->start.q[c].value + PUSH * way * w->s->scale[c];
+        w->a->q[c] = w->guess->q[c] + PUSH * way * w->s->scale[c];
     }
 }
 
@@ -175,7 +176,7 @@ static void from_afar(work *w)
     descend(w);
     double best = largest(w->m, w->h);
     memcpy(w->best, w->a->q, (size_t)w->n * sizeof *w->best);
-    for (int k = 0; k < PUSHES && best > NEAR && w->free_count > 0; k++) {
+    for (int k = 0; k < w->guess->pushes && best > NEAR && w->free_count > 0; k++) {
         push_aside(w, &state);
         descend(w);
         double now = largest(w->m, w->h);
@@ -226,7 +227,7 @@ static bool choose_dependent(work *w)
     const kempe_system *s = w->s;
     int held = 0, *hold = w->part_wish;
     for (int k = 0; k < w->n; k++)
-        if (s->model->start.hold[k])
+        if (w->guess->hold[k])
             hold[held++] = k;
     kmp_plant_dense_jacobian(w->plant, w->jac);
     w->has_part = kmp_partition_init(&w->part, s, w->jac, hold, held) == KEMPE_OK ||
@@ -236,7 +237,7 @@ static bool choose_dependent(work *w)
         !(w->part.pivots[w->part.r - 1] > DECIDED * largest(w->m, w->h) * w->part.pivots[0]))
         return false;
     for (int i = 0; i < w->part.r; i++)
-        if (s->model->start.hold[w->part.v[i]])
+        if (w->guess->hold[w->part.v[i]])
             return false;
     return true;
 }
@@ -354,52 +355,14 @@ static void judge(work *w)
         a->culprits[k] = c;
     }
     for (int k = 0; k < w->n; k++)
-        a->moved[k] = a->q[k] - model->start.q[k].value;
-}
-
-static kempe_status complain_open(const kempe_assembly *a)
-{
-    const kempe_model *model = a->system->model;
-    kmp_text held = {0}, others = {0};
-    for (int k = 0; k < model->motion_count; k++)
-        if (model->start.hold[k])
-            kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
-    for (int k = 1; k < a->culprit_count; k++)
-        kmp_text_printf(&others, "%s'%s' (%.3g m)",
-                        k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
-    const kmp_closure *worst = &model->closures[a->culprits[0]];
-    (void)kmp_complain(a->system->context, model->file, worst->place.line, worst->place.column,
-                       "loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "
-                       "start from a better guess",
-                       worst->name, held.s ? held.s : "", a->gaps[a->culprits[0]], others.s ? others.s : "");
-    kmp_text_free(&held);
-    kmp_text_free(&others);
-    return KEMPE_E_FAILED;
+        a->moved[k] = a->q[k] - w->guess->q[k];
 }
 
 /* -- all together ------------------------------------------------------------------------------------ */
 
-static kempe_assembly *assembly_new(const kempe_system *s)
+static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
 {
-    int closures = s->model->closure_count;
-    kempe_assembly *a = KMP_NEW(kempe_assembly, 1);
-    if (!a)
-        return NULL;
-    a->system = s;
-    a->q = KMP_NEW(double, s->n);
-    a->qd = KMP_NEW(double, s->n);
-    a->moved = KMP_NEW(double, s->n);
-    a->gaps = KMP_NEW(double, closures);
-    a->culprits = KMP_NEW(int, closures);
-    if (a->q && a->qd && a->moved && a->gaps && a->culprits)
-        return a;
-    kempe_assembly_free(a);
-    return NULL;
-}
-
-static bool work_init(work *w, const kempe_system *s, kempe_assembly *a)
-{
-    *w = (work){.s = s, .a = a, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
+    *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
     w->free = KMP_NEW(int, s->n);
     w->jac = KMP_NEW(double, s->m * s->n);
     w->scaled = KMP_NEW(double, s->m * s->n);
@@ -414,8 +377,8 @@ static bool work_init(work *w, const kempe_system *s, kempe_assembly *a)
         !w->h || !w->step || !w->trial)
         return false;
     for (int k = 0; k < s->n; k++) {
-        a->q[k] = s->model->start.q[k].value;
-        if (!s->model->start.hold[k])
+        a->q[k] = guess->q[k];
+        if (!guess->hold[k])
             w->free[w->free_count++] = k;
     }
     return true;
@@ -451,12 +414,11 @@ static void assemble(work *w)
         make_rates(w);
 }
 
-kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
 {
     work w = {0};
-    kmp_context_clear(system->context);
-    kempe_assembly *a = assembly_new(system);
-    if (!a || !work_init(&w, system, a)) {
+    kempe_assembly *a = kmp_assembly_new(system);
+    if (!a || !work_init(&w, system, guess, a)) {
         work_free(&w);
         kempe_assembly_free(a);
         return kmp_fail_memory(system->context);
@@ -464,27 +426,5 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     assemble(&w);
     work_free(&w);
     *assembly = a;
-    return a->closed ? KEMPE_OK : complain_open(a);
-}
-
-void kempe_assembly_free(kempe_assembly *a)
-{
-    if (!a)
-        return;
-    kmp_free(a->q);
-    kmp_free(a->qd);
-    kmp_free(a->moved);
-    kmp_free(a->gaps);
-    kmp_free(a->culprits);
-    kmp_free(a);
-}
-
-const double *kempe_assembly_q(const kempe_assembly *assembly)
-{
-    return assembly->q;
-}
-
-const double *kempe_assembly_qd(const kempe_assembly *assembly)
-{
-    return assembly->qd;
+    return KEMPE_OK;
 }

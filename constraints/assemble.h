@@ -22,4 +22,17 @@ struct kempe_assembly {
 
 /* kempe_assemble and kempe_assembly_free are the way in (kempe.h). */
 
+/** Where to begin and what must not move. */
+typedef struct kmp_guess {
+    const double *q;  /* n */
+    const bool *hold; /* n */
+    int pushes;       /* how often it is pushed aside where it comes to rest with h open */
+} kmp_guess;
+
+/** The same from any guess; whether it closed is in the assembly, without a complaint. Errors: memory alone. */
+kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);
+
+/** An empty one; NULL when there is no memory. */
+kempe_assembly *kmp_assembly_new(const kempe_system *system);
+
 #endif

@@ -3,18 +3,19 @@
 #ifndef KMP_CONSTRAINTS_DIAGNOSE_H
 #define KMP_CONSTRAINTS_DIAGNOSE_H
 
-#include "constraints/assemble.h"
-#include "constraints/partition.h"
+#include "constraints/doctor.h"
 
 struct kempe_check {
     const kempe_system *system;
     kempe_assembly *assembly;
-    kmp_partition part; /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
-    int body_count;     /* ground not counted */
-    int loop_count;     /* closures */
-    int block_count;    /* diagonal blocks of Jv, in order of solution */
-    int *block_start;   /* block_count + 1, into block_column */
-    int *block_column;  /* coordinates of v, block by block */
+    bool assembled;        /* else only `obstacle` says something */
+    kmp_partition part;    /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
+    int body_count;        /* ground not counted */
+    int loop_count;        /* closures */
+    kmp_doctor doctor;     /* what was found out beyond */
+    kmp_obstacle obstacle; /* why it does not assemble */
+    char *reason;          /* of that, as a sentence */
+    kmp_arena arena;       /* of both */
 };
 
 #endif

@@ -8,18 +8,35 @@
 /* A last pivot below this fraction of the first at the start is near a change point; what is usual then. */
 #define NEAR_START 1e-2
 #define USUAL      0.1
+/* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
+#define LOCKED 0.1
+#define FREED  0.2
+/* With more rows than this a quick look goes before the dense decomposition, which is called for when pivots have
+ * fallen below this part of their usual size. */
+#define MANY_ROWS 24
+#define CALLS_FOR 0.4
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
     int m = system->m, n = system->n;
     *margin = (kmp_margin){.system = system, .r = part->r, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
-    if (part->r > 0 && margin->usual < NEAR_START * part->pivots[0])
+    margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
+    if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
     margin->a = KMP_NEW(double, m *n);
     margin->pivots = KMP_NEW(double, m + n);
     margin->row = KMP_NEW(int, m);
     margin->col = KMP_NEW(int, n);
-    return margin->a && margin->pivots && margin->row && margin->col;
+    margin->entry = KMP_NEW(int, system->jacobian.count);
+    margin->value = KMP_NEW(double, system->jacobian.count);
+    if (!margin->a || !margin->pivots || !margin->row || !margin->col || !margin->entry || !margin->value)
+        return false;
+    margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
+    for (int k = 0; k < m; k++)
+        margin->row[k] = k < part->r ? part->rows[k] : part->redundant[k - part->r];
+    for (int k = 0; k < n; k++)
+        margin->col[k] = k < part->r ? part->v[k] : part->u[k - part->r];
+    return true;
 }
 
 void kmp_margin_free(kmp_margin *margin)
@@ -28,11 +45,14 @@ void kmp_margin_free(kmp_margin *margin)
     kmp_free(margin->pivots);
     kmp_free(margin->row);
     kmp_free(margin->col);
+    kmp_block_free(margin->block);
+    kmp_free(margin->entry);
+    kmp_free(margin->value);
     *margin = (kmp_margin){0};
 }
 
-/* The r-th pivot of some rows (all when `rows` is NULL) of the scaled J. */
-static double last_pivot(kmp_margin *margin, const kmp_plant *plant, const int *rows, int count)
+/* The given pivot of some rows (all when `rows` is NULL) of the scaled J. */
+static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *rows, int count, int which)
 {
     const kempe_system *s = margin->system;
     memset(margin->a, 0, (size_t)(count * s->n) * sizeof *margin->a);
@@ -45,19 +65,105 @@ static double last_pivot(kmp_margin *margin, const kmp_plant *plant, const int *
         margin->a[(rows ? at : row) + col * count] = plant->jacobian[e] * s->scale[col] / s->row_scale[row];
     }
     kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
-    return margin->pivots[margin->r - 1];
+    return margin->pivots[which];
 }
 
-double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+static double dense_margin(kmp_margin *margin, const kmp_plant *plant)
 {
-    if (margin->r == 0)
-        return 1;
-    margin->last = last_pivot(margin, plant, NULL, margin->system->m);
+    margin->last = pivot_of(margin, plant, NULL, margin->system->m, margin->r - 1);
     margin->usual = fmax(margin->usual, margin->last);
     return margin->last / margin->usual;
 }
 
+/* -- the quick look ---------------------------------------------------------------------------------- */
+
+/* Smallest pivot of the block, 0 when singular. */
+static double quick_pivot(kmp_margin *margin, const kmp_plant *plant)
+{
+    const kempe_system *s = margin->system;
+    for (int k = 0; k < margin->count; k++) {
+        int e = margin->entry[k];
+        margin->value[k] = plant->jacobian[e] * s->scale[s->jacobian.col[e]] / s->row_scale[s->jacobian.row[e]];
+    }
+    return kmp_block_factor(margin->block, margin->value) ? 0 : kmp_block_smallest(margin->block);
+}
+
+/* Positions of 0 .. count - 1 among the first r of a permutation, -1 where behind them. */
+static void invert(int count, int r, const int *permutation, int *place)
+{
+    for (int k = 0; k < count; k++)
+        place[permutation[k]] = k < r ? k : -1;
+}
+
+/* The block of the last dense decomposition's pivots; none when there is no memory. */
+static void renew_block(kmp_margin *margin, const kmp_plant *plant)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    int m = margin->system->m, n = margin->system->n, *at = KMP_NEW(int, m + n + 2 * jac->count);
+    kmp_block_free(margin->block);
+    margin->block = NULL;
+    margin->count = 0;
+    if (!at)
+        return;
+    int *row = at + m + n, *col = row + jac->count;
+    invert(m, margin->r, margin->row, at);
+    invert(n, margin->r, margin->col, at + m);
+    for (int e = 0; e < jac->count; e++)
+        if (at[jac->row[e]] >= 0 && at[m + jac->col[e]] >= 0) {
+            row[margin->count] = at[jac->row[e]];
+            col[margin->count] = at[m + jac->col[e]];
+            margin->entry[margin->count++] = e;
+        }
+    margin->block = kmp_block_new(margin->r, margin->count, row, col);
+    margin->quick_usual = margin->block ? quick_pivot(margin, plant) : 0;
+    kmp_free(at);
+}
+
+static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (!margin->block)
+        renew_block(margin, plant); /* of the start's partition, at the first step */
+    if (!margin->block)
+        return false;
+    double pivot = quick_pivot(margin, plant);
+    margin->quick_usual = fmax(margin->quick_usual, pivot);
+    return pivot > CALLS_FOR * margin->quick_usual;
+}
+
+double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
+{
+    bool many = margin->r > 0 && margin->system->m > MANY_ROWS;
+    if (margin->r == 0)
+        return 1;
+    margin->quick = many && margin->last > CALLS_FOR * margin->usual && looks_well(margin, plant);
+    if (margin->quick)
+        return margin->last / margin->usual;
+    double size = dense_margin(margin, plant);
+    if (many && size > CALLS_FOR)
+        renew_block(margin, plant);
+    return size;
+}
+
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)
 {
-    return margin->r == part->m || margin->r == 0 ? 1 : last_pivot(margin, plant, part->rows, margin->r) / margin->last;
+    if (margin->r == part->m || margin->r == 0 || margin->quick)
+        return 1;
+    return pivot_of(margin, plant, part->rows, margin->r, margin->r - 1) / margin->last;
+}
+
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant)
+{
+    int m = margin->system->m, *rows, found = -1;
+    if (margin->r == 0 || !plant->h_t || dense_margin(margin, plant) > LOCKED || !(rows = KMP_NEW(int, m)))
+        return -1;
+    for (int row = 0; row < m && found < 0; row++) {
+        if (fabs(plant->h_t[row]) == 0)
+            continue;
+        for (int k = 0; k < m - 1; k++)
+            rows[k] = k + (k >= row);
+        if (margin->r == 1 || pivot_of(margin, plant, rows, m - 1, margin->r - 2) > FREED * margin->usual)
+            found = row;
+    }
+    kmp_free(rows);
+    return found;
 }

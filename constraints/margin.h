@@ -7,25 +7,37 @@
 
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "linalg/block.h"
 
 typedef struct kmp_margin {
     const kempe_system *system;
     int r;        /* rank at the start */
     double usual; /* the largest r-th pivot seen */
     double last;  /* the last one */
+    bool near;    /* to a change point at the start */
     double *a, *pivots;
-    int *row, *col;
+    int *row, *col;     /* of the pivots */
+    kmp_block *block;   /* many rows: J on those pivots, whose own pivots are quickly had */
+    int count, *entry;  /* its entries of J */
+    double *value;      /* scaled */
+    double quick_usual; /* the largest of its smallest pivots seen since it was made */
+    bool quick;         /* the last margin came from it: all is well */
 } kmp_margin;
 
 /** At the partition's configuration. false: no memory. */
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
 void kmp_margin_free(kmp_margin *margin);
 
-/** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. */
+/** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. With many rows
+ * the dense decomposition is put off while a sparse one of the rows and columns of the last says that all is well. */
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
 
 /** After kmp_margin_at: how good the independent rows of `part` still are, their last pivot over that of all rows. 1
  * when no row is redundant. */
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part);
+
+/** A row that moves with time and without which J, at the plant's last closure, has all its rank but one: the closure
+ * that asks for a motion the others do not allow. -1: there is none. */
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant);
 
 #endif

@@ -11,7 +11,7 @@
 #define RANK_TOLERANCE 1e-10
 /* Exchange v_i and u_k while |B_ik| exceeds this (a volume-maximising pivot rule; every exchange multiplies |det Jv| by
  * it). */
-#define GROWTH 2.0
+#define GROWTH 1.5
 /* A wish is refused when its |B| would exceed this. */
 #define WORST_WISH 1e4
 
@@ -221,14 +221,16 @@ static void keep(const choice *c, kmp_partition *part)
     sort(part->redundant, part->m - r);
 }
 
-static kempe_status choose(choice *c, kmp_partition *part, const double *jacobian, const int *wish, int wish_count)
+/* rank < 0: by the pivots. */
+static kempe_status choose(choice *c, kmp_partition *part, const double *jacobian, int rank, const int *wish,
+                           int wish_count)
 {
     const kempe_system *s = c->s;
     kempe_status status = KEMPE_OK;
     scaled_jacobian(s, jacobian, c->a);
     memcpy(c->lu, c->a, (size_t)(s->m * s->n) * sizeof *c->lu);
     kmp_lu_complete(s->m, s->n, c->lu, NULL, c->row, c->col, part->pivots);
-    part->r = rank_of(part->pivots, s->m < s->n ? s->m : s->n);
+    part->r = rank >= 0 ? rank : rank_of(part->pivots, s->m < s->n ? s->m : s->n);
     part->p = s->n - part->r;
     if (wish_count > 0)
         status = follow_wish(c, part, wish, wish_count);
@@ -244,6 +246,12 @@ static kempe_status choose(choice *c, kmp_partition *part, const double *jacobia
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count)
 {
+    return kmp_partition_of_rank(part, system, jacobian, -1, wish, wish_count);
+}
+
+kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
+                                   const int *wish, int wish_count)
+{
     choice c;
     kempe_status status;
     bool ok = choice_init(&c, system);
@@ -251,7 +259,7 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
     if (!ok)
         status = kmp_fail_memory(system->context);
     else
-        status = choose(&c, part, jacobian, wish, wish_count);
+        status = choose(&c, part, jacobian, rank, wish, wish_count);
     choice_free(&c);
     if (status != KEMPE_OK)
         kmp_partition_free(part);

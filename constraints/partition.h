@@ -16,7 +16,7 @@ typedef struct kmp_partition {
     double *pivots; /* min(m, n): absolute pivots of the scaled J, in order */
     double cond;    /* 1-norm condition number of the scaled Jv */
     double max_b;   /* max |Bvu|, scaled */
-    int exchanges;  /* made to bring max_b down to 2 */
+    int exchanges;  /* made to bring max_b down to 1.5 */
     bool user;      /* u is the user's wish */
 } kmp_partition;
 
@@ -24,14 +24,19 @@ typedef struct kmp_partition {
  *  (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would be. */
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count);
+
+/** The same with the rank given: off the closed configuration, as between the steps of an integrator, rows that are
+ * redundant look weakly independent. */
+kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
+                                   const int *wish, int wish_count);
 void kmp_partition_free(kmp_partition *part);
 
 /** A copy of its own. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 
-/** Exchanges u and v from what they are until no scaled |Bvu| of J (m x n, column-major) exceeds 2: each exchange takes
- * the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the new
- * choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
+/** Exchanges u and v from what they are until no scaled |Bvu| of J (m x n, column-major) exceeds 1.5: each exchange
+ * takes the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the
+ * new choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian);
 
 #endif

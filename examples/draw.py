@@ -178,11 +178,11 @@ def four_bar():
     return p
 
 
-def slider_crank():
-    r, l, angle = 0.2, 0.5, math.radians(50)               # turned for the picture: at the start all is in line
+def slider_crank(title="Slider-crank", angle=math.radians(50)):
+    r, l = 0.2, 0.5                                        # turned for the picture: at the start all is in line
     A = turn(angle, (r, 0))
     P = (A[0] + math.sqrt(l * l - A[1] ** 2), 0)
-    p = Picture("Slider-crank, crank turned by 50 degrees")
+    p = Picture(f"{title}, crank turned by {round(math.degrees(angle))} degrees")
     p.guide((0, 0), (0.78, 0))
     p.body("crank", A, (0, 0))
     p.body("rod", P, A)
@@ -193,23 +193,190 @@ def slider_crank():
     return p
 
 
-def governor():
-    p = Picture("Stiff flyball governor at the start")
-    p.guide((0, -0.1), (0, 1.08))
-    p.body("shaft", (0, 1), (0, 0))
-    for side in (-1, 1):
-        angle = side * math.radians(-30) + (math.pi if side < 0 else 0)
-        hinge, along = (side * 0.05, 1), turn(angle, (1, 0))
-        end = (hinge[0] + along[0], hinge[1] + along[1])
-        p.spring((hinge[0] + along[0] / 2, hinge[1] + along[1] / 2), (side * 0.05, 0.5))
-        p.body("right" if side > 0 else "left", *((hinge, end) if side > 0 else (end, hinge)))
-        p.pivot(hinge, shift=(4, -12))
-        p.pivot(end, "5 kg", shift=(-16, 28))
-    p.slider((0, 0.5))
-    p.pivot((0, 0), "O", True, (-26, 4))
+def driven_slider_crank():
+    return slider_crank("Driven slider-crank", math.radians(125))
+
+
+def oblique(point):
+    """A point in space as seen from the front, a little from the right and above; z upwards."""
+    x, y, z = point
+    return (x + 0.45 * y, z + 0.28 * y)
+
+
+def circles(P, r, Q, s, side):
+    """Where the circles about P and Q meet, on the left (1) or right (-1) of P-Q."""
+    dx, dy = Q[0] - P[0], Q[1] - P[1]
+    apart = math.hypot(dx, dy)
+    along = (r * r - s * s + apart * apart) / (2 * apart)
+    across = side * math.sqrt(r * r - along * along)
+    return (P[0] + (along * dx - across * dy) / apart, P[1] + (along * dy + across * dx) / apart)
+
+
+def n_four_bar():
+    n, angle = 2, math.radians(65)
+    p = Picture("Four-bar windows, N = 2, on their way down")
+    tip = [at((i, 0), angle, (1, 0)) for i in range(n + 1)]
+    for i in range(n + 1):
+        p.body(f"v{i}", tip[i], (i, 0))
+    for i in range(n):
+        p.body(f"h{i}", tip[i], tip[i + 1])
+    for i in range(n + 1):
+        p.pivot((i, 0), f"G{i}", True, (12, 4))
+        p.pivot(tip[i], f"T{i}", shift=(-8, -14))
     return p
 
 
+def bricard():
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 1), (0, 1, 1), (0, 0, 1)]     # -y of the model is drawn backwards
+    seen = [oblique(x) for x in points]
+    p = Picture("Bricard's six-bar at the start: five rods along the edges of a cube")
+    for k in range(5):
+        p.body(f"r{k + 1}", seen[k], seen[k + 1])
+    for k in range(6):
+        p.pivot(seen[k], f"P{k + 1}", k in (0, 5), (10, -8))
+    return p
+
+
+def governor():
+    angle = math.radians(30)
+    p = Picture("Flyball governor at the start")
+    p.guide((0, -0.05), (0, 1.05))
+    p.body("shaft", (0, 0), (0, 1))
+    for side, name in ((-1, "rod b"), (1, "rod a")):
+        hinge = (0.05 * side, 1)
+        middle, ball = ((hinge[0] + side * x * math.cos(angle), 1 - x * math.sin(angle)) for x in (0.5, 1))
+        p.spring(middle, (0.05 * side, 0.5))
+        p.body(name, *((ball, hinge) if side > 0 else (hinge, ball)))
+        p.pivot(ball, "5 kg", shift=(8, 16))
+    p.slider((0, 0.5))
+    p.pivot((0, 0), "O", True, (12, 4))
+    return p
+
+
+def spatial_slider_crank():
+    A, P, S = ((0, 0.1, 0.12), (0, 0.1, 0.2), (0.2, 0, 0))
+    p = Picture("Spatial slider-crank at the start")
+    p.guide(oblique((-0.02, 0, 0)), oblique((0.32, 0, 0)))
+    p.body("crank", oblique(P), oblique(A))
+    p.body("rod", oblique(S), oblique(P))
+    p.slider(oblique(S))
+    p.pivot(oblique(A), "A", True, (12, 4))
+    p.pivot(oblique(P), "P")
+    p.pivot(oblique(S), "S", shift=(-4, -20))
+    return p
+
+
+def stewart():
+    ring = lambda r, z, angles: [oblique((r * math.cos(math.radians(a)), r * math.sin(math.radians(a)), z)) for a in angles]
+    base, top = ring(1, 0, (-10, 10, 110, 130, 230, 250)), ring(0.5, 1, (-50, 50, 70, 170, 190, 290))
+    p = Picture("Gough-Stewart platform at the start")
+    for k in range(6):
+        p.spring(base[k], top[k])
+    p.body("platform", *top)
+    for k in range(6):
+        p.pivot(base[k], f"B{k + 1}", True, (12, 4))
+        p.pivot(top[k])
+    return p
+
+
+def bennett():
+    alpha, beta = math.radians(40), math.radians(75)
+    a, b, q1 = 1, math.sin(beta) / math.sin(alpha), 1.0
+    q2 = 2 * math.atan(math.sin((beta + alpha) / 2) / math.sin((beta - alpha) / 2) / math.tan(q1 / 2))
+    x2 = (math.cos(q1), math.sin(q1), 0)                   # second link: the first's axes turned about its hinge
+    c, s, ca, sa = math.cos(q2), math.sin(q2), math.cos(alpha), math.sin(alpha)
+    y2 = (-math.sin(q1), math.cos(q1), 0)
+    along = tuple(c * x2[k] + s * ca * y2[k] + s * sa * (k == 2) for k in range(3))
+    points = [(0, 0, 0), x2, tuple(a * x2[k] + b * along[k] for k in range(3)), (-b, 0, 0)]
+    seen = [oblique(x) for x in points]
+    p = Picture("Bennett's four-bar at the start")
+    for name, k in (("first", 0), ("second", 1), ("third", 2)):
+        p.body(name, seen[k], seen[k + 1])
+    for k, name in enumerate(("O", "1", "2", "P")):
+        p.pivot(seen[k], name, k in (0, 3), (12, -8))
+    return p
+
+
+def peaucellier():
+    h, r, angle = 0.35, 0.4, math.radians(45)
+    reach = 2 * h * math.cos(angle / 2)
+    far = (1 - r * r) / reach
+    half, middle = angle / 2, (reach + far) / 2
+    O, Q, C, D = (0, 0), (h, 0), turn(half, (reach, 0)), turn(half, (far, 0))
+    A, B = (turn(half + k * math.acos(middle), (1, 0)) for k in (1, -1))
+    p = Picture("Peaucellier's linkage, crank at 45 degrees")
+    p.guide((1.2, -0.6), (1.2, 0.8))
+    p.body("arm a", A, O)
+    p.body("arm b", O, B)
+    p.body("crank", Q, C)
+    for name, one, two in (("ac", A, C), ("ad", D, A), ("bc", C, B), ("bd", B, D)):
+        p.body(name, one, two)
+    p.pivot(O, "O", True, (-26, 4))
+    p.pivot(Q, "Q", True, (12, 4))
+    for name, point in (("A", A), ("B", B), ("C", C), ("D", D)):
+        p.pivot(point, name, shift=(-4, -12))
+    return p
+
+
+def chebyshev():
+    angle = math.radians(120)
+    A, O, D = turn(angle, (1, 0)), (0, 0), (2, 0)
+    B = circles(A, 2.5, D, 2.5, 1)
+    P = (2 * B[0] - A[0], 2 * B[1] - A[1])
+    p = Picture("Chebyshev's lambda linkage, crank at 120 degrees")
+    p.guide((0, 4), (4, 4))
+    p.body("crank", A, O)
+    p.body("coupler", A, P)
+    p.body("rocker", B, D)
+    p.pivot(O, "O", True, (12, 4))
+    p.pivot(D, "D", True, (12, 4))
+    for name, point in (("A", A), ("B", B), ("P", P)):
+        p.pivot(point, name, shift=(-22, -8))
+    return p
+
+
+def jansen_leg():
+    B, O = (0, 0), (38, 7.8)
+    A = (O[0] + 15, O[1])
+    U, G = circles(B, 41.5, A, 50, 1), circles(B, 39.3, A, 61.9, -1)
+    W = circles(B, 40.1, U, 55.8, 1)
+    H = circles(W, 39.4, G, 36.7, -1)
+    F = circles(H, 65.7, G, 49, -1)
+    p = Picture("Jansen's leg at the start")
+    p.body("crank", O, A)
+    p.body("upper rod", U, A)
+    p.body("lower rod", A, G)
+    p.body("upper", B, U, W)
+    p.body("link", H, W)
+    p.body("lower", B, G)
+    p.body("leg", G, H, F)
+    p.pivot(B, "B", True, (12, -4))
+    p.pivot(O, "O", True, (12, 22))
+    for name, point in (("A", A), ("U", U), ("W", W), ("G", G), ("H", H), ("F", F)):
+        p.pivot(point, name, shift=(-20, -8))
+    return p
+
+
+def double_wishbone():
+    seen = lambda x, y, z: oblique((y, -x, z))             # from the front, outwards to the right
+    UF, UB, U = seen(-0.048, 0.446, 0.245), seen(-0.268, 0.478, 0.196), seen(-0.053, 0.716, 0.215)
+    LF, LB, L = seen(0.223, 0.307, 0), seen(-0.223, 0.307, 0), seen(-0.036, 0.787, -0.118)
+    T, R, S = seen(-0.250, 0.448, 0.054), seen(-0.176, 0.821, -0.016), seen(-0.040, 0.910, -0.026)
+    p = Picture("Double wishbone, from the front")
+    p.body("upper", UF, U, UB)
+    p.body("lower", LF, L, LB)
+    p.body("upright", U, L, R, S)
+    p.body("tie rod", T, R)
+    for point in (UF, UB, LF, LB, T):
+        p.pivot(point, fixed=True)
+    for name, point in (("U", U), ("L", L), ("T", R), ("S", S)):
+        p.pivot(point, name, shift=(10, 4))
+    return p
+
+
+PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
+            peaucellier, chebyshev, jansen_leg, double_wishbone)
+
 if __name__ == "__main__":
-    for make in (andrews, four_bar, slider_crank, governor):
+    for make in PICTURES:
         make().write(HERE / make.__name__ / f"{make.__name__}.svg")

@@ -28,7 +28,8 @@ typedef struct arkode {
 
 /* Stage derivatives are taken from the stages: evaluated on a stiff system they would carry Newton's rest multiplied by
  * the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first step after a
- * start, where events are located. */
+ * start, where events are located. The iteration matrix is made anew each step: an old one, worst that of before an
+ * event, leaves rests that these derivatives multiply by 1/h, and costs more steps than it saves. */
 static int configure_implicit(arkode *s)
 {
     int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->base.linear, s->base.matrix);
@@ -36,6 +37,8 @@ static int configure_implicit(arkode *s)
         bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
     bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_KVAERNO_7_4_5, ARKODE_ERK_NONE);
     bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
+    bad = bad ? bad : KMP_SUN_ARK(SetLSetupFrequency)(s->memory, 1);
+    bad = bad ? bad : KMP_SUN_ARK(SetJacEvalFrequency)(s->memory, 1);
     return bad ? bad : KMP_SUN_ARK(SetDeduceImplicitRhs)(s->memory, 1);
 }
 

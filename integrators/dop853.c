@@ -156,7 +156,7 @@ static double solution_and_error(kmp_rk *s, double h)
         e3 += error3 * error3;
     }
     double both = e5 + 0.01 * e3;
-    return both == 0.0 ? 0.0 : fabs(h) * e5 * sqrt(1.0 / (both * n));
+    return both < 1e-300 ? 0.0 : fabs(h) * e5 * sqrt(1.0 / (both * n)); /* nothing moves: no 0 times infinity */
 }
 
 /* -- dense output ---------------------------------------------------------------------------------- */

@@ -17,7 +17,7 @@
 #include <string.h>
 
 /* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. */
-#define EXCHANGE_GROWTH 2.0
+#define EXCHANGE_GROWTH 1.5
 #define EXCHANGE_WISH   10.0
 /* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
 #define GROWTH_LIMIT 1e3

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/angles.h"
 #include "constraints/margin.h"
+#include "constraints/massless.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "integrators/events.h"
@@ -38,8 +39,14 @@ struct kmp_runner {
     double work_t;
     double rate_scale, build_s, progress;
     unsigned long memory_failures; /* before it was made */
+    int rescues;                   /* of an implicit integrator; the last one's time */
+    double rescue_t;
     char *reason;
 };
+
+/* Rates of the start may violate the closures by this part of their size. */
+#define RATE_GAP     1e-6
+#define MOST_RESCUES 1000
 
 static double cpu_now(void)
 {
@@ -61,7 +68,9 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
     return scale;
 }
 
-static kempe_status choose_partition(kmp_runner *run, double t, const double *q, const int *wish, int wish_count)
+/* rank < 0: as the pivots say. */
+static kempe_status choose_partition(kmp_runner *run, double t, const double *q, int rank, const int *wish,
+                                     int wish_count)
 {
     const kempe_system *s = run->s;
     double *jacobian = KMP_NEW(double, s->m * s->n);
@@ -69,33 +78,99 @@ static kempe_status choose_partition(kmp_runner *run, double t, const double *q,
         return kmp_fail_memory(s->context);
     kmp_plant_closure(run->plant, t, q);
     kmp_plant_dense_jacobian(run->plant, jacobian);
-    kempe_status status = kmp_partition_init(&run->part, s, jacobian, wish, wish_count);
+    kempe_status status = kmp_partition_of_rank(&run->part, s, jacobian, rank, wish, wish_count);
     kmp_free(jacobian);
     run->has_part = status == KEMPE_OK;
     return status;
 }
 
-static kempe_status fail_start(const kmp_runner *run, const double *q)
+/* The coordinate that a row alone prescribes, NULL when it has several. */
+static const char *driven_by(const kempe_system *s, int row)
 {
-    kmp_text why = {0};
-    kmp_angles_explain(run->s->model, q, &why);
-    kempe_status status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the start accelerations are not determined%s",
-                                   why.s ? why.s : ": some motion carries no mass");
-    kmp_text_free(&why);
+    const char *name = NULL;
+    int count = 0;
+    for (int e = 0; e < s->jacobian.count; e++)
+        if (s->jacobian.row[e] == row && ++count)
+            name = s->model->motions[s->jacobian.col[e]].name;
+    return count == 1 ? name : NULL;
+}
+
+/* J qd + h_t at the plant's last closure. */
+static void rate_violation(const kmp_runner *run, const double *qd, double *violation)
+{
+    const kmp_pattern *p = &run->s->jacobian;
+    for (int r = 0; r < run->s->m; r++)
+        violation[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        violation[p->row[k]] += run->plant->jacobian[k] * qd[p->col[k]];
+}
+
+/* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
+ * the others a DAE integrator would take for a jump. */
+static kempe_status project(kmp_runner *run, double t, double *q, double *qd)
+{
+    kmp_saddle saddle = {0};
+    double *dx = run->moved;
+    kempe_status status =
+        kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    for (int pass = 0; status == KEMPE_OK && pass < 3; pass++) {
+        kmp_plant_closure(run->plant, t, q);
+        kmp_plant_mass(run->plant);
+        if (kmp_saddle_factor(&saddle)) {
+            status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
+            break;
+        }
+        rate_violation(run, qd, run->lambda);
+        kmp_saddle_correction(&saddle, run->lambda, dx);
+        for (int i = 0; i < run->s->n; i++)
+            qd[i] += dx[i];
+        kmp_saddle_correction(&saddle, run->plant->h, dx);
+        for (int i = 0; pass < 2 && i < run->s->n; i++)
+            q[i] += dx[i];
+    }
+    kmp_saddle_free(&saddle);
     return status;
 }
 
-/* Consistent accelerations and multipliers at the assembled state. */
-static kempe_status accelerate(kmp_runner *run, const kempe_assembly *start)
+/* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
+static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
+{
+    const kempe_system *s = run->s;
+    double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
+    int row = 0;
+    if (!s->rheonomic)
+        return KEMPE_OK; /* the assembly has seen to it */
+    for (int r = 0; r < s->m; r++) {
+        rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+        size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
+        row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
+    }
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
+    rate_violation(run, start->qd, rate);
+    for (int r = 0; r < s->m; r++)
+        worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
+    if (worst <= RATE_GAP * size)
+        return KEMPE_OK;
+    const char *name = driven_by(s, row);
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "the rate asked for by closure row '%s'%s%s%s cannot be had at the start: %.3g of it is left over; the "
+        "mechanism is at a dead centre there",
+        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
+}
+
+/* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
+static kempe_status accelerate(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_saddle saddle = {0};
     kempe_status status = KEMPE_OK;
     kmp_plant_mass(run->plant);
-    kmp_plant_bias(run->plant, start->qd);
+    kmp_plant_bias(run->plant, qd);
     if (!kmp_saddle_init(&saddle, run->plant, &run->part))
         status = kmp_fail_memory(run->s->context);
     else if (kmp_saddle_factor(&saddle))
-        status = fail_start(run, start->q);
+        status = kmp_explain_massless(run->plant, &run->part, t, q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
     kmp_saddle_free(&saddle);
@@ -171,7 +246,27 @@ static void explain_angles(const kmp_runner *run, kmp_text *text)
     kmp_angles_explain(run->s->model, run->state, text);
 }
 
-/* The sentence of a failure: the road's, the integrator's, or `otherwise`. */
+/* A drive that asks for more than the mechanism can do; false when that is not the trouble. */
+static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
+{
+    if (!run->road || !run->solver || !run->s->rheonomic ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    int row = kmp_margin_lock(&run->margin, run->plant);
+    if (row < 0)
+        return false;
+    const char *name = driven_by(run->s, row);
+    kmp_text_printf(text, "the mechanism locks at t = %.9g: it is at a dead centre, beyond which ", t);
+    if (name)
+        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move on", name, run->s->row_names[row]);
+    else
+        kmp_text_printf(text, "closure row '%s' cannot follow its prescribed motion", run->s->row_names[row]);
+    return true;
+}
+
+/* The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. */
 static kempe_status give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
 {
     const char *said = kempe_context_message(run->s->context);
@@ -182,12 +277,14 @@ static kempe_status give_up(kmp_runner *run, kempe_status status, const char *ot
         return fail_memory(run);
     if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
         run->road->explain(run->road);
-    if (run->road && run->road->reason.length)
-        kmp_text_put(&text, run->road->reason.s);
-    else if (*said)
-        kmp_text_put(&text, said);
-    else
-        kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
+    if (!explain_lock(run, &text, t)) {
+        if (run->road && run->road->reason.length)
+            kmp_text_put(&text, run->road->reason.s);
+        else if (*said)
+            kmp_text_put(&text, said);
+        else
+            kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
+    }
     explain_angles(run, &text);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
@@ -262,13 +359,20 @@ static kempe_status prepare(kmp_runner *run, const kempe_assembly *start)
     if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
         return kmp_fail_memory(run->s->context);
     kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
-    kempe_status status = choose_partition(run, run->spec.t_start, start->q, run->spec.u, run->spec.u_count);
+    kempe_status status = choose_partition(run, run->spec.t_start, start->q, -1, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
-        status = accelerate(run, start);
+        status = check_rates(run, start);
+    if (status == KEMPE_OK)
+        status = accelerate(run, run->spec.t_start, start->q, start->qd);
     if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
         return status;
+    if (run->margin.near)
+        kmp_log(
+            run->s->context, KEMPE_LOG_WARNING,
+            "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
+            "the last digits");
     run->rate_scale = rate_scale_of(run, start->qd);
     run->way = kmp_road_find(run->spec.road, run->spec.form);
     status = make_road(run, run->way, run->spec.t_start, start->q, start->qd, run->spec.work_start);
@@ -383,12 +487,12 @@ static void release_road(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
-/* Rows and coordinates anew at q; a fixed u stays. */
+/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
     run->has_part = false;
-    kempe_status status = choose_partition(run, t, q, before.u, run->spec.fixed_u ? before.p : 0);
+    kempe_status status = choose_partition(run, t, q, run->margin.r, before.u, run->spec.fixed_u ? before.p : 0);
     kmp_partition_free(&before);
     return status;
 }
@@ -404,6 +508,10 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
     release_road(run);
     run->in_zone = to_zone;
     status = choose_again(run, t, q);
+    if (status == KEMPE_OK && run->way->dae && !to_zone)
+        status = project(run, t, q, qd);
+    if (status == KEMPE_OK && run->way->dae && !to_zone)
+        status = accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
         status = make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
@@ -482,6 +590,22 @@ static kempe_status pass_event(kmp_runner *run, double t)
     return status;
 }
 
+/* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
+ * past steps left may be all that was wrong. */
+static kempe_status rescue(kmp_runner *run, double t)
+{
+    if (!run->yp || run->rescues == MOST_RESCUES || (run->rescues > 0 && !(t > run->rescue_t)))
+        return KEMPE_E_FAILED;
+    run->rescues++;
+    run->rescue_t = t;
+    kempe_status status = change_road(run, t, false);
+    if (status == KEMPE_OK)
+        status = run->kind->step(run->solver);
+    if (status == KEMPE_OK)
+        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: the integrator stopped and went on from the same state", t);
+    return status;
+}
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
@@ -492,8 +616,11 @@ kempe_status kmp_runner_step(kmp_runner *run)
         status = watch_margin(run, t);
     if (status == KEMPE_OK)
         status = renew(run, t);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK) {
         status = run->kind->step(run->solver);
+        if (status == KEMPE_E_FAILED && !run->in_zone)
+            status = rescue(run, t);
+    }
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
@@ -570,7 +697,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     *report = (kmp_run_report){0};
     kempe_status status = kmp_runner_new(system, spec, start, &run);
     double begin_s = cpu_now();
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && run)
         status = advance(run, row, user);
     double cpu_s = cpu_now() - begin_s;
     if (run)

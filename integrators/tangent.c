@@ -23,9 +23,10 @@ static void *grown(void *list, int count, int *capacity, size_t size)
 {
     if (count < *capacity)
         return list;
-    void *larger = kmp_realloc(list, (size_t)(2 * count + 256), size);
+    int wanted = 2 * count + 256;
+    void *larger = kmp_realloc(list, (size_t)wanted, size);
     if (larger)
-        *capacity = 2 * count + 256;
+        *capacity = wanted;
     return larger;
 }
 
@@ -91,7 +92,7 @@ static bool collect_values(gather *g, unsigned values)
     const int size[KMP_VALUES] = {n, n, m, m, m, 1};
     g->value = KMP_NEW(kmp_ref, 2 * n + 3 * m + 1);
     for (int v = 0; g->value && v < KMP_VALUES; v++) {
-        bool asked = values & 1u << v;
+        bool asked = (values >> v & 1u) != 0;
         g->t->at[v] = asked ? g->value_count : -1;
         g->size[v] = asked ? size[v] : 0;
         for (int i = 0; i < g->size[v]; i++)

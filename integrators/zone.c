@@ -26,14 +26,14 @@ typedef struct zone {
     const kmp_partition *part;
     bool has_work;
     int n, m, r;
-    int kept;     /* columns */
-    double *l;    /* n x n Cholesky factor of M */
-    double *a;    /* n x r: A, then Q in its kept columns */
-    double *full; /* n x r: A as it was */
-    double *rr;   /* r x r, upper */
-    int *pivot;   /* column of A in each place */
-    double *x, *y, *z, *dx;
+    int kept;       /* columns */
+    double *l;      /* n x n Cholesky factor of M */
+    double *a;      /* n x r: A, then Q in its kept columns */
+    double *full;   /* n x r: A as it was */
+    double *rr;     /* r x r, upper */
+    int *pivot;     /* column of A in each place */
     double *lambda; /* m: where closures move */
+    double *x, *y, *z, *dx;
 } zone;
 
 /* x <- L^-1 x, x <- L^-T x */
@@ -288,11 +288,10 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
-    double *arrays[] = {road->y, road->atol, d->l, d->a, d->full, d->rr, d->x, d->y, d->z, d->dx};
+    double *arrays[] = {road->y, road->atol, d->l, d->a, d->full, d->rr, d->lambda, d->x, d->y, d->z, d->dx};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_free(d->pivot);
-    kmp_free(d->lambda);
     kmp_text_free(&road->reason);
     kmp_free(d);
 }

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What `cmake --install` puts where: library, headers, command, CMake package, pkg-config file.
+# What `cmake --install` puts where: library, headers, command with its manual page and completion, the schema of model
+# files, CMake package, pkg-config file.
 include(CMakePackageConfigHelpers)
 
 set(KEMPE_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Kempe)
@@ -8,6 +9,13 @@ install(DIRECTORY include/kempe DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MA
 install(EXPORT KempeTargets NAMESPACE Kempe:: DESTINATION ${KEMPE_CMAKE_DIR})
 if(KEMPE_COMMAND)
     install(TARGETS kempe_command)
+    add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/kempe.1
+        COMMAND ${PROJECT_SOURCE_DIR}/packaging/man.sh $<TARGET_FILE:kempe_command> > ${PROJECT_BINARY_DIR}/kempe.1
+        DEPENDS kempe_command ${PROJECT_SOURCE_DIR}/packaging/man.sh VERBATIM)
+    add_custom_target(kempe_man ALL DEPENDS ${PROJECT_BINARY_DIR}/kempe.1)
+    install(FILES ${PROJECT_BINARY_DIR}/kempe.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    install(FILES packaging/kempe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kempe)
+    install(FILES schema/kempe.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/kempe)
 endif()
 
 configure_package_config_file(packaging/KempeConfig.cmake.in ${PROJECT_BINARY_DIR}/KempeConfig.cmake

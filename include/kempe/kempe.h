@@ -116,7 +116,8 @@ KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format 
 
 typedef struct kempe_system kempe_system;
 
-/** Derives what the roads need. The model must outlive the system. */
+/** Derives what the roads need. The model must outlive the system. KEMPE_E_INPUT: a closure that can never be met, a
+ *  joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
@@ -160,9 +161,24 @@ KEMPE_API const double *kempe_assembly_q(const kempe_assembly *assembly);
 KEMPE_API const double *kempe_assembly_qd(const kempe_assembly *assembly);
 KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text);
 
+typedef struct kempe_branches kempe_branches;
+
+/** Other assembly modes, found by assembling from many random starts with the held coordinates kept (where
+ *  these are fewer than the degrees of freedom, with further independent ones). Sampling may miss some.
+ *  `seed` chooses the starts; the same seed gives the same result. */
+KEMPE_API kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches);
+KEMPE_API void kempe_branches_free(kempe_branches *branches);
+
+/** How many; q of the k-th, n values, owned by the branches. The first is the model's. */
+KEMPE_API int kempe_branches_count(const kempe_branches *branches);
+KEMPE_API const double *kempe_branches_q(const kempe_branches *branches, int k);
+KEMPE_API kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text);
+
 typedef struct kempe_check kempe_check;
 
-/** Mobility, redundant rows, the independent coordinates that the roads will use and why. */
+/** Mobility, redundant rows (always, or only here) and what may be left out, the independent coordinates that the roads
+ *  will use and why, limits of motion. KEMPE_E_FAILED for what does not assemble: `*check` is then still given and
+ *  says what stands in the way. */
 KEMPE_API kempe_status kempe_check_new(const kempe_system *system, kempe_check **check);
 KEMPE_API void kempe_check_free(kempe_check *check);
 KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text);

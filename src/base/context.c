@@ -16,25 +16,19 @@ struct kempe_context {
 const char *kempe_status_text(kempe_status status)
 {
     switch (status) {
-    case KEMPE_OK:
-        return "done";
-    case KEMPE_STOPPED:
-        return "ended early for a good reason";
-    case KEMPE_E_MEMORY:
-        return "out of memory";
-    case KEMPE_E_INPUT:
-        return "the model or reference is wrong";
-    case KEMPE_E_FAILED:
-        return "the computation could not be done as asked";
-    case KEMPE_E_IO:
-        return "a file could not be read or written";
-    case KEMPE_E_ARGUMENT:
-        return "an argument names nothing that exists, or is out of range";
-    case KEMPE_E_BUG:
-        break;
+#define KMP_STATUS(name, value, words, exit_code, advice)                                                              \
+    case KEMPE_##name:                                                                                                 \
+        return words;
+#include "base/statuses.def"
+#undef KMP_STATUS
     }
-    return "a defect of Kempe";
+    return kempe_status_text(KEMPE_E_BUG);
 }
+
+#define KMP_STATUS(name, value, words, exit_code, advice)                                                              \
+    _Static_assert((int)KEMPE_##name == (value), "kempe.h and statuses.def give one value");
+#include "base/statuses.def"
+#undef KMP_STATUS
 
 kempe_context *kempe_context_new(void)
 {

@@ -166,6 +166,11 @@ static kempe_status print_assembly(const void *object, kempe_format format, char
     return kempe_assembly_print(object, format, text);
 }
 
+static kempe_status print_branches(const void *object, kempe_format format, char **text)
+{
+    return kempe_branches_print(object, format, text);
+}
+
 static kempe_status print_trajectory(const void *object, kempe_format format, char **text)
 {
     return kempe_trajectory_print(object, format, text);
@@ -225,6 +230,18 @@ static kempe_status assemble(const job *j)
     if (result)
         status = worse(status, report(j, print_assembly, result));
     kempe_assembly_free(result);
+    return status;
+}
+
+static kempe_status branches(const job *j)
+{
+    kempe_branches *result = NULL;
+    double seed = j->settings->seed;
+    kempe_status status = kempe_branches_new(j->system, seed > 0 && seed < 1e9 ? (int)seed : 1, &result);
+    tell_failure(j, status, result != NULL);
+    if (result)
+        status = worse(status, report(j, print_branches, result));
+    kempe_branches_free(result);
     return status;
 }
 
@@ -307,7 +324,7 @@ static kempe_status dispatch(unsigned command, const job *j)
     case CLI_CHECK:
         return check(j);
     case CLI_ASSEMBLE:
-        return assemble(j);
+        return j->settings->branches ? branches(j) : assemble(j);
     case CLI_SIMULATE:
         return simulate(j);
     case CLI_COMPARE:

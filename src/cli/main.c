@@ -13,7 +13,8 @@ static const command commands[] = {
     {CLI_CHECK, "check", "FILE [options]", "mobility, redundant closures, the independent coordinates and why",
      "  kempe check examples/andrews/andrews.yaml\n"},
     {CLI_ASSEMBLE, "assemble", "FILE [options]", "close the loops from the model's guess",
-     "  kempe assemble examples/four_bar/four_bar.yaml --json start.json\n"},
+     "  kempe assemble examples/four_bar/four_bar.yaml --json start.json\n"
+     "  kempe assemble examples/four_bar/four_bar.yaml --branches\n"},
     {CLI_SIMULATE, "simulate", "FILE [options]", "run one road and judge the result",
      "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --every 0.01\n"

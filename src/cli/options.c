@@ -22,6 +22,8 @@ typedef struct option {
 #define AT(member) offsetof(cli_settings, member)
 
 static const option options[] = {
+    {CLI_ASSEMBLE, "branches", 0, OPTION_FLAG, AT(branches), NULL, "find the other assembly modes by sampling"},
+    {CLI_ASSEMBLE, "seed", 0, OPTION_NUMBER, AT(seed), "N", "other random starts for --branches"},
     {CLI_SIMULATE, "road", 0, OPTION_TEXT, AT(run.road), "NAME", "reduced, dae or projected"},
     {CLI_SIMULATE, "form", 0, OPTION_TEXT, AT(run.form), "NAME",
      "form of the road's equations (reduced: carried, closed)"},

@@ -2,6 +2,7 @@
 /* From a model to the programs of the roads. */
 #include "dynamics/system.h"
 #include "base/memory.h"
+#include "model/check_mass.h"
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -222,6 +223,8 @@ kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
     clock_t begin = clock();
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(model);
     if (status != KEMPE_OK)
         return status;
     kempe_system *s = KMP_NEW(kempe_system, 1);

@@ -146,7 +146,7 @@ static void read_effort(const element *e)
     const kmp_node *torque = kmp_node_get(e->map, "torque"), *effort = torque ? torque : kmp_node_get(e->map, "force");
     int motion = e->force->motion;
     kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
-    if (motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
+    if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
         const kmp_motion *m = &r->model->motions[motion];
         kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
                             m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",

@@ -101,11 +101,11 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
     kmp_text head = {0};
     double *row = KMP_NEW(double, 2 + 3 * system->n + system->m);
     kempe_status status = row ? print_head(system, &head) : kmp_fail_memory(system->context);
-    if (status == KEMPE_OK && head.failed)
+    if (status == KEMPE_OK && (head.failed || !head.s))
         status = kmp_fail_memory(system->context);
     if (status == KEMPE_OK && strncmp(text, "# kempe checkpoint 1,", 21) != 0)
         status = kmp_complain(system->context, path, 1, 1, "this is no checkpoint of a run");
-    else if (status == KEMPE_OK && strncmp(text, head.s, head.length) != 0)
+    else if (status == KEMPE_OK && head.s && strncmp(text, head.s, head.length) != 0)
         status = kmp_complain(
             system->context, path, 1, 1,
             "the checkpoint is of another model, or the model has changed since; its first line must be: %.*s",

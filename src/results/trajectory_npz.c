@@ -25,7 +25,8 @@ static bool array_init(array *a, const char *type, int rows, int columns, size_t
                           type, rows, columns);
     size_t whole = ((size_t)length + 11 + 63) / 64 * 64, text = whole - 10;
     memset(head + 10 + length, ' ', whole - 10 - (size_t)length);
-    memcpy(head, "\x93NUMPY\x01\x00", 8);
+    for (int i = 0; i < 8; i++)
+        head[i] = "\x93NUMPY\x01\x00"[i];
     head[8] = (char)(text & 0xff);
     head[9] = (char)(text >> 8);
     head[whole - 1] = '\n';

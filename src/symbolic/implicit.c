@@ -216,7 +216,7 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
 {
     const kmp_implicit *b = kmp_graph_implicit(g, block);
     int n = b->block.unknowns, m = b->block.arguments;
-    kmp_ref *p = KMP_NEW(kmp_ref, 2 * m), y[MOST], dy[MOST], equations[MOST * MOST + MOST];
+    kmp_ref *p = KMP_NEW(kmp_ref, 2 * m), y[MOST], dy[MOST], equations[MOST * MOST + MOST] = {0};
     if (!p || differentials == KMP_ZERO) {
         kmp_free(p);
         return KMP_ZERO;

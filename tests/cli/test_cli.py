@@ -9,6 +9,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import signal
 import struct
 import subprocess
@@ -184,6 +185,43 @@ class Check(Case):
     def test_text(self):
         self.assertIn("beta", self.expect(0, "check", ANDREWS).stdout)
 
+    def test_doctor(self):
+        found = self.object(0, "check", SLIDER_CRANK)
+        self.assertKeys(found, "block_closures mobility dependent reactions_not_unique repairs alternatives limits")
+        self.assertKeys(found["mobility"], "dof counted generic_dof margin why second_order")
+        self.assertAlmostEqual(found["limits"]["range"]["slider"]["low"], -0.4, delta=1e-12)
+        self.assertEqual(abs(found["limits"]["range"]["crank"]["turns"]), 1)
+        bennett = self.object(0, "check", ROOT / "tests/models/bennett.yaml")
+        self.assertEqual([d["when"] for d in bennett["dependent"]], ["always"] * 4)
+        self.assertEqual({r["closure"]: r["may_lose"] for r in bennett["repairs"]}, {"B": 3, "X": 3})
+
+    def test_what_does_not_assemble(self):
+        bar = "{name: %s, revolute: z, at: %s}, mass: 1, inertia: {zz: 1}, points: {E: [%s, 0, 0]}}"
+        path = self.model("kempe: 1\nname: short\nground: {points: {O: [0, 0, 0], D: [3, 0, 0]}}\nbodies:\n"
+                          "  a: {joint: " + bar % ("A", "ground.O", "0.5") + "\n"
+                          "  b: {joint: " + bar % ("B", "a.E", "0.8") + "\n"
+                          "  c: {joint: " + bar % ("C", "ground.D", "0.7") + "\n"
+                          "loops: {L: {ball: [b.E, c.E]}}\nstart: {q: {A: 1, B: 1, C: 1}, hold: [A]}\n")
+        done = self.expect(1, "check", path)
+        self.assertIn("does not assemble", done.stdout)
+        self.assertIn("the other links reach at most 2 m: 1 m are missing", done.stdout)
+        found = self.object(1, "check", path)
+        self.assertKeys(found, "status reason nbody nq nh rank dof redundant u v cond_Jv max_B blocks loops gap culprits")
+        self.assertEqual((found["status"], found["dof"]), ("failed", None))
+
+
+class Documents(Case):
+    def test_outputs_of_the_doctor_are_real(self):
+        """What docs/doctor.md shows is what the commands say, but for digits that are rounding."""
+        rounding = re.compile(r"[0-9.]+e-1[0-9]")
+        text = (ROOT / "docs/doctor.md").read_text()
+        shown = re.findall(r"(?m)^    \$ kempe (.*)\n((?:    .*\n|\n(?=    ))*)", text)
+        self.assertGreaterEqual(len(shown), 4)
+        for words, output in shown:
+            said = kempe(*words.split(), cwd=ROOT).stdout
+            output = re.sub("(?m)^    ", "", output)
+            self.assertEqual(rounding.sub("0", said).rstrip(), rounding.sub("0", output).rstrip(), words)
+
 
 class Assemble(Case):
     def test_keys(self):
@@ -192,6 +230,19 @@ class Assemble(Case):
         self.assertEqual(found["culprits"], [])
         for name in ("crank", "coupler", "rocker"):
             self.assertAlmostEqual(found["q"][name], 0, delta=1e-12)
+
+
+    def test_branches(self):
+        found = self.object(0, "assemble", FOUR_BAR, "--branches")
+        self.assertKeys(found, "model status reason build_s kept starts closed branches")
+        self.assertEqual(len(found["branches"]), 2)
+        self.assertKeys(found["branches"][0], "q residual sign")
+        self.assertEqual(found["branches"][0]["q"]["rocker"], 0)
+        self.assertEqual({b["sign"] for b in found["branches"]}, {"+", "-"})
+        other = self.object(0, "assemble", FOUR_BAR, "--branches", "--seed", "5")
+        self.assertEqual(len(other["branches"]), 2)
+        self.assertIn("branch 2", self.expect(0, "assemble", FOUR_BAR, "--branches").stdout)
+        self.expect(3, "check", FOUR_BAR, "--branches")
 
 
 class Simulate(Case):

@@ -27,6 +27,23 @@ by_cmake() # extra arguments of the configuration
     "$work/consumer/consumer_cpp"
 }
 
+# What comes with the command.
+check_extras()
+{
+    page=$work/prefix/share/man/man1/kempe.1
+    for command in check assemble simulate compare show; do
+        grep -q "^.SH kempe $command" "$page"
+    done
+    grep -q '"title": "Kempe model"' "$work/prefix/share/kempe/kempe.schema.json"
+    completion=$work/prefix/share/bash-completion/completions/kempe
+    test -f "$completion"
+    ! command -v bash >/dev/null || PATH=$work/prefix/bin:$PATH bash -c "
+        source '$completion'
+        COMP_WORDS=(kempe sim) COMP_CWORD=1
+        _kempe
+        test \"\$COMPREPLY\" = simulate"
+}
+
 by_pkg_config()
 {
     need pkg-config
@@ -58,6 +75,7 @@ case $way in
 find_package)
     install_from "$BUILD"
     "$work/prefix/bin/kempe" --version
+    check_extras
     by_cmake -DCMAKE_PREFIX_PATH="$work/prefix"
     ;;
 pkg_config)

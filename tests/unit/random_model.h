@@ -75,7 +75,7 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
         kmp_text_put(text, ", table: f");
 }
 
-/* Two rows of closures.def, by the seed, so that all have their turn. */
+/* Two rows of closures.def, by the seed, so that all have their turn; plain ones are the first two: ball and rod. */
 static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t seed, int bodies, unsigned flags)
 {
     static const struct {
@@ -87,7 +87,7 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
     };
     kmp_text_put(text, "loops:\n");
     for (unsigned k = 0; k < 2; k++) {
-        size_t kind = (seed + 5 * k) % (sizeof kinds / sizeof *kinds);
+        size_t kind = flags & MODEL_PLAIN ? (size_t)pick(2) : (seed + 5 * k) % (sizeof kinds / sizeof *kinds);
         kmp_text_printf(text, "  L%u: {", k);
         if (strcmp(kinds[kind].needs, "TERMS") != 0 && strcmp(kinds[kind].needs, "EXPRESSION") != 0) {
             kmp_text_printf(text, "%s: ", kinds[kind].name);

@@ -15,7 +15,8 @@ enum {
     MODEL_LOOPS = 1,
     MODEL_FORCES = 2,  /* springs and efforts, conservative */
     MODEL_DAMPING = 4, /* and not: damping of springs, efforts over t, q and qd */
-    MODEL_SYMBOLS = 8  /* numbers as expressions of parameters */
+    MODEL_SYMBOLS = 8, /* numbers as expressions of parameters */
+    MODEL_PLAIN = 16   /* joints of plain motions, loops of balls and rods: many assemble and move */
 };
 
 /* -- writing ----------------------------------------------------------------------------------------- */
@@ -100,14 +101,14 @@ static inline void put_named_joint(kmp_text *text, int body)
         kmp_text_put(text, ", pitch: 0.2");
 }
 
-static inline void put_joint(kmp_text *text, int body)
+static inline void put_joint(kmp_text *text, int body, unsigned flags)
 {
     int parent = body == 1 || pick(5) == 0 ? 0 : pick(3) ? body - 1 : 1 + pick(body - 1), motions = 1 + pick(3);
     bool used[2][3] = {{false}};
     kmp_text_printf(text, "    joint: {");
     if (pick(2)) {
         kmp_text_printf(text, "%s: %s", pick(3) ? "revolute" : "prismatic", random_axes[pick(8)]);
-    } else if (pick(2)) {
+    } else if (!(flags & MODEL_PLAIN) && pick(2)) {
         put_named_joint(text, body);
     } else {
         for (int k = 0; k < motions; k++) {
@@ -157,7 +158,7 @@ static inline void put_points(kmp_text *text, unsigned flags)
 static inline void put_body(kmp_text *text, int body, unsigned flags)
 {
     kmp_text_printf(text, "  b%d:\n", body);
-    put_joint(text, body);
+    put_joint(text, body, flags);
     kmp_text_put(text, "    mass: ");
     put_number(text, between(0.2, 3), flags);
     kmp_text_put(text, "\n    com: ");

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What an assembly is to its caller: made, told about where it stays open, freed. */
+#include "base/memory.h"
+#include "constraints/assemble.h"
+
+enum { PUSHES = 4, MOST_NAMED = 5 };
+
+static kempe_status complain_open(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_text held = {0}, others = {0};
+    for (int k = 0; k < model->motion_count; k++)
+        if (model->start.hold[k])
+            kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
+    for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
+        kmp_text_printf(&others, "%s'%s' (%.3g m)",
+                        k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
+    if (a->culprit_count > MOST_NAMED + 1)
+        kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
+    const kmp_closure *worst = &model->closures[a->culprits[0]];
+    (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
+                       "loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "
+                       "start from a better guess",
+                       worst->name, held.s ? held.s : "", a->gaps[a->culprits[0]], others.s ? others.s : "");
+    kmp_text_free(&held);
+    kmp_text_free(&others);
+    return KEMPE_E_FAILED;
+}
+
+kempe_assembly *kmp_assembly_new(const kempe_system *s)
+{
+    int closures = s->model->closure_count;
+    kempe_assembly *a = KMP_NEW(kempe_assembly, 1);
+    if (!a)
+        return NULL;
+    a->system = s;
+    a->q = KMP_NEW(double, s->n);
+    a->qd = KMP_NEW(double, s->n);
+    a->moved = KMP_NEW(double, s->n);
+    a->gaps = KMP_NEW(double, closures);
+    a->culprits = KMP_NEW(int, closures);
+    if (a->q && a->qd && a->moved && a->gaps && a->culprits)
+        return a;
+    kempe_assembly_free(a);
+    return NULL;
+}
+
+kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+{
+    const kmp_start *start = &system->model->start;
+    kempe_assembly *a = NULL;
+    kmp_context_clear(system->context);
+    double *q = KMP_NEW(double, system->n);
+    for (int k = 0; q && k < system->n; k++)
+        q[k] = start->q[k].value;
+    kmp_guess guess = {q, start->hold, PUSHES};
+    kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
+    kmp_free(q);
+    if (!a)
+        return status;
+    *assembly = a;
+    return a->closed ? KEMPE_OK : complain_open(a);
+}
+
+void kempe_assembly_free(kempe_assembly *a)
+{
+    if (!a)
+        return;
+    kmp_free(a->q);
+    kmp_free(a->qd);
+    kmp_free(a->moved);
+    kmp_free(a->gaps);
+    kmp_free(a->culprits);
+    kmp_free(a);
+}
+
+const double *kempe_assembly_q(const kempe_assembly *assembly)
+{
+    return assembly->q;
+}
+
+const double *kempe_assembly_qd(const kempe_assembly *assembly)
+{
+    return assembly->qd;
+}

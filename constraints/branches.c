@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/branches.h"
+#include "base/memory.h"
+#include "linalg/dense.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
+#define TWO_PI         6.283185307179586
+#define SAME           1e-5 /* scaled: states that are nearer are one */
+#define ROUNDING       1e-13
+#define FAR            3.0 /* a translation is sampled within so many characteristic lengths */
+#define RANK_TOLERANCE 1e-10
+#define SINGULAR       1e-9
+
+typedef struct search {
+    kempe_branches *b;
+    kmp_walk *walk;
+    kmp_partition part; /* r = 0: no signs */
+    kmp_loop_block *blocks;
+    int block_count;
+    double *guess, *matrix;
+    int *order;
+    unsigned state;
+} search;
+
+/* -- what is kept ------------------------------------------------------------------------------------ */
+
+/* What is held; else what the model wants independent; and further coordinates of a good choice, until there are as
+ * many as degrees of freedom. */
+static void choose_kept(search *s)
+{
+    const kempe_system *system = s->b->system;
+    const kempe_model *model = system->model;
+    int n = system->n, m = system->m, count = 0, rank = 0;
+    int *fixed = KMP_ARENA_NEW(&s->b->arena, int, n), *col = KMP_ARENA_NEW(&s->b->arena, int, n);
+    int *row = KMP_ARENA_NEW(&s->b->arena, int, m);
+    double *pivots = KMP_ARENA_NEW(&s->b->arena, double, m + n);
+    if (!fixed || !col || !row || !pivots)
+        return;
+    for (int k = 0; k < n; k++)
+        count += fixed[k] = s->b->kept[k] = model->start.hold[k];
+    for (int k = 0; count == 0 && k < model->run.u_count; k++)
+        fixed[model->run.u[k]] = s->b->kept[model->run.u[k]] = true;
+    for (int k = count = 0; k < n; k++)
+        count += s->b->kept[k];
+    kmp_walk_evaluate(s->walk, s->b->assembly->q);
+    rank = kmp_walk_tangents(s->walk, n);
+    memcpy(s->walk->copy, s->walk->jacobian, (size_t)(m * n) * sizeof(double));
+    kmp_lu_complete(m, n, s->walk->copy, fixed, row, col, pivots);
+    for (int k = n - 1; k >= rank && count < n - rank; k--) {
+        count += !s->b->kept[col[k]];
+        s->b->kept[col[k]] = true;
+    }
+}
+
+/* Rows and v for the signs: of the kept coordinates, where they may be independent. */
+static void choose_blocks(search *s)
+{
+    const kempe_system *system = s->b->system;
+    int count = 0;
+    double *jacobian = s->walk->copy;
+    for (int k = 0; k < system->n; k++)
+        if (s->b->kept[k])
+            s->order[count++] = k;
+    kmp_plant_closure(s->walk->plant, 0, s->b->assembly->q);
+    kmp_plant_dense_jacobian(s->walk->plant, jacobian);
+    if (count == 0 || kmp_partition_init(&s->part, system, jacobian, s->order, count) != KEMPE_OK)
+        (void)kmp_partition_init(&s->part, system, jacobian, NULL, 0);
+    s->block_count = s->part.r > 0 ? kmp_loop_blocks(system, &s->part, s->walk, &s->b->arena, &s->blocks) : 0;
+    kmp_context_clear(system->context);
+}
+
+/* -- one state --------------------------------------------------------------------------------------- */
+
+static char sign_of_block(const search *s, const kmp_loop_block *block)
+{
+    int size = block->column_count, sign = 1;
+    double least = INFINITY, most = 0;
+    if (block->row_count != size)
+        return '0';
+    for (int i = 0; i < size; i++)
+        for (int k = 0; k < size; k++)
+            s->matrix[i + k * size] = s->walk->jacobian[block->rows[i] + block->columns[k] * s->walk->m];
+    if (kmp_lu_factor(size, s->matrix, s->order) != 0)
+        return '0';
+    for (int i = 0; i < size; i++) {
+        double u = s->matrix[i + i * size];
+        sign = (u < 0) != (s->order[i] != i) ? -sign : sign;
+        least = fmin(least, fabs(u));
+        most = fmax(most, fabs(u));
+    }
+    return least < SINGULAR * most ? '0' : sign > 0 ? '+' : '-';
+}
+
+static bool same(const kempe_system *system, const double *a, const double *b)
+{
+    for (int k = 0; k < system->n; k++) {
+        double off = (a[k] - b[k]) / system->scale[k];
+        if (system->model->motions[k].rotation)
+            off = remainder(off, TWO_PI);
+        if (!(fabs(off) < SAME))
+            return false;
+    }
+    return true;
+}
+
+/* q into the list. */
+static void keep(search *s, const double *q, double residual)
+{
+    const kempe_system *system = s->b->system;
+    for (int k = 0; k < s->b->count; k++)
+        if (same(system, q, s->b->branch[k].q)) {
+            s->b->branch[k].hits++;
+            return;
+        }
+    if (s->b->count == KMP_MOST_BRANCHES) {
+        s->b->many = true;
+        return;
+    }
+    kmp_branch branch = {.residual = residual, .hits = 1};
+    branch.q = KMP_ARENA_NEW(&s->b->arena, double, system->n);
+    branch.sign = KMP_ARENA_NEW(&s->b->arena, char, s->block_count + 1);
+    if (!branch.q || !branch.sign)
+        return;
+    for (int k = 0; k < system->n; k++) {
+        double off = q[k] - s->b->assembly->q[k];
+        off = system->model->motions[k].rotation ? remainder(off, TWO_PI) : off;
+        branch.q[k] = s->b->assembly->q[k] + (fabs(off) < ROUNDING * system->scale[k] ? 0 : off);
+    }
+    kmp_walk_evaluate(s->walk, branch.q);
+    for (int k = 0; k < s->block_count; k++)
+        branch.sign[k] = sign_of_block(s, &s->blocks[k]);
+    s->b->branch[s->b->count++] = branch;
+}
+
+static void scatter(search *s)
+{
+    const kempe_system *system = s->b->system;
+    for (int k = 0; k < system->n; k++) {
+        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : FAR * system->length;
+        s->guess[k] = s->b->assembly->q[k];
+        if (!s->b->kept[k])
+            s->guess[k] += reach * kmp_walk_random(&s->state);
+    }
+}
+
+static kempe_status sample(search *s)
+{
+    const kempe_system *system = s->b->system;
+    int starts = system->n > LARGE ? STARTS_OF_LARGE : STARTS;
+    keep(s, s->b->assembly->q, s->b->assembly->residual);
+    while (s->b->starts < starts && !s->b->many && !s->b->arena.failed && !kmp_interrupted(system->context)) {
+        kempe_assembly *a = NULL;
+        scatter(s);
+        kmp_guess guess = {s->guess, s->b->kept, 0};
+        kempe_status status = kmp_assemble_from(system, &guess, &a);
+        if (status != KEMPE_OK)
+            return status;
+        s->b->starts++;
+        s->b->closed += a->closed;
+        if (a->closed)
+            keep(s, a->q, a->residual);
+        kempe_assembly_free(a);
+    }
+    return KEMPE_OK;
+}
+
+/* -- order ------------------------------------------------------------------------------------------- */
+
+static bool comes_before(const kempe_system *system, const kmp_branch *a, const kmp_branch *b)
+{
+    int order = strcmp(a->sign, b->sign);
+    for (int k = 0; order == 0 && k < system->n; k++)
+        if (fabs(a->q[k] - b->q[k]) > SAME * system->scale[k])
+            return a->q[k] < b->q[k];
+    return order < 0;
+}
+
+static void sort(kempe_branches *b)
+{
+    for (int i = 2; i < b->count; i++) {
+        kmp_branch moved = b->branch[i];
+        int k = i;
+        for (; k > 1 && comes_before(b->system, &moved, &b->branch[k - 1]); k--)
+            b->branch[k] = b->branch[k - 1];
+        b->branch[k] = moved;
+    }
+}
+
+static kempe_status find(kempe_branches *b, int seed)
+{
+    int n = b->system->n;
+    search s = {.b = b, .walk = kmp_walk_new(b->system), .state = (unsigned)seed};
+    b->kept = KMP_ARENA_NEW(&b->arena, bool, n);
+    s.guess = KMP_ARENA_NEW(&b->arena, double, n);
+    s.matrix = KMP_ARENA_NEW(&b->arena, double, n *n);
+    s.order = KMP_ARENA_NEW(&b->arena, int, n);
+    kempe_status status = KEMPE_OK;
+    if (s.walk && !b->arena.failed) {
+        choose_kept(&s);
+        choose_blocks(&s);
+        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s);
+        sort(b);
+    }
+    if (!s.walk || b->arena.failed)
+        status = kmp_fail_memory(b->system->context);
+    kmp_partition_free(&s.part);
+    kmp_walk_free(s.walk);
+    return status;
+}
+
+kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
+{
+    kempe_branches *b = KMP_NEW(kempe_branches, 1);
+    kmp_context_clear(system->context);
+    if (!b)
+        return kmp_fail_memory(system->context);
+    b->system = system;
+    kempe_status status = kempe_assemble(system, &b->assembly);
+    if (status == KEMPE_OK)
+        status = find(b, seed);
+    if (status != KEMPE_OK) {
+        kempe_branches_free(b);
+        return status;
+    }
+    *branches = b;
+    return KEMPE_OK;
+}
+
+void kempe_branches_free(kempe_branches *branches)
+{
+    if (!branches)
+        return;
+    kempe_assembly_free(branches->assembly);
+    kmp_arena_free(&branches->arena);
+    kmp_free(branches);
+}
+
+int kempe_branches_count(const kempe_branches *branches)
+{
+    return branches->count;
+}
+
+const double *kempe_branches_q(const kempe_branches *branches, int k)
+{
+    return branches->branch[k].q;
+}

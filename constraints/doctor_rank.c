@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Redundant always or singular only here: the rank at random configurations that the mechanism can move to, found by
+ * walking along random tangents; the members of each dependent set, from an echelon basis of the left null space of the
+ * scaled J; what may be left out, tried by the rank of what remains. */
+#include "base/memory.h"
+#include "constraints/doctor.h"
+#include <math.h>
+#include <string.h>
+
+enum { TRIES = 5 };
+#define STEP              0.3  /* scaled, of the coordinate that moves most */
+#define MOVED             0.2  /* of the step: what must be left of it after closing */
+#define RANK_TOLERANCE    1e-8 /* at configurations closed to 1e-13 */
+#define MOST_WORK         2e8  /* multiplications */
+#define MEMBER            1e-6
+#define SAME_AS_PARTITION 1e-10
+
+const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
+{
+    return x->jacobians + (size_t)k * (size_t)(x->system->m * x->system->n);
+}
+
+/* -- random configurations --------------------------------------------------------------------------- */
+
+/* A random direction of the tangent space, its largest entry one, to `way`. */
+static void random_tangent(kmp_walk *w, int count, unsigned *state, double *way)
+{
+    double most = 0;
+    memset(way, 0, (size_t)w->n * sizeof *way);
+    for (int c = 0; c < count; c++) {
+        double part = kmp_walk_random(state);
+        for (int k = 0; k < w->n; k++)
+            way[k] += part * w->basis[k + c * w->n];
+    }
+    for (int k = 0; k < w->n; k++)
+        most = fmax(most, fabs(way[k]));
+    for (int k = 0; k < w->n && most > 0; k++)
+        way[k] /= most;
+}
+
+static double distance(const kempe_system *s, const double *a, const double *b)
+{
+    double most = 0;
+    for (int k = 0; k < s->n; k++)
+        most = fmax(most, fabs(a[k] - b[k]) / s->scale[k]);
+    return most;
+}
+
+/* From `from` along a random tangent to `to`; false when closing always takes it back. */
+static bool wander(kmp_walk *w, const double *from, unsigned *state, double *way, double *to)
+{
+    kmp_walk_evaluate(w, from);
+    int count = w->n - kmp_walk_tangents(w, w->n);
+    double step = STEP;
+    for (int k = 0; k < TRIES && count > 0; k++, step *= 0.4) {
+        random_tangent(w, count, state, way);
+        for (int c = 0; c < w->n; c++)
+            to[c] = from[c] + step * way[c] * w->system->scale[c];
+        if (kmp_walk_close(w, to) && distance(w->system, to, from) > MOVED * step &&
+            distance(w->system, to, from) < 3 * step)
+            return true;
+        kmp_walk_evaluate(w, from);
+        count = w->n - kmp_walk_tangents(w, w->n);
+    }
+    return false;
+}
+
+/* The largest rank met, and how near to losing a row the mechanism is here. */
+static void compare_ranks(kmp_examination *x)
+{
+    kmp_walk *w = x->walk;
+    kmp_doctor *d = x->doctor;
+    size_t size = (size_t)w->m * (size_t)w->n;
+    double most = 0;
+    for (int k = 1; k <= x->point_count; k++) {
+        memcpy(w->copy, kmp_doctor_jacobian(x, k), size * sizeof *w->copy);
+        int rank = kmp_null_space(w->m, w->n, w->copy, RANK_TOLERANCE, w->n, w->basis, w->order, &w->last);
+        if (rank > d->generic_rank)
+            most = 0;
+        d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
+        if (rank == d->generic_rank)
+            most = fmax(most, w->last);
+    }
+    d->moved = x->point_count > 0;
+    if (d->generic_rank > x->part->r)
+        d->margin = 0;
+    else if (most > 0)
+        d->margin = fmin(1, x->part->pivots[x->part->r - 1] / most);
+}
+
+void kmp_doctor_points(kmp_examination *x)
+{
+    const kempe_system *s = x->system;
+    kmp_walk *w = x->walk;
+    size_t n = (size_t)s->n, size = (size_t)s->m * (size_t)s->n;
+    unsigned state = 20;
+    double *way = KMP_ARENA_NEW(x->arena, double, s->n);
+    x->points = KMP_ARENA_NEW(x->arena, double, s->n *KMP_DOCTOR_POINTS);
+    x->jacobians = KMP_ARENA_NEW(x->arena, double, size *(KMP_DOCTOR_POINTS + 1));
+    x->doctor->generic_rank = x->part->r;
+    x->doctor->margin = 1;
+    if (!way || !x->points || !x->jacobians)
+        return;
+    kmp_walk_evaluate(w, x->q);
+    memcpy(x->jacobians, w->jacobian, size * sizeof *w->jacobian);
+    const double *from = x->q;
+    while (s->m > 0 && x->point_count < KMP_DOCTOR_POINTS) {
+        double *to = x->points + n * (size_t)x->point_count;
+        if (!wander(w, from, &state, way, to))
+            break;
+        from = to;
+        memcpy(x->jacobians + size * (size_t)++x->point_count, w->jacobian, size * sizeof *w->jacobian);
+    }
+    if (!x->arena->failed)
+        compare_ranks(x);
+}
+
+/* -- dependent sets ---------------------------------------------------------------------------------- */
+
+/* Rank of some rows of Jacobian k; the left null space of all of them in walk->basis when rows is NULL. */
+static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int count, double tolerance)
+{
+    kmp_walk *w = x->walk;
+    const double *jacobian = kmp_doctor_jacobian(x, k);
+    for (int r = 0; r < count; r++)
+        for (int c = 0; c < w->n; c++)
+            w->copy[c + r * w->n] = jacobian[(rows ? rows[r] : r) + c * w->m];
+    return kmp_null_space(w->n, count, w->copy, tolerance, count, w->basis, w->order, &w->last);
+}
+
+static bool dependent_everywhere(const kmp_examination *x, const int *rows, int count)
+{
+    for (int k = 1; k <= x->point_count; k++)
+        if (rank_of_rows(x, k, rows, count, RANK_TOLERANCE) == count)
+            return false;
+    return true;
+}
+
+static void keep_set(kmp_examination *x, const double *member, kmp_dependent *set)
+{
+    int m = x->system->m;
+    double most = 0;
+    set->rows = KMP_ARENA_NEW(x->arena, int, m);
+    for (int r = 0; r < m; r++)
+        most = fmax(most, fabs(member[r]));
+    for (int r = 0; set->rows && r < m; r++)
+        if (fabs(member[r]) > MEMBER * most)
+            set->rows[set->count++] = r;
+}
+
+static void collect_shared(kmp_examination *x)
+{
+    kmp_doctor *d = x->doctor;
+    d->shared_rows = KMP_ARENA_NEW(x->arena, int, x->system->m);
+    for (int r = 0; d->shared_rows && r < x->system->m; r++) {
+        bool shared = false;
+        for (int k = 0; k < d->set_count; k++)
+            for (int i = 0; i < d->sets[k].count; i++)
+                shared = shared || d->sets[k].rows[i] == r;
+        if (shared)
+            d->shared_rows[d->shared_count++] = r;
+    }
+}
+
+/* Up to `most` sets of Jacobian k: the dependent sets of an echelon basis. */
+static void add_sets(kmp_examination *x, int k, int most, double tolerance)
+{
+    kmp_doctor *d = x->doctor;
+    int m = x->system->m, count = m - rank_of_rows(x, k, NULL, m, tolerance);
+    kmp_dependent *found = KMP_ARENA_NEW(x->arena, kmp_dependent, count);
+    for (int i = 0; found && i < count; i++)
+        keep_set(x, x->walk->basis + i * m, &found[i]);
+    for (int i = 0; found && !x->arena->failed && i < count && most > 0; i++) {
+        found[i].always = dependent_everywhere(x, found[i].rows, found[i].count);
+        if (k == 0 && x->point_count > 0 && found[i].always)
+            continue; /* told already */
+        d->sets[d->set_count++] = found[i];
+        most--;
+    }
+}
+
+/* Always first, then by first row. */
+static void sort_sets(kmp_dependent *sets, int count)
+{
+    for (int i = 1; i < count; i++) {
+        kmp_dependent moved = sets[i];
+        int k = i;
+        for (; k > 0 && moved.always == sets[k - 1].always && moved.rows[0] < sets[k - 1].rows[0]; k--)
+            sets[k] = sets[k - 1];
+        sets[k] = moved;
+    }
+}
+
+/* What is always dependent is read off elsewhere: here coefficients may vanish by chance. */
+void kmp_doctor_dependents(kmp_examination *x)
+{
+    kmp_doctor *d = x->doctor;
+    int m = x->system->m, all = m - x->part->r, always = m - d->generic_rank;
+    d->sets = KMP_ARENA_NEW(x->arena, kmp_dependent, all);
+    if (all == 0 || !d->sets)
+        return;
+    if (x->point_count > 0)
+        add_sets(x, x->point_count, always, RANK_TOLERANCE);
+    add_sets(x, 0, all - d->set_count, SAME_AS_PARTITION);
+    if (x->arena->failed)
+        return;
+    sort_sets(d->sets, d->set_count);
+    collect_shared(x);
+}
+
+/* -- repairs ----------------------------------------------------------------------------------------- */
+
+/* Is the rank without the rows of `out` still that of all? Asked at two random configurations (here, when there are
+ * none): a row that matters does so at almost every one. */
+static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
+{
+    int count = 0, first = x->point_count > 0 ? x->point_count : 0, last = first > 1 ? first - 1 : first;
+    for (int r = 0; r < x->system->m; r++)
+        if (!out[r])
+            rows[count++] = r;
+    if (count < x->doctor->generic_rank)
+        return false;
+    for (int k = first; k >= last; k--)
+        if (rank_of_rows(x, k, rows, count, RANK_TOLERANCE) < x->doctor->generic_rank)
+            return false;
+    return true;
+}
+
+/* Rows of a closure one after the other, as long as the others still hold it. A matroid: any order finds as many. */
+static void try_closure(kmp_examination *x, int closure, bool *out, int *rows, kmp_repair *repair)
+{
+    int m = x->system->m;
+    *repair = (kmp_repair){.closure = closure, .rows = KMP_ARENA_NEW(x->arena, int, m)};
+    memset(out, 0, (size_t)m * sizeof *out);
+    for (int r = m - 1; repair->rows && r >= 0; r--) {
+        if (x->system->rows[r].closure != closure)
+            continue;
+        repair->of++;
+        out[r] = true;
+        if (rank_stays(x, out, rows))
+            repair->rows[repair->count++] = r;
+        else
+            out[r] = false;
+    }
+}
+
+static void turn_round(int *x, int count)
+{
+    for (int i = 0; i < count / 2; i++) {
+        int t = x[i];
+        x[i] = x[count - 1 - i];
+        x[count - 1 - i] = t;
+    }
+}
+
+void kmp_doctor_repairs(kmp_examination *x)
+{
+    kmp_doctor *d = x->doctor;
+    int closures = x->system->model->closure_count;
+    double m = x->system->m, cost = 2 * d->shared_count * m * x->system->n * d->generic_rank;
+    if (d->generic_rank == x->system->m)
+        return;
+    d->repairs_skipped = cost > MOST_WORK;
+    if (d->repairs_skipped)
+        return;
+    d->repairs = KMP_ARENA_NEW(x->arena, kmp_repair, closures);
+    bool *out = KMP_ARENA_NEW(x->arena, bool, x->system->m);
+    int *rows = KMP_ARENA_NEW(x->arena, int, x->system->m);
+    for (int c = 0; c < closures && d->repairs && out && rows; c++) {
+        bool member = false;
+        for (int k = 0; k < d->shared_count; k++)
+            member = member || x->system->rows[d->shared_rows[k]].closure == c;
+        if (!member)
+            continue;
+        kmp_repair *repair = &d->repairs[d->repair_count];
+        try_closure(x, c, out, rows, repair);
+        turn_round(repair->rows, repair->count);
+        d->repair_count += repair->count > 0;
+    }
+}

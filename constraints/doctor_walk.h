@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Walking on the closed configurations of a mechanism at t = 0: the scaled J, its null spaces, projection back. One
+ * workspace, nothing allocated after kmp_walk_new. */
+#ifndef KMP_CONSTRAINTS_DOCTOR_WALK_H
+#define KMP_CONSTRAINTS_DOCTOR_WALK_H
+
+#include "constraints/plant.h"
+#include "dynamics/system.h"
+#include <stdbool.h>
+
+typedef struct kmp_walk {
+    const kempe_system *system;
+    kmp_plant *plant;
+    int n, m;
+    double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
+    double *h;        /* m, scaled */
+    double last;      /* the last kept pivot of the last kmp_walk_tangents */
+    double *copy;     /* max(m, n)^2 */
+    double *normal;   /* m x m */
+    double *right;    /* m */
+    double *basis;    /* max(m, n)^2 */
+    double *trial;    /* n */
+    int *order;       /* max(m, n) */
+} kmp_walk;
+
+/** NULL: no memory. */
+kmp_walk *kmp_walk_new(const kempe_system *system);
+void kmp_walk_free(kmp_walk *walk);
+
+/** h and J, both scaled, at q. */
+void kmp_walk_evaluate(kmp_walk *walk, const double *q);
+
+/** Closes q by the least (scaled) moves; false when it does not get there. J is then that of q. */
+bool kmp_walk_close(kmp_walk *walk, double *q);
+
+/** Null space of the last J as columns of walk->basis (n x d, scaled coordinates, each of unit length); returns the
+ * rank r, at most `most`, so that d = n - r. */
+int kmp_walk_tangents(kmp_walk *walk, int most);
+
+/** A basis of the null space of a (rows x cols, column-major, destroyed) in echelon form: column k of `basis`
+ *  (cols x (cols - rank)) has a one where the others have zeros. Complete pivoting; a pivot below `tolerance` of the
+ *  first is a zero, and at most `most` are taken. Returns the rank; *last is the last pivot taken; order (cols) is work
+ * space. */
+int kmp_null_space(int rows, int cols, double *a, double tolerance, int most, double *basis, int *order, double *last);
+
+/** The next number of a fixed sequence, in -1 .. 1. */
+double kmp_walk_random(unsigned *state);
+
+#endif

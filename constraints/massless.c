@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced mass Mr = X' M X in scaled coordinates, by complete pivoting; where its pivots vanish, back substitution
+ * gives a motion s with Mr s = 0, and X s says which coordinates take part in it. */
+#include "constraints/massless.h"
+#include "base/memory.h"
+#include "constraints/angles.h"
+#include "constraints/reduction.h"
+#include "linalg/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Mr, unfactored, in scales of u: column-major, p x p. */
+static void reduced_mass(const kmp_reduction *red, const double *mass, double *mr)
+{
+    int n = red->n, p = red->p;
+    const double *scale = red->plant->system->scale;
+    memset(mr, 0, (size_t)(p * p) * sizeof *mr);
+    for (int k = 0; k < p; k++)
+        for (int j = 0; j < n; j++)
+            for (int l = 0; l < n; l++)
+                for (int i = 0; i < p; i++)
+                    mr[i + k * p] += red->x[j + i * n] * mass[j + l * n] * red->x[l + k * n] * scale[red->part->u[i]] *
+                                     scale[red->part->u[k]];
+}
+
+/* s (p) with a s = 0 as far as the least pivot goes; a is destroyed. row, col, pivot, y: p. */
+static void null_vector(int p, double *a, int *row, int *col, double *pivot, double *y, double *s)
+{
+    int rank = 0;
+    kmp_lu_complete(p, p, a, NULL, row, col, pivot);
+    while (rank < p - 1 && pivot[rank] > 4 * p * DBL_EPSILON * pivot[0])
+        rank++;
+    memset(s, 0, (size_t)p * sizeof *s);
+    s[col[rank]] = 1;
+    for (int i = rank - 1; i >= 0; i--) {
+        y[i] = -a[i + rank * p];
+        for (int j = i + 1; j < rank; j++)
+            y[i] -= a[i + j * p] * y[j];
+        y[i] /= a[i + i * p];
+        s[col[i]] = y[i];
+    }
+}
+
+/* The coordinate that moves most, in scales, in the motion s of u. */
+static int largest(const kmp_reduction *red, const double *s)
+{
+    const double *scale = red->plant->system->scale;
+    int most = 0;
+    double size = -1;
+    for (int i = 0; i < red->n; i++) {
+        double x = 0;
+        for (int k = 0; k < red->p; k++)
+            x += red->x[i + k * red->n] * s[k] * scale[red->part->u[k]];
+        if (fabs(x) / scale[i] > size * (1 + 1e-9)) {
+            size = fabs(x) / scale[i];
+            most = i;
+        }
+    }
+    return most;
+}
+
+static kempe_status name(const kmp_reduction *red, const double *s)
+{
+    const kempe_model *model = red->plant->system->model;
+    int motion = largest(red, s);
+    const kmp_body *body = &model->bodies[model->motions[motion].body];
+    return kmp_fail(red->plant->system->context, KEMPE_E_FAILED,
+                    "the accelerations are not determined: the motion of '%s' carries no mass; give body '%s', or one "
+                    "that moves with it, a mass or an inertia",
+                    model->motions[motion].name, body->name);
+}
+
+static kempe_status search(kmp_reduction *red)
+{
+    int n = red->n, p = red->p;
+    double *work = KMP_NEW(double, n *n + p * p + 3 * p);
+    int *order = KMP_NEW(int, 2 * p);
+    kempe_status status = KEMPE_E_MEMORY;
+    if (work && order) {
+        double *mr = work + n * n, *pivot = mr + p * p;
+        kmp_reduction_tangent(red);
+        kmp_plant_dense_mass(red->plant, work);
+        reduced_mass(red, work, mr);
+        null_vector(p, mr, order, order + p, pivot, pivot + p, pivot + 2 * p);
+        status = name(red, pivot + 2 * p);
+    }
+    kmp_free(work);
+    kmp_free(order);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(red->plant->system->context) : status;
+}
+
+/* Angles that are no coordinates where they are; KEMPE_OK when that is not the trouble. */
+static kempe_status blame_angles(const kmp_plant *plant, const double *q)
+{
+    kmp_text why = {0};
+    kmp_angles_explain(plant->system->model, q, &why);
+    kempe_status status =
+        why.failed ? kmp_fail_memory(plant->system->context)
+        : why.s    ? kmp_fail(plant->system->context, KEMPE_E_FAILED, "the accelerations are not determined%s", why.s)
+                   : KEMPE_OK;
+    kmp_text_free(&why);
+    return status;
+}
+
+kempe_status kmp_explain_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q)
+{
+    kmp_reduction red = {0};
+    if (blame_angles(plant, q) != KEMPE_OK)
+        return KEMPE_E_FAILED;
+    if (part->p == 0)
+        return kmp_fail(plant->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
+    kempe_status status = kmp_reduction_init(&red, plant, part);
+    kmp_plant_closure(plant, t, q);
+    kmp_plant_mass(plant);
+    if (status == KEMPE_OK && kmp_reduction_factor(&red))
+        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
+    if (status == KEMPE_OK)
+        status = search(&red);
+    kmp_reduction_free(&red);
+    return status;
+}

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the IFToMM benchmark A02 with N windows.
+
+    python3 make.py N > n_four_bar.yaml
+"""
+import sys
+
+
+def lines(n):
+    yield f"# IFToMM A02, N = {n}: square windows of bars of 1 m and 1 kg. Whenever the bars lie flat the mobility jumps from 1 to"
+    yield f"# {n + 1} and the closures lose rows; the motion goes on as that of a parallelogram. Angles from +x. Written by make.py."
+    yield "kempe: 1"
+    yield f"name: four-bar windows, N = {n}"
+    yield "gravity: [0, -9.81, 0]"
+    yield "parameters: {l: 1, m: 1}"
+    yield "ground:\n  points:"
+    for i in range(n + 1):
+        yield f"    G{i}: [{i}*l, 0, 0]"
+    yield "bodies:"
+    for i in range(n + 1):
+        yield from bar(f"v{i}", f"a{i}", f"ground.G{i}")
+    for i in range(n):
+        yield from bar(f"h{i}", f"b{i}", f"v{i}.T")
+    yield "loops:"
+    for i in range(n):
+        yield f"  C{i}: {{ball: [h{i}.T, v{i + 1}.T]}}"
+    yield "start:"
+    yield "  q: {" + ", ".join([f"a{i}: 90 deg" for i in range(n + 1)] + [f"b{i}: -90 deg" for i in range(n)]) + "}"
+    yield "  qd: {a0: -1}"
+    yield "run: {t_end: 20, rtol: 1e-10, every: 50 ms, outputs: [q, qd, position(v0.T)]}"
+
+
+def bar(body, joint, at):
+    yield f"  {body}:"
+    yield f"    joint: {{name: {joint}, revolute: z, at: {at}}}"
+    yield "    mass: m"
+    yield "    com: [l/2, 0, 0]"
+    yield "    inertia: {zz: m*l^2/12}"
+    yield "    points: {T: [l, 0, 0]}"
+
+
+print("\n".join(lines(int(sys.argv[1]))))

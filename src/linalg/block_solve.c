@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Factors and solves of blocks. Hides the pivoting inside them: after a factorisation `order` says which row of C
+ * stands in each pivoted place, so a solve applies both permutations in its gather. */
+#include "linalg/block_inside.h"
+
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+/* -- factors --------------------------------------------------------------------------------------- */
+
+static int factor_block(int size, double *lu, int *pivot, int *order, int first, int *sign)
+{
+    int fault = kmp_lu_factor(size, lu, pivot);
+    if (fault)
+        return fault;
+    for (int i = 0; i < size; i++)
+        order[i] = first + i;
+    for (int i = 0; i < size; i++)
+        if (pivot[i] != i) {
+            int t = order[i];
+            order[i] = order[pivot[i]];
+            order[pivot[i]] = t;
+            *sign = -*sign;
+        }
+    return 0;
+}
+
+/* Reciprocal pivots and their sign. Returns 0, or 1 + the place of a pivot too small to have a reciprocal. */
+static int invert_pivots(int size, const double *lu, double *inverse, int *sign)
+{
+    for (int i = 0; i < size; i++) {
+        double u = lu[i + i * size];
+        inverse[i] = 1.0 / u;
+        if (!(fabs(inverse[i]) <= DBL_MAX))
+            return i + 1;
+        *sign = u < 0 ? -*sign : *sign;
+    }
+    return 0;
+}
+
+/* Of a pivot that is neither zero, too small, infinite nor NaN. */
+static bool is_reciprocal(double x)
+{
+    return fabs(x) > 0.0 && fabs(x) <= DBL_MAX;
+}
+
+/* The same for two rows, the block of a planar loop, in one: the operations of kmp_lu_factor and of the reciprocals. */
+static int factor_pair(kmp_block *b, int k, int *sign)
+{
+    int first = b->start[k];
+    double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+    int lower = fabs(lu[1]) > fabs(lu[0]);
+    double u0 = lu[lower], l = lu[1 - lower] / u0, u01 = lu[2 + lower], u1 = lu[3 - lower] - l * u01;
+    b->order[first] = first + lower;
+    b->order[first + 1] = first + 1 - lower;
+    lu[0] = u0;
+    lu[1] = l;
+    lu[2] = u01;
+    lu[3] = u1;
+    inverse[0] = 1.0 / u0;
+    inverse[1] = 1.0 / u1;
+    *sign *= (1 - 2 * lower) * (u0 < 0 ? -1 : 1) * (u1 < 0 ? -1 : 1);
+    return !is_reciprocal(inverse[0]) ? 1 : !is_reciprocal(inverse[1]) ? 2 : 0;
+}
+
+static void scatter(kmp_block *b, const double *values)
+{
+    memset(b->lu, 0, (size_t)b->lu_size * sizeof *b->lu);
+    for (int e = 0; e < b->nz; e++) {
+        int t = b->target[e];
+        if (t >= 0)
+            b->lu[t] = values[e];
+        else
+            b->off[-1 - t] = values[e];
+    }
+}
+
+int kmp_block_factor(kmp_block *b, const double *values)
+{
+    scatter(b, values);
+    b->sign = b->permutation_sign;
+    for (int k = 0; k < b->count; k++) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        double *lu = b->lu + b->lu_start[k];
+        int fault = size == 2 ? factor_pair(b, k, &b->sign)
+                              : factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
+        if (!fault && size != 2)
+            fault = invert_pivots(size, lu, b->inverse + first, &b->sign);
+        if (fault) {
+            b->sign = 0;
+            return 1 + b->q[first + fault - 1];
+        }
+    }
+    return 0;
+}
+
+/* -- solves: `lanes` right-hand sides interleaved in w, 1 or 2 ------------------------------------- */
+
+#define INLINE static inline __attribute__((always_inline))
+
+/* w <- U^-1 L^-1 w within one block. */
+INLINE void solve_block(int lanes, int size, const double *lu, const double *inverse, double *w)
+{
+    for (int l = 0; l < lanes; l++) {
+        double *x = w + l;
+        for (int i = 1; i < size; i++) {
+            double s = x[i * lanes];
+            for (int j = 0; j < i; j++)
+                s -= lu[i + j * size] * x[j * lanes];
+            x[i * lanes] = s;
+        }
+        for (int i = size - 1; i >= 0; i--) {
+            double s = x[i * lanes];
+            for (int j = i + 1; j < size; j++)
+                s -= lu[i + j * size] * x[j * lanes];
+            x[i * lanes] = s * inverse[i];
+        }
+    }
+}
+
+/* w <- (L U)^-T w within one block. */
+INLINE void solve_block_transposed(int lanes, int size, const double *lu, const double *inverse, double *w)
+{
+    for (int l = 0; l < lanes; l++) {
+        double *x = w + l;
+        for (int i = 0; i < size; i++) {
+            double s = x[i * lanes];
+            for (int j = 0; j < i; j++)
+                s -= lu[j + i * size] * x[j * lanes];
+            x[i * lanes] = s * inverse[i];
+        }
+        for (int i = size - 2; i >= 0; i--) {
+            double s = x[i * lanes];
+            for (int j = i + 1; j < size; j++)
+                s -= lu[j + i * size] * x[j * lanes];
+            x[i * lanes] = s;
+        }
+    }
+}
+
+/* The compiler unrolls the common sizes. */
+#define FOR_SIZE(solve)                                                                                                \
+    do {                                                                                                               \
+        switch (size) {                                                                                                \
+        case 1:                                                                                                        \
+            solve(lanes, 1, lu, inverse, w);                                                                           \
+            break;                                                                                                     \
+        case 2:                                                                                                        \
+            solve(lanes, 2, lu, inverse, w);                                                                           \
+            break;                                                                                                     \
+        case 3:                                                                                                        \
+            solve(lanes, 3, lu, inverse, w);                                                                           \
+            break;                                                                                                     \
+        default:                                                                                                       \
+            solve(lanes, size, lu, inverse, w);                                                                        \
+        }                                                                                                              \
+    } while (0)
+
+/* One right-hand side of row `row` of C, less what the later unknowns contribute. */
+INLINE double remainder_of(const kmp_block *b, int row, const double *x, const double *solved)
+{
+    double s = x[b->p[row]];
+    for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+        s -= b->off[e] * solved[b->off_column[e]];
+    return s;
+}
+
+/* The same as solve() for one right-hand side and blocks of two. */
+static void solve_pairs(const kmp_block *b, double *restrict x)
+{
+    double *restrict w = b->scratch;
+    for (int k = b->n - 2; k >= 0; k -= 2) {
+        const double *lu = b->lu + 2 * k, *inverse = b->inverse + k;
+        double s = remainder_of(b, b->order[k], x, w), r = remainder_of(b, b->order[k + 1], x, w) - lu[1] * s;
+        w[k + 1] = r * inverse[1];
+        w[k] = (s - lu[2] * w[k + 1]) * inverse[0];
+    }
+    for (int j = 0; j < b->n; j++)
+        x[b->q[j]] = w[j];
+}
+
+/* Last block first: the right-hand side less what the later unknowns contribute, then the block. */
+INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
+{
+    int n = b->n;
+    double *restrict scratch = b->scratch;
+    for (int k = b->count - 1; k >= 0; k--) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        double *w = scratch + first * lanes;
+        for (int i = 0; i < size; i++) {
+            int row = b->order[first + i];
+            for (int l = 0; l < lanes; l++) {
+                double s = x[b->p[row] + l * n];
+                for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+                    s -= b->off[e] * scratch[b->off_column[e] * lanes + l];
+                w[i * lanes + l] = s;
+            }
+        }
+        FOR_SIZE(solve_block);
+    }
+    for (int j = 0; j < n; j++)
+        for (int l = 0; l < lanes; l++)
+            x[b->q[j] + l * n] = scratch[j * lanes + l];
+}
+
+/* First block first: the block, then its unknowns out of the later right-hand sides. */
+INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
+{
+    int n = b->n;
+    double *restrict scratch = b->scratch;
+    for (int j = 0; j < n; j++)
+        for (int l = 0; l < lanes; l++)
+            scratch[j * lanes + l] = x[b->q[j] + l * n];
+    for (int k = 0; k < b->count; k++) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        double *w = scratch + first * lanes;
+        FOR_SIZE(solve_block_transposed);
+        for (int i = 0; i < size; i++) {
+            int row = b->order[first + i];
+            for (int l = 0; l < lanes; l++) {
+                double s = w[i * lanes + l];
+                x[b->p[row] + l * n] = s;
+                for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++)
+                    scratch[b->off_column[e] * lanes + l] -= b->off[e] * s;
+            }
+        }
+    }
+}
+
+void kmp_block_solve(const kmp_block *b, int m, double *x)
+{
+    for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
+        solve(b, 2, x);
+    if (m == 1 && b->pairs)
+        solve_pairs(b, x);
+    else if (m == 1)
+        solve(b, 1, x);
+}
+
+void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
+{
+    for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
+        solve_transposed(b, 2, x);
+    if (m == 1)
+        solve_transposed(b, 1, x);
+}
+
+/* -- queries --------------------------------------------------------------------------------------- */
+
+int kmp_block_count(const kmp_block *b)
+{
+    return b->count;
+}
+
+const int *kmp_block_columns(const kmp_block *b, int k, int *count)
+{
+    *count = b->start[k + 1] - b->start[k];
+    return b->q + b->start[k];
+}
+
+int kmp_block_sign(const kmp_block *b)
+{
+    return b->sign;
+}
+
+/* Smallest and largest absolute pivot of block k. */
+static void weigh_pivots(const kmp_block *b, int k, double *low, double *high)
+{
+    int size = b->start[k + 1] - b->start[k];
+    *low = INFINITY;
+    *high = 0.0;
+    for (int i = 0; i < size; i++) {
+        double s = fabs(b->lu[b->lu_start[k] + i + i * size]);
+        *low = fmin(*low, s);
+        *high = fmax(*high, s);
+    }
+}
+
+double kmp_block_quality(const kmp_block *b)
+{
+    double quality = b->sign ? 1.0 : 0.0, low, high;
+    for (int k = 0; b->sign && k < b->count; k++) {
+        weigh_pivots(b, k, &low, &high);
+        quality = fmin(quality, low / high);
+    }
+    return quality;
+}
+
+double kmp_block_smallest(const kmp_block *b)
+{
+    double smallest = b->sign ? INFINITY : 0.0, low, high;
+    for (int k = 0; b->sign && k < b->count; k++) {
+        weigh_pivots(b, k, &low, &high);
+        smallest = fmin(smallest, low);
+    }
+    return smallest;
+}
+
+/* -- counts ---------------------------------------------------------------------------------------- */
+
+static void accumulate(kmp_flops *sum, kmp_flops f)
+{
+    sum->add += f.add;
+    sum->mul += f.mul;
+    sum->div += f.div;
+    sum->root += f.root;
+}
+
+kmp_flops kmp_block_factor_flops(const kmp_block *b)
+{
+    kmp_flops sum = {0};
+    for (int k = 0; k < b->count; k++) {
+        int size = b->start[k + 1] - b->start[k];
+        accumulate(&sum, kmp_lu_flops(size));
+        sum.div += size;
+    }
+    return sum;
+}
+
+kmp_flops kmp_block_solve_flops(const kmp_block *b)
+{
+    long off = b->n ? b->off_start[b->n] : 0;
+    kmp_flops sum = {.add = off, .mul = off + b->n};
+    for (int k = 0; k < b->count; k++) {
+        long size = b->start[k + 1] - b->start[k], products = size * (size - 1);
+        accumulate(&sum, (kmp_flops){.add = products, .mul = products});
+    }
+    return sum;
+}

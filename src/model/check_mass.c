@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Motions that carry no mass, as far as the tree shows them: those of a body without mass behind which there is none
+ * either, and a last motion that leaves its body's mass where it is. Bodies with closures may do without mass: what
+ * moves them, and whether that has a mass, shows in the reduced mass only (constraints/massless.h). */
+#include "model/check_mass.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include <math.h>
+
+typedef struct branch {
+    bool heavy;  /* the body, or one behind it, has mass or inertia */
+    bool closed; /* so with points of closures */
+    bool parent; /* has a body behind it */
+    bool told;   /* one behind it was complained of */
+} branch;
+
+static bool is_heavy(const kmp_body *body)
+{
+    bool heavy = body->mass.value != 0;
+    for (int k = 0; k < 6; k++)
+        heavy = heavy || body->inertia[k].value != 0;
+    return heavy;
+}
+
+/* What resists the body's last motion: its mass, or its inertia about the axis. */
+static double carried(const kmp_body *body, const kmp_motion *last)
+{
+    const double *a = last->axis;
+    const kmp_number *c = body->com, *i = body->inertia;
+    if (!last->rotation)
+        return body->mass.value;
+    double along = 0, squared = 0;
+    for (int k = 0; k < 3; k++) {
+        along += c[k].value * a[k];
+        squared += c[k].value * c[k].value;
+    }
+    return body->mass.value * fmax(squared - along * along, 0) + i[0].value * a[0] * a[0] + i[1].value * a[1] * a[1] +
+           i[2].value * a[2] * a[2] +
+           2 * (i[3].value * a[0] * a[1] + i[4].value * a[0] * a[2] + i[5].value * a[1] * a[2]);
+}
+
+static bool is_driven(const kempe_model *model, int motion)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (model->closures[c].motion == motion)
+            return true;
+    return false;
+}
+
+static bool has_free_motion(const kempe_model *model, const kmp_body *body)
+{
+    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+        if (!is_driven(model, k))
+            return true;
+    return false;
+}
+
+static void complain_of(const kempe_model *model, const kmp_body *body, const char *what, const char *name,
+                        const char *advice)
+{
+    (void)kmp_complain(model->context, model->files[body->place.file], body->place.line, body->place.column,
+                       "%s '%s' moves no mass: %s", what, name, advice);
+}
+
+/* Whether something was complained of here or further out. */
+static bool complain(const kempe_model *model, const kmp_body *body, const branch *at)
+{
+    int last = body->first_motion + body->motion_count - 1;
+    if (at->closed || at->told || !has_free_motion(model, body))
+        return at->told;
+    if (!at->heavy) {
+        complain_of(model, body, "joint", body->joint, "its body has neither mass nor inertia");
+        return true;
+    }
+    if (at->parent || is_driven(model, last) || carried(body, &model->motions[last]) > 0)
+        return false;
+    complain_of(model, body, "coordinate", model->motions[last].name,
+                model->motions[last].rotation ? "its body has no inertia about the axis" : "its body has none");
+    return true;
+}
+
+static void mark_closures(const kempe_model *model, branch *at)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        for (int k = 0; k < 2; k++)
+            if (model->closures[c].point[k] >= 0)
+                at[model->points[model->closures[c].point[k]].body].closed = true;
+}
+
+kempe_status kmp_check_masses(const kempe_model *model)
+{
+    branch *at = KMP_NEW(branch, model->body_count);
+    if (!at)
+        return kmp_fail_memory(model->context);
+    mark_closures(model, at);
+    for (int b = model->body_count - 1; b > 0; b--) { /* parents stand before their children */
+        branch *own = &at[b], *parent = &at[model->bodies[b].parent];
+        own->heavy = own->heavy || is_heavy(&model->bodies[b]);
+        own->told = complain(model, &model->bodies[b], own);
+        parent->parent = true;
+        parent->heavy = parent->heavy || own->heavy;
+        parent->closed = parent->closed || own->closed;
+        parent->told = parent->told || own->told;
+    }
+    bool told = at[0].told;
+    kmp_free(at);
+    return told ? KEMPE_E_INPUT : KEMPE_OK;
+}

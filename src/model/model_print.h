@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The two forms in which a model is printed, and the pieces that they share. */
+#ifndef KMP_MODEL_MODEL_PRINT_H
+#define KMP_MODEL_MODEL_PRINT_H
+
+#include "base/text.h"
+#include "model/model.h"
+
+/** A summary to read; one JSON object. */
+void kmp_model_show(kmp_text *text, const kempe_model *model);
+void kmp_model_json(kmp_text *text, const kempe_model *model);
+
+void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
+void kmp_model_put_quoted_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
+void kmp_model_put_vector(kmp_text *text, const kmp_number vector[3]);
+void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index); /* BODY.POINT */
+void kmp_model_put_axis(kmp_text *text, const double axis[3]);
+bool kmp_closure_has_axes(const kmp_closure *closure);
+extern const char *const kmp_inertia_names[6];
+
+#endif

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""docs/errors.md: its table of statuses is src/base/statuses.def, and the command prints each sentence that the page
+explains: the model below, changed in one place, or called in one wrong way, for every sentence (`...` stands for
+anything). Called with the path of the command:
+
+    python3 tests/errors.py build/dev/kempe
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs/errors.md").read_text()
+
+MODEL = """\
+kempe: 1
+gravity: [0, -9.81, 0]
+parameters: {r: 300 mm, l: 0.8}
+ground:
+  points: {O: [0, 0, 0], D: [0.9, 0, 0]}
+bodies:
+  crank:
+    joint: {name: A, revolute: z, at: ground.O}
+    mass: 1
+    com: [r/2, 0, 0]
+    inertia: {zz: 0.0075}
+    points: {B: [r, 0, 0]}
+  coupler:
+    joint: {name: B, revolute: z, at: crank.B}
+    mass: 1
+    inertia: {zz: 0.05}
+    points: {C: [l, 0, 0]}
+  rocker:
+    joint: {name: D, revolute: z, at: ground.D}
+    mass: 1
+    inertia: {zz: 0.04}
+    points: {C: [0.7, 0, 0]}
+loops:
+  C: {ball: [coupler.C, rocker.C]}
+forces:
+  motor: {joint: A, torque: 0.2}
+start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}
+run: {t_end: 0.1}
+"""
+
+# What stands in the model, what is written instead, and the exit code of `kempe simulate model.yaml`.
+CHANGES = [
+    ("mass: 1\n    com", "masse: 1\n    com", 2),
+    ("at: crank.B", "at: crnak.B", 2),
+    ("coupler.C, rocker.C", "coupler.C, rocker.c", 2),
+    ("[r/2, 0, 0]", "[R/2, 0, 0]", 2),
+    ("zz: 0.0075", "zz: r^2/12", 2),
+    ("r: 300 mm", "r: 12 inch", 2),
+    ("r: 300 mm, l: 0.8", "r: l/4, l: 4*r", 2),
+    ("l: 0.8", "l: sqrt(0.6 - 1)", 2),
+    ("inertia: {zz: 0.04}", "inertia: {xx: 1, yy: 1, zz: 3}", 2),
+    ("torque: 0.2", "force: 0.2", 2),
+    ("mass: 1\n    com", "mass: 1 + q(A)\n    com", 2),
+    ("joint: A, torque", "joint: crank, torque", 2),
+    ("torque: 0.2", "torque: max(0.2, t)", 2),
+    ("  crank:\n", "  crank:\n   mass: 2\n", 2),
+    ("revolute: z, at: ground.D", "revolute: z", 2),
+    ("joint: {name: D, revolute: z", "joint: {name: D, motions: [R3, T1]", 2),
+    ("l: 0.8", "l: 0.1", 1),
+    ("    mass: 1\n    inertia: {zz: 0.04}\n    points: {C: [0.7, 0, 0]}\nloops:\n  C: {ball: [coupler.C, rocker.C]}\n",
+     "", 2),
+]
+
+# Words after `kempe`, and the exit code.
+CALLS = [
+    ("simulat model.yaml", 3),
+    ("simulate modell.yaml", 2),
+    ("simulate model.yaml --rtoll 1e-6", 3),
+    ("simulate model.yaml --set ll=2", 2),
+    ("simulate model.yaml --road fast", 3),
+    ("simulate model.yaml --integrator bdf --form carried", 3),
+    ("simulate model.yaml --u X", 3),
+    ("simulate model.yaml --u A,B", 1),
+    ("simulate model.yaml --rtol 1e-20", 3),
+    ("simulate model.yaml --every 1e-12", 3),
+    ("simulate model.yaml -o nowhere/out.csv", 1),
+    ("show model.yaml", 3),
+    (f"simulate {ROOT}/tests/models/friction.yaml", 1),
+]
+
+
+def statuses():
+    text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/base/statuses.def").read_text(), flags=re.S)
+    row = re.compile(r'KMP_STATUS\((\w+), (-?\d+), "([^"]*)", (\d), "([^"]*)"\)')
+    rows = row.findall(re.sub(r",\n\s+", ", ", text))
+    assert len(rows) == text.count("KMP_STATUS("), "a row of statuses.def is not understood"
+    return [f"| `KEMPE_{name}` | {value} | {words} | {code} | {advice} |" for name, value, words, code, advice in rows]
+
+
+def check_statuses():
+    there = [line for line in PAGE.split("\n") if line.startswith("| `KEMPE_")]
+    assert there == statuses(), "the table of docs/errors.md should be\n" + "\n".join(statuses())
+
+
+def said(kempe, folder, words, code):
+    done = subprocess.run([kempe, *words.split()], cwd=folder, capture_output=True, text=True, timeout=100)
+    assert done.returncode == code, f"kempe {words}: exit code {done.returncode}, not {code}\n{done.stderr}"
+    return done.stderr.split("\n")
+
+
+def everything_said(kempe, folder):
+    model = pathlib.Path(folder) / "model.yaml"
+    lines = []
+    for old, new, code in CHANGES:
+        assert MODEL.count(old) == 1, f"{old!r} stands {MODEL.count(old)} times in the model"
+        model.write_text(MODEL.replace(old, new))
+        lines += said(kempe, folder, "simulate model.yaml", code)
+    model.write_text(MODEL)
+    for words, code in CALLS:
+        lines += said(kempe, folder, words, code)
+    return lines
+
+
+def main():
+    check_statuses()
+    kempe = str(pathlib.Path(sys.argv[1]).resolve())
+    sentences = re.findall(r"^\| `(?!KEMPE_)([^`]+)` \|", PAGE, re.M)
+    assert len(sentences) >= 25, f"{len(sentences)} sentences are found on the page"
+    with tempfile.TemporaryDirectory() as folder:
+        lines = everything_said(kempe, folder)
+    missing = [s for s in sentences
+               if not any(re.fullmatch(".*".join(map(re.escape, s.split("..."))), line) for line in lines)]
+    if missing:
+        print("never said:", *missing, "\nsaid were:", *filter(None, lines), sep="\n")
+        return 1
+    print(f"{len(sentences)} sentences of docs/errors.md are really said")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
