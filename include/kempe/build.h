@@ -50,7 +50,7 @@ typedef struct kempe_body_def {
     const char *name;
     const char *at;          /* "ground", "BODY" or "BODY.POINT": where the joint begins */
     const char *joint;       /* the joint's name; NULL: the body's */
-    const char *kind;        /* a named joint about `axis`: "revolute", "prismatic", "cylindrical" */
+    const char *kind;        /* a named joint with `axis`: "revolute", "spherical", ...; see the model format */
     double axis[3];          /* in the parent's axes, of any length but 0 */
     const char *motions;     /* or, with kind NULL, motions in order: "T1 T2 -R3" */
     kempe_number mass;       /* kg */
@@ -61,7 +61,7 @@ typedef struct kempe_body_def {
 /** A loop closure between points "BODY.POINT" of two bodies. */
 typedef struct kempe_closure_def {
     const char *name;
-    const char *kind; /* "ball": the points coincide; "rod": they keep the distance `length` */
+    const char *kind; /* "ball": the points coincide; "rod": they keep the distance `length`; ... */
     const char *point[2];
     kempe_number length; /* m */
 } kempe_closure_def;

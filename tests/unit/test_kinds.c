@@ -386,6 +386,52 @@ static void test_curve(void)
     CHECK_NEAR(y, 1 + x * x / 4, 1e-12);
 }
 
+/* -- a joint and its cut ----------------------------------------------------------------------------------- */
+
+/* The second body hangs on the first by `joint`, or is free and held by `closure`. */
+static end hung(const char *joint, const char *closure, const char *road)
+{
+    kmp_text text = {0};
+    kmp_text_printf(
+        &text,
+        "kempe: 1\ngravity: [1, 2, -9.81]\nground: {points: {E: {at: [0.3, 1, 0.2], axes: {z: [1, 2, 2], x: [2, 1, "
+        "-2]}}}}\n"
+        "bodies:\n"
+        "  a: {joint: {revolute: x, at: ground}, mass: 1, com: [0.1, 0.5, 0.2], inertia: {xx: 0.2, yy: 0.1, zz: "
+        "0.15}, points: {E: {at: [0.3, 1, 0.2], axes: {z: [1, 2, 2], x: [2, 1, -2]}}}}\n"
+        "  b: {joint: {%s}, mass: 2, com: [0.3, -0.2, 0.4], inertia: {xx: 0.3, yy: 0.2, zz: 0.25, xy: 0.02}, "
+        "points: {O: [0, 0, 0]}}\n",
+        closure ? "free: x, at: ground.E" : joint);
+    if (closure)
+        kmp_text_printf(&text, "loops: {C: {%s}}\n", closure);
+    end e = run(text.s, road, 0.4, 1e-11, NULL);
+    kmp_text_free(&text);
+    return e;
+}
+
+/* The rows that a cut adds leave what the joint leaves, and the first body moves alike. */
+static void test_cut_joints(void)
+{
+    static const struct {
+        const char *joint, *closure;
+        int rows;
+    } pairs[] = {{"revolute: z, at: a.E", "revolute: [a.E, b.O]", 5},
+                 {"universal: x, at: a.E", "universal: [a.E, b.O], axes: [x, y]", 4},
+                 {"cylindrical: [0, 1, 1], at: a.E", "cylindrical: [a.E, b.O], axis: [0, 1, 1]", 4},
+                 {"prismatic: [1, 0, 2], at: a.E", "prismatic: [a.E, b.O], axis: [1, 0, 2]", 5},
+                 {"spherical: y, at: a.E", "ball: [a.E, b.O]", 3},
+                 {"motions: [T1, T3, R1, R2, R3], at: a.E", "point_on_plane: [a.E, b.O], axis: y", 1},
+                 {"motions: [T1, R1, R2, R3], at: a.E", "point_on_line: [a.E, b.O], axis: x", 2},
+                 {"weld: yes, at: a.E", "weld: [a.E, b.O]", 6}};
+    for (size_t k = 0; k < sizeof pairs / sizeof *pairs; k++) {
+        end tree = hung(pairs[k].joint, NULL, NULL);
+        end cut = hung(pairs[k].joint, pairs[k].closure, k % 2 ? "projected" : "reduced");
+        CHECK(cut.m == pairs[k].rows && cut.rank == cut.m);
+        CHECK_NEAR(cut.q[0], tree.q[0], 1e-9);
+        CHECK_NEAR(cut.qd[0], tree.qd[0], 1e-9);
+    }
+}
+
 /* -- angles ------------------------------------------------------------------------------------------------- */
 
 /* A ball whose second angle goes to 90 degrees: the reason names it, on every road, and nothing ends well by chance. */
@@ -441,6 +487,7 @@ int main(void)
     TEST(test_planar_loop_in_space);
     TEST(test_free_body);
     TEST(test_curve);
+    TEST(test_cut_joints);
     TEST(test_singular_angles);
     return check_report();
 }
