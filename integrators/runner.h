@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The inside of a run, for the files that make one: its start, its changes of road, its failures, the work on it. */
+#ifndef KMP_INTEGRATORS_RUNNER_H
+#define KMP_INTEGRATORS_RUNNER_H
+
+#include "constraints/margin.h"
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "integrators/events.h"
+#include "integrators/road.h"
+#include "integrators/run.h"
+#include "integrators/solver.h"
+
+struct kmp_runner {
+    const kempe_system *s;
+    kmp_run_spec spec;
+    kmp_plant *plant;
+    kmp_partition part;
+    bool has_part;
+    kmp_margin margin;
+    kmp_road *road;
+    const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
+    bool in_zone;
+    double zone_t, zone_margin; /* entered at; least margin seen in it */
+    const kmp_solver_kind *kind;
+    void *solver;
+    kmp_run_report before;  /* work of roads and solvers that are gone */
+    double *state;          /* q, qd, qdd, lambda at a change of road */
+    kmp_crossing *crossing; /* NULL when the model has no conditions */
+    bool at_event;
+    double event_t;       /* where the last step ends when at_event */
+    double *y, *yp;       /* at a row; yp for a DAE only */
+    double *qdd, *lambda; /* at the start */
+    double *moved;        /* 3 n + m: a row, where closures that move do work */
+    double work;          /* of non-conservative forces on a dae road, by quadrature up to work_t */
+    double work_t;
+    double rate_scale, build_s, progress;
+    unsigned long memory_failures; /* before it was made */
+    int rescues;                   /* of an implicit integrator; the last one's time */
+    double rescue_t;
+    char *reason;
+};
+
+/* runner_start.c */
+
+/** All that a run needs before its integrator starts. */
+kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
+
+/** Rows and coordinates at (t, q); rank < 0: as the pivots say. */
+kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
+
+/** Brings q and qd onto the rows that are now independent. */
+kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
+
+/** qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
+kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
+kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
+                                  const double *qd, double work);
+kempe_status kmp_runner_make_solver(kmp_runner *run);
+
+/** For an integrator that starts anew; 0: its own choice. */
+double kmp_runner_first_step(const kmp_runner *run);
+
+/* runner_change.c */
+
+/** What the last step, which ended at t, calls for: an event passed, another road, other unknowns. */
+kempe_status kmp_runner_change(kmp_runner *run, double t);
+
+/** Takes the step that an implicit integrator could not, from a state made consistent. */
+kempe_status kmp_runner_rescue(kmp_runner *run, double t);
+
+/* runner_explain.c */
+
+/** Turns KEMPE_E_FAILED into run->reason, `otherwise` when nobody knows one; other statuses pass. */
+kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
+
+/** The coordinate that a row alone prescribes, NULL when it has several. */
+const char *kmp_runner_driven_by(const kempe_system *s, int row);
+
+/* runner_work.c */
+
+/** Of non-conservative forces on a dae road, up to t within the last step. */
+kempe_status kmp_runner_add_work(kmp_runner *run, double t);
+
+/* run.c */
+
+/** Adds the work of the road and integrator at hand. */
+void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
+
+#endif

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
+ */
+#include "base/memory.h"
+#include "integrators/runner.h"
+#include <math.h>
+
+/* Part of the run that must lie between two rescues of an implicit integrator. */
+#define RESCUE_WAY 1e-5
+/* Margins, of the start's, at which a run enters the zone and leaves it. */
+#define ZONE_IN  0.15
+#define ZONE_OUT 0.2
+/* Last pivot of the independent rows over that of all rows at which others are taken. */
+#define ROWS_OUT 0.2
+
+static void release_road(kmp_runner *run)
+{
+    kmp_runner_add_report(run, &run->before);
+    run->kind->release(run->solver);
+    run->road->release(run->road);
+    kmp_free(run->y);
+    kmp_free(run->yp);
+    run->solver = NULL;
+    run->road = NULL;
+    run->y = run->yp = NULL;
+}
+
+/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. */
+static kempe_status choose_again(kmp_runner *run, double t, const double *q)
+{
+    kmp_partition before = run->part;
+    run->has_part = false;
+    kempe_status status = kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.fixed_u ? before.p : 0);
+    kmp_partition_free(&before);
+    return status;
+}
+
+/* Goes on at t with another road, from the state that the old one completes. */
+static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
+{
+    int n = run->s->n;
+    double *q = run->state, *qd = q + n, work;
+    kempe_status status = kmp_runner_row(run, t, q, qd, run->qdd, run->lambda, &work);
+    if (status != KEMPE_OK)
+        return status;
+    release_road(run);
+    run->in_zone = to_zone;
+    status = choose_again(run, t, q);
+    if (status == KEMPE_OK && run->way->dae && !to_zone)
+        status = kmp_runner_project(run, t, q, qd);
+    if (status == KEMPE_OK && run->way->dae && !to_zone)
+        status = kmp_runner_accelerate(run, t, q, qd);
+    if (status == KEMPE_OK)
+        status = kmp_runner_make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
+    if (status == KEMPE_OK)
+        status = kmp_runner_make_solver(run);
+    run->work = work;
+    run->work_t = t;
+    return status == KEMPE_OK ? run->kind->start(run->solver, t, run->road->y, run->road->yp, run->spec.t_end,
+                                                 kmp_runner_first_step(run))
+                              : status;
+}
+
+/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
+ * while all rows together do not, others are taken. */
+static kempe_status watch_margin(kmp_runner *run, double t)
+{
+    if (run->margin.r == 0 || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
+    if (status != KEMPE_OK)
+        return status;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    double margin = kmp_margin_at(&run->margin, run->plant);
+    if (run->in_zone)
+        run->zone_margin = fmin(run->zone_margin, margin);
+    if (!run->in_zone && margin < ZONE_IN) {
+        run->zone_t = t;
+        run->zone_margin = margin;
+        return change_road(run, t, true);
+    }
+    if (run->in_zone && margin > ZONE_OUT) {
+        kmp_log(run->s->context, KEMPE_LOG_NOTE,
+                "t = %.9g to %.9g: passed a change point, where the closures come within %.2g of losing a row",
+                run->zone_t, t, run->zone_margin);
+        return change_road(run, t, false);
+    }
+    if (kmp_margin_of_rows(&run->margin, run->plant, &run->part) < ROWS_OUT) {
+        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: other closure rows are taken as the independent ones", t);
+        return change_road(run, t, run->in_zone);
+    }
+    return KEMPE_OK;
+}
+
+/* Lets the road re-arrange its unknowns at the end of the last step; an integrator is then started anew, a one-step
+ * method with the step it had. */
+static kempe_status renew(kmp_runner *run, double t)
+{
+    double h = t - kmp_runner_t_old(run);
+    if (!run->road->renew || !(h > 0))
+        return KEMPE_OK;
+    kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
+    if (status != KEMPE_OK)
+        return status;
+    switch (run->road->renew(run->road, t, run->y, run->yp)) {
+    case KMP_GO:
+        return KEMPE_OK;
+    case KMP_CHANGED:
+        return run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
+                                run->kind->corrects ? h : kmp_runner_first_step(run));
+    default:
+        return KEMPE_E_FAILED;
+    }
+}
+
+/* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
+static kempe_status pass_event(kmp_runner *run, double t)
+{
+    double h = run->kind->t(run->solver) - run->kind->t_old(run->solver);
+    if (!run->at_event)
+        return KEMPE_OK;
+    kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
+    if (status == KEMPE_OK)
+        status = run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
+                                  run->kind->corrects ? fmin(h, run->spec.t_end - t) : kmp_runner_first_step(run));
+    run->at_event = false;
+    return status;
+}
+
+kempe_status kmp_runner_change(kmp_runner *run, double t)
+{
+    kempe_status status = pass_event(run, t);
+    if (status == KEMPE_OK)
+        status = watch_margin(run, t);
+    return status == KEMPE_OK ? renew(run, t) : status;
+}
+
+/* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
+ * past steps left may be all that was wrong. */
+kempe_status kmp_runner_rescue(kmp_runner *run, double t)
+{
+    if (!run->yp || (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
+        return KEMPE_E_FAILED;
+    run->rescues++;
+    run->rescue_t = t;
+    kmp_context_clear(run->s->context); /* of the integrator that is given up */
+    kempe_status status = change_road(run, t, false);
+    if (status == KEMPE_OK)
+        status = run->kind->step(run->solver);
+    if (status == KEMPE_OK)
+        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: the integrator stopped and went on from the same state", t);
+    return status;
+}

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Why a run ended, in a sentence. */
+#include "base/memory.h"
+#include "constraints/angles.h"
+#include "integrators/runner.h"
+
+/* The coordinate that a row alone prescribes, NULL when it has several. */
+const char *kmp_runner_driven_by(const kempe_system *s, int row)
+{
+    const char *name = NULL;
+    int count = 0;
+    for (int e = 0; e < s->jacobian.count; e++)
+        if (s->jacobian.row[e] == row && ++count)
+            name = s->model->motions[s->jacobian.col[e]].name;
+    return count == 1 ? name : NULL;
+}
+
+/* Whatever was complained of on the way. */
+static kempe_status fail_memory(const kmp_runner *run)
+{
+    kmp_context_clear(run->s->context);
+    return kmp_fail_memory(run->s->context);
+}
+
+/* Says when the angles of a joint are the trouble at the last step. */
+static void explain_angles(const kmp_runner *run, kmp_text *text)
+{
+    double t = run->solver ? run->kind->t(run->solver) : 0;
+    if (!run->solver || !(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_angles_explain(run->s->model, run->state, text);
+}
+
+/* A drive that asks for more than the mechanism can do; false when that is not the trouble. */
+static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
+{
+    if (!run->road || !run->solver || !run->s->rheonomic ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    int row = kmp_margin_lock(&run->margin, run->plant);
+    if (row < 0)
+        return false;
+    const char *name = kmp_runner_driven_by(run->s, row);
+    kmp_text_printf(text, "the mechanism locks at t = %.9g: it is at a dead centre, beyond which ", t);
+    if (name)
+        kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move on", name, run->s->row_names[row]);
+    else
+        kmp_text_printf(text, "closure row '%s' cannot follow its prescribed motion", run->s->row_names[row]);
+    return true;
+}
+
+/* The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. */
+kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
+{
+    const char *said = kempe_context_message(run->s->context);
+    kmp_text text = {0};
+    if (status != KEMPE_E_FAILED || run->reason)
+        return status;
+    if (kmp_memory_failures() != run->memory_failures)
+        return fail_memory(run);
+    if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
+        run->road->explain(run->road);
+    if (!explain_lock(run, &text, t)) {
+        if (run->road && run->road->reason.length)
+            kmp_text_put(&text, run->road->reason.s);
+        else if (*said)
+            kmp_text_put(&text, said);
+        else
+            kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
+    }
+    explain_angles(run, &text);
+    run->reason = kmp_text_take(&text);
+    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
+}

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The start of a run: independent rows and coordinates, rates and accelerations that fit, a road and an integrator. */
+#include "base/memory.h"
+#include "constraints/massless.h"
+#include "integrators/runner.h"
+#include <math.h>
+
+/* Rates of the start may violate the closures by this part of their size. */
+#define RATE_GAP 1e-6
+
+/* 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
+static double rate_scale_of(const kmp_runner *run, const double *qd)
+{
+    double scale = 1 / run->spec.t_end;
+    for (int i = 0; i < run->s->n; i++) {
+        scale = fmax(scale, fabs(qd[i]) / run->s->scale[i]);
+        scale = fmax(scale, sqrt(fabs(run->qdd[i]) / run->s->scale[i]));
+    }
+    return scale;
+}
+
+/* rank < 0: as the pivots say. */
+kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
+{
+    const kempe_system *s = run->s;
+    double *jacobian = KMP_NEW(double, s->m * s->n);
+    if (!jacobian)
+        return kmp_fail_memory(s->context);
+    kmp_plant_closure(run->plant, t, q);
+    kmp_plant_dense_jacobian(run->plant, jacobian);
+    kempe_status status = kmp_partition_of_rank(&run->part, s, jacobian, rank, wish, wish_count);
+    kmp_free(jacobian);
+    run->has_part = status == KEMPE_OK;
+    return status;
+}
+
+/* J qd + h_t at the plant's last closure. */
+static void rate_violation(const kmp_runner *run, const double *qd, double *violation)
+{
+    const kmp_pattern *p = &run->s->jacobian;
+    for (int r = 0; r < run->s->m; r++)
+        violation[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        violation[p->row[k]] += run->plant->jacobian[k] * qd[p->col[k]];
+}
+
+/* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
+ * the others a DAE integrator would take for a jump. */
+kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
+{
+    kmp_saddle saddle = {0};
+    double *dx = run->moved;
+    kempe_status status =
+        kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    for (int pass = 0; status == KEMPE_OK && pass < 3; pass++) {
+        kmp_plant_closure(run->plant, t, q);
+        kmp_plant_mass(run->plant);
+        if (kmp_saddle_factor(&saddle)) {
+            status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
+            break;
+        }
+        rate_violation(run, qd, run->lambda);
+        kmp_saddle_correction(&saddle, run->lambda, dx);
+        for (int i = 0; i < run->s->n; i++)
+            qd[i] += dx[i];
+        kmp_saddle_correction(&saddle, run->plant->h, dx);
+        for (int i = 0; pass < 2 && i < run->s->n; i++)
+            q[i] += dx[i];
+    }
+    kmp_saddle_free(&saddle);
+    return status;
+}
+
+/* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
+static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
+{
+    const kempe_system *s = run->s;
+    double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
+    int row = 0;
+    if (!s->rheonomic)
+        return KEMPE_OK; /* the assembly has seen to it */
+    for (int r = 0; r < s->m; r++) {
+        rate[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
+        size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
+        row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
+    }
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
+    rate_violation(run, start->qd, rate);
+    for (int r = 0; r < s->m; r++)
+        worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
+    if (worst <= RATE_GAP * size)
+        return KEMPE_OK;
+    const char *name = kmp_runner_driven_by(s, row);
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "the rate asked for by closure row '%s'%s%s%s cannot be had at the start: %.3g of it is left over; the "
+        "mechanism is at a dead centre there",
+        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
+}
+
+/* Consistent accelerations and multipliers of the chosen rows at the plant's last closure. */
+kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_saddle saddle = {0};
+    kempe_status status = KEMPE_OK;
+    kmp_plant_mass(run->plant);
+    kmp_plant_bias(run->plant, qd);
+    if (!kmp_saddle_init(&saddle, run->plant, &run->part))
+        status = kmp_fail_memory(run->s->context);
+    else if (kmp_saddle_factor(&saddle))
+        status = kmp_explain_massless(run->plant, &run->part, t, q);
+    else
+        kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
+    kmp_saddle_free(&saddle);
+    return status;
+}
+
+kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
+                                  const double *qd, double work)
+{
+    kmp_road_start given = {.system = run->s,
+                            .plant = run->plant,
+                            .part = &run->part,
+                            .t = t,
+                            .q = q,
+                            .qd = qd,
+                            .qdd = run->qdd,
+                            .lambda = run->lambda,
+                            .work = work,
+                            .rtol = run->spec.rtol,
+                            .atol = run->spec.atol,
+                            .rate_scale = run->rate_scale,
+                            .t_end = run->spec.t_end,
+                            .fixed = run->spec.fixed_u,
+                            .implicit = kmp_solver_find(run->spec.integrator)->implicit};
+    run->road = way->create(&given);
+    return run->road ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
+static const char *integrator_of(const kmp_runner *run)
+{
+    const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
+    bool cannot = !asked->dae && !asked->corrects && run->part.p == 0;
+    return run->in_zone || cannot ? "dop853" : asked->name;
+}
+
+kempe_status kmp_runner_make_solver(kmp_runner *run)
+{
+    kmp_road *road = run->road;
+    kmp_solver_setup setup = {.context = run->s->context,
+                              .ode = &road->ode,
+                              .dae = &road->dae,
+                              .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
+                              .linear = run->spec.linear};
+    run->kind = kmp_solver_find(integrator_of(run));
+    run->y = KMP_NEW(double, road->size);
+    run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
+    if (!run->y || (road->yp && !run->yp))
+        return kmp_fail_memory(run->s->context);
+    run->solver = run->kind->create(&setup);
+    if (!run->solver || !run->s->changes)
+        return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    if (run->crossing)
+        return kmp_crossing_move(run->crossing, road, run->kind, run->solver) ? KEMPE_OK
+                                                                              : kmp_fail_memory(run->s->context);
+    run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver);
+    return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
+}
+
+/* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length. */
+double kmp_runner_first_step(const kmp_runner *run)
+{
+    return run->kind->corrects ? 0 : fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
+}
+
+kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
+{
+    run->plant = kmp_plant_new(run->s, run->spec.backend);
+    run->qdd = KMP_NEW(double, run->s->n);
+    run->lambda = KMP_NEW(double, run->s->m);
+    run->moved = KMP_NEW(double, 3 * run->s->n + run->s->m);
+    run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
+    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
+        return kmp_fail_memory(run->s->context);
+    kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
+    kempe_status status = kmp_runner_choose(run, run->spec.t_start, start->q, -1, run->spec.u, run->spec.u_count);
+    if (status == KEMPE_OK)
+        status = check_rates(run, start);
+    if (status == KEMPE_OK)
+        status = kmp_runner_accelerate(run, run->spec.t_start, start->q, start->qd);
+    if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
+        status = kmp_fail_memory(run->s->context);
+    if (status != KEMPE_OK)
+        return status;
+    if (run->margin.near)
+        kmp_log(
+            run->s->context, KEMPE_LOG_WARNING,
+            "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
+            "the last digits");
+    run->rate_scale = rate_scale_of(run, start->qd);
+    run->way = kmp_road_find(run->spec.road, run->spec.form);
+    status = kmp_runner_make_road(run, run->way, run->spec.t_start, start->q, start->qd, run->spec.work_start);
+    return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
+}
