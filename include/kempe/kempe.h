@@ -121,16 +121,6 @@ typedef struct kempe_system kempe_system;
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
-/** Adds your generalized efforts (n; N m or N, zero when called) to the right side at (t, q, qd): with the expressions
- * of the model, one more way to say a force. Returns 0, or not 0 when it cannot be evaluated there: the step is then
- * tried smaller. It must be smooth and a function of its arguments alone; it is called from every thread that works on
- * the system. Where derivatives are wanted (the dae road, stiff integrators) they are taken
- *  by differences. */
-typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);
-
-/** To be called before anything works on the system; NULL takes the force away. */
-KEMPE_API void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user);
-
 /** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */
 KEMPE_API int kempe_system_row_count(const kempe_system *system);
 KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
@@ -144,7 +134,8 @@ typedef enum kempe_view {
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
                                           char **text);
 
-/* The equations at a state of your choice: kempe/workspace.h, which this header includes at its end. */
+/* The equations at a state of your choice: kempe/workspace.h; forces by a function of yours: kempe/extend.h. This
+ * header includes both at its end. */
 
 /* -- check and assemble ---------------------------------------------------------------------------- */
 
@@ -161,18 +152,7 @@ KEMPE_API const double *kempe_assembly_q(const kempe_assembly *assembly);
 KEMPE_API const double *kempe_assembly_qd(const kempe_assembly *assembly);
 KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text);
 
-typedef struct kempe_branches kempe_branches;
-
-/** Other assembly modes, found by assembling from many random starts with the held coordinates kept (where
- *  these are fewer than the degrees of freedom, with further independent ones). Sampling may miss some.
- *  `seed` chooses the starts; the same seed gives the same result. */
-KEMPE_API kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches);
-KEMPE_API void kempe_branches_free(kempe_branches *branches);
-
-/** How many; q of the k-th, n values, owned by the branches. The first is the model's. */
-KEMPE_API int kempe_branches_count(const kempe_branches *branches);
-KEMPE_API const double *kempe_branches_q(const kempe_branches *branches, int k);
-KEMPE_API kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text);
+/* Other assembly modes: kempe/branches.h, which this header includes at its end. */
 
 typedef struct kempe_check kempe_check;
 
@@ -265,7 +245,9 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 }
 #endif
 
+#include <kempe/branches.h>
 #include <kempe/build.h>
+#include <kempe/extend.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 

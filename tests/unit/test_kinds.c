@@ -90,6 +90,45 @@ static void test_car_axis(void)
     }
 }
 
+/* A mass on a spring, k = 100, L0 = 0.8, m = 1, g = 10: by a spring between points, by expressions in x and y, by an
+ * angle and a length. Hanging straight down it is a harmonic oscillator about -(L0 + m g / k) = -0.9. */
+static const char spring_pendulum[] =
+    "kempe: 1\n"
+    "name: spring_pendulum\n"
+    "gravity: [0, -10, 0]\n"
+    "parameters: {k: 100, L0: 0.8}\n"
+    "ground: {points: {O: [0, 0, 0]}}\n"
+    "bodies: {m: {joint: {motions: [T1, T2], at: ground}, mass: 1, points: {P: [0, 0, 0]}}}\n";
+static const char by_points[] = "forces: {s: {spring: [ground.O, m.P], stiffness: k, free_length: L0}}\n";
+static const char by_expressions[] = "forces:\n"
+                                     "  x: {joint: m.1, force: \"k*(L0/sqrt(q(m.1)^2 + q(m.2)^2) - 1)*q(m.1)\"}\n"
+                                     "  y: {joint: m.2, force: \"k*(L0/sqrt(q(m.1)^2 + q(m.2)^2) - 1)*q(m.2)\"}\n";
+static const char polar[] = "kempe: 1\n"
+                            "name: spring_pendulum\n"
+                            "gravity: [0, -10, 0]\n"
+                            "parameters: {k: 100, L0: 0.8}\n"
+                            "bodies: {m: {joint: {motions: [R3, T1], at: ground}, mass: 1}}\n"
+                            "forces: {s: {joint: m.2, force: \"-k*(q(m.2) - L0)\"}}\n"
+                            "start: {q: {m.1: 0, m.2: 1}}\n"
+                            "run: {t_end: 3}\n";
+
+static void test_spring_pendulum(void)
+{
+    const char *const laws[] = {by_points, by_expressions};
+    char text[2048];
+    end r = run(polar, NULL, 3, 1e-12, NULL);
+    for (int k = 0; k < 2; k++) {
+        snprintf(text, sizeof text, "%s%sstart: {q: {m.1: 0, m.2: -1}}\nrun: {t_end: 3}\n", spring_pendulum, laws[k]);
+        end e = run(text, NULL, 3, 1e-12, NULL);
+        CHECK_NEAR(e.q[0], 0, 1e-12);
+        CHECK_NEAR(e.q[1], -0.9 - 0.1 * cos(10 * 3.0), 1e-10);
+        snprintf(text, sizeof text, "%s%sstart: {q: {m.1: 1, m.2: 0}}\nrun: {t_end: 3}\n", spring_pendulum, laws[k]);
+        e = run(text, NULL, 3, 1e-12, NULL);
+        CHECK_NEAR(e.q[0], r.q[1] * cos(r.q[0]), 1e-9);
+        CHECK_NEAR(e.q[1], r.q[1] * sin(r.q[0]), 1e-9);
+    }
+}
+
 /* Six legs with universal, prismatic and ball joints: the platform against quadruple precision. */
 static void test_stewart(void)
 {
@@ -476,6 +515,7 @@ static void test_singular_angles(void)
 int main(void)
 {
     TEST(test_car_axis);
+    TEST(test_spring_pendulum);
     TEST(test_stewart);
     TEST(test_spatial_slider_crank);
     TEST(test_bricard);
