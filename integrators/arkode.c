@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* SUNDIALS ARKODE (Reynolds et al., ACM TOMS 49 (2023) 19) behind the socket, as two integrators: `erk`, Dormand and
- * Prince's explicit pair 5(4), which lets the road correct its steps (the state is reset); `dirk`, Kvaerno's
- * stiffly accurate diagonally implicit pair 5(4) with the road's exact Jacobian. ARKODE gives up when an explicit
+ * Prince's explicit pair 5(4), which lets the road correct its steps (the state is reset); `dirk`, Kennedy
+ * and Carpenter's stiffly accurate ESDIRK4(3)6L[2]SA (NASA/TM-2016-219173) with the road's exact Jacobian. ARKODE gives up when an explicit
  * right-hand side fails: the step is then begun anew from its start with a quarter of its length. A reset, which
  * forgets the interpolant, is put off until the next step. */
 #include "base/memory.h"
@@ -35,7 +35,7 @@ static int configure_implicit(arkode *s)
     int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->base.linear, s->base.matrix);
     if (!bad && s->base.ode.jacobian)
         bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
-    bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_KVAERNO_7_4_5, ARKODE_ERK_NONE);
+    bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_ESDIRK436L2SA_6_3_4, ARKODE_ERK_NONE);
     bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
     bad = bad ? bad : KMP_SUN_ARK(SetLSetupFrequency)(s->memory, 1);
     bad = bad ? bad : KMP_SUN_ARK(SetJacEvalFrequency)(s->memory, 1);

@@ -25,8 +25,10 @@ static kempe_status fail_memory(const kmp_runner *run)
 /* Says when the angles of a joint are the trouble at the last step. */
 static void explain_angles(const kmp_runner *run, kmp_text *text)
 {
-    double t = run->solver ? run->kind->t(run->solver) : 0;
-    if (!run->solver || !(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (!run->road || !run->solver)
+        return;
+    double t = run->kind->t(run->solver);
+    if (!(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return;
     run->road->position(run->road, t, run->y, run->state);
     kmp_angles_explain(run->s->model, run->state, text);
