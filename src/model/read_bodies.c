@@ -241,7 +241,7 @@ static int place_ground(kmp_reader *r, const kmp_instance *instance)
         (void)kmp_read_body(r, instance->at, "'at' of an include");
     else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
         base = outer->ground;
-    if (base >= 0 && model->points[base].turned)
+    if (instance->at && base >= 0 && model->points[base].turned)
         kmp_reader_complain(r, instance->at->place,
                             "'at' of an include: the axes of point '%s' are turned: a file is "
                             "included in the axes of a body",

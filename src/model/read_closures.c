@@ -154,7 +154,7 @@ static void read_constraint(kmp_reader *r, const kmp_node *map, const char *what
     if (power)
         kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
     closure->power = (int)number.value;
-    if (closure->power != number.value || number.value < 0 || number.value > 2)
+    if (power && (closure->power != number.value || number.value < 0 || number.value > 2))
         kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
 }
 
