@@ -13,6 +13,9 @@ enum {
     MOST_REPEATS = 20 /* changes of one condition with no time between */
 };
 
+/* Part of a run: changes of one condition that follow each other within it leave no time between. */
+#define INSTANT 1e-11
+
 struct kmp_crossing {
     const kempe_system *s;
     kmp_plant *plant;
@@ -24,6 +27,7 @@ struct kmp_crossing {
     double *change; /* first - second at the last point that was looked at */
     double *last;   /* time of the last change of each condition */
     int *repeats;
+    double instant; /* of the run: nothing that moves does so in less */
     long count;
 };
 
@@ -47,12 +51,12 @@ bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *k
 }
 
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, void *solver)
+                               const kmp_solver_kind *kind, void *solver, double span)
 {
     kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.s = system, .plant = plant};
+    *c = (kmp_crossing){.s = system, .plant = plant, .instant = INSTANT * span};
     bool ok = kmp_crossing_move(c, road, kind, solver);
     c->change = KMP_NEW(double, 2 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
@@ -207,7 +211,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     kmp_log(c->s->context, KEMPE_LOG_NOTE, "t = %.9g: %s became %s", t, c->s->event_text[k],
             holds == stated ? "true" : "false");
     c->count++;
-    c->repeats[k] = t - c->last[k] <= 64 * DBL_EPSILON * fabs(t) ? c->repeats[k] + 1 : 0;
+    c->repeats[k] = t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant) ? c->repeats[k] + 1 : 0;
     c->last[k] = t;
     if (c->repeats[k] < MOST_REPEATS)
         return KEMPE_OK;

@@ -9,9 +9,9 @@
 
 typedef struct kmp_crossing kmp_crossing;
 
-/** NULL: no memory. All are used as they are at the time of a call. */
+/** NULL: no memory. All are used as they are at the time of a call. span: length of the run. */
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, void *solver);
+                               const kmp_solver_kind *kind, void *solver, double span);
 void kmp_crossing_free(kmp_crossing *crossing);
 
 /** Goes on with another road and integrator. false: no memory. */

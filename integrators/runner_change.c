@@ -124,7 +124,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
     if (status == KEMPE_OK)
         status = run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
                                   run->kind->corrects ? fmin(h, run->spec.t_end - t) : kmp_runner_first_step(run));
-    run->at_event = false;
+    run->at_event = status != KEMPE_OK;
     return status;
 }
 

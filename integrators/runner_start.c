@@ -165,7 +165,8 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     if (run->crossing)
         return kmp_crossing_move(run->crossing, road, run->kind, run->solver) ? KEMPE_OK
                                                                               : kmp_fail_memory(run->s->context);
-    run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver);
+    run->crossing =
+        kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver, run->spec.t_end - run->spec.t_start);
     return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 

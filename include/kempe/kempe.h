@@ -217,26 +217,7 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
 
 /* The same step by step: kempe/stepper.h, which this header includes at its end. */
 
-/* -- compare --------------------------------------------------------------------------------------- */
-
-typedef struct kempe_comparison kempe_comparison;
-
-/** Lists are comma-separated; NULL takes all that exist. */
-typedef struct kempe_compare_run {
-    const char *rtols; /* "1e-4,1e-6,.." */
-    const char *roads;
-    const char *forms;
-    const char *integrators;
-    const char *reference; /* CSV; NULL: Kempe makes its own from two roads */
-    double t_end;
-} kempe_compare_run;
-
-KEMPE_API kempe_compare_run kempe_compare_run_default(void);
-KEMPE_API kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *run,
-                                     kempe_comparison **comparison);
-KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
-KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
-KEMPE_API kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path);
+/* Many roads and tolerances against a reference: kempe/compare.h, which this header includes at its end. */
 
 /** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
@@ -247,6 +228,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 
 #include <kempe/branches.h>
 #include <kempe/build.h>
+#include <kempe/compare.h>
 #include <kempe/extend.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>

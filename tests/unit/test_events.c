@@ -336,6 +336,20 @@ static void sliding_is_named(void)
     close_scene(&s);
 }
 
+/* From rest friction holds a loop at once. */
+static void sliding_from_rest_is_named(void)
+{
+    scene s = open_scene("friction_loop.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        watch w = {0};
+        kmp_run_report report = go(&s, &ways[k], 2, &w, KEMPE_E_FAILED);
+        CHECK(report.reason && strstr(report.reason, "'rub': qd(A) < 0 changes back and forth"));
+        CHECK(report.t < 1e-12);
+        kmp_free(report.reason);
+    }
+    close_scene(&s);
+}
+
 int main(void)
 {
     TEST(a_mass_bounces);
@@ -346,5 +360,6 @@ int main(void)
     TEST(a_loop_meets_a_stop);
     TEST(events_between_change_points);
     TEST(sliding_is_named);
+    TEST(sliding_from_rest_is_named);
     return check_report();
 }
