@@ -13,6 +13,9 @@
 
 enum { DEFAULT_ROWS = 200, CHECKPOINT_SECONDS = 10 };
 
+/* Part of the energy's size; coarse runs keep it too. */
+#define TRUSTED_DRIFT 0.05
+
 /* All that a simulation needs until it is done. */
 typedef struct job {
     const kempe_system *system;
@@ -302,12 +305,23 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
         memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
 }
 
+/* A run may end well and be wrong: its energy balance knows. */
+static void warn_of_balance(const kempe_trajectory *t)
+{
+    if (t->verdict.drift_rel > TRUSTED_DRIFT)
+        kmp_log(t->system->context, KEMPE_LOG_WARNING,
+                "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "
+                "roads",
+                t->verdict.drift_rel);
+}
+
 static kempe_status judge(kempe_trajectory *t, const job *j)
 {
     kmp_plant *plant = kmp_plant_new(t->system, t->backend);
     if (!plant)
         return KEMPE_E_MEMORY;
     t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
+    warn_of_balance(t);
     judge_last_row(t, plant);
     kmp_plant_free(plant);
     return KEMPE_OK;

@@ -297,6 +297,13 @@ class Simulate(Case):
             self.expect(0, *self.SHORT, "-o", name)
         self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
 
+    def test_a_run_not_to_be_trusted(self):
+        pendulum = ROOT / "tests/models/pendulum.yaml"
+        for rtol, told in (("0.1", True), ("1e-6", False)):
+            done = kempe("simulate", pendulum, "--form", "closed", "--integrator", "bdf", "--rtol", rtol)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual("the energy balance is off by" in done.stderr, told)
+
     def test_interrupt(self):
         run = subprocess.Popen([KEMPE, "simulate", FOUR_BAR, "--t-end", "1e6", "--rtol", "1e-12", "--json", "-"],
                                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
