@@ -54,7 +54,8 @@ def run(*words):
 
 
 def build(root):
-    run("cmake", "-S", root, "-B", root / "build", "-DKEMPE_TESTS=OFF", "-DKEMPE_WERROR=ON", "-DCMAKE_BUILD_TYPE=Debug")
+    run("cmake", "-G", "Ninja", "-S", root, "-B", root / "build", "-DKEMPE_TESTS=OFF",
+        "-DKEMPE_WERROR=ON", "-DCMAKE_BUILD_TYPE=Debug")
     run("cmake", "--build", root / "build", "-j", 4)
     return root / "build/kempe"
 

@@ -21,7 +21,7 @@ install_from() { quietly cmake --install "$1" --prefix "$work/prefix"; }
 
 by_cmake() # extra arguments of the configuration
 {
-    quietly cmake -S "$here" -B "$work/consumer" -DCMAKE_BUILD_TYPE=Debug "$@"
+    quietly cmake -G Ninja -S "$here" -B "$work/consumer" -DCMAKE_BUILD_TYPE=Debug "$@"
     quietly cmake --build "$work/consumer" -j 4
     "$work/consumer/consumer_c"
     "$work/consumer/consumer_cpp"
@@ -87,7 +87,7 @@ add_subdirectory)
     test ! -e "$work/consumer/kempe/tests"
     ;;
 shared)
-    quietly cmake -S "$SOURCE" -B "$work/build" -DBUILD_SHARED_LIBS=ON -DKEMPE_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug
+    quietly cmake -G Ninja -S "$SOURCE" -B "$work/build" -DBUILD_SHARED_LIBS=ON -DKEMPE_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug
     quietly cmake --build "$work/build" -j 4
     install_from "$work/build"
     check_symbols "$(find "$work/prefix" -name 'libkempe.so')"
