@@ -51,16 +51,6 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-/* J qd + h_t at the plant's last closure. */
-static void rate_violation(const projected *d, const double *qd)
-{
-    const kmp_pattern *p = &d->s->jacobian;
-    for (int r = 0; r < d->m; r++)
-        d->violation[r] = d->plant->h_t ? d->plant->h_t[r] : 0;
-    for (int k = 0; k < p->count; k++)
-        d->violation[p->row[k]] += d->plant->jacobian[k] * qd[p->col[k]];
-}
-
 static int check_redundant(projected *d, double t)
 {
     for (int k = 0; k < d->part->m - d->part->r; k++) {
@@ -114,7 +104,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     for (int i = 0; i < n; i++)
         d->q[i] = y[i] + d->dx[i];
     kmp_plant_closure(d->plant, t, d->q);
-    rate_violation(d, y + n);
+    kmp_plant_rates(d->plant, y + n, d->violation);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, d->qd, y + n))
         return KMP_RETRY;
@@ -151,7 +141,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
         for (int i = 0; i < n; i++)
             q[i] += d->dx[i];
-        rate_violation(d, qd);
+        kmp_plant_rates(d->plant, qd, d->violation);
         kmp_saddle_correction(&d->saddle, d->violation, d->dx);
         for (int i = 0; i < n; i++)
             qd[i] += d->dx[i];

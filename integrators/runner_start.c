@@ -34,16 +34,6 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     return status;
 }
 
-/* J qd + h_t at the plant's last closure. */
-static void rate_violation(const kmp_runner *run, const double *qd, double *violation)
-{
-    const kmp_pattern *p = &run->s->jacobian;
-    for (int r = 0; r < run->s->m; r++)
-        violation[r] = run->plant->h_t ? run->plant->h_t[r] : 0;
-    for (int k = 0; k < p->count; k++)
-        violation[p->row[k]] += run->plant->jacobian[k] * qd[p->col[k]];
-}
-
 /* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
  * the others a DAE integrator would take for a jump. */
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
@@ -59,7 +49,7 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
             status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
             break;
         }
-        rate_violation(run, qd, run->lambda);
+        kmp_plant_rates(run->plant, qd, run->lambda);
         kmp_saddle_correction(&saddle, run->lambda, dx);
         for (int i = 0; i < run->s->n; i++)
             qd[i] += dx[i];
@@ -86,7 +76,7 @@ static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
     }
     for (int i = 0; i < s->n; i++)
         size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
-    rate_violation(run, start->qd, rate);
+    kmp_plant_rates(run->plant, start->qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
     if (worst <= RATE_GAP * size)

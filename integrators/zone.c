@@ -218,22 +218,13 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-static void rate_violation(const zone *d, const double *qd)
-{
-    const kmp_pattern *p = &d->s->jacobian;
-    for (int r = 0; r < d->m; r++)
-        d->y[r] = d->plant->h_t ? d->plant->h_t[r] : 0;
-    for (int k = 0; k < p->count; k++)
-        d->y[p->row[k]] += d->plant->jacobian[k] * qd[p->col[k]];
-}
-
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     zone *d = self;
     int n = d->n;
     (void)t, (void)dy, (void)w;
     correction(d, d->plant->h, d->dx);
-    rate_violation(d, y + n);
+    kmp_plant_rates(d->plant, y + n, d->y);
     correction(d, d->y, d->x);
     for (int i = 0; i < n; i++) {
         y[i] += d->dx[i];
@@ -263,7 +254,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         if (pass == 2)
             break;
         correction(d, d->plant->h, d->dx);
-        rate_violation(d, qd);
+        kmp_plant_rates(d->plant, qd, d->y);
         correction(d, d->y, d->x);
         for (int i = 0; i < n; i++) {
             q[i] += d->dx[i];
