@@ -17,6 +17,7 @@ typedef struct kmp_run_spec {
     const int *u; /* wished independent coordinates */
     int u_count;
     bool fixed_u; /* no exchanges: the run ends where u goes bad */
+    bool open;    /* nobody asked for a road, a form or u: another may go on where this one stops */
 } kmp_run_spec;
 
 /** A row delivered at a time: q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).

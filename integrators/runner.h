@@ -66,13 +66,17 @@ double kmp_runner_first_step(const kmp_runner *run);
 /** What the last step, which ended at t, calls for: an event passed, another road, other unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);
 
-/** Takes the step that an implicit integrator could not, from a state made consistent. */
+/** Takes the step that could not be made: an implicit integrator from a state made consistent; the reduced road, when
+ * nobody asked for it, gives way to the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
 /* runner_explain.c */
 
 /** Turns KEMPE_E_FAILED into run->reason, `otherwise` when nobody knows one; other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
+
+/** The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. Whether it is a lock. */
+bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
 /** The coordinate that a row alone prescribes, NULL when it has several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);

@@ -136,10 +136,43 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     return status == KEMPE_OK ? renew(run, t) : status;
 }
 
+/* Whether the projected road may go on: nobody asked for this one, and the integrator fits both. */
+static bool may_project(const kmp_runner *run)
+{
+    const kmp_road_kind *projected = kmp_road_find("projected", NULL);
+    bool out_of_memory = kmp_memory_failures() != run->memory_failures;
+    return run->spec.open && !out_of_memory && run->way != projected && kmp_solver_find(run->spec.integrator)->corrects;
+}
+
+/* A reduced road that stopped goes on from the last accepted step along the projected one, which needs no u. */
+static kempe_status take_projected(kmp_runner *run, double t)
+{
+    kmp_text why = {0};
+    if (kmp_runner_reason(run, "the step size became too small", t, &why)) {
+        kmp_text_free(&why);
+        return KEMPE_E_FAILED;
+    }
+    run->way = kmp_road_find("projected", NULL);
+    run->spec.fixed_u = false;
+    kmp_context_clear(run->s->context);
+    kempe_status status = change_road(run, t, false);
+    if (status == KEMPE_OK)
+        status = run->kind->step(run->solver);
+    if (status == KEMPE_OK)
+        kmp_log(run->s->context, KEMPE_LOG_NOTE,
+                "t = %.9g: no choice of independent coordinates leads on (%s); the projected road, which needs none, "
+                "goes on from there",
+                t, why.s ? why.s : "");
+    kmp_text_free(&why);
+    return status;
+}
+
 /* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
  * past steps left may be all that was wrong. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
+    if (may_project(run))
+        return take_projected(run, t);
     if (!run->yp || (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
         return KEMPE_E_FAILED;
     run->rescues++;

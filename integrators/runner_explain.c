@@ -54,26 +54,30 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     return true;
 }
 
-/* The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. */
-kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
+bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
 {
     const char *said = kempe_context_message(run->s->context);
+    if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
+        run->road->explain(run->road);
+    bool locks = explain_lock(run, text, t);
+    if (!locks && run->road && run->road->reason.length)
+        kmp_text_put(text, run->road->reason.s);
+    else if (!locks && *said)
+        kmp_text_put(text, said);
+    else if (!locks)
+        kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
+    explain_angles(run, text);
+    return locks;
+}
+
+kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
+{
     kmp_text text = {0};
     if (status != KEMPE_E_FAILED || run->reason)
         return status;
     if (kmp_memory_failures() != run->memory_failures)
         return fail_memory(run);
-    if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
-        run->road->explain(run->road);
-    if (!explain_lock(run, &text, t)) {
-        if (run->road && run->road->reason.length)
-            kmp_text_put(&text, run->road->reason.s);
-        else if (*said)
-            kmp_text_put(&text, said);
-        else
-            kmp_text_printf(&text, "%s at t = %.9g", otherwise, t);
-    }
-    explain_angles(run, &text);
+    (void)kmp_runner_reason(run, otherwise, t, &text);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }

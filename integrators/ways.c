@@ -102,6 +102,7 @@ static const char *first_integrator(const kmp_road_kind *road)
 static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
+    spec->open = !spec->road && !model->road && !spec->form && !model->form && !spec->fixed_u;
     bool own_road = !spec->road || (model->road && strcmp(spec->road, model->road) == 0);
     spec->road = or_default(spec->road, or_default(model->road, "reduced"));
     if (!kmp_road_find(spec->road, NULL))

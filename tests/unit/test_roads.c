@@ -257,6 +257,41 @@ static void a_fixed_choice_of_u_says_so(void)
     unload(&l);
 }
 
+static int said_projected;
+
+static void listen(void *user, kempe_level level, const char *text)
+{
+    (void)user, (void)level;
+    said_projected += strstr(text, "the projected road, which needs none, goes on from there") != NULL;
+}
+
+/* Where nobody asked for a road, a reduced one that stops hands over to the projected one: right, and said. */
+static void the_projected_road_takes_over(void)
+{
+    loaded l = load("tests/models/triple_rocker.yaml");
+    double end = 3;
+    last_row right = {0}, row = {0};
+    CHECK(run(&l, "projected", NULL, 1e-13, 3, 1, &end, &right, NULL) == KEMPE_OK);
+    kempe_context_set_log(l.context, listen, NULL);
+    for (int asked = 0; asked < 2; asked++)
+        for (int k = 0; k <= 8; k++) {
+            kmp_run_report report;
+            kmp_run_spec spec = {
+                .road = asked ? "reduced" : NULL, .rtol = pow(10, -4 - k), .t_end = 3, .time_count = 1, .times = &end};
+            CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+            CHECK(spec.open == !asked);
+            spec.fixed_u = true; /* so that the reduced road stops at a dead centre */
+            row = (last_row){.s = l.system};
+            said_projected = 0;
+            kempe_status status = kmp_run(l.system, &spec, NULL, take_row, &row, &report);
+            CHECK(status == (asked ? KEMPE_E_FAILED : KEMPE_OK) && said_projected == !asked);
+            for (int i = 0; i < 3 && !asked; i++)
+                CHECK_NEAR(row.q[i], right.q[i], fmax(3e3 * spec.rtol, 1e-7)); /* rounding times |dv/du|^3 */
+            kmp_free(report.reason);
+        }
+    unload(&l);
+}
+
 /* With exchanges it comes through, the answer following the tolerance. */
 static void exchanges_carry_through_dead_centres(void)
 {
@@ -402,6 +437,7 @@ int main(void)
     TEST(spatial_problems_reach_their_digits);
     TEST(bennett_keeps_its_closed_form);
     TEST(a_fixed_choice_of_u_says_so);
+    TEST(the_projected_road_takes_over);
     TEST(exchanges_carry_through_dead_centres);
     TEST(no_choice_of_u_is_silently_wrong);
     TEST(linear_solvers_agree);
