@@ -29,6 +29,7 @@ struct kmp_crossing {
     int *repeats;
     double instant; /* of the run: nothing that moves does so in less */
     long count;
+    kmp_journal *journal;
 };
 
 bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, void *solver)
@@ -51,12 +52,12 @@ bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *k
 }
 
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, void *solver, double span)
+                               const kmp_solver_kind *kind, void *solver, double span, kmp_journal *journal)
 {
     kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.s = system, .plant = plant, .instant = INSTANT * span};
+    *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span};
     bool ok = kmp_crossing_move(c, road, kind, solver);
     c->change = KMP_NEW(double, 2 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
@@ -208,8 +209,8 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     bool stated =
         c->s->events.condition[k]->kind != KMP_EXPR_AT_MOST && c->s->events.condition[k]->kind != KMP_EXPR_AT_LEAST;
     kmp_plant_set_mode(c->plant, k, holds);
-    kmp_log(c->s->context, KEMPE_LOG_NOTE, "t = %.9g: %s became %s", t, c->s->event_text[k],
-            holds == stated ? "true" : "false");
+    kmp_journal_note(c->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
+                     holds == stated ? "true" : "false");
     c->count++;
     c->repeats[k] = t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant) ? c->repeats[k] + 1 : 0;
     c->last[k] = t;

@@ -11,7 +11,7 @@ typedef struct kmp_crossing kmp_crossing;
 
 /** NULL: no memory. All are used as they are at the time of a call. span: length of the run. */
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, void *solver, double span);
+                               const kmp_solver_kind *kind, void *solver, double span, kmp_journal *journal);
 void kmp_crossing_free(kmp_crossing *crossing);
 
 /** Goes on with another road and integrator. false: no memory. */

@@ -39,6 +39,7 @@ typedef struct reduced {
     kmp_reduced_jacobian tangents; /* when asked for */
     bool carried, has_work, fixed;
     bool due; /* an exchange, before the next step */
+    kmp_journal *journal;
     int n, p, r;
     double *q, *qd;       /* n */
     double *weight;       /* n: error weights of coordinates at the last accepted step */
@@ -362,8 +363,9 @@ static void log_exchange(const reduced *d, double t, const kmp_partition *before
         if (!is_among(before->u, d->p, d->part.u[k]))
             kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
     }
-    kmp_log(d->s->context, KEMPE_LOG_NOTE, "t = %.9g: %s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g",
-            t, in.s ? in.s : "", out.s ? out.s : "", d->growth, d->part.max_b);
+    kmp_journal_note(d->journal, "exchange", t, d->growth, d->part.max_b,
+                     "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
+                     out.s ? out.s : "", d->growth, d->part.max_b);
     kmp_text_free(&out);
     kmp_text_free(&in);
 }
@@ -497,6 +499,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->s = start->system;
     d->plant = start->plant;
     d->fixed = start->fixed;
+    d->journal = start->journal;
     d->carried = carried || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
     d->has_work = start->system->dissipative;
     d->n = part->n;

@@ -8,6 +8,7 @@
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "integrators/dae.h"
+#include "integrators/journal.h"
 #include "integrators/ode.h"
 
 typedef struct kmp_road kmp_road;
@@ -22,6 +23,7 @@ typedef struct kmp_road_start {
     const double *qdd, *lambda;
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale, t_end;
+    kmp_journal *journal;
     bool fixed;    /* u stays what it is, and the run ends where it goes bad */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
 } kmp_road_start;

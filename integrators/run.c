@@ -49,6 +49,8 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
+    run->own.context = system->context;
+    run->journal = spec->journal ? spec->journal : &run->own;
     run->work = spec->work_start;
     run->work_t = spec->t_start;
     if (!start) {
@@ -87,6 +89,7 @@ void kmp_runner_free(kmp_runner *run)
     kmp_free(run->lambda);
     kmp_free(run->moved);
     kmp_free(run->reason);
+    kmp_journal_free(&run->own);
     kmp_free(run);
 }
 

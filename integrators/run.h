@@ -5,6 +5,7 @@
 
 #include "constraints/assemble.h"
 #include "dynamics/system.h"
+#include "integrators/journal.h"
 
 typedef struct kmp_run_spec {
     const char *road, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
@@ -16,8 +17,9 @@ typedef struct kmp_run_spec {
     const double *times;
     const int *u; /* wished independent coordinates */
     int u_count;
-    bool fixed_u; /* no exchanges: the run ends where u goes bad */
-    bool open;    /* nobody asked for a road, a form or u: another may go on where this one stops */
+    bool fixed_u;         /* no exchanges: the run ends where u goes bad */
+    kmp_journal *journal; /* what happens on the way; NULL: told to the log alone */
+    bool open;            /* nobody asked for a road, a form or u: another may go on where this one stops */
 } kmp_run_spec;
 
 /** A row delivered at a time: q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).

@@ -36,6 +36,7 @@ struct kmp_runner {
     double work_t;
     double rate_scale, build_s, progress;
     unsigned long memory_failures; /* before it was made */
+    kmp_journal own, *journal;     /* the one asked for, or its own */
     int rescues;                   /* of an implicit integrator; the last one's time */
     double rescue_t;
     char *reason;

@@ -61,6 +61,19 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
                               : status;
 }
 
+static kempe_status change_rows(kmp_runner *run, double t, double before)
+{
+    kempe_status status = change_road(run, t, run->in_zone);
+    if (status != KEMPE_OK)
+        return status;
+    double after = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
+    kmp_journal_note(run->journal, "rows", t, before, after,
+                     "other closure rows are taken as the independent ones: smallest pivot %.2g -> %.2g of that of all "
+                     "rows",
+                     before, after);
+    return KEMPE_OK;
+}
+
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -81,16 +94,13 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         return change_road(run, t, true);
     }
     if (run->in_zone && margin > ZONE_OUT) {
-        kmp_log(run->s->context, KEMPE_LOG_NOTE,
-                "t = %.9g to %.9g: passed a change point, where the closures come within %.2g of losing a row",
-                run->zone_t, t, run->zone_margin);
+        kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
+                         "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
+                         run->zone_t, run->zone_margin);
         return change_road(run, t, false);
     }
-    if (kmp_margin_of_rows(&run->margin, run->plant, &run->part) < ROWS_OUT) {
-        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: other closure rows are taken as the independent ones", t);
-        return change_road(run, t, run->in_zone);
-    }
-    return KEMPE_OK;
+    double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
+    return rows < ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
 }
 
 /* Lets the road re-arrange its unknowns at the end of the last step; an integrator is then started anew, a one-step
@@ -159,10 +169,10 @@ static kempe_status take_projected(kmp_runner *run, double t)
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)
-        kmp_log(run->s->context, KEMPE_LOG_NOTE,
-                "t = %.9g: no choice of independent coordinates leads on (%s); the projected road, which needs none, "
-                "goes on from there",
-                t, why.s ? why.s : "");
+        kmp_journal_note(run->journal, "road", t, NAN, NAN,
+                         "no choice of independent coordinates leads on (%s); the projected road, which needs none, "
+                         "goes on from there",
+                         why.s ? why.s : "");
     kmp_text_free(&why);
     return status;
 }
@@ -182,6 +192,7 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)
-        kmp_log(run->s->context, KEMPE_LOG_NOTE, "t = %.9g: the integrator stopped and went on from the same state", t);
+        kmp_journal_note(run->journal, "restart", t, NAN, NAN,
+                         "the integrator stopped and went on from the same state");
     return status;
 }

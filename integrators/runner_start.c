@@ -122,6 +122,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
+                            .journal = run->journal,
                             .fixed = run->spec.fixed_u,
                             .implicit = kmp_solver_find(run->spec.integrator)->implicit};
     run->road = way->create(&given);
@@ -155,8 +156,8 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     if (run->crossing)
         return kmp_crossing_move(run->crossing, road, run->kind, run->solver) ? KEMPE_OK
                                                                               : kmp_fail_memory(run->s->context);
-    run->crossing =
-        kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver, run->spec.t_end - run->spec.t_start);
+    run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver,
+                                     run->spec.t_end - run->spec.t_start, run->journal);
     return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 

@@ -205,6 +205,13 @@ KEMPE_API const double *kempe_trajectory_lambda(const kempe_trajectory *trajecto
 /** "ok", "stopped" or "failed", and the sentence that goes with it ("" when ok). */
 KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory);
 KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
+
+/** What happened between steps, in order, the first thousand: coordinates exchanged, other rows taken, change points
+ * passed, conditions that changed, restarts. A sentence owned by the trajectory, its time in *t (may be NULL); NULL
+ * when there is no k-th. */
+KEMPE_API int kempe_trajectory_note_count(const kempe_trajectory *trajectory);
+KEMPE_API const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t);
+
 KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text);
 
 /** Writes the table as CSV (a comment with the units; t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, outputs), whole

@@ -237,6 +237,7 @@ static kempe_trajectory *trajectory_new(const job *j)
         return NULL;
     *t = (kempe_trajectory){.system = j->system, .rtol = spec->rtol, .atol = spec->atol, .t_end = spec->t_end};
     t->verdict = kmp_verdict_none();
+    t->journal.context = j->context;
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     t->reaction = KMP_NEW(double, reactions);
     t->shown = KMP_NEW(double, shown);
@@ -261,6 +262,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
                      trajectory->backend, trajectory->source, trajectory->reason,     trajectory->report.reason};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         kmp_free(names[k]);
+    kmp_journal_free(&trajectory->journal);
     kmp_samples_free(&trajectory->table);
     kmp_free(trajectory->reaction);
     kmp_free(trajectory->shown);
@@ -359,6 +361,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         t->table = j->before;
         kmp_samples_init(&j->before, j->system->n, j->system->m);
     }
+    j->spec.journal = &t->journal;
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
     if (s.checkpoint && t->table.rows > 0) {
         kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
@@ -438,6 +441,20 @@ const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
 const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
 {
     return get(trajectory, KMP_QUANTITY_LAMBDA, row);
+}
+
+int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
+{
+    return trajectory->journal.kept;
+}
+
+const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
+{
+    if (k < 0 || k >= trajectory->journal.kept)
+        return NULL;
+    if (t)
+        *t = trajectory->journal.notes[k].t;
+    return trajectory->journal.notes[k].text;
 }
 
 const char *kempe_trajectory_status(const kempe_trajectory *trajectory)

@@ -16,6 +16,7 @@ struct kempe_trajectory {
     kmp_samples table;
     kmp_verdict verdict;
     kmp_run_report report; /* its reason has moved to `reason` */
+    kmp_journal journal;   /* what happened on the way */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
     double *shown;         /* what outputs show beside the table, likewise */
 };

@@ -6,6 +6,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Notes of the way in the text. */
+enum { MOST_SHOWN = 12 };
+
 static int last_row(const kempe_trajectory *t)
 {
     return t->table.rows - 1;
@@ -111,6 +114,17 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
                     1e3 * (r->build_s + t->system->build_s));
 }
 
+static void show_notes(kmp_text *text, const kempe_trajectory *t)
+{
+    const kmp_journal *journal = &t->journal;
+    int shown = journal->kept < MOST_SHOWN ? journal->kept : MOST_SHOWN;
+    for (int k = 0; k < shown; k++)
+        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "on the way", journal->notes[k].t,
+                        journal->notes[k].text);
+    if (journal->count > shown)
+        kmp_text_printf(text, "           and %ld more (--json)\n", journal->count - shown);
+}
+
 static void show(kmp_text *text, const kempe_trajectory *t)
 {
     show_head(text, t);
@@ -118,6 +132,7 @@ static void show(kmp_text *text, const kempe_trajectory *t)
     show_multipliers(text, t);
     show_outputs(text, t);
     show_verdict(text, t);
+    show_notes(text, t);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -209,6 +224,23 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     json_outputs(json, t, false);
 }
 
+static void json_notes(kmp_json *json, const kmp_journal *journal)
+{
+    kmp_json_whole(json, "note_count", journal->count);
+    kmp_json_array(json, "notes");
+    for (int k = 0; k < journal->kept; k++) {
+        const kmp_note *note = &journal->notes[k];
+        kmp_json_object(json, NULL);
+        kmp_json_number(json, "t", note->t);
+        kmp_json_string(json, "kind", note->kind);
+        kmp_json_string(json, "text", note->text);
+        kmp_json_number(json, "before", note->before);
+        kmp_json_number(json, "after", note->after);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void json(kmp_text *text, const kempe_trajectory *t)
 {
     kmp_json j = kmp_json_begin(text);
@@ -219,6 +251,7 @@ static void json(kmp_text *text, const kempe_trajectory *t)
     kmp_json_string(&j, "reference", t->source);
     kmp_print_errors(&j, &t->verdict);
     kmp_print_work(&j, &t->report);
+    json_notes(&j, &t->journal);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);
     kmp_json_end(&j);
 }
