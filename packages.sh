@@ -2,7 +2,7 @@
 # shellcheck shell=bash disable=SC2034
 # Sourced by ./start and ./check: need PACKAGE... installs the Debian packages that are missing, and only those.
 
-BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-dev libyaml-dev libzip-dev liblapack-dev libblas-dev"
+BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-dev libyaml-dev libexpat1-dev libzip-dev liblapack-dev libblas-dev"
 
 say() {
     printf '%s\n' "$*"

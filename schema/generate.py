@@ -105,7 +105,8 @@ def definitions():
     words = {"type": "array", "items": ref("word")}
     vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
     body = {"joint": ref("joint"), "mass": ref("number"), "com": ref("vector"), "points": named(ref("point")),
-            "inertia": closed({key: ref("number") for key in keys("read_mass.c", "inertia_keys")})}
+            "inertia": closed({key: ref("yes" if key == "as_given" else "number")
+                               for key in keys("read_mass.c", "inertia_keys")})}
     axes = closed({key: ref("axis") for key in "xyz"})
     point = closed({"at": ref("vector"), "axes": ref("axes")}, ["at"])
     include = {"file": ref("word"), "prefix": ref("word"), "at": ref("word"), "offset": ref("vector"),

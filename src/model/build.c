@@ -3,30 +3,25 @@
  * only judge; what was called takes the place of the file in complaints. */
 #include "model/build.h"
 #include "base/memory.h"
+#include "model/nodes.h"
 #include <math.h>
 #include <string.h>
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
+static kmp_place place_of_call(const kmp_builder *b)
+{
+    return (kmp_place){.file = b->call_count - 1};
+}
+
 static kmp_node *new_node(kmp_builder *b, kmp_node_kind kind)
 {
-    kmp_node *node = KMP_ARENA_NEW(&b->arena, kmp_node, 1);
-    if (!node)
-        return NULL;
-    node->kind = kind;
-    node->text = "";
-    node->place = node->text_place = (kmp_place){.file = b->call_count - 1};
-    return node;
+    return kmp_node_new(&b->arena, kind, place_of_call(b));
 }
 
 static const kmp_node *word(kmp_builder *b, const char *text)
 {
-    kmp_node *node = new_node(b, KMP_NODE_SCALAR);
-    if (!node)
-        return NULL;
-    node->text = kmp_arena_strdup(&b->arena, text ? text : "");
-    node->empty = !text || !text[0];
-    return node->text ? node : NULL;
+    return kmp_node_word(&b->arena, place_of_call(b), text);
 }
 
 /* What is not finite becomes an expression that is not, so that the reader says so. */
@@ -46,54 +41,29 @@ static const kmp_node *number(kmp_builder *b, kempe_number n)
     return node;
 }
 
-/* Lists and mappings grow by doubling; the count tells when they are full. */
-static void append(kmp_builder *b, kmp_node *to, const kmp_node *key, const kmp_node *item)
+static void append(kmp_builder *b, kmp_node *list, const kmp_node *item)
 {
-    bool full = (to->count & (to->count - 1)) == 0;
-    if (full) {
-        size_t room = to->count ? 2 * (size_t)to->count : 1;
-        const kmp_node **keys = KMP_ARENA_NEW(&b->arena, const kmp_node *, room);
-        const kmp_node **items = KMP_ARENA_NEW(&b->arena, const kmp_node *, room);
-        if (!keys || !items)
-            return;
-        for (int i = 0; i < to->count; i++) {
-            keys[i] = to->keys ? to->keys[i] : NULL;
-            items[i] = to->items[i];
-        }
-        to->keys = to->kind == KMP_NODE_MAP ? keys : NULL;
-        to->items = items;
-    }
-    if (to->keys)
-        to->keys[to->count] = key;
-    to->items[to->count++] = item;
+    kmp_node_append(&b->arena, list, NULL, item);
 }
 
 static void put(kmp_builder *b, kmp_node *map, const char *key, const kmp_node *item)
 {
-    const kmp_node *name = word(b, key);
-    if (map && name && item)
-        append(b, map, name, item);
+    kmp_node_put(&b->arena, map, place_of_call(b), key, item);
 }
 
 static const kmp_node *vector(kmp_builder *b, const kempe_number *n)
 {
     kmp_node *list = new_node(b, KMP_NODE_LIST);
-    for (int i = 0; i < 3 && list; i++) {
-        const kmp_node *item = number(b, n[i]);
-        if (item)
-            append(b, list, NULL, item);
-    }
+    for (int i = 0; i < 3; i++)
+        append(b, list, number(b, n[i]));
     return list;
 }
 
 static const kmp_node *two_words(kmp_builder *b, const char *const words[2])
 {
     kmp_node *list = new_node(b, KMP_NODE_LIST);
-    for (int i = 0; i < 2 && list; i++) {
-        const kmp_node *item = word(b, words[i]);
-        if (item)
-            append(b, list, NULL, item);
-    }
+    for (int i = 0; i < 2; i++)
+        append(b, list, word(b, words[i]));
     return list;
 }
 
@@ -254,8 +224,7 @@ static const kmp_node *motions(kmp_builder *b, const char *text)
         const kmp_node *item = length && !code.failed ? word(b, code.s) : NULL;
         if (code.failed)
             b->arena.failed = true;
-        if (item)
-            append(b, list, NULL, item);
+        append(b, list, item);
         kmp_text_free(&code);
         text += length + (text[length] != '\0');
     }
@@ -414,9 +383,7 @@ static kempe_status set_start(kempe_model *model, const char *coordinate, const 
     kmp_node *start = part(b, b->root, "start", KMP_NODE_MAP);
     put(b, part(b, start, key, KMP_NODE_MAP), coordinate, number(b, value));
     kmp_node *held = hold ? part(b, start, "hold", KMP_NODE_LIST) : NULL;
-    const kmp_node *name = held ? word(b, coordinate) : NULL;
-    if (name)
-        append(b, held, NULL, name);
+    append(b, held, held ? word(b, coordinate) : NULL);
     return end_call(model);
 }
 

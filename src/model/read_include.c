@@ -4,6 +4,7 @@
  * (kmp_reader_name), by the file of the node that refers. Its ground is a point of the body that it is put on. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/document.h"
 #include "model/reading.h"
 #include <string.h>
 
@@ -74,7 +75,7 @@ static const kmp_node *load(kmp_reader *r, const kmp_node *node, const char *pat
         r->scratch.failed = true;
     } else if (kmp_file_read(aside, path, &text, &length) != KEMPE_OK) {
         kmp_reader_complain(r, node->place, "include: %s", kempe_context_message(aside));
-    } else if (kmp_yaml_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK) {
+    } else if (kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK) {
         r->wrong = true;
     }
     kmp_free(text);

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const inertia_keys[] = {"xx", "yy", "zz", "xy", "xz", "yz", NULL};
+static const char *const inertia_keys[] = {"xx", "yy", "zz", "xy", "xz", "yz", "as_given", NULL};
 
 /* Published data is rounded: a flat body's xx + yy may fall short of zz by that much. */
 static const double slack = 1e-4;
@@ -28,14 +28,31 @@ static bool is_possible(const kmp_number inertia[6])
            yy * zz - yz * yz >= -slack && determinant >= -slack;
 }
 
+static bool is_as_given(kmp_reader *r, const kmp_node *node)
+{
+    const kmp_node *word = kmp_node_get(node, "as_given");
+    if (word && (word->kind != KMP_NODE_SCALAR || strcmp(word->text, "yes") != 0))
+        kmp_reader_complain(r, word->place, "an inertia that is taken as it stands says 'as_given: yes'");
+    return word;
+}
+
+static void say_impossible(kmp_reader *r, const kmp_node *node, kmp_place place, const char *sentence)
+{
+    if (is_as_given(r, node))
+        kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is taken as given", r->model->files[place.file],
+                place.line, place.column, sentence);
+    else
+        kmp_reader_complain(r, place, "%s", sentence);
+}
+
 static bool check_diagonal(kmp_reader *r, const kmp_node *node, const kmp_body *body)
 {
     bool good = true;
     for (int i = 0; i < 3; i++)
         if (body->inertia[i].value < 0) {
-            kmp_reader_complain(r, kmp_node_get(node, inertia_keys[i])->place,
-                                "the inertia of body '%s' is impossible: %s = %.6g is negative", body->name,
-                                inertia_keys[i], body->inertia[i].value);
+            say_impossible(r, node, kmp_node_get(node, inertia_keys[i])->place,
+                           kmp_reader_say(r, "the inertia of body '%s' is impossible: %s = %.6g is negative",
+                                          body->name, inertia_keys[i], body->inertia[i].value));
             good = false;
         }
     return good;
@@ -50,16 +67,19 @@ static void check_tensor(kmp_reader *r, const kmp_node *node, const kmp_body *bo
         double two = body->inertia[(i + 1) % 3].value + body->inertia[(i + 2) % 3].value;
         if (body->inertia[i].value <= two + slack * scale)
             continue;
-        kmp_reader_complain(
-            r, node->place, "the inertia of body '%s' is impossible: %s = %.6g is more than %s + %s = %.6g", body->name,
-            inertia_keys[i], body->inertia[i].value, inertia_keys[(i + 1) % 3], inertia_keys[(i + 2) % 3], two);
+        say_impossible(r, node, node->place,
+                       kmp_reader_say(r,
+                                      "the inertia of body '%s' is impossible: %s = %.6g is more than %s + %s = %.6g",
+                                      body->name, inertia_keys[i], body->inertia[i].value, inertia_keys[(i + 1) % 3],
+                                      inertia_keys[(i + 2) % 3], two));
         return;
     }
     if (!is_possible(body->inertia))
-        kmp_reader_complain(r, node->place,
-                            "the inertia of body '%s' is impossible: its products xy, xz, yz are too large for its "
-                            "moments (no distribution of mass has them)",
-                            body->name);
+        say_impossible(r, node, node->place,
+                       kmp_reader_say(r,
+                                      "the inertia of body '%s' is impossible: its products xy, xz, yz are too large "
+                                      "for its moments (no distribution of mass has them)",
+                                      body->name));
 }
 
 static void read_inertia(kmp_reader *r, const kmp_node *node, kmp_body *body)
@@ -68,6 +88,7 @@ static void read_inertia(kmp_reader *r, const kmp_node *node, kmp_body *body)
     bool good = true, complete = true;
     if (!kmp_read_map(r, node, what, inertia_keys))
         return;
+    (void)is_as_given(r, node);
     for (int i = 0; i < 6; i++) {
         const kmp_node *entry = kmp_node_get(node, inertia_keys[i]);
         if (entry &&

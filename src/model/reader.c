@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/build.h"
+#include "model/document.h"
 #include "model/named_table.h"
 #include "model/reading.h"
 #include <stdlib.h>
@@ -128,7 +129,7 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
         return kmp_fail_memory(context);
     }
     r.file = r.model->file;
-    return finish_reading(&r, kmp_yaml_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
+    return finish_reading(&r, kmp_document_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
 }
 
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,

@@ -1,0 +1,542 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A ROBOTRAN model, written down as the YAML document that says the same; its nodes have the places of the elements
+ * that they come from. What the two languages share goes through unread: the reader judges it. Names lose the
+ * characters that Kempe's names do not have. Laws of forces are functions in user code there, so that none comes
+ * along. */
+#include "model/mbs.h"
+#include "model/nodes.h"
+#include "model/xml.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct importer {
+    kempe_context *context;
+    kmp_arena *arena;
+    const char *file;
+    const kmp_element *model;
+    const kmp_element *bodies; /* the first one */
+    const kmp_element *cuts;
+    kmp_node *root;
+    kmp_text forceless; /* what has its law in user code */
+    int forceless_count;
+    kempe_status status;
+} importer;
+
+/* The elements that are read or known to hold nothing of the mechanics, by what they are in. */
+static const struct {
+    const char *in, *known;
+} grammar[] = {
+    {"mbsDescR7", " mbsname mbsyspad_version base bodytree cuts links user_models user_variables "},
+    {"base", " gravity baseBodyName point "},
+    {"gravity", " coordinates "},
+    {"coordinates", " x y z "},
+    {"bodytree", " body "},
+    {"body", " bodyname parent joint mass com inertia point sensor extforce "},
+    {"parent", " bodyname pointname "},
+    {"joint", " jointname type nature initialvalue actuated symbols sensor extforce "},
+    {"initialvalue", " q qd qdd "},
+    {"com", " coordinates "},
+    {"inertia", " Ixx Ixy Ixz Iyy Iyz Izz "},
+    {"point", " pointname coordinates sensor extforce "},
+    {"cuts", " ball rod solid "},
+    {"ball", " name endpoint1 endpoint2 ignore "},
+    {"solid", " name endpoint1 endpoint2 ignore "},
+    {"rod", " name endpoint1 endpoint2 length "},
+    {"endpoint1", " bodyname pointname "},
+    {"endpoint2", " bodyname pointname "},
+    {"links", " link link3D "},
+    {"link", " name endpoint1 endpoint2 "},
+    {"link3D", " name endpoint1 endpoint2 "},
+};
+
+static void complain(importer *im, kmp_place place, const char *what, const char *name, const char *sentence)
+{
+    im->status =
+        kmp_complain(im->context, im->file, place.line, place.column, "%s '%s' %s", what, name ? name : "", sentence);
+}
+
+/* -- what is passed over --------------------------------------------------------------------------- */
+
+enum { MOST_NAMES = 12 };
+
+static bool is_word_of(const char *words, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *at = strstr(words, name); at; at = strstr(at + 1, name))
+        if (at > words && at[-1] == ' ' && at[length] == ' ')
+            return true;
+    return false;
+}
+
+static void list_unknown(const kmp_element *element, kmp_text *names, int *count)
+{
+    const char *known = NULL;
+    for (size_t k = 0; k < sizeof grammar / sizeof *grammar; k++)
+        if (strcmp(grammar[k].in, element->name) == 0)
+            known = grammar[k].known;
+    for (const kmp_element *e = element->first; known && e; e = e->next) {
+        if (is_word_of(known, e->name))
+            list_unknown(e, names, count);
+        else if (++*count <= MOST_NAMES)
+            kmp_text_printf(names, "%s%s in %s (line %d)", *count > 1 ? ", " : "", e->name, element->name,
+                            e->place.line);
+    }
+}
+
+static void note_unknown(importer *im)
+{
+    kmp_text names = {0};
+    int count = 0;
+    list_unknown(im->model, &names, &count);
+    if (names.failed)
+        im->arena->failed = true;
+    else if (count > MOST_NAMES)
+        kmp_log(im->context, KEMPE_LOG_NOTE, "%s: elements that are not known are passed over: %s and %d more",
+                im->file, names.s, count - MOST_NAMES);
+    else if (count > 0)
+        kmp_log(im->context, KEMPE_LOG_NOTE, "%s: elements that are not known are passed over: %s", im->file, names.s);
+    kmp_text_free(&names);
+}
+
+static void add_forceless(importer *im, const char *what, const char *name)
+{
+    if (++im->forceless_count <= MOST_NAMES)
+        kmp_text_printf(&im->forceless, "%s%s '%s'", im->forceless_count > 1 ? ", " : "", what, name ? name : "");
+}
+
+static void list_force_points(importer *im, const kmp_element *inside)
+{
+    for (const kmp_element *e = inside->first; e; e = e->next) {
+        if (strcmp(e->name, "extforce") == 0)
+            add_forceless(im, "force point", kmp_element_text(e, "name"));
+        else if (strcmp(e->name, "point") == 0 || strcmp(e->name, "joint") == 0)
+            list_force_points(im, e);
+    }
+}
+
+static void warn_forceless(importer *im)
+{
+    for (const kmp_element *body = im->bodies; body; body = kmp_element_again(body))
+        list_force_points(im, body);
+    const kmp_element *links = kmp_element_find(im->model, "links");
+    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
+        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
+            add_forceless(im, "link", kmp_element_text(e, "name"));
+    int more = im->forceless_count - MOST_NAMES;
+    if (im->forceless.failed)
+        im->arena->failed = true;
+    else if (more > 0)
+        kmp_log(im->context, KEMPE_LOG_WARNING, "%s: no force acts where the law is in user code: %s and %d more",
+                im->file, im->forceless.s, more);
+    else if (im->forceless_count > 0)
+        kmp_log(im->context, KEMPE_LOG_WARNING, "%s: no force acts where the law is in user code: %s", im->file,
+                im->forceless.s);
+}
+
+/* -- nodes ----------------------------------------------------------------------------------------- */
+
+static kmp_node *new_map(importer *im, kmp_place place)
+{
+    return kmp_node_new(im->arena, KMP_NODE_MAP, place);
+}
+
+static void put(importer *im, kmp_node *map, kmp_place place, const char *key, const kmp_node *item)
+{
+    kmp_node_put(im->arena, map, place, key, item);
+}
+
+/* The mapping or list under a key, made when it is not there. */
+static kmp_node *part(importer *im, kmp_node *map, const char *key, kmp_node_kind kind)
+{
+    kmp_node *there = (kmp_node *)kmp_node_get(map, key);
+    if (there || !map)
+        return there;
+    there = kmp_node_new(im->arena, kind, map->place);
+    put(im, map, map->place, key, there);
+    return there;
+}
+
+/* An entry of a section; a name may stand once in it. */
+static void add(importer *im, const char *section, const kmp_element *from, const char *name, const kmp_node *entry)
+{
+    kmp_node *map = part(im, im->root, section, KMP_NODE_MAP);
+    if (kmp_node_get(map, name))
+        complain(im, from->place, from->name, name, "stands twice in the model: it needs a name of its own");
+    else
+        put(im, map, from->place, name, entry);
+}
+
+/* The text of an element as it stands; nothing counts as an empty scalar, of which the reader complains. */
+static const kmp_node *text_of(importer *im, const kmp_element *e)
+{
+    return kmp_node_word(im->arena, e->text_place, e->text);
+}
+
+/* A number that may be absent: 0. */
+static void put_number(importer *im, kmp_node *map, const char *key, const kmp_element *in, const char *name)
+{
+    const kmp_element *e = kmp_element_find(in, name);
+    if (e)
+        put(im, map, e->place, key, text_of(im, e));
+}
+
+static const kmp_node *vector(importer *im, const kmp_element *in)
+{
+    static const char *const names[3] = {"x", "y", "z"};
+    const kmp_element *coordinates = kmp_element_find(in, "coordinates");
+    kmp_node *list = kmp_node_new(im->arena, KMP_NODE_LIST, in->place);
+    for (int k = 0; k < 3; k++) {
+        const kmp_element *e = kmp_element_find(coordinates, names[k]);
+        kmp_node_append(im->arena, list, NULL, e ? text_of(im, e) : kmp_node_word(im->arena, in->place, "0"));
+    }
+    return list;
+}
+
+/* -- names ----------------------------------------------------------------------------------------- */
+
+/* Letters, digits and _, not beginning with a digit; a body is not called like the ground. NULL: no memory. */
+static const char *clean(importer *im, const char *name)
+{
+    kmp_text text = {0};
+    if ((name[0] >= '0' && name[0] <= '9') || !name[0] || strcmp(name, "ground") == 0)
+        kmp_text_put(&text, "_");
+    for (const char *s = name; *s; s++) {
+        bool good = (*s >= 'a' && *s <= 'z') || (*s >= 'A' && *s <= 'Z') || (*s >= '0' && *s <= '9') || (*s & 0x80);
+        kmp_text_printf(&text, "%c", good ? *s : '_');
+    }
+    const char *kept = text.failed ? NULL : kmp_arena_strdup(im->arena, text.s);
+    if (text.failed)
+        im->arena->failed = true;
+    kmp_text_free(&text);
+    return kept;
+}
+
+/* The name that an element has inside itself; NULL after a complaint or without memory. */
+static const char *name_of(importer *im, const kmp_element *e, const char *key)
+{
+    const char *name = kmp_element_text(e, key);
+    if (!name)
+        complain(im, e->place, "element", e->name, "lacks its name");
+    return name ? clean(im, name) : NULL;
+}
+
+static const char *format(importer *im, const char *pattern, const char *a, const char *b)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, pattern[0] == '.' ? "%s.%s" : "%s_%s", a, b);
+    const char *kept = text.failed ? NULL : kmp_arena_strdup(im->arena, text.s);
+    if (text.failed)
+        im->arena->failed = true;
+    kmp_text_free(&text);
+    return kept;
+}
+
+/* -- points ---------------------------------------------------------------------------------------- */
+
+static bool is_ground(const char *body)
+{
+    return strcmp(body, "base") == 0;
+}
+
+static const kmp_element *find_body(const importer *im, const char *name)
+{
+    if (is_ground(name))
+        return kmp_element_find(im->model, "base");
+    const kmp_element *body = im->bodies;
+    for (; body; body = kmp_element_again(body)) {
+        const char *own = kmp_element_text(body, "bodyname");
+        if (own && strcmp(own, name) == 0)
+            break;
+    }
+    return body;
+}
+
+static bool has_point(const kmp_element *body, const char *name)
+{
+    for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
+        const char *own = kmp_element_text(p, "pointname");
+        if (own && strcmp(own, name) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* `origin` is there without being said; what is between points names it. */
+static void put_points(importer *im, kmp_node *map, const kmp_element *body)
+{
+    kmp_node *points = part(im, map, "points", KMP_NODE_MAP);
+    for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
+        const char *name = name_of(im, p, "pointname");
+        if (name && kmp_node_get(points, name))
+            complain(im, p->place, "point", name, "stands twice in its body: it needs a name of its own");
+        else if (name)
+            put(im, points, p->place, name, vector(im, p));
+    }
+    if (!kmp_node_get(points, "origin")) {
+        kmp_node *zero = kmp_node_new(im->arena, KMP_NODE_LIST, body->place);
+        for (int k = 0; k < 3; k++)
+            kmp_node_append(im->arena, zero, NULL, kmp_node_word(im->arena, body->place, "0"));
+        put(im, points, body->place, "origin", zero);
+    }
+}
+
+/* BODY.POINT of what an element says by `bodyname` and `pointname`; an origin that is not said is the body. */
+static const kmp_node *place_on(importer *im, const kmp_element *e, bool point)
+{
+    const char *body = kmp_element_text(e, "bodyname"), *name = kmp_element_text(e, "pointname");
+    if (!body) {
+        complain(im, e->place, "element", e->name, "lacks 'bodyname'");
+        return NULL;
+    }
+    const char *on = is_ground(body) ? "ground" : clean(im, body);
+    bool origin = !name || (strcmp(name, "origin") == 0 && !has_point(find_body(im, body), name));
+    if (!on || (origin && !point))
+        return on ? kmp_node_word(im->arena, e->place, on) : NULL;
+    const char *at = clean(im, name ? name : "origin");
+    const char *full = at ? format(im, ".", on, at) : NULL;
+    return full ? kmp_node_word(im->arena, e->place, full) : NULL;
+}
+
+/* -- joints ---------------------------------------------------------------------------------------- */
+
+/* Whether nothing else that may name a joint has this name. */
+static bool is_own_name(const importer *im, const kmp_element *joint, const char *name)
+{
+    int joints = 0;
+    for (const kmp_element *b = im->bodies; b; b = kmp_element_again(b)) {
+        const kmp_element *first = kmp_element_find(b, "joint");
+        const char *body = kmp_element_text(b, "bodyname");
+        if (body && strcmp(body, name) == 0 && first != joint)
+            return false;
+        for (const kmp_element *j = first; j; j = kmp_element_again(j)) {
+            const char *other = kmp_element_text(j, "jointname");
+            joints += other && strcmp(other, name) == 0;
+        }
+    }
+    return joints == 1;
+}
+
+/* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
+static const char *joint_name(importer *im, const kmp_element *body, const char *body_name)
+{
+    const kmp_element *joint = kmp_element_find(body, "joint");
+    const char *name = kmp_element_text(joint, "jointname");
+    if (!name || kmp_element_again(joint) || !is_own_name(im, joint, name))
+        return body_name;
+    return clean(im, name);
+}
+
+/* What holds a driven joint: its start value, or the motion that begins with its start values. */
+static const kmp_node *drive(importer *im, const kmp_element *joint, const char *coordinate, const char *type)
+{
+    const kmp_element *start = kmp_element_find(joint, "initialvalue");
+    const char *q = kmp_element_text(start, "q"), *qd = kmp_element_text(start, "qd");
+    kmp_node *map = new_map(im, joint->place);
+    put(im, map, joint->place, "joint", kmp_node_word(im->arena, joint->place, coordinate));
+    if (!qd || strtod(qd, NULL) == 0) {
+        put(im, map, joint->place, "locked", kmp_node_word(im->arena, joint->place, "yes"));
+        return map;
+    }
+    kmp_text law = {0};
+    kmp_text_printf(&law, "(%s) + (%s)*t", q ? q : "0", qd);
+    if (law.failed)
+        im->arena->failed = true;
+    else
+        put(im, map, joint->place, type && type[0] == 'T' ? "displacement" : "angle",
+            kmp_node_word(im->arena, start->place, law.s));
+    kmp_text_free(&law);
+    return map;
+}
+
+/* Start value, and what `nature` says: independent coordinates keep theirs while the loops are closed, driven ones
+ * always. */
+static void put_start(importer *im, const kmp_element *joint, const char *coordinate, const char *drive_name)
+{
+    const kmp_element *start = kmp_element_find(joint, "initialvalue");
+    const char *nature = kmp_element_text(joint, "nature");
+    kmp_node *begin = part(im, im->root, "start", KMP_NODE_MAP);
+    if (kmp_element_text(start, "q"))
+        put_number(im, part(im, begin, "q", KMP_NODE_MAP), coordinate, start, "q");
+    if (kmp_element_text(start, "qd"))
+        put_number(im, part(im, begin, "qd", KMP_NODE_MAP), coordinate, start, "qd");
+    if (nature && strcmp(nature, "driven") == 0)
+        add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
+    else if (nature && strcmp(nature, "independent") == 0)
+        kmp_node_append(im->arena, part(im, begin, "hold", KMP_NODE_LIST), NULL,
+                        kmp_node_word(im->arena, joint->place, coordinate));
+    else if (nature && strcmp(nature, "dependent") != 0)
+        complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
+}
+
+static void put_motions(importer *im, kmp_node *map, const kmp_element *body, const char *name)
+{
+    const kmp_element *joint = kmp_element_find(body, "joint");
+    kmp_node *motions = kmp_node_new(im->arena, KMP_NODE_LIST, joint->place);
+    bool several = kmp_element_again(joint);
+    int k = 0;
+    for (; joint; joint = kmp_element_again(joint)) {
+        const kmp_element *type = kmp_element_find(joint, "type");
+        char number[16];
+        snprintf(number, sizeof number, "%d", ++k);
+        if (type)
+            kmp_node_append(im->arena, motions, NULL, text_of(im, type));
+        else
+            complain(im, joint->place, "a joint of body", name, "lacks its 'type'");
+        const char *coordinate = several ? format(im, ".", name, number) : name;
+        const char *drive_name = several ? format(im, "_", name, number) : name;
+        if (coordinate && drive_name)
+            put_start(im, joint, coordinate, drive_name);
+    }
+    put(im, map, map->place, "motions", motions);
+}
+
+/* -- bodies ---------------------------------------------------------------------------------------- */
+
+static void put_joint(importer *im, kmp_node *map, const kmp_element *body, const char *body_name)
+{
+    const kmp_element *parent = kmp_element_find(body, "parent");
+    const kmp_element *joint = kmp_element_find(body, "joint");
+    const char *name = joint_name(im, body, body_name);
+    kmp_node *own = new_map(im, joint ? joint->place : body->place);
+    if (!parent) {
+        complain(im, body->place, "body", body_name, "lacks its 'parent'");
+        return;
+    }
+    if (!name || !own)
+        return;
+    put(im, own, own->place, "name", kmp_node_word(im->arena, own->place, name));
+    put(im, own, own->place, "at", place_on(im, parent, false));
+    if (joint)
+        put_motions(im, own, body, name);
+    else
+        put(im, own, own->place, "weld", kmp_node_word(im->arena, own->place, "yes"));
+    put(im, map, own->place, "joint", own);
+}
+
+/* What no distribution of mass can have occurs in published models. */
+static void put_inertia(importer *im, kmp_node *map, const kmp_element *body)
+{
+    static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
+                                            {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
+    const kmp_element *inertia = kmp_element_find(body, "inertia");
+    if (!inertia)
+        return;
+    kmp_node *own = new_map(im, inertia->place);
+    for (int k = 0; k < 6; k++)
+        put_number(im, own, names[k][1], inertia, names[k][0]);
+    put(im, own, inertia->place, "as_given", kmp_node_word(im->arena, inertia->place, "yes"));
+    put(im, map, inertia->place, "inertia", own);
+}
+
+static void add_body(importer *im, const kmp_element *body)
+{
+    const char *name = name_of(im, body, "bodyname");
+    const kmp_element *com = kmp_element_find(body, "com");
+    kmp_node *map = new_map(im, body->place);
+    if (!name || !map)
+        return;
+    put_joint(im, map, body, name);
+    put_number(im, map, "mass", body, "mass");
+    if (com)
+        put(im, map, com->place, "com", vector(im, com));
+    put_inertia(im, map, body);
+    put_points(im, map, body);
+    add(im, "bodies", body, name, map);
+}
+
+/* -- cuts ------------------------------------------------------------------------------------------ */
+
+static bool is_left_out(const kmp_element *row)
+{
+    return strcmp(row->text, "false") != 0 && strcmp(row->text, "0") != 0;
+}
+
+static void refuse_ignored(importer *im, const kmp_element *cut, const char *name)
+{
+    const kmp_element *ignore = kmp_element_find(cut, "ignore");
+    for (const kmp_element *row = ignore ? ignore->first : NULL; row; row = row->next)
+        if (is_left_out(row)) {
+            complain(im, ignore->place, "cut", name,
+                     "ignores some of its rows, which no closure of Kempe does: delete 'ignore', redundant rows are "
+                     "found and left out without it");
+            return;
+        }
+}
+
+static void add_cut(importer *im, const kmp_element *cut, const char *kind)
+{
+    static const char *const ends[2] = {"endpoint1", "endpoint2"};
+    const char *name = name_of(im, cut, "name");
+    kmp_node *map = new_map(im, cut->place), *points = kmp_node_new(im->arena, KMP_NODE_LIST, cut->place);
+    if (!name)
+        return;
+    for (int k = 0; k < 2; k++) {
+        const kmp_element *end = kmp_element_find(cut, ends[k]);
+        if (end)
+            kmp_node_append(im->arena, points, NULL, place_on(im, end, true));
+        else
+            complain(im, cut->place, "cut", name, k == 0 ? "lacks its 'endpoint1'" : "lacks its 'endpoint2'");
+    }
+    put(im, map, cut->place, kind, points);
+    put_number(im, map, "length", cut, "length");
+    refuse_ignored(im, cut, name);
+    add(im, "loops", cut, name, map);
+}
+
+static void add_cuts(importer *im)
+{
+    static const char *const kinds[3][2] = {{"ball", "ball"}, {"rod", "rod"}, {"solid", "weld"}};
+    for (const kmp_element *cut = im->cuts ? im->cuts->first : NULL; cut; cut = cut->next)
+        for (int k = 0; k < 3; k++)
+            if (strcmp(cut->name, kinds[k][0]) == 0)
+                add_cut(im, cut, kinds[k][1]);
+}
+
+/* -- models ---------------------------------------------------------------------------------------- */
+
+static void add_base(importer *im)
+{
+    const kmp_element *base = kmp_element_find(im->model, "base");
+    const kmp_element *gravity = kmp_element_find(base, "gravity");
+    if (gravity)
+        put(im, im->root, gravity->place, "gravity", vector(im, gravity));
+    if (base)
+        put_points(im, part(im, im->root, "ground", KMP_NODE_MAP), base);
+}
+
+static void add_all(importer *im)
+{
+    const kmp_element *name = kmp_element_find(im->model, "mbsname");
+    put(im, im->root, im->model->place, "kempe", kmp_node_word(im->arena, im->model->place, "1"));
+    if (name && name->text[0])
+        put(im, im->root, name->place, "name", text_of(im, name));
+    add_base(im);
+    for (const kmp_element *body = im->bodies; body; body = kmp_element_again(body))
+        add_body(im, body);
+    add_cuts(im);
+    note_unknown(im);
+    warn_forceless(im);
+}
+
+kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                          size_t length, const kmp_node **root)
+{
+    static const char *const drawing[] = {"graphics", "x3D", NULL};
+    importer im = {.context = context, .arena = arena, .file = file};
+    *root = NULL;
+    kempe_status status = kmp_xml_load(context, arena, file, number, text, length, drawing, &im.model);
+    if (status != KEMPE_OK)
+        return status;
+    if (strcmp(im.model->name, "mbsDescR7") != 0)
+        return kmp_complain(context, file, im.model->place.line, im.model->place.column,
+                            "the outermost element is '%s': a ROBOTRAN model begins with 'mbsDescR7'", im.model->name);
+    im.bodies = kmp_element_find(kmp_element_find(im.model, "bodytree"), "body");
+    im.cuts = kmp_element_find(im.model, "cuts");
+    im.root = new_map(&im, im.model->place);
+    if (im.root)
+        add_all(&im);
+    kmp_text_free(&im.forceless);
+    *root = im.root;
+    return arena->failed ? kmp_fail_memory(context) : im.status;
+}

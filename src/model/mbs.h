@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Models of ROBOTRAN (.mbs) as documents of Kempe's own language: docs/robotran.md says what becomes of what. */
+#ifndef KMP_MODEL_MBS_H
+#define KMP_MODEL_MBS_H
+
+#include "model/yaml.h"
+
+/** The contract of kmp_yaml_load. What is passed over is named in the log. */
+kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                          size_t length, const kmp_node **root);
+
+#endif
