@@ -8,7 +8,7 @@ _kempe() {
     elif [[ $word == -* ]]; then
         COMPREPLY=($(compgen -W "$(kempe "$command" --help 2>/dev/null | grep -oE -- '--[a-z-]+' | sort -u)" -- "$word"))
     else
-        COMPREPLY=($(compgen -f -X '!*.yaml' -- "$word") $(compgen -d -S / -- "$word"))
+        COMPREPLY=($(compgen -f -X '!*.yaml' -- "$word") $(compgen -f -X '!*.mbs' -- "$word") $(compgen -d -S / -- "$word"))
     fi
 }
 complete -o nospace -o filenames -F _kempe kempe

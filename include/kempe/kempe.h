@@ -134,6 +134,8 @@ typedef enum kempe_view {
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
                                           char **text);
 
+/* What sets of equations cost: kempe/generate.h, which this header includes at its end. */
+
 /* The equations at a state of your choice: kempe/workspace.h; forces by a function of yours: kempe/extend.h. This
  * header includes both at its end. */
 
@@ -237,6 +239,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/build.h>
 #include <kempe/compare.h>
 #include <kempe/extend.h>
+#include <kempe/generate.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 

@@ -181,6 +181,11 @@ static kempe_status print_comparison(const void *object, kempe_format format, ch
     return kempe_comparison_print(object, format, text);
 }
 
+static kempe_status print_count(const void *object, kempe_format format, char **text)
+{
+    return kempe_count_print(object, format, text);
+}
+
 static kempe_status print_model(const void *object, kempe_format format, char **text)
 {
     return kempe_model_print(object, format, text);
@@ -306,6 +311,20 @@ static kempe_status show(const job *j)
     return worse(KEMPE_OK, status);
 }
 
+static kempe_status generate(const job *j)
+{
+    kempe_count *result = NULL;
+    kempe_generation generation = j->settings->generation;
+    generation.keep_parameters = j->settings->keep_parameters;
+    generation.body_inputs = j->settings->body_inputs;
+    kempe_status status = kempe_count_new(j->model, &generation, &result);
+    tell_failure(j, status, result != NULL);
+    if (result)
+        status = worse(status, report(j, print_count, result));
+    kempe_count_free(result);
+    return status;
+}
+
 /* -- running one ----------------------------------------------------------------------------------- */
 
 static kempe_status prepare(job *j, bool equations)
@@ -329,6 +348,8 @@ static kempe_status dispatch(unsigned command, const job *j)
         return simulate(j);
     case CLI_COMPARE:
         return compare(j);
+    case CLI_GENERATE:
+        return generate(j);
     default:
         return show(j);
     }
@@ -364,7 +385,8 @@ int cli_run(unsigned command, const cli_settings *settings)
     }
     kempe_context_set_log(j.context, on_log, &terminal);
     watch_interrupt(j.context);
-    kempe_status status = prepare(&j, command != CLI_SHOW || !settings->show_model);
+    bool model_alone = command == CLI_GENERATE || (command == CLI_SHOW && settings->show_model);
+    kempe_status status = prepare(&j, !model_alone);
     if (status == KEMPE_OK)
         status = dispatch(command, &j);
     interrupted_context = NULL;

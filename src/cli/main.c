@@ -25,6 +25,9 @@ static const command commands[] = {
     {CLI_SHOW, "show", "FILE --model | --equations | --program | --stats", "print what Kempe made of the model",
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"},
+    {CLI_GENERATE, "generate", "FILE --count [options]", "sets of equations, and what they cost",
+     "  kempe generate examples/andrews/andrews.yaml --count\n"
+     "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n"},
 };
 
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
@@ -37,7 +40,7 @@ static void print_help(FILE *out)
     for (int k = 0; k < COMMAND_COUNT; k++)
         fprintf(out, "  %-10s%s\n", commands[k].name, commands[k].summary);
     fputs("\n'kempe COMMAND --help' gives a command's options and examples, 'kempe --version' the version.\n"
-          "FILE is a Kempe model in YAML (docs/model_format.md).\n\n"
+          "FILE is a Kempe model in YAML (docs/model_format.md) or one of ROBOTRAN, .mbs (docs/robotran.md).\n\n"
           "examples:\n"
           "  kempe check examples/andrews/andrews.yaml\n"
           "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n\n"
@@ -75,6 +78,13 @@ static bool one_view(const cli_settings *s)
     return false;
 }
 
+static bool asks_for_count(const cli_settings *s)
+{
+    if (!s->count)
+        fputs("kempe: generate needs --count\n", stderr);
+    return s->count;
+}
+
 static int run_command(const command *c, int count, char **words)
 {
     cli_settings settings;
@@ -85,6 +95,8 @@ static int run_command(const command *c, int count, char **words)
         return CLI_DONE;
     }
     if (c->bit == CLI_SHOW && !one_view(&settings))
+        return CLI_USAGE;
+    if (c->bit == CLI_GENERATE && !asks_for_count(&settings))
         return CLI_USAGE;
     return cli_run(c->bit, &settings);
 }

@@ -8,7 +8,15 @@
 #include <stdio.h>
 
 /* Commands as bits, so that a row of the option table says whose option it is. */
-enum { CLI_CHECK = 1, CLI_ASSEMBLE = 2, CLI_SIMULATE = 4, CLI_COMPARE = 8, CLI_SHOW = 16, CLI_ALL = 31 };
+enum {
+    CLI_CHECK = 1,
+    CLI_ASSEMBLE = 2,
+    CLI_SIMULATE = 4,
+    CLI_COMPARE = 8,
+    CLI_SHOW = 16,
+    CLI_GENERATE = 32,
+    CLI_ALL = 63
+};
 
 /* What the user asked for. Texts point into argv; NULL and 0 mean not given. */
 enum { CLI_MOST_SETS = 64 };
@@ -20,6 +28,8 @@ typedef struct cli_settings {
     int set_count;
     kempe_run run;
     kempe_compare_run compare;
+    kempe_generation generation;
+    bool keep_parameters, body_inputs, count;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;
     bool branches;

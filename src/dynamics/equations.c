@@ -36,13 +36,11 @@ static const char *component_name(const kmp_closure *closure, int component)
 static double constant_value(const kmp_equations *eq, kmp_ref h)
 {
     static const double start = 0;
-    const kempe_model *model = eq->model;
     double *value = KMP_NEW(double, kmp_graph_count(eq->graph)), gap = NAN;
-    double *parameter = KMP_NEW(double, model->parameter_count);
+    double *parameter = KMP_NEW(double, kmp_tree_symbol_count(&eq->tree));
     const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = &start};
     if (value && parameter) {
-        for (int k = 0; k < model->parameter_count; k++)
-            parameter[k] = model->parameters[k].number.value;
+        kmp_tree_symbol_values(&eq->tree, parameter);
         kmp_graph_eval(eq->graph, inputs, value);
         gap = kmp_is_negative(h) ? -value[kmp_id(h)] : value[kmp_id(h)];
     }
@@ -75,7 +73,12 @@ static int power_of(const kempe_model *model, const kmp_closure *closure, const 
     return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
-static kempe_status derive_rows(kmp_equations *eq)
+static bool is_drive(const kmp_closure *closure)
+{
+    return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
+}
+
+static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
 {
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
@@ -86,6 +89,8 @@ static kempe_status derive_rows(kmp_equations *eq)
         int frame, kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
+        if (loops_alone && is_drive(closure))
+            continue;
         kind->residual(&eq->tree, closure, h, &frame);
         for (int k = 0; k < kind->rows; k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
@@ -177,20 +182,27 @@ static kempe_status derive_bias(kmp_equations *eq, const kmp_forces *forces)
     return status;
 }
 
-static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
+static kempe_status derive_inverse(kmp_equations *eq, const kmp_forces *forces, kmp_ref *out)
 {
     kmp_ref *qdd = KMP_NEW(kmp_ref, eq->n);
-    kempe_status status = KEMPE_E_MEMORY;
-    if (qdd) {
-        for (int k = 0; k < eq->n; k++)
-            qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
-        status = derive_efforts(eq, forces, qdd, eq->residual);
+    kempe_status status = qdd ? KEMPE_OK : kmp_fail_memory(eq->context);
+    for (int k = 0; qdd && k < eq->n; k++)
+        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+    if (status == KEMPE_OK)
+        status = derive_efforts(eq, forces, qdd, out);
+    kmp_free(qdd);
+    return status;
+}
+
+static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
+{
+    kempe_status status = derive_inverse(eq, forces, eq->residual);
+    if (status == KEMPE_OK) {
         jacobian_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
         for (int k = 0; k < eq->n; k++)
             eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
         jacobian_transposed(eq, KMP_IN_MU, eq->jt_mu);
     }
-    kmp_free(qdd);
     return status;
 }
 
@@ -224,21 +236,23 @@ static bool allocate(kmp_equations *eq)
     eq->jacobian = KMP_NEW(kmp_ref, rows * n);
     eq->jdqd = KMP_NEW(kmp_ref, rows);
     eq->residual = KMP_NEW(kmp_ref, n);
+    eq->inverse = KMP_NEW(kmp_ref, n);
     eq->jt_mu = KMP_NEW(kmp_ref, n);
     eq->hdot = KMP_NEW(kmp_ref, rows);
     eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
     eq->position = KMP_NEW(kmp_ref, 3 * model->output_count);
     eq->shown = KMP_NEW(kmp_ref, kmp_outputs_width(model));
     return eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
-           eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
+           eq->inverse && eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
 }
 
-static kempe_status derive_closures(kmp_equations *eq, unsigned sets)
+static kempe_status derive_closures(kmp_equations *eq, const kmp_scene *scene)
 {
+    unsigned sets = scene->sets;
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing))
         return KEMPE_OK;
-    kempe_status status = derive_rows(eq);
+    kempe_status status = derive_rows(eq, scene->loops_alone);
     if (status == KEMPE_OK && sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
         status = derive_jacobian(eq);
     if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))
@@ -256,7 +270,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     if (sets & KMP_SET_MASS && !mass(&eq->tree, eq->mass))
         return kmp_fail_memory(eq->context);
     bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
-    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL)) && !energy)
+    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE)) && !energy)
         return !(sets & KMP_SET_OUTPUT) || kmp_outputs_derive(eq, NULL) ? KEMPE_OK : kmp_fail_memory(eq->context);
     if (!kmp_forces_init(&forces, &eq->tree, energy))
         return kmp_fail_memory(eq->context);
@@ -264,6 +278,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
         status = derive_bias(eq, &forces);
     if (status == KEMPE_OK && sets & KMP_SET_RESIDUAL)
         status = derive_residual(eq, &forces);
+    if (status == KEMPE_OK && sets & KMP_SET_INVERSE)
+        status = derive_inverse(eq, &forces, eq->inverse);
     if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
         status = kmp_fail_memory(eq->context);
     eq->potential = forces.potential;
@@ -272,19 +288,20 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     return status;
 }
 
-static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
-                         bool keep_parameters, kmp_events *events)
+kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
-    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, keep_parameters))
+    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, scene->keep))
         status = kmp_fail_memory(eq->context);
-    eq->tree.events = events;
+    eq->tree.events = scene->events;
+    if (status == KEMPE_OK && scene->body_inputs)
+        kmp_tree_add_inputs(&eq->tree);
     if (status == KEMPE_OK)
-        status = derive_closures(eq, sets);
+        status = derive_closures(eq, scene);
     if (status == KEMPE_OK)
-        status = derive_dynamics(eq, sets, scheme);
+        status = derive_dynamics(eq, scene->sets, scene->scheme);
     if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
         status = kmp_fail_memory(eq->context);
     if (status != KEMPE_OK)
@@ -295,13 +312,16 @@ static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned s
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters)
 {
-    return init(eq, model, sets, scheme, keep_parameters, NULL);
+    const kmp_scene scene = {
+        .sets = sets, .scheme = scheme, .keep = keep_parameters ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING};
+    return kmp_equations_derive(eq, model, &scene);
 }
 
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events)
 {
-    return init(eq, model, sets, scheme, false, events);
+    const kmp_scene scene = {.sets = sets, .scheme = scheme, .events = events};
+    return kmp_equations_derive(eq, model, &scene);
 }
 
 void kmp_equations_free(kmp_equations *eq)
@@ -316,6 +336,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_free(eq->jacobian);
     kmp_free(eq->jdqd);
     kmp_free(eq->residual);
+    kmp_free(eq->inverse);
     kmp_free(eq->jt_mu);
     kmp_free(eq->hdot);
     kmp_free(eq->reaction);

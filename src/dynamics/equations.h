@@ -18,10 +18,21 @@ enum {
         16, /* implicit dynamics of the dae road: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
     KMP_SET_ENERGY = 32,   /* potential energy and the power of non-conservative forces */
     KMP_SET_REACTION = 64, /* closure forces from lambda */
-    KMP_SET_OUTPUT = 128   /* what the model asks for beside the table */
+    KMP_SET_OUTPUT = 128,  /* what the model asks for beside the table */
+    KMP_SET_INVERSE = 512  /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
+
+/** What of a model to derive, and how. */
+typedef struct kmp_scene {
+    unsigned sets;
+    kmp_scheme scheme;
+    kmp_keep keep;
+    bool body_inputs;   /* forces and torques on the bodies as inputs */
+    bool loops_alone;   /* no rows of drives */
+    kmp_events *events; /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
+} kmp_scene;
 
 /** A closure row that is kept. */
 typedef struct kmp_row {
@@ -43,6 +54,7 @@ typedef struct kmp_equations {
     kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
     kmp_ref *jdqd;     /* m */
     kmp_ref *residual; /* n */
+    kmp_ref *inverse;  /* n */
     kmp_ref *jt_mu;    /* n */
     kmp_ref *hdot;     /* m */
     kmp_ref potential, power;
@@ -54,9 +66,10 @@ typedef struct kmp_equations {
 } kmp_equations;
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_MEMORY. */
+kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
+/** The same for scenes that say no more; and with conditions as inputs. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
-/** The same with conditions as inputs (`events` is added to; NULL: as above). */
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);

@@ -33,7 +33,7 @@ static double parameter_value(const kmp_tree *tree, int index)
 static kmp_ref parameter(const kmp_tree *tree, int index)
 {
     double value = parameter_value(tree, index);
-    if (!tree->keep_parameters || value == 0)
+    if (tree->keep == KMP_KEEP_NOTHING || value == 0)
         return kmp_const(tree->graph, value);
     return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
 }
@@ -127,16 +127,33 @@ static double constant_value(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_tree folded = *tree;
     double value = NAN;
-    folded.keep_parameters = false;
+    folded.keep = KMP_KEEP_NOTHING;
     kmp_ref r = kmp_tree_expression(&folded, e);
     return kmp_is_const(tree->graph, r, &value) ? value : NAN;
 }
 
 kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number)
 {
-    if (!tree->keep_parameters || !number->expr || number->value == 0)
+    if (tree->keep == KMP_KEEP_NOTHING || number->value == 0)
         return kmp_const(tree->graph, number->value);
-    return kmp_tree_expression(tree, number->expr);
+    if (number->expr)
+        return kmp_tree_expression(tree, number->expr);
+    if (tree->keep == KMP_KEEP_PARAMETERS || !number->symbol)
+        return kmp_const(tree->graph, number->value);
+    int symbol = tree->model->parameter_count + number->symbol - 1;
+    tree->symbols[symbol] = number->value;
+    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)symbol);
+}
+
+int kmp_tree_symbol_count(const kmp_tree *tree)
+{
+    return tree->model->parameter_count + (tree->keep == KMP_KEEP_NUMBERS ? tree->model->symbol_count : 0);
+}
+
+void kmp_tree_symbol_values(const kmp_tree *tree, double *value)
+{
+    for (int k = 0; k < kmp_tree_symbol_count(tree); k++)
+        value[k] = k < tree->model->parameter_count ? parameter_value(tree, k) : tree->symbols[k];
 }
 
 kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3])
@@ -349,13 +366,13 @@ static void set_body(kmp_tree *tree, int b)
     add_body(tree, b);
 }
 
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool keep_parameters)
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep)
 {
-    *tree =
-        (kmp_tree){.graph = g, .model = model, .keep_parameters = keep_parameters, .count = model->motion_count + 1};
+    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .count = model->motion_count + 1};
     tree->links = KMP_NEW(kmp_link, tree->count);
     tree->mounts = KMP_NEW(kmp_mount, model->body_count);
-    if (!tree->links || !tree->mounts) {
+    tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
+    if (!tree->links || !tree->mounts || !tree->symbols) {
         kmp_tree_free(tree);
         return false;
     }
@@ -368,12 +385,31 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool 
     return !kmp_graph_failed(g);
 }
 
+void kmp_tree_add_inputs(kmp_tree *tree)
+{
+    for (int i = 1; i < tree->count; i++) {
+        kmp_link *link = &tree->links[i];
+        kmp_vec push, twist;
+        if (link->body < 0)
+            continue;
+        for (int k = 0; k < 3; k++) {
+            uint32_t number = (uint32_t)(3 * (link->body - 1) + k);
+            push.x[k] = kmp_input(tree->graph, KMP_IN_FORCE, number);
+            twist.x[k] = kmp_input(tree->graph, KMP_IN_TORQUE, number);
+        }
+        link->push = kmp_body_vector(tree, link->body, push);
+        link->twist = kmp_body_vector(tree, link->body, twist);
+    }
+}
+
 void kmp_tree_free(kmp_tree *tree)
 {
     kmp_free(tree->links);
     kmp_free(tree->mounts);
+    kmp_free(tree->symbols);
     tree->links = NULL;
     tree->mounts = NULL;
+    tree->symbols = NULL;
 }
 
 /* -- vectors between links --------------------------------------------------------------------------- */

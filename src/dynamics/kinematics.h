@@ -24,6 +24,8 @@ typedef struct kmp_link {
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
     kmp_tensor inertia; /* I^i about the com, link axes */
+    kmp_vec push;       /* body inputs: a force at the com and a torque, link axes; zero where there are none */
+    kmp_vec twist;
 } kmp_link;
 
 /** Where a body is on its link; not that link's own origin and axes when the body is welded to another one. */
@@ -42,20 +44,33 @@ typedef struct kmp_events {
     const kmp_expr **condition;
 } kmp_events;
 
+/** What stays a symbol, an input KMP_IN_PARAMETER: nothing, the model's parameters, or with them (numbered after them)
+ * every number that a part of the model has: the convention by which generators are compared. Zeros of the data are
+ * zeros of the equations in any case. */
+typedef enum kmp_keep { KMP_KEEP_NOTHING, KMP_KEEP_PARAMETERS, KMP_KEEP_NUMBERS } kmp_keep;
+
 typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
-    bool keep_parameters;
-    int count; /* links, ground included: motion k is link k + 1 */
+    kmp_keep keep;
+    double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
+    int count;       /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
     kmp_events *events; /* NULL: conditions are evaluated where they stand */
 } kmp_tree;
 
-/** Builds the links. With keep_parameters the parameters stay symbols; zeros of the data are zeros of the equations
- *  either way. false: no memory. */
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, bool keep_parameters);
+/** Builds the links. false: no memory. */
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep);
+
+/** Gives every body that has motions of its own three force inputs at the centre of mass (of all that is welded to it)
+ *  and three torque inputs: KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. */
+void kmp_tree_add_inputs(kmp_tree *tree);
+
+/** How many symbols there are, and the values of all. */
+int kmp_tree_symbol_count(const kmp_tree *tree);
+void kmp_tree_symbol_values(const kmp_tree *tree, double *value);
 void kmp_tree_free(kmp_tree *tree);
 
 /** A number of the model as a node: a constant, or its expression over parameters. */

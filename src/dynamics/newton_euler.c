@@ -71,11 +71,11 @@ static void body_wrench(const kmp_tree *tree, int i, const motion *m, const kmp_
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     kmp_vec a = kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com));
-    kmp_vec f = kmp_vec_scale(g, link->mass, a);
+    kmp_vec f = kmp_vec_sub(g, kmp_vec_scale(g, link->mass, a), link->push);
     kmp_vec spin = kmp_tensor_apply(g, link->inertia, m->w);
     kmp_vec moment = kmp_vec_cross(g, link->com, f);
     moment = kmp_vec_add(g, moment, kmp_tensor_apply(g, link->inertia, m->wd));
-    moment = kmp_vec_add(g, moment, kmp_vec_cross(g, m->w, spin));
+    moment = kmp_vec_sub(g, kmp_vec_add(g, moment, kmp_vec_cross(g, m->w, spin)), link->twist);
     w->force = kmp_vec_add(g, w->force, kmp_vec_sub(g, f, applied->force));
     w->moment = kmp_vec_add(g, w->moment, kmp_vec_sub(g, moment, applied->moment));
 }

@@ -61,6 +61,7 @@ typedef struct kmp_expr {
 typedef struct kmp_number {
     double value;
     const kmp_expr *expr;
+    int symbol; /* what it is called where numbers are kept as symbols: 1, 2, ... as they were read; 0: nothing */
 } kmp_number;
 
 /** Where an expression stands in its file, and how its symbols are resolved. A NULL resolver, or -1 from

@@ -464,9 +464,10 @@ static void refuse_ignored(importer *im, const kmp_element *cut, const char *nam
         }
 }
 
+/* The second end point stands first: h is the vector to the first one there. */
 static void add_cut(importer *im, const kmp_element *cut, const char *kind)
 {
-    static const char *const ends[2] = {"endpoint1", "endpoint2"};
+    static const char *const ends[2] = {"endpoint2", "endpoint1"};
     const char *name = name_of(im, cut, "name");
     kmp_node *map = new_map(im, cut->place), *points = kmp_node_new(im->arena, KMP_NODE_LIST, cut->place);
     if (!name)
@@ -476,7 +477,7 @@ static void add_cut(importer *im, const kmp_element *cut, const char *kind)
         if (end)
             kmp_node_append(im->arena, points, NULL, place_on(im, end, true));
         else
-            complain(im, cut->place, "cut", name, k == 0 ? "lacks its 'endpoint1'" : "lacks its 'endpoint2'");
+            complain(im, cut->place, "cut", name, k == 0 ? "lacks its 'endpoint2'" : "lacks its 'endpoint1'");
     }
     put(im, map, cut->place, kind, points);
     put_number(im, map, "length", cut, "length");

@@ -140,6 +140,7 @@ struct kempe_model {
     const char *file, *name;
     const char **files; /* the file itself, then settings and what it includes */
     int file_count;
+    int symbol_count; /* of numbers */
     kmp_number gravity[3];
     kmp_parameter *parameters;
     int parameter_count;

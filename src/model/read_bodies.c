@@ -217,7 +217,7 @@ static kmp_number add_numbers(kmp_reader *r, kmp_number a, kmp_number b)
         sum[1] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = b.value};
         sum[2] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a.expr ? a.expr : &sum[0], .b = b.expr ? b.expr : &sum[1]};
     }
-    return (kmp_number){a.value + b.value, sum ? &sum[2] : NULL};
+    return (kmp_number){.value = a.value + b.value, .expr = sum ? &sum[2] : NULL, .symbol = a.symbol};
 }
 
 static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
@@ -232,7 +232,7 @@ static int place_ground(kmp_reader *r, const kmp_instance *instance)
     kempe_model *model = r->model;
     kmp_point *point = &model->points[model->point_count];
     const char *name = kmp_reader_body_name(r, instance->file, "ground");
-    kmp_number offset[3] = {{0, NULL}, {0, NULL}, {0, NULL}};
+    kmp_number offset[3] = {{.value = 0}};
     int body = kmp_find_body(model, name, strlen(name)), base = -1;
     const kmp_instance *outer = kmp_reader_instance(r, instance->parent);
     if (instance->at && strchr(instance->at->text, '.'))

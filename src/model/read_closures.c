@@ -147,7 +147,7 @@ static bool has_rate(const kmp_expr *e)
 static void read_constraint(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
 {
     const kmp_node *node = kmp_node_get(map, "constraint"), *power = kmp_node_get(map, "power");
-    kmp_number number = {1, NULL};
+    kmp_number number = {.value = 1};
     closure->function = kmp_read_effort(r, node, what, KMP_DIM_ANY);
     if (has_rate(closure->function))
         kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);

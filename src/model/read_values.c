@@ -195,6 +195,7 @@ bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_
     if (!check_finite(r, node, what, value) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return false;
     *number = kmp_number_of(expr, value);
+    number->symbol = ++r->model->symbol_count;
     return true;
 }
 

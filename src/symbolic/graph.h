@@ -35,7 +35,9 @@ typedef enum kmp_input_kind {
     KMP_IN_QDD,
     KMP_IN_LAMBDA,
     KMP_IN_MU,
-    KMP_IN_MODE, /* 1 or 0 for each condition that stands still during a step */
+    KMP_IN_MODE,   /* 1 or 0 for each condition that stands still during a step */
+    KMP_IN_FORCE,  /* three a body, at its centre of mass, body axes */
+    KMP_IN_TORQUE, /* likewise */
     KMP_IN_COUNT
 } kmp_input_kind;
 

@@ -258,10 +258,20 @@ double kmp_program_value(const kmp_program *p, int i, double x, double y, double
     return kmp_op_value((kmp_op)in->op, x, y, z);
 }
 
+/* Signs that an instruction asks for: a difference is none. */
+static int count_signs(const kmp_instruction *in)
+{
+    int signs = 0, arity = kmp_op_arity((kmp_op)in->op);
+    for (int k = 0; k < arity; k++)
+        signs += (int)(kmp_instruction_operand(in, k) & 1) && !(in->op == KMP_OP_ADD && k == 1);
+    return in->op == KMP_OP_LIST ? 0 : signs;
+}
+
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage)
 {
     kmp_counts c = {0};
-    for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++)
+    for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++) {
+        c.neg += count_signs(&p->instruction[i]);
         switch ((kmp_op)p->instruction[i].op) {
         case KMP_OP_ADD:
             c.add++;
@@ -281,7 +291,8 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
         default:
             c.other++;
         }
+    }
     c.paper = c.add + c.mul + c.div;
-    c.robotran = c.paper + c.trig + c.other;
+    c.robotran = c.paper + c.neg + c.trig + c.other;
     return c;
 }

@@ -27,10 +27,11 @@ typedef struct kmp_program_input {
     uint32_t index;
 } kmp_program_input;
 
-/** Operations of one stage or of a whole program. `paper`: + - * / as Fisette and Samin count; `robotran`: those, one
- *  per sine or cosine, and unary minus (which does not occur inside). */
+/** Operations of one stage or of a whole program. `paper`: + - * / as Fisette and Samin count; `robotran`: those, unary
+ *  minus (the sign of an output is free, products and sums have none), and one for each sine, cosine or other function.
+ */
 typedef struct kmp_counts {
-    long add, mul, div, trig, other;
+    long add, mul, div, neg, trig, other;
     long paper, robotran;
 } kmp_counts;
 

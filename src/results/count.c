@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. Rows of
+ * drives are left out: each is its coordinate less a function of time. */
+#include "base/memory.h"
+#include "results/print.h"
+#include "results/sets.h"
+#include <string.h>
+#include <time.h>
+
+enum { MOST_SETS = 16 };
+
+typedef struct entry {
+    char name[16];
+    unsigned sets;
+    kmp_tally tally;
+} entry;
+
+struct kempe_count {
+    kempe_context *context;
+    char *model;
+    entry entries[MOST_SETS];
+    int count;
+    entry all;
+    const char *scheme;
+    bool kept, inputs;
+    double cpu_s;
+};
+
+static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
+
+/* -- what is asked ----------------------------------------------------------------------------------- */
+
+static kempe_status refuse_set(kempe_context *context, const char *name, size_t length)
+{
+    kmp_text list = {0};
+    kmp_sets_list(&list);
+    kempe_status status = list.failed ? kmp_fail_memory(context)
+                                      : kmp_fail(context, KEMPE_E_ARGUMENT, "there is no set '%.*s'; sets are %s",
+                                                 (int)length, name, list.s);
+    kmp_text_free(&list);
+    return status;
+}
+
+static kempe_status read_sets(kempe_count *c, const char *list)
+{
+    for (const char *s = list; s; s = strchr(s, ',')) {
+        s += *s == ',';
+        size_t length = strcspn(s, ",");
+        entry *e = &c->entries[c->count];
+        unsigned sets = length < sizeof e->name ? kmp_sets_find(s, length) : 0;
+        bool twice = false;
+        if (!sets)
+            return refuse_set(c->context, s, length);
+        for (int k = 0; k < c->count; k++)
+            twice = twice || c->entries[k].sets == sets;
+        if (twice)
+            continue;
+        memcpy(e->name, s, length);
+        e->sets = sets;
+        c->all.sets |= sets;
+        c->count++; /* no more than there are names */
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status read_scheme(kempe_count *c, const char *name, kmp_scheme *scheme)
+{
+    *scheme = KMP_SCHEME_COMPOSITE;
+    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
+        if (strcmp(schemes[k], name) == 0)
+            *scheme = (kmp_scheme)k;
+    c->scheme = schemes[*scheme];
+    if (name && strcmp(c->scheme, name) != 0)
+        return kmp_fail(c->context, KEMPE_E_ARGUMENT, "there is no scheme '%s'; schemes are composite, ner", name);
+    return KEMPE_OK;
+}
+
+/* -- counting ---------------------------------------------------------------------------------------- */
+
+static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generation *g)
+{
+    kmp_scene scene = {.body_inputs = g->body_inputs, .loops_alone = true};
+    clock_t begin = clock();
+    c->kept = g->keep_parameters;
+    c->inputs = g->body_inputs;
+    scene.keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING;
+    kempe_status status = read_scheme(c, g->scheme, &scene.scheme);
+    if (status == KEMPE_OK)
+        status = read_sets(c, g->sets ? g->sets : "M_C,invdyn,h_J,jdqd");
+    for (int k = 0; k < c->count && status == KEMPE_OK; k++)
+        status = kmp_tally_sets(model, &scene, c->entries[k].sets, &c->entries[k].tally);
+    if (status == KEMPE_OK)
+        status = kmp_tally_sets(model, &scene, c->all.sets, &c->all.tally);
+    strcpy(c->all.name, "all");
+    c->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    return status;
+}
+
+kempe_status kempe_count_new(const kempe_model *model, const kempe_generation *generation, kempe_count **out)
+{
+    kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status != KEMPE_OK)
+        return status;
+    kempe_count *c = KMP_NEW(kempe_count, 1);
+    if (!c)
+        return kmp_fail_memory(model->context);
+    c->context = model->context;
+    c->model = kmp_strdup(model->name);
+    status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
+    if (status == KEMPE_OK)
+        *out = c;
+    else
+        kempe_count_free(c);
+    return status;
+}
+
+void kempe_count_free(kempe_count *c)
+{
+    if (!c)
+        return;
+    kmp_free(c->model);
+    kmp_free(c);
+}
+
+/* -- printing ---------------------------------------------------------------------------------------- */
+
+static void show_entry(kmp_text *text, const entry *e)
+{
+    const kmp_tally *t = &e->tally;
+    const kmp_counts *c = &t->counts;
+    kmp_text_printf(text, "  %-8s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld %6ld\n", e->name,
+                    c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
+                    t->runtime.robotran, t->operations, t->useless, t->steps);
+}
+
+static void show_count(kmp_text *text, const kempe_count *c)
+{
+    kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->scheme,
+                    c->kept ? "kept as symbols" : "folded",
+                    c->inputs ? ", forces and torques on bodies as inputs" : "");
+    kmp_text_printf(text, "  %-8s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s %6s\n", "set", "paper",
+                    "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept", "removed",
+                    "steps");
+    for (int k = 0; k < c->count; k++)
+        show_entry(text, &c->entries[k]);
+    show_entry(text, &c->all);
+    kmp_text_put(text,
+                 "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without what depends on "
+                 "numbers alone\nkept, removed: operations that the set needs, and others that were made on the "
+                 "way   steps: of a vectorised program\nall: the sets above as one program\n");
+}
+
+static void json_entry(kmp_json *json, const entry *e)
+{
+    const kmp_tally *t = &e->tally;
+    kmp_json_object(json, e->name);
+    kmp_json_whole(json, "paper", t->counts.paper);
+    kmp_json_whole(json, "robotran", t->counts.robotran);
+    kmp_json_whole(json, "add", t->counts.add);
+    kmp_json_whole(json, "mul", t->counts.mul);
+    kmp_json_whole(json, "div", t->counts.div);
+    kmp_json_whole(json, "neg", t->counts.neg);
+    kmp_json_whole(json, "trig", t->counts.trig);
+    kmp_json_whole(json, "other", t->counts.other);
+    kmp_json_whole(json, "kept", t->operations);
+    kmp_json_whole(json, "removed", t->useless);
+    kmp_json_whole(json, "vsi_steps", t->steps);
+    kmp_json_object(json, "runtime");
+    kmp_json_whole(json, "paper", t->runtime.paper);
+    kmp_json_whole(json, "robotran", t->runtime.robotran);
+    kmp_json_end(json);
+    kmp_json_end(json);
+}
+
+static void json_count(kmp_text *text, const kempe_count *c)
+{
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_object(&json, NULL);
+    kmp_json_string(&json, "model", c->model);
+    kmp_json_string(&json, "status", kmp_status_word(KEMPE_OK));
+    kmp_json_string(&json, "reason", "");
+    kmp_json_number(&json, "build_s", c->cpu_s);
+    kmp_json_string(&json, "scheme", c->scheme);
+    kmp_json_object(&json, "sets");
+    for (int k = 0; k < c->count; k++)
+        json_entry(&json, &c->entries[k]);
+    json_entry(&json, &c->all);
+    kmp_json_end(&json);
+    kmp_json_number(&json, "cpu_s", c->cpu_s);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)
+{
+    kmp_text out = {0};
+    kmp_context_clear(c->context);
+    if (format == KEMPE_JSON)
+        json_count(&out, c);
+    else
+        show_count(&out, c);
+    return kmp_print_finish(c->context, &out, text);
+}

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How many steps a program takes where everything that can be done at once is (Fisette and Samin 1996, section 3.3):
+ * the vector step index of a variable is one more than the largest of the variables that it is computed from. */
+#ifndef KMP_SYMBOLIC_STEPS_H
+#define KMP_SYMBOLIC_STEPS_H
+
+#include "symbolic/program.h"
+
+/** The largest index of all variables. A variable is an output, and what is used more than once; what is used once
+ *  stands in the assignment of its user. Inputs, numbers, what depends on parameters alone, and sines and cosines of
+ *  sums of inputs have index 0. -1: no memory. */
+long kmp_program_steps(const kmp_program *p);
+
+#endif

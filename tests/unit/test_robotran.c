@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* ROBOTRAN's models: M, C, inverse dynamics, h, J and jdqd at a fixed state against the values of the code that
+ * ROBOTRAN generates for them. Two of the models stand here in Kempe's own language; the others are read where the
+ * folder KEMPE_MBS has them. */
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "check.h"
+#include "results/sets.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST = 64 };
+
+static const double tolerance = 1e-9;
+
+/* Trace, Frobenius norm and sum of M; norm and sum of the others, M11 beside. */
+typedef struct golden {
+    const char *file;
+    double trace, norm_m, sum_m, m11, norm_c, sum_c, norm_inverse, sum_inverse;
+    int rows;
+    double norm_h, sum_h, norm_j, sum_j, norm_jdqd, sum_jdqd;
+} golden;
+
+static const golden published[] = {
+    {"piston4", 35.22999865724, 34.58161619313, 36.55498672672, 34.563, 339.1235662235, 345.5256714614, 332.3916216419,
+     338.7742669518, 2, 0.1916007289453, 0.2007601592362, 1.019999584643, -1.263354181359, 0.001526681249667,
+     -0.001620660816033},
+    {"suspension5", 315.5425723018, 314.6940084916, 310.3934258685, 314.68, 3087.078345348, -3059.894718533,
+     3149.175185482, -3121.527594961, 2, 0.01889516046883, 0.01315132637466, 0.5366863806067, -0.441345515569,
+     0.001942157162772, -0.0005029635768208},
+    {"bus24", 63777.09787647, 28064.99182805, 66470.99366563, 13482.96, 132849.6509108, 145018.0103113, 130539.6360488,
+     145077.7461724, 11, 0.1233651844672, 0.1007176408569, 1.635110270416, -0.2629342945186, 0.004936564955135,
+     0.003302803125544},
+    {"roadster52", 4892.834838038, 2193.972003874, 4922.366012709, 974, 9587.82514238, 8864.195881865, 9448.952970205,
+     8514.384942387, 36, 0.109248159499, 0.002241817424922, 2.767404032075, 0.7244330915195, 0.01016033167363,
+     0.007426044870009},
+};
+
+enum { MODELS = sizeof published / sizeof *published };
+
+static kempe_context *context;
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+static void check_value(const char *file, const char *what, double value, double expected)
+{
+    double error = fabs(value - expected) / fabs(expected);
+    if (!(error <= tolerance))
+        printf("%s: %s is %.13g, not %.13g\n", file, what, value, expected);
+    CHECK(error <= tolerance);
+}
+
+static void check_vector(const char *file, const char *what, int count, const double *x, double size, double total)
+{
+    double sum = 0, squares = 0;
+    for (int k = 0; k < count; k++) {
+        sum += x[k];
+        squares += x[k] * x[k];
+    }
+    check_value(file, what, sqrt(squares), size);
+    check_value(file, what, sum, total);
+}
+
+static void check_mass(const golden *g, int n, const double *lower)
+{
+    double trace = 0, total = 0, squares = 0;
+    for (int i = 0, at = 0; i < n; i++)
+        for (int k = 0; k <= i; k++, at++) {
+            trace += i == k ? lower[at] : 0;
+            total += i == k ? lower[at] : 2 * lower[at];
+            squares += (i == k ? 1 : 2) * lower[at] * lower[at];
+        }
+    check_value(g->file, "trace M", trace, g->trace);
+    check_value(g->file, "norm M", sqrt(squares), g->norm_m);
+    check_value(g->file, "sum M", total, g->sum_m);
+    check_value(g->file, "M11", lower[0], g->m11);
+}
+
+static void set_state(const kmp_equations *eq, kmp_machine *machine)
+{
+    static double q[MOST], qd[MOST], qdd[MOST];
+    static const double zero[3 * MOST];
+    double *symbols = calloc((size_t)kmp_tree_symbol_count(&eq->tree) + 1, sizeof *symbols);
+    for (int i = 1; i <= eq->n; i++) {
+        q[i - 1] = eq->model->start.q[i - 1].value + 0.05 * cos(i);
+        qd[i - 1] = 0.1 * sin(2 * i);
+        qdd[i - 1] = 0.2 * cos(3 * i);
+    }
+    kmp_tree_symbol_values(&eq->tree, symbols);
+    kmp_machine_set(machine, KMP_IN_PARAMETER, symbols);
+    kmp_machine_set(machine, KMP_IN_TIME, zero);
+    kmp_machine_set(machine, KMP_IN_Q, q);
+    kmp_machine_set(machine, KMP_IN_QD, qd);
+    kmp_machine_set(machine, KMP_IN_QDD, qdd);
+    kmp_machine_set(machine, KMP_IN_FORCE, zero);
+    kmp_machine_set(machine, KMP_IN_TORQUE, zero);
+    free(symbols);
+}
+
+static void check_equations(const golden *g, const kmp_equations *eq)
+{
+    const unsigned all = (1u << KMP_EQ_SETS) - 1;
+    int n = eq->n, m = eq->m;
+    kmp_program *program = kmp_sets_program(eq, all);
+    kmp_machine *machine = kmp_machine_new(program, kmp_backend_find("tape"));
+    set_state(eq, machine);
+    (void)kmp_machine_run(machine, 0);
+    const double *out = kmp_machine_run(machine, 1);
+    CHECK(m == g->rows);
+    if (m == g->rows) {
+        check_mass(g, n, out);
+        out += n * (n + 1) / 2;
+        check_vector(g->file, "C", n, out, g->norm_c, g->sum_c);
+        check_vector(g->file, "inverse dynamics", n, out + n, g->norm_inverse, g->sum_inverse);
+        out += 2 * n;
+        check_vector(g->file, "h", m, out, g->norm_h, g->sum_h);
+        check_vector(g->file, "J", m * n, out + m, g->norm_j, g->sum_j);
+        check_vector(g->file, "jdqd", m, out + m + m * n, g->norm_jdqd, g->sum_jdqd);
+    }
+    kmp_machine_free(machine);
+    kmp_program_free(program);
+}
+
+/* By either scheme, with numbers folded and kept. */
+static void check_model(const golden *g, const char *path)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read(context, path, &model) == KEMPE_OK);
+    if (!model) {
+        printf("%s\n", kempe_context_message(context));
+        return;
+    }
+    for (int way = 0; way < 4; way++) {
+        kmp_scene scene = {.sets = kmp_sets_derive((1u << KMP_EQ_SETS) - 1),
+                           .scheme = way & 1 ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                           .keep = way & 2 ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
+                           .body_inputs = way & 2,
+                           .loops_alone = true};
+        kmp_equations eq;
+        CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
+        check_equations(g, &eq);
+        kmp_equations_free(&eq);
+    }
+    kempe_model_free(model);
+}
+
+/* -- models ------------------------------------------------------------------------------------------ */
+
+static const char *path_in(const char *folder, const char *name, const char *ending)
+{
+    static char path[1024];
+    snprintf(path, sizeof path, "%s/%s%s", folder, name, ending);
+    return path;
+}
+
+static void values_of_own_models(void)
+{
+    for (int k = 0; k < 2; k++)
+        check_model(&published[k], path_in(KEMPE_ROOT "/tests/models", published[k].file, ".yaml"));
+}
+
+static void values_of_robotran_files(void)
+{
+    const char *folder = getenv("KEMPE_MBS");
+    if (!folder) {
+        printf("KEMPE_MBS names no folder of .mbs files: their values are not looked at\n");
+        return;
+    }
+    for (int k = 0; k < MODELS; k++)
+        check_model(&published[k], path_in(folder, published[k].file, ".mbs"));
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(values_of_own_models);
+    TEST(values_of_robotran_files);
+    kempe_context_free(context);
+    return check_report();
+}
