@@ -311,6 +311,8 @@ static void add_body(kmp_tree *tree, int b)
         return;
     kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
     com = kmp_vec_add(tree->graph, com, mount->p);
+    if (tree->links[mount->link].body == b)
+        tree->links[mount->link].com = com; /* where inputs act also when it has no mass */
     join(tree->graph, &tree->links[mount->link], kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b));
 }
 

@@ -502,8 +502,7 @@ static void add_base(importer *im)
     const kmp_element *gravity = kmp_element_find(base, "gravity");
     if (gravity)
         put(im, im->root, gravity->place, "gravity", vector(im, gravity));
-    if (base)
-        put_points(im, part(im, im->root, "ground", KMP_NODE_MAP), base);
+    put_points(im, part(im, im->root, "ground", KMP_NODE_MAP), base ? base : im->model);
 }
 
 static void add_all(importer *im)
@@ -538,6 +537,7 @@ kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *
     if (im.root)
         add_all(&im);
     kmp_text_free(&im.forceless);
-    *root = im.root;
+    if (im.status == KEMPE_OK) /* otherwise the reader would say the same again */
+        *root = im.root;
     return arena->failed ? kmp_fail_memory(context) : im.status;
 }

@@ -23,7 +23,7 @@ ANDREWS = ROOT / "examples/andrews/andrews.yaml"
 FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
-COMMANDS = "check assemble simulate compare show".split()
+COMMANDS = "check assemble simulate compare generate show".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -91,7 +91,7 @@ class Settings(Case):
     def test_values(self):
         self.assertEqual(self.parameters("--set", "l=600 mm", "--set=r=l/2")["r"], 0.3)
         self.assertEqual(self.parameters()["l"], 0.5)
-        for command in [*COMMANDS[:-1], "show --stats"]:
+        for command in [*COMMANDS[:-2], "generate --count", "show --stats"]:
             self.assertIn("no parameter 'll'", self.expect(2, *command.split(), SLIDER_CRANK, "--set", "ll=2").stderr)
 
     def test_mistakes(self):
@@ -138,11 +138,14 @@ class Usage(Case):
         self.expect(3, "check", ANDREWS, FOUR_BAR)
         self.expect(3, "show", ANDREWS)
         self.expect(3, "show", ANDREWS, "--model", "--stats")
+        self.assertIn("--count", self.expect(3, "generate", ANDREWS).stderr)
 
     def test_unknown_names(self):
         for option, value in (("--road", "rode"), ("--integrator", "dop54"), ("--form", "shut"), ("--u", "nobody")):
             self.expect(3, "simulate", ANDREWS, option, value)
         self.expect(3, "compare", ANDREWS, "--roads", "reduced,rode")
+        self.assertIn("M_C", self.expect(3, "generate", ANDREWS, "--count", "--sets", "M_C,K").stderr)
+        self.expect(3, "generate", ANDREWS, "--count", "--scheme", "fast")
 
 
 class Input(Case):
@@ -418,6 +421,49 @@ class Show(Case):
         for view in ("--equations", "--program"):
             first, second = (self.expect(0, "show", ANDREWS, view).stdout for _ in range(2))
             self.assertEqual(first, second)
+
+
+class Generate(Case):
+    def count(self, *words, model=ANDREWS):
+        return self.object(0, "generate", "--count", model, *words)
+
+    def test_keys(self):
+        found = self.count()
+        self.assertKeys(found, "model status reason build_s sets cpu_s scheme")
+        self.assertEqual(list(found["sets"]), ["M_C", "invdyn", "h_J", "jdqd", "all"])
+        for each in found["sets"].values():
+            self.assertKeys(each, "paper robotran add mul div neg trig kept removed vsi_steps runtime")
+            self.assertKeys(each["runtime"], "paper robotran")
+            self.assertEqual(each["paper"], each["add"] + each["mul"] + each["div"])
+            self.assertEqual(each["robotran"], each["paper"] + each["neg"] + each["trig"] + each["other"])
+            self.assertLessEqual(each["runtime"]["paper"], each["paper"])
+
+    def test_sets(self):
+        found = self.count("--sets", "h,J,h_J,J")["sets"]
+        self.assertEqual(list(found), ["h", "J", "h_J", "all"])
+        self.assertEqual(found["h_J"], found["all"])
+        self.assertLessEqual(found["h_J"]["paper"], found["h"]["paper"] + found["J"]["paper"])
+
+    def test_choices(self):
+        paper = [self.count("--sets", "M_C", *words)["sets"]["M_C"]["paper"]
+                 for words in ([], ["--keep-parameters"], ["--keep-parameters", "--body-inputs"],
+                               ["--scheme", "ner"])]
+        self.assertLess(paper[0], paper[1])
+        self.assertLess(paper[1], paper[2])
+        self.assertLess(paper[0], paper[3])
+
+    def test_text(self):
+        self.assertRegex(self.expect(0, "generate", ANDREWS, "--count").stdout, r"\n  all +\d+ ")
+
+    def test_robotran(self):
+        model = ROOT / "tests/models/robotran.mbs"
+        found = self.count("--keep-parameters", "--body-inputs", model=model)
+        self.assertEqual(found["model"], "everything")
+        self.assertIn("tie_rod", self.expect(0, "show", model, "--model").stdout)
+
+    def test_same_bytes_twice(self):
+        first, second = (self.count() for _ in range(2))
+        self.assertEqual(json.dumps(without_times(first)), json.dumps(without_times(second)))
 
 
 if __name__ == "__main__":

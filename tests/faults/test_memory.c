@@ -53,6 +53,25 @@ static kempe_status read_wrong_model(scene *s)
     return status == KEMPE_E_INPUT ? KEMPE_OK : status;
 }
 
+static kempe_status read_robotran(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/robotran.mbs", &model);
+    untouched(status, model);
+    kempe_model_free(model);
+    return status;
+}
+
+static kempe_status read_wrong_robotran(scene *s)
+{
+    static const char text[] = "<mbsDescR7><bodytree><body/><body><bodyname>a b</bodyname><parent/></body></bodytree>"
+                               "<cuts><ball/></cuts><rain/></mbsDescR7>";
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "wrong.mbs", &model);
+    CHECK(!model);
+    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+}
+
 static kempe_status build_model(scene *s)
 {
     kempe_model *model = NULL;
@@ -124,6 +143,22 @@ static kempe_status derive(scene *s)
     kempe_status status = kempe_system_new(s->model, &system);
     untouched(status, system);
     kempe_system_free(system);
+    return status;
+}
+
+static kempe_status count_operations(scene *s)
+{
+    kempe_count *count = NULL;
+    char *text = NULL;
+    const kempe_generation generation = {.keep_parameters = 1, .body_inputs = 1};
+    kempe_status status = kempe_count_new(s->model, &generation, &count);
+    untouched(status, count);
+    if (status == KEMPE_OK)
+        status = kempe_count_print(count, KEMPE_JSON, &text);
+    if (status == KEMPE_OK)
+        untouched(status, text);
+    kempe_text_free(text);
+    kempe_count_free(count);
     return status;
 }
 
@@ -323,11 +358,14 @@ static const struct {
     stage_fn *stage;
 } stages[] = {{"read", read_model},
               {"read mistakes", read_wrong_model},
+              {"read ROBOTRAN", read_robotran},
+              {"read its mistakes", read_wrong_robotran},
               {"build", build_model},
               {"print model", print_model},
               {"derive", derive},
               {"derive kinds", derive_kinds},
               {"print system", print_system},
+              {"count", count_operations},
               {"check", check_model},
               {"assemble", assemble},
               {"workspace", evaluate},

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every file of tests/malformed is refused with the complaints that its first lines announce
- * (`# expect: LINE:COLUMN: part of the sentence`) and with no others. */
+ * (`# expect: LINE:COLUMN: part of the sentence`, in XML a comment) and with no others. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "check.h"
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 
 #define FOLDER KEMPE_ROOT "/tests/malformed"
-static const char mark[] = "# expect: ";
+static const char mark[] = "# expect: ", xml_mark[] = "<!-- expect: ", xml_end[] = " -->";
 
 static kempe_context *context;
 
@@ -38,20 +38,35 @@ static bool is_said(const char *message, const char *path, const char *expected)
     return false;
 }
 
+/* The expectation that a line holds, cut out of it; NULL when it holds none. */
+static char *expectation(char *line)
+{
+    size_t length = strlen(line), tail = sizeof xml_end - 1;
+    if (strncmp(line, mark, sizeof mark - 1) == 0)
+        return line + sizeof mark - 1;
+    if (strncmp(line, xml_mark, sizeof xml_mark - 1) != 0 || strcmp(line + length - tail, xml_end) != 0)
+        return NULL;
+    line[length - tail] = '\0';
+    return line + sizeof xml_mark - 1;
+}
+
 static void check_expectations(char *text, const char *path, const char *message)
 {
     int expected = 0;
     bool good = true;
-    while (strncmp(text, mark, sizeof mark - 1) == 0) {
+    for (bool last = false; !last;) {
         char *end = text + strcspn(text, "\n");
-        bool last = *end == '\0';
+        last = *end == '\0';
         *end = '\0';
+        const char *sentence = expectation(text);
+        if (!sentence)
+            break;
         expected++;
-        if (!is_said(message, path, text + sizeof mark - 1)) {
-            printf("%s: not said: %s\n", path, text + sizeof mark - 1);
+        if (!is_said(message, path, sentence)) {
+            printf("%s: not said: %s\n", path, sentence);
             good = false;
         }
-        text = last ? end : end + 1;
+        text = end + 1;
     }
     CHECK(expected > 0);
     CHECK(expected == count_lines(message));
@@ -81,7 +96,7 @@ static void every_file(void)
     CHECK(folder != NULL);
     for (struct dirent *entry; folder && (entry = readdir(folder));) {
         char path[1024];
-        if (!strstr(entry->d_name, ".yaml"))
+        if (!strstr(entry->d_name, ".yaml") && !strstr(entry->d_name, ".mbs"))
             continue;
         snprintf(path, sizeof path, "%s/%s", FOLDER, entry->d_name);
         check_file(path);
@@ -89,7 +104,7 @@ static void every_file(void)
     }
     if (folder)
         closedir(folder);
-    CHECK(count >= 110);
+    CHECK(count >= 112);
 }
 
 static void complaints_are_sorted(void)

@@ -171,9 +171,121 @@ static void values_of_robotran_files(void)
         check_model(&published[k], path_in(folder, published[k].file, ".mbs"));
 }
 
+/* -- the reader -------------------------------------------------------------------------------------- */
+
+static const char own[] = KEMPE_ROOT "/tests/models/robotran.mbs";
+
+static char *shown(const char *path, kempe_format format)
+{
+    kempe_model *model = NULL;
+    char *text = NULL;
+    CHECK(kempe_model_read(context, path, &model) == KEMPE_OK);
+    if (model)
+        CHECK(kempe_model_print(model, format, &text) == KEMPE_OK);
+    else
+        printf("%s\n", kempe_context_message(context));
+    kempe_model_free(model);
+    return text;
+}
+
+static void same_as_in_own_language(void)
+{
+    for (int format = KEMPE_TEXT; format <= KEMPE_JSON; format++) {
+        char *read = shown(own, (kempe_format)format);
+        char *wanted = shown(KEMPE_ROOT "/tests/models/robotran.yaml", (kempe_format)format);
+        CHECK(read && wanted);
+        if (read && wanted)
+            CHECK_TEXT(read, wanted);
+        kempe_text_free(read);
+        kempe_text_free(wanted);
+    }
+}
+
+static char lines[4000];
+
+static void on_log(void *user, kempe_level level, const char *line)
+{
+    size_t length = strlen(lines);
+    (void)user;
+    snprintf(lines + length, sizeof lines - length, "%d %s\n", (int)level, line + strlen(KEMPE_ROOT));
+}
+
+static void what_is_passed_over(void)
+{
+    kempe_model *model = NULL;
+    lines[0] = '\0';
+    kempe_context_set_log(context, on_log, NULL);
+    CHECK(kempe_model_read(context, own, &model) == KEMPE_OK);
+    kempe_context_set_log(context, NULL, NULL);
+    kempe_model_free(model);
+    CHECK_TEXT(lines, "1 /tests/models/robotran.mbs: elements that are not known are passed over: colour in body (line "
+                      "24), weather in mbsDescR7 (line 80)\n"
+                      "2 /tests/models/robotran.mbs: no force acts where the law is in user code: force point 'wind', "
+                      "link 'coil'\n"
+                      "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is "
+                      "more than zz + xx = 0.2; it is taken as given\n");
+}
+
+static void inside_another_model(void)
+{
+    static const char text[] = "kempe: 1\ninclude: [{file: robotran.mbs, prefix: a_}]\n"
+                               "forces: {f: {joint: a_hinge, torque: 2}}\n";
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer.yaml", &model) == KEMPE_OK);
+    if (!model) {
+        printf("%s\n", kempe_context_message(context));
+        return;
+    }
+    CHECK(kempe_model_coordinate_count(model) == 7);
+    CHECK_TEXT(kempe_model_coordinate_name(model, 0), "a__3rd_cart.1");
+    CHECK_TEXT(kempe_model_coordinate_name(model, 2), "a_hinge");
+    kempe_model_free(model);
+}
+
+/* What is XML is read as such, whatever it is called; the mark of UTF-8 may stand before. */
+static void found_by_its_beginning(void)
+{
+    static const char text[] = "\xef\xbb\xbf\n<mbsDescR7><bodytree><body><bodyname>a</bodyname><parent><bodyname>base"
+                               "</bodyname></parent><joint><type>R1</type></joint></body></bodytree></mbsDescR7>";
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "a/text.xml", &model) == KEMPE_OK);
+    if (model) {
+        CHECK_TEXT(kempe_model_name(model), "text");
+        CHECK_TEXT(kempe_model_coordinate_name(model, 0), "a");
+    }
+    kempe_model_free(model);
+}
+
+static void refuse(const char *text, const char *sentence)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "x.mbs", &model) == KEMPE_E_INPUT);
+    CHECK(model == NULL);
+    CHECK_TEXT(kempe_context_message(context), sentence);
+}
+
+static void odd_texts(void)
+{
+    static char deep[800];
+    for (int k = 0; k < 101; k++)
+        memcpy(deep + 3 * k, "<a>", 3);
+    refuse("", "x.mbs:1:1: XML: no element found");
+    refuse("kempe: 1", "x.mbs:1:1: XML: syntax error");
+    refuse("<mbsDescR7>\n<base>\n</bse>", "x.mbs:3:3: XML: mismatched tag");
+    refuse("<a/>", "x.mbs:1:1: the outermost element is 'a': a ROBOTRAN model begins with 'mbsDescR7'");
+    refuse("<!DOCTYPE a [<!ENTITY b 'c'>]>\n<a>&b;</a>", "x.mbs:1:13: XML: a model has no document type");
+    refuse("<mbsDescR7>&lt;\xff</mbsDescR7>", "x.mbs:1:16: XML: not well-formed (invalid token)");
+    refuse(deep, "x.mbs:1:301: XML: the elements are nested too deeply");
+}
+
 int main(void)
 {
     context = kempe_context_new();
+    TEST(same_as_in_own_language);
+    TEST(what_is_passed_over);
+    TEST(inside_another_model);
+    TEST(found_by_its_beginning);
+    TEST(odd_texts);
     TEST(values_of_own_models);
     TEST(values_of_robotran_files);
     kempe_context_free(context);
