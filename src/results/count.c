@@ -129,9 +129,9 @@ static void show_entry(kmp_text *text, const entry *e)
 {
     const kmp_tally *t = &e->tally;
     const kmp_counts *c = &t->counts;
-    kmp_text_printf(text, "  %-8s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld %6ld\n", e->name,
-                    c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
-                    t->runtime.robotran, t->operations, t->useless, t->steps);
+    kmp_text_printf(text, "  %-8s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
+                    e->name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
+                    t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
 }
 
 static void show_count(kmp_text *text, const kempe_count *c)
@@ -139,16 +139,17 @@ static void show_count(kmp_text *text, const kempe_count *c)
     kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->scheme,
                     c->kept ? "kept as symbols" : "folded",
                     c->inputs ? ", forces and torques on bodies as inputs" : "");
-    kmp_text_printf(text, "  %-8s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s %6s\n", "set", "paper",
+    kmp_text_printf(text, "  %-8s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", "set", "paper",
                     "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept", "removed",
-                    "steps");
+                    "serial", "vector");
     for (int k = 0; k < c->count; k++)
         show_entry(text, &c->entries[k]);
     show_entry(text, &c->all);
     kmp_text_put(text,
                  "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without what depends on "
                  "numbers alone\nkept, removed: operations that the set needs, and others that were made on the "
-                 "way   steps: of a vectorised program\nall: the sets above as one program\n");
+                 "way   serial, vector: assignments, and steps when all that can be is done at once\nall: the sets "
+                 "above as one program\n");
 }
 
 static void json_entry(kmp_json *json, const entry *e)
@@ -165,7 +166,8 @@ static void json_entry(kmp_json *json, const entry *e)
     kmp_json_whole(json, "other", t->counts.other);
     kmp_json_whole(json, "kept", t->operations);
     kmp_json_whole(json, "removed", t->useless);
-    kmp_json_whole(json, "vsi_steps", t->steps);
+    kmp_json_whole(json, "serial_steps", t->steps.serial);
+    kmp_json_whole(json, "vsi_steps", t->steps.vector);
     kmp_json_object(json, "runtime");
     kmp_json_whole(json, "paper", t->runtime.paper);
     kmp_json_whole(json, "robotran", t->runtime.robotran);

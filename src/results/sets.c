@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "results/sets.h"
 #include "base/memory.h"
-#include "symbolic/steps.h"
 #include <string.h>
 
 static const struct {
@@ -189,8 +188,10 @@ kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, un
     if (status != KEMPE_OK)
         return status;
     kmp_program *program = kmp_sets_program(&eq, wanted);
-    long steps = program ? kmp_program_steps(program) : -1;
-    if (steps >= 0) {
+    kmp_steps steps = {.vector = -1};
+    if (program)
+        steps = kmp_program_steps(program);
+    if (steps.vector >= 0) {
         *tally = kmp_tally_program(program, 0, 1);
         tally->useless = count_operations(eq.graph) - tally->operations;
         tally->steps = steps;

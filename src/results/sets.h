@@ -4,7 +4,7 @@
 #define KMP_RESULTS_SETS_H
 
 #include "results/assignments.h"
-#include "symbolic/program.h"
+#include "symbolic/steps.h"
 
 /* The rows of sets.def; several together are bits 1 << set. */
 typedef enum kmp_eq_set {
@@ -38,10 +38,10 @@ typedef struct kmp_tally {
     kmp_counts counts, runtime; /* runtime: without what is done once for the parameters */
     long created, kept;         /* nodes of the graph; of the program: constants, inputs and instructions */
     long operations, useless;   /* instructions; nodes that would be ones and that no entry needs */
-    long steps;                 /* minimal number of vector steps (symbolic/steps.h) */
+    kmp_steps steps;
 } kmp_tally;
 
-/** Of some stages of a program; `useless` and `steps` are left 0. */
+/** Of some stages of a program, `useless` and `steps` aside. */
 kmp_tally kmp_tally_program(const kmp_program *program, int first_stage, int last_stage);
 
 /** Derives the sets alone, as `scene` says otherwise, and counts what they take as one program. */

@@ -36,18 +36,22 @@ static void count_uses(work *w, int count)
     }
 }
 
+/* What is known before the first step: what depends on parameters, sums of inputs, their sines and cosines. */
+static bool is_known(const work *w, int i)
+{
+    const kmp_instruction *in = &w->p->instruction[i];
+    int value = (int)(in->a >> 1);
+    if (i < w->p->code[1])
+        return true;
+    return (in->op == KMP_OP_SIN || in->op == KMP_OP_COS) && (value < w->leaves || w->angle[value - w->leaves]);
+}
+
 static long index_of(const work *w, int i)
 {
     const kmp_instruction *in = &w->p->instruction[i];
-    bool turned = in->op == KMP_OP_SIN || in->op == KMP_OP_COS;
     long index = 0;
-    if (i < w->p->code[1])
+    if (is_known(w, i))
         return 0;
-    if (turned) {
-        int value = (int)(in->a >> 1);
-        if (value < w->leaves || w->angle[value - w->leaves])
-            return 0;
-    }
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
         int value = (int)(kmp_instruction_operand(in, k) >> 1);
         if (value >= w->leaves && w->index[value - w->leaves] > index)
@@ -56,27 +60,28 @@ static long index_of(const work *w, int i)
     return w->uses[i] > 1 ? index + 1 : index;
 }
 
-long kmp_program_steps(const kmp_program *p)
+kmp_steps kmp_program_steps(const kmp_program *p)
 {
     int count = p->code[p->stages];
-    long most = -1;
+    kmp_steps steps = {.vector = -1};
     work w = {.p = p,
               .leaves = p->constant_count + p->input_count,
               .uses = KMP_NEW(int, count),
               .index = KMP_NEW(long, count),
               .angle = KMP_NEW(bool, count)};
     if (w.uses && w.index && w.angle) {
-        most = 0;
+        steps.vector = 0;
         count_uses(&w, count);
         for (int i = 0; i < count; i++) {
             w.angle[i] = is_sum_of_inputs(&w, &p->instruction[i]);
             w.index[i] = index_of(&w, i);
-            if (w.index[i] > most)
-                most = w.index[i];
+            steps.serial += w.uses[i] > 1 && !is_known(&w, i);
+            if (w.index[i] > steps.vector)
+                steps.vector = w.index[i];
         }
     }
     kmp_free(w.uses);
     kmp_free(w.index);
     kmp_free(w.angle);
-    return most;
+    return steps;
 }

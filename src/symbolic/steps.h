@@ -6,9 +6,14 @@
 
 #include "symbolic/program.h"
 
-/** The largest index of all variables. A variable is an output, and what is used more than once; what is used once
+/** `serial`: variables, one assignment each; `vector`: their largest index, -1 without memory. */
+typedef struct kmp_steps {
+    long serial, vector;
+} kmp_steps;
+
+/** A variable is an output, and what is used more than once; what is used once
  *  stands in the assignment of its user. Inputs, numbers, what depends on parameters alone, and sines and cosines of
- *  sums of inputs have index 0. -1: no memory. */
-long kmp_program_steps(const kmp_program *p);
+ *  sums of inputs have index 0 and are not counted. */
+kmp_steps kmp_program_steps(const kmp_program *p);
 
 #endif
