@@ -3,9 +3,11 @@
  * ROBOTRAN generates for them. Two of the models stand here in Kempe's own language; the others are read where the
  * folder KEMPE_MBS has them. */
 #include "backend/machine.h"
+#include "base/file.h"
 #include "base/memory.h"
 #include "check.h"
 #include "results/sets.h"
+#include <dirent.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -278,6 +280,90 @@ static void odd_texts(void)
     refuse(deep, "x.mbs:1:301: XML: the elements are nested too deeply");
 }
 
+/* A model or a complaint. */
+static void read_changed(const char *text)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(context, text, "x.mbs", &model);
+    bool complained = status == KEMPE_E_INPUT && !model && kempe_context_message(context)[0];
+    if (!(status == KEMPE_OK && model) && !complained) {
+        printf("%s\n", text);
+        CHECK(false);
+    }
+    kempe_model_free(model);
+}
+
+static char *own_text(size_t *length)
+{
+    char *text = NULL;
+    CHECK(kmp_file_read(context, own, &text, length) == KEMPE_OK);
+    return text;
+}
+
+static void characters_changed(void)
+{
+    static const char others[] = "<>/&;!\"'=-0x. \n_?";
+    size_t length = 0;
+    char *text = own_text(&length);
+    for (size_t i = 0; text && i < length; i++) {
+        char old = text[i];
+        text[i] = others[i % (sizeof others - 1)];
+        read_changed(text);
+        text[i] = '\0';
+        if (i % 5 == 0)
+            read_changed(text);
+        text[i] = old;
+    }
+    kmp_free(text);
+}
+
+/* Each line left out, and each line given twice; many are a whole element. */
+static void lines_changed(void)
+{
+    size_t length = 0;
+    char *text = own_text(&length), *changed = calloc(2 * length + 1, 1);
+    for (char *line = text; line && *line && changed;) {
+        size_t before = (size_t)(line - text), size = strcspn(line, "\n") + 1;
+        for (size_t times = 0; times <= 2; times += 2) {
+            memcpy(changed, text, before);
+            for (size_t k = 0; k < times; k++)
+                memcpy(changed + before + k * size, line, size);
+            strcpy(changed + before + times * size, line + size);
+            read_changed(changed);
+        }
+        line += size;
+    }
+    free(changed);
+    kmp_free(text);
+}
+
+/* All of them are read, and their loops can be derived. */
+static void every_file_of_robotran(void)
+{
+    const char *folder = getenv("KEMPE_MBS");
+    DIR *files = folder ? opendir(folder) : NULL;
+    for (struct dirent *file; files && (file = readdir(files));) {
+        kempe_model *model = NULL;
+        const char *ending = strrchr(file->d_name, '.');
+        const kmp_scene scene = {.sets = kmp_sets_derive((1u << KMP_EQ_SETS) - 1), .keep = KMP_KEEP_NUMBERS};
+        kmp_equations eq;
+        if (!ending || strcmp(ending, ".mbs") != 0)
+            continue;
+        CHECK(kempe_model_read(context, path_in(folder, file->d_name, ""), &model) == KEMPE_OK);
+        bool derived = model && kmp_equations_derive(&eq, model, &scene) == KEMPE_OK;
+        CHECK(derived);
+        if (!derived)
+            printf("%s\n", kempe_context_message(context));
+        else
+            kmp_equations_free(&eq);
+        kempe_model_free(model);
+    }
+    if (files)
+        closedir(files);
+    else
+        printf("KEMPE_MBS names no folder of .mbs files: none is read\n");
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -286,8 +372,11 @@ int main(void)
     TEST(inside_another_model);
     TEST(found_by_its_beginning);
     TEST(odd_texts);
+    TEST(characters_changed);
+    TEST(lines_changed);
     TEST(values_of_own_models);
     TEST(values_of_robotran_files);
+    TEST(every_file_of_robotran);
     kempe_context_free(context);
     return check_report();
 }
