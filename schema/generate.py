@@ -75,6 +75,7 @@ def joint():
     motion = {"anyOf": [{"type": "string", "pattern": "^-?[RT][123]$"}, closed({"R": ref("axis")}, ["R"]),
                         closed({"T": ref("axis")}, ["T"])]}
     properties.update(motions={"type": "array", "minItems": 1, "items": motion}, name=ref("word"), at=ref("word"),
+                      coordinates={"type": "array", "items": {"type": ["string", "number", "null"]}},
                       frame=ref("axes"), pitch=ref("number"))
     return dict(closed(properties, ["at"]), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
 

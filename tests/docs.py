@@ -68,7 +68,7 @@ class Tables(unittest.TestCase):
     def test_joints(self):
         names = self.there("joints.def", "KMP_JOINT", "Joints")
         cells = words("".join(first_cells(section("model_format.md", "Joints"))))
-        self.assertEqual(cells, names | {"at", "name", "frame", "motions"})
+        self.assertEqual(cells, names | {"at", "name", "frame", "motions", "coordinates"})
 
     def test_closures(self):
         kinds = {name for name, _ in generate.rows("closures.def", "KMP_CLOSURE")}

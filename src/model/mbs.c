@@ -195,6 +195,11 @@ static const kmp_node *vector(importer *im, const kmp_element *in)
 
 /* -- names ----------------------------------------------------------------------------------------- */
 
+static bool is_letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (c & 0x80);
+}
+
 /* Letters, digits and _, not beginning with a digit; a body is not called like the ground. NULL: no memory. */
 static const char *clean(importer *im, const char *name)
 {
@@ -202,8 +207,7 @@ static const char *clean(importer *im, const char *name)
     if ((name[0] >= '0' && name[0] <= '9') || !name[0] || strcmp(name, "ground") == 0)
         kmp_text_put(&text, "_");
     for (const char *s = name; *s; s++) {
-        bool good = (*s >= 'a' && *s <= 'z') || (*s >= 'A' && *s <= 'Z') || (*s >= '0' && *s <= '9') || (*s & 0x80);
-        kmp_text_printf(&text, "%c", good ? *s : '_');
+        kmp_text_printf(&text, "%c", is_letter(*s) ? *s : '_');
     }
     const char *kept = text.failed ? NULL : kmp_arena_strdup(im->arena, text.s);
     if (text.failed)
@@ -221,10 +225,10 @@ static const char *name_of(importer *im, const kmp_element *e, const char *key)
     return name ? clean(im, name) : NULL;
 }
 
-static const char *format(importer *im, const char *pattern, const char *a, const char *b)
+static const char *joined(importer *im, const char *a, const char *between, const char *b)
 {
     kmp_text text = {0};
-    kmp_text_printf(&text, pattern[0] == '.' ? "%s.%s" : "%s_%s", a, b);
+    kmp_text_printf(&text, "%s%s%s", a, between, b);
     const char *kept = text.failed ? NULL : kmp_arena_strdup(im->arena, text.s);
     if (text.failed)
         im->arena->failed = true;
@@ -294,37 +298,56 @@ static const kmp_node *place_on(importer *im, const kmp_element *e, bool point)
     if (!on || (origin && !point))
         return on ? kmp_node_word(im->arena, e->place, on) : NULL;
     const char *at = clean(im, name ? name : "origin");
-    const char *full = at ? format(im, ".", on, at) : NULL;
+    const char *full = at ? joined(im, on, ".", at) : NULL;
     return full ? kmp_node_word(im->arena, e->place, full) : NULL;
 }
 
 /* -- joints ---------------------------------------------------------------------------------------- */
 
-/* Whether nothing else that may name a joint has this name. */
-static bool is_own_name(const importer *im, const kmp_element *joint, const char *name)
+/* As names are without the characters that Kempe's do not have. */
+static bool is_same(const char *a, const char *b)
 {
-    int joints = 0;
-    for (const kmp_element *b = im->bodies; b; b = kmp_element_again(b)) {
-        const kmp_element *first = kmp_element_find(b, "joint");
-        const char *body = kmp_element_text(b, "bodyname");
-        if (body && strcmp(body, name) == 0 && first != joint)
+    for (; *a && *b; a++, b++)
+        if (*a != *b && (is_letter(*a) || is_letter(*b)))
             return false;
-        for (const kmp_element *j = first; j; j = kmp_element_again(j)) {
-            const char *other = kmp_element_text(j, "jointname");
-            joints += other && strcmp(other, name) == 0;
+    return !*a && !*b;
+}
+
+/* The name of a joint of ROBOTRAN where nothing else that names a joint has it; otherwise NULL. `single`: no other is
+ * on its body, whose name it may have. */
+static const char *own_name(const importer *im, const kmp_element *body, const kmp_element *joint, bool single)
+{
+    const char *name = kmp_element_text(joint, "jointname");
+    for (const kmp_element *b = im->bodies; name && b; b = kmp_element_again(b)) {
+        const char *other = kmp_element_text(b, "bodyname");
+        if (other && is_same(other, name) && !(b == body && single))
+            return NULL;
+        for (const kmp_element *j = kmp_element_find(b, "joint"); j; j = kmp_element_again(j)) {
+            other = kmp_element_text(j, "jointname");
+            if (j != joint && other && is_same(other, name))
+                return NULL;
         }
     }
-    return joints == 1;
+    return name;
 }
 
 /* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
 static const char *joint_name(importer *im, const kmp_element *body, const char *body_name)
 {
     const kmp_element *joint = kmp_element_find(body, "joint");
-    const char *name = kmp_element_text(joint, "jointname");
-    if (!name || kmp_element_again(joint) || !is_own_name(im, joint, name))
-        return body_name;
-    return clean(im, name);
+    bool single = joint && !kmp_element_again(joint);
+    const char *name = single ? own_name(im, body, joint, true) : NULL;
+    return name ? clean(im, name) : body_name;
+}
+
+static bool is_cut(const importer *im, const char *name)
+{
+    for (const kmp_element *cut = im->cuts ? im->cuts->first : NULL; cut; cut = cut->next) {
+        const char *other = kmp_element_text(cut, "name");
+        if (other && is_same(other, name))
+            return true;
+    }
+    return false;
 }
 
 /* What holds a driven joint: its start value, or the motion that begins with its start values. */
@@ -369,26 +392,40 @@ static void put_start(importer *im, const kmp_element *joint, const char *coordi
         complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
 }
 
+/* Coordinate and drive of joint k of a body. */
+static void put_motion(importer *im, const kmp_element *joint, const char *coordinate, const char *number, bool several)
+{
+    const char *drive_name = several ? joined(im, coordinate, "_", number) : coordinate;
+    const char *full = several ? joined(im, coordinate, ".", number) : coordinate;
+    if (drive_name && is_cut(im, drive_name))
+        drive_name = joined(im, drive_name, "_", "drive");
+    if (full && drive_name)
+        put_start(im, joint, full, drive_name);
+}
+
+/* The joints of a body in their order: motions, coordinates with the names of the joints, start and drives. */
 static void put_motions(importer *im, kmp_node *map, const kmp_element *body, const char *name)
 {
     const kmp_element *joint = kmp_element_find(body, "joint");
     kmp_node *motions = kmp_node_new(im->arena, KMP_NODE_LIST, joint->place);
+    kmp_node *names = kmp_node_new(im->arena, KMP_NODE_LIST, joint->place);
     bool several = kmp_element_again(joint);
-    int k = 0;
-    for (; joint; joint = kmp_element_again(joint)) {
+    for (int k = 1; joint; k++, joint = kmp_element_again(joint)) {
         const kmp_element *type = kmp_element_find(joint, "type");
+        const char *own = several ? own_name(im, body, joint, false) : NULL;
         char number[16];
-        snprintf(number, sizeof number, "%d", ++k);
+        snprintf(number, sizeof number, "%d", k);
         if (type)
             kmp_node_append(im->arena, motions, NULL, text_of(im, type));
         else
             complain(im, joint->place, "a joint of body", name, "lacks its 'type'");
-        const char *coordinate = several ? format(im, ".", name, number) : name;
-        const char *drive_name = several ? format(im, "_", name, number) : name;
-        if (coordinate && drive_name)
-            put_start(im, joint, coordinate, drive_name);
+        own = own ? clean(im, own) : NULL;
+        kmp_node_append(im->arena, names, NULL, kmp_node_word(im->arena, joint->place, own ? own : "~"));
+        put_motion(im, joint, own ? own : name, number, several && !own);
     }
     put(im, map, map->place, "motions", motions);
+    if (several)
+        put(im, map, map->place, "coordinates", names);
 }
 
 /* -- bodies ---------------------------------------------------------------------------------------- */

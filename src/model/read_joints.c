@@ -18,7 +18,7 @@ static const char *const joint_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/joints.def"
 #undef KMP_JOINT
-    "motions", "name", "at", "frame", "pitch", NULL};
+    "motions", "coordinates", "name", "at", "frame", "pitch", NULL};
 
 /* The motions so far; the array doubles when it is full. */
 typedef struct list {
@@ -192,21 +192,45 @@ static void read_kind(list *l, const kmp_node *joint, const char *what, int body
 
 /* -- joints -------------------------------------------------------------------------------------- */
 
-static void name_motions(kempe_model *model, const kmp_body *body)
+/* The given name of coordinate k of a joint, which its names leave out by `~`; otherwise its own. */
+static const char *coordinate_name(kmp_reader *r, const kmp_body *body, const kmp_node *names, int k)
 {
-    for (int k = 0; k < body->motion_count; k++) {
-        kmp_motion *motion = &model->motions[body->first_motion + k];
-        kmp_text name = {0};
-        if (body->motion_count == 1)
-            kmp_text_put(&name, body->joint);
-        else
-            kmp_text_printf(&name, "%s.%d", body->joint, k + 1);
-        const char *kept = name.failed ? NULL : kmp_arena_strdup(&model->arena, name.s);
-        if (name.failed)
-            model->arena.failed = true;
-        motion->name = kept ? kept : "";
-        kmp_text_free(&name);
+    const kmp_node *node = names && k < names->count ? names->items[k] : NULL;
+    if (node && strcmp(node->text, "~") != 0) {
+        const char *given = kmp_read_name(r, node, kmp_reader_say(r, "a coordinate of joint '%s'", body->joint));
+        if (given)
+            return kmp_reader_name(r, node->place.file, given);
     }
+    return body->motion_count == 1 ? body->joint : kmp_reader_say(r, "%s.%d", body->joint, k + 1);
+}
+
+static void check_coordinate(kmp_reader *r, const kmp_body *body, const kmp_node *names, int k)
+{
+    const kempe_model *model = r->model;
+    const char *name = model->motions[k].name;
+    kmp_place place = names->items[k - body->first_motion]->place;
+    for (int i = 1; i <= body - model->bodies; i++)
+        if (&model->bodies[i] != body && strcmp(model->bodies[i].joint, name) == 0)
+            kmp_reader_complain(r, place, "the coordinate '%s' of joint '%s' is called like another joint", name,
+                                body->joint);
+    for (int i = 0; i < k; i++)
+        if (strcmp(model->motions[i].name, name) == 0)
+            kmp_reader_complain(r, place, "the coordinate '%s' of joint '%s' is called like one of joint '%s'", name,
+                                body->joint, model->bodies[model->motions[i].body].joint);
+}
+
+static void name_motions(kmp_reader *r, const kmp_body *body, const kmp_node *names)
+{
+    const char *what = kmp_reader_say(r, "the coordinates of joint '%s'", body->joint);
+    if (names && !kmp_read_list(r, names, what, body->motion_count))
+        names = NULL;
+    for (int k = 0; k < body->motion_count; k++) {
+        kmp_motion *motion = &r->model->motions[body->first_motion + k];
+        const char *kept = kmp_arena_strdup(&r->model->arena, coordinate_name(r, body, names, k));
+        motion->name = kept ? kept : "";
+    }
+    for (int k = 0; k < body->motion_count && names; k++)
+        check_coordinate(r, body, names, body->first_motion + k);
 }
 
 static void check_unique(kmp_reader *r, kmp_place place, int body)
@@ -218,6 +242,11 @@ static void check_unique(kmp_reader *r, kmp_place place, int body)
                                 bodies[i].name);
             return;
         }
+    for (int k = 0; k < r->model->motion_count; k++)
+        if (strcmp(r->model->motions[k].name, bodies[body].joint) == 0 &&
+            strcmp(bodies[r->model->motions[k].body].joint, bodies[body].joint) != 0)
+            kmp_reader_complain(r, place, "the joint '%s' is called like a coordinate of joint '%s'",
+                                bodies[body].joint, bodies[r->model->motions[k].body].joint);
 }
 
 static void read_joint(list *l, const kmp_node *joint, int i)
@@ -242,7 +271,7 @@ static void read_joint(list *l, const kmp_node *joint, int i)
     const kmp_node *frame = kmp_node_get(joint, "frame");
     body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
     read_kind(l, joint, what, i);
-    name_motions(r->model, body);
+    name_motions(r, body, kmp_node_get(joint, "coordinates"));
 }
 
 void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes)

@@ -16,32 +16,39 @@ static int find_parameter(void *user, const char *name)
     return -1;
 }
 
-/* Of a joint with several motions only `joint.k` is a coordinate, so that a bare name is never ambiguous. */
-static int find_coordinate(void *user, const char *name)
-{
-    kmp_reader *r = user;
-    name = kmp_reader_name(r, r->scope, name);
-    size_t length = strlen(name);
-    for (int i = 0; i < r->model->motion_count; i++)
-        if (strcmp(r->model->motions[i].name, name) == 0)
-            return i;
-    if (length < 3 || strcmp(name + length - 2, ".1") != 0)
-        return -1;
-    /* joint.1 of a joint with one motion is that motion */
-    for (int i = 1; i < r->model->body_count; i++) {
-        const kmp_body *body = &r->model->bodies[i];
-        if (body->motion_count == 1 && strlen(body->joint) == length - 2 && strncmp(body->joint, name, length - 2) == 0)
-            return body->first_motion;
-    }
-    return -1;
-}
-
 static const kmp_body *find_joint(const kempe_model *model, const char *name)
 {
     for (int i = 1; i < model->body_count; i++)
         if (strcmp(model->bodies[i].joint, name) == 0)
             return &model->bodies[i];
     return NULL;
+}
+
+/* joint.k, and the bare name of a joint with one motion: of one with several it would be ambiguous. */
+static int find_numbered(const kempe_model *model, const char *name)
+{
+    const kmp_body *body = find_joint(model, name);
+    const char *dot = strrchr(name, '.');
+    if (body)
+        return body->motion_count == 1 ? body->first_motion : -1;
+    for (int i = 1; dot && i < model->body_count; i++) {
+        body = &model->bodies[i];
+        for (int k = 0; k < body->motion_count && k < 9; k++)
+            if (dot[1] == '1' + k && !dot[2] && strlen(body->joint) == (size_t)(dot - name) &&
+                strncmp(body->joint, name, (size_t)(dot - name)) == 0)
+                return body->first_motion + k;
+    }
+    return -1;
+}
+
+static int find_coordinate(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int i = 0; i < r->model->motion_count; i++)
+        if (strcmp(r->model->motions[i].name, name) == 0)
+            return i;
+    return find_numbered(r->model, name);
 }
 
 static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *sentence)

@@ -127,6 +127,25 @@ static void motions(void)
     kempe_model_free(m);
 }
 
+/* Coordinates with names of their own are still the k-th of their joint; of one motion, the joint's. */
+static void coordinate_names(void)
+{
+    static const char text[] = "kempe: 1\nbodies:\n"
+                               "  a: {joint: {name: J, motions: [T1, T2, R3], coordinates: [x, ~, yaw], at: ground}, "
+                               "mass: 1, inertia: {zz: 1}}\n"
+                               "  b: {joint: {revolute: z, coordinates: [turn], at: a}, inertia: {zz: 1}}\n"
+                               "start: {q: {x: 1, J.2: 2, J.3: 3, b: 4}, qd: {J.1: 5, yaw: 7, b.1: 9}}\n";
+    static const char *const names[] = {"x", "J.2", "yaw", "turn"};
+    static const double q[] = {1, 2, 3, 4}, qd[] = {5, 0, 7, 9};
+    kempe_model *m = read_good(text);
+    for (int i = 0; m && i < 4; i++) {
+        CHECK_TEXT(kempe_model_coordinate_name(m, i), names[i]);
+        CHECK_NEAR(m->start.q[i].value, q[i], 0);
+        CHECK_NEAR(m->start.qd[i].value, qd[i], 0);
+    }
+    kempe_model_free(m);
+}
+
 static void closures_and_forces(void)
 {
     kempe_model *m = read_good(four_bar);
@@ -362,6 +381,7 @@ int main(void)
     TEST(head);
     TEST(bodies);
     TEST(motions);
+    TEST(coordinate_names);
     TEST(closures_and_forces);
     TEST(start_and_run);
     TEST(defaults);

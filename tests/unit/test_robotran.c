@@ -239,7 +239,7 @@ static void inside_another_model(void)
         return;
     }
     CHECK(kempe_model_coordinate_count(model) == 7);
-    CHECK_TEXT(kempe_model_coordinate_name(model, 0), "a__3rd_cart.1");
+    CHECK_TEXT(kempe_model_coordinate_name(model, 0), "a_slide");
     CHECK_TEXT(kempe_model_coordinate_name(model, 2), "a_hinge");
     kempe_model_free(model);
 }
