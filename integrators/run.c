@@ -62,7 +62,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     kempe_assembly_free(own);
     run->build_s = cpu_now() - begin_s;
     status = status == KEMPE_OK ? begin(run) : kmp_runner_give_up(run, status, "the run could not be prepared", 0);
-    if (status == KEMPE_OK || status == KEMPE_E_FAILED)
+    if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
         *runner = run;
     else
         kmp_runner_free(run);

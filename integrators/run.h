@@ -47,7 +47,8 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
 /* The same by hand: a runner stands at an accepted step of its integrator and gives rows within it. */
 typedef struct kmp_runner kmp_runner;
 
-/** *runner is given on KEMPE_E_FAILED too, for its report; spec (resolved) and what it points to outlive it. */
+/** *runner is given on KEMPE_E_FAILED and KEMPE_STOPPED too, for its report; spec (resolved) and what it points to
+ * outlive it. */
 kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                             kmp_runner **runner);
 void kmp_runner_free(kmp_runner *runner);

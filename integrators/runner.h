@@ -40,6 +40,7 @@ struct kmp_runner {
     int rescues;                   /* of an implicit integrator; the last one's time */
     double rescue_t;
     char *reason;
+    bool locks;
 };
 
 /* runner_start.c */
@@ -73,7 +74,8 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
 /* runner_explain.c */
 
-/** Turns KEMPE_E_FAILED into run->reason, `otherwise` when nobody knows one; other statuses pass. */
+/** Turns KEMPE_E_FAILED into run->reason, `otherwise` when nobody knows one; KEMPE_STOPPED when the mechanism locks.
+ * Other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
 
 /** The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. Whether it is a lock. */

@@ -73,11 +73,15 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t)
 {
     kmp_text text = {0};
-    if (status != KEMPE_E_FAILED || run->reason)
+    if (status != KEMPE_E_FAILED)
         return status;
+    if (run->reason)
+        return run->locks ? KEMPE_STOPPED : KEMPE_E_FAILED;
     if (kmp_memory_failures() != run->memory_failures)
         return fail_memory(run);
-    (void)kmp_runner_reason(run, otherwise, t, &text);
+    run->locks = kmp_runner_reason(run, otherwise, t, &text);
     run->reason = kmp_text_take(&text);
-    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
+    if (!run->reason)
+        return kmp_fail_memory(run->s->context);
+    return run->locks ? KEMPE_STOPPED : KEMPE_E_FAILED;
 }
