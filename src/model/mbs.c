@@ -18,120 +18,13 @@ typedef struct importer {
     const kmp_element *bodies; /* the first one */
     const kmp_element *cuts;
     kmp_node *root;
-    kmp_text forceless; /* what has its law in user code */
-    int forceless_count;
     kempe_status status;
 } importer;
-
-/* The elements that are read or known to hold nothing of the mechanics, by what they are in. */
-static const struct {
-    const char *in, *known;
-} grammar[] = {
-    {"mbsDescR7", " mbsname mbsyspad_version base bodytree cuts links user_models user_variables "},
-    {"base", " gravity baseBodyName point "},
-    {"gravity", " coordinates "},
-    {"coordinates", " x y z "},
-    {"bodytree", " body "},
-    {"body", " bodyname parent joint mass com inertia point sensor extforce "},
-    {"parent", " bodyname pointname "},
-    {"joint", " jointname type nature initialvalue actuated symbols sensor extforce "},
-    {"initialvalue", " q qd qdd "},
-    {"com", " coordinates "},
-    {"inertia", " Ixx Ixy Ixz Iyy Iyz Izz "},
-    {"point", " pointname coordinates sensor extforce "},
-    {"cuts", " ball rod solid "},
-    {"ball", " name endpoint1 endpoint2 ignore "},
-    {"solid", " name endpoint1 endpoint2 ignore "},
-    {"rod", " name endpoint1 endpoint2 length "},
-    {"endpoint1", " bodyname pointname "},
-    {"endpoint2", " bodyname pointname "},
-    {"links", " link link3D "},
-    {"link", " name endpoint1 endpoint2 "},
-    {"link3D", " name endpoint1 endpoint2 "},
-};
 
 static void complain(importer *im, kmp_place place, const char *what, const char *name, const char *sentence)
 {
     im->status =
         kmp_complain(im->context, im->file, place.line, place.column, "%s '%s' %s", what, name ? name : "", sentence);
-}
-
-/* -- what is passed over --------------------------------------------------------------------------- */
-
-enum { MOST_NAMES = 12 };
-
-static bool is_word_of(const char *words, const char *name)
-{
-    size_t length = strlen(name);
-    for (const char *at = strstr(words, name); at; at = strstr(at + 1, name))
-        if (at > words && at[-1] == ' ' && at[length] == ' ')
-            return true;
-    return false;
-}
-
-static void list_unknown(const kmp_element *element, kmp_text *names, int *count)
-{
-    const char *known = NULL;
-    for (size_t k = 0; k < sizeof grammar / sizeof *grammar; k++)
-        if (strcmp(grammar[k].in, element->name) == 0)
-            known = grammar[k].known;
-    for (const kmp_element *e = element->first; known && e; e = e->next) {
-        if (is_word_of(known, e->name))
-            list_unknown(e, names, count);
-        else if (++*count <= MOST_NAMES)
-            kmp_text_printf(names, "%s%s in %s (line %d)", *count > 1 ? ", " : "", e->name, element->name,
-                            e->place.line);
-    }
-}
-
-static void note_unknown(importer *im)
-{
-    kmp_text names = {0};
-    int count = 0;
-    list_unknown(im->model, &names, &count);
-    if (names.failed)
-        im->arena->failed = true;
-    else if (count > MOST_NAMES)
-        kmp_log(im->context, KEMPE_LOG_NOTE, "%s: elements that are not known are passed over: %s and %d more",
-                im->file, names.s, count - MOST_NAMES);
-    else if (count > 0)
-        kmp_log(im->context, KEMPE_LOG_NOTE, "%s: elements that are not known are passed over: %s", im->file, names.s);
-    kmp_text_free(&names);
-}
-
-static void add_forceless(importer *im, const char *what, const char *name)
-{
-    if (++im->forceless_count <= MOST_NAMES)
-        kmp_text_printf(&im->forceless, "%s%s '%s'", im->forceless_count > 1 ? ", " : "", what, name ? name : "");
-}
-
-static void list_force_points(importer *im, const kmp_element *inside)
-{
-    for (const kmp_element *e = inside->first; e; e = e->next) {
-        if (strcmp(e->name, "extforce") == 0)
-            add_forceless(im, "force point", kmp_element_text(e, "name"));
-        else if (strcmp(e->name, "point") == 0 || strcmp(e->name, "joint") == 0)
-            list_force_points(im, e);
-    }
-}
-
-static void warn_forceless(importer *im)
-{
-    for (const kmp_element *body = im->bodies; body; body = kmp_element_again(body))
-        list_force_points(im, body);
-    const kmp_element *links = kmp_element_find(im->model, "links");
-    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
-        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
-            add_forceless(im, "link", kmp_element_text(e, "name"));
-    int more = im->forceless_count - MOST_NAMES;
-    if (im->forceless.failed)
-        im->arena->failed = true;
-    else if (more > 0)
-        kmp_log(im->context, KEMPE_LOG_WARNING, "%s: no force acts where the law is in user code: %s and %d more",
-                im->file, im->forceless.s, more);
-    else if (im->forceless_count > 0)
-        kmp_log(im->context, KEMPE_LOG_WARNING, "%s: no force acts where the law is in user code: %s", im->file,
-                im->forceless.s);
 }
 
 /* -- nodes ----------------------------------------------------------------------------------------- */
@@ -531,6 +424,41 @@ static void add_cuts(importer *im)
                 add_cut(im, cut, kinds[k][1]);
 }
 
+/* -- data of user code ----------------------------------------------------------------------------- */
+
+static bool is_number(const char *text)
+{
+    double value;
+    size_t sign = text[0] == '-';
+    size_t length = kmp_text_to_number(text + sign, &value);
+    return length > 0 && !text[sign + length];
+}
+
+/* A scalar of a user model becomes the parameter MODEL_NAME, for the forces that a user adds; the first one of a name
+ * counts. */
+static void add_parameter(importer *im, const char *model, const kmp_element *parameter)
+{
+    const char *type = kmp_element_text(parameter, "type"), *name = kmp_element_text(parameter, "name");
+    const kmp_element *value = kmp_element_find(parameter, "value");
+    if (!name || !type || strcmp(type, "scalar") != 0 || !value || !is_number(value->text))
+        return;
+    kmp_node *parameters = part(im, im->root, "parameters", KMP_NODE_MAP);
+    const char *full = joined(im, model, "_", name);
+    full = full ? clean(im, full) : NULL;
+    if (full && !kmp_node_get(parameters, full))
+        put(im, parameters, parameter->place, full, text_of(im, value));
+}
+
+static void add_parameters(importer *im)
+{
+    const kmp_element *m = kmp_element_find(kmp_element_find(im->model, "user_models"), "user_model");
+    for (; m; m = kmp_element_again(m)) {
+        const char *name = kmp_element_text(m, "name");
+        for (const kmp_element *p = kmp_element_find(m, "parameter"); name && p; p = kmp_element_again(p))
+            add_parameter(im, name, p);
+    }
+}
+
 /* -- models ---------------------------------------------------------------------------------------- */
 
 static void add_base(importer *im)
@@ -548,12 +476,13 @@ static void add_all(importer *im)
     put(im, im->root, im->model->place, "kempe", kmp_node_word(im->arena, im->model->place, "1"));
     if (name && name->text[0])
         put(im, im->root, name->place, "name", text_of(im, name));
+    add_parameters(im);
     add_base(im);
     for (const kmp_element *body = im->bodies; body; body = kmp_element_again(body))
         add_body(im, body);
     add_cuts(im);
-    note_unknown(im);
-    warn_forceless(im);
+    if (!kmp_mbs_note(im->context, im->file, im->model))
+        im->arena->failed = true;
 }
 
 kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
@@ -573,7 +502,6 @@ kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *
     im.root = new_map(&im, im.model->place);
     if (im.root)
         add_all(&im);
-    kmp_text_free(&im.forceless);
     if (im.status == KEMPE_OK) /* otherwise the reader would say the same again */
         *root = im.root;
     return arena->failed ? kmp_fail_memory(context) : im.status;

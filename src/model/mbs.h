@@ -3,10 +3,15 @@
 #ifndef KMP_MODEL_MBS_H
 #define KMP_MODEL_MBS_H
 
+#include "model/xml.h"
 #include "model/yaml.h"
 
 /** The contract of kmp_yaml_load. What is passed over is named in the log. */
 kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
                           size_t length, const kmp_node **root);
+
+/** Names in the log what of a model is passed over: elements that are not known, and force elements whose law is in
+ *  user code. false: no memory. */
+bool kmp_mbs_note(kempe_context *context, const char *file, const kmp_element *model);
 
 #endif

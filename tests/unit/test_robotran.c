@@ -221,7 +221,7 @@ static void what_is_passed_over(void)
     kempe_context_set_log(context, NULL, NULL);
     kempe_model_free(model);
     CHECK_TEXT(lines, "1 /tests/models/robotran.mbs: elements that are not known are passed over: colour in body (line "
-                      "24), weather in mbsDescR7 (line 80)\n"
+                      "24), weather in mbsDescR7 (line 88)\n"
                       "2 /tests/models/robotran.mbs: no force acts where the law is in user code: force point 'wind', "
                       "link 'coil'\n"
                       "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is "
@@ -231,7 +231,7 @@ static void what_is_passed_over(void)
 static void inside_another_model(void)
 {
     static const char text[] = "kempe: 1\ninclude: [{file: robotran.mbs, prefix: a_}]\n"
-                               "forces: {f: {joint: a_hinge, torque: 2}}\n";
+                               "forces: {f: {joint: a_hinge, torque: a_coil_K}}\n";
     kempe_model *model = NULL;
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer.yaml", &model) == KEMPE_OK);
     if (!model) {
@@ -242,6 +242,18 @@ static void inside_another_model(void)
     CHECK_TEXT(kempe_model_coordinate_name(model, 0), "a_slide");
     CHECK_TEXT(kempe_model_coordinate_name(model, 2), "a_hinge");
     kempe_model_free(model);
+}
+
+static void many_are_passed_over(void)
+{
+    static const char text[] = "<mbsDescR7><a/><b/><c/><d/><e/><f/><g/><h/><i/><j/><k/><l/><m/><n/></mbsDescR7>";
+    kempe_model *model = NULL;
+    lines[0] = '\0';
+    kempe_context_set_log(context, on_log, NULL);
+    CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/x.mbs", &model) == KEMPE_E_INPUT);
+    kempe_context_set_log(context, NULL, NULL);
+    CHECK(strstr(lines, "passed over: a in mbsDescR7 (line 1), b in") != NULL);
+    CHECK(strstr(lines, "l in mbsDescR7 (line 1) and 2 more\n") != NULL);
 }
 
 /* What is XML is read as such, whatever it is called; the mark of UTF-8 may stand before. */
@@ -369,6 +381,7 @@ int main(void)
     context = kempe_context_new();
     TEST(same_as_in_own_language);
     TEST(what_is_passed_over);
+    TEST(many_are_passed_over);
     TEST(inside_another_model);
     TEST(found_by_its_beginning);
     TEST(odd_texts);
