@@ -94,7 +94,7 @@ static bool climb(polygon *p, int body, int top, int *at)
     for (; body != top; body = p->model->bodies[body].parent) {
         if (!turns_only(p->model, body))
             return false;
-        add_side(p, body, -1, *at);
+        add_side(p, body, p->model->bodies[body].to, *at);
         *at = p->model->bodies[body].at;
     }
     return true;

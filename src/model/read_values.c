@@ -36,6 +36,15 @@ static int find_coordinate(void *user, const char *name)
     return -1;
 }
 
+/* A coordinate of a joint between bodies that was complained of stands for itself no more: any other does. */
+static int find_in_expression(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    int motion = find_coordinate(r, name);
+    bool said = r->wrong && kmp_linkage_find(r, kmp_reader_name(r, r->scope, name)) == KMP_LINKED_CUT;
+    return motion < 0 && said && r->model->motion_count > 0 ? 0 : motion;
+}
+
 static const kmp_body *find_joint(const kempe_model *model, const char *name)
 {
     for (int i = 1; i < model->body_count; i++)
@@ -108,7 +117,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = allowed == OF_STATE ? find_coordinate : NULL,
+                            .coordinate = allowed == OF_STATE ? find_in_expression : NULL,
                             .table = find_table,
                             .suggest = suggest,
                             .time = allowed != CONSTANT};
@@ -273,6 +282,14 @@ static void complain_point(kmp_reader *r, kmp_place place, int body, const char 
                              name);
 }
 
+int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
+{
+    int point = find_point(r->model, body, name);
+    if (point < 0)
+        complain_point(r, place, body, name, what);
+    return point;
+}
+
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
 {
     const char *dot = strchr(text, '.');
@@ -331,7 +348,7 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
 {
     r->scope = place.file;
     int motion = find_coordinate(r, name);
-    if (motion < 0) {
+    if (motion < 0 && !(r->wrong && kmp_linkage_find(r, kmp_reader_name(r, place.file, name)) == KMP_LINKED_CUT)) {
         kmp_text rest = {0};
         suggest_coordinate(r, name, &rest);
         if (rest.failed)

@@ -53,6 +53,25 @@ static kempe_status read_wrong_model(scene *s)
     return status == KEMPE_E_INPUT ? KEMPE_OK : status;
 }
 
+/* Joints between bodies, of which some are cut. */
+static kempe_status read_graph(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/two_bars.yaml", &model);
+    untouched(status, model);
+    kempe_model_free(model);
+    return status;
+}
+
+/* And with mistakes. */
+static kempe_status read_wrong_graph(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/malformed/joints_loop.yaml", &model);
+    CHECK(!model);
+    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+}
+
 static kempe_status build_model(scene *s)
 {
     kempe_model *model = NULL;
@@ -323,6 +342,8 @@ static const struct {
     stage_fn *stage;
 } stages[] = {{"read", read_model},
               {"read mistakes", read_wrong_model},
+              {"read a graph of joints", read_graph},
+              {"read its mistakes", read_wrong_graph},
               {"build", build_model},
               {"print model", print_model},
               {"derive", derive},
