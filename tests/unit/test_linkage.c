@@ -645,6 +645,11 @@ static void test_choice(void)
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nstart: {q: {C: 1}}\n", "B",
                  "it has no start value, unlike C; it is farther from the ground than A, D");
     check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\n", "D", "it has fewer rows than A, B, C");
+    check_choice(HINGES "  D: {spherical: [ground.D, rocker.O]}\nrun: {outputs: [lambda(A)]}\n", "A",
+                 "output lambda(A) asks for what it transmits");
+    check_choice(
+        HINGES "  D: {spherical: [ground.D, rocker.O], cut: no}\nrun: {u: [C]}\n", "B",
+        "it is farther from the ground than A; not to be cut: D (cut: no), C (it is asked for as independent)");
     check_choice(HINGES "  D: {screw: [ground.D, rocker.O], pitch: 1 mm}\nstart: {hold: [C]}\n"
                         "drives: {m: {joint: A, locked: yes}}\n",
                  "B",
@@ -727,6 +732,78 @@ static void test_own_joint_turned(void)
         CHECK_NEAR((&found[1].r[0][0])[i], (&found[0].r[0][0])[i], 1e-14);
 }
 
+/* -- origins and axes of no account --------------------------------------------------------------------------- */
+
+/* Three bars in a row; `origin`: of every bar, from its joint; `axes`: of all points. */
+static kempe_model *three_bars(double origin, const char *axes)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, "kempe: 1\nground: {points: {Q: {at: [0, 0, 0]%s}}}\nbodies:\n", axes);
+    for (int b = 1; b <= 3; b++)
+        kmp_text_printf(&text,
+                        "  b%d: {mass: 1, com: [%.17g, 0, 0], points: {P: {at: [%.17g, 0, "
+                        "0]%s}, Q: {at: [%.17g, 0, 0]%s}}}\n",
+                        b, 0.5 - origin, -origin, axes, 2 - origin, axes);
+    kmp_text_put(&text, "joints:\n  A: {revolute: [ground.Q, b1.P]}\n  B: {revolute: [b1.Q, b2.P]}\n"
+                        "  C: {revolute: [b2.Q, b3.P]}\n");
+    kempe_model *model = read_text(text.s);
+    kmp_text_free(&text);
+    return model;
+}
+
+static void test_origins(void)
+{
+    kempe_model *plain = three_bars(0, ""), *moved = three_bars(64, "");
+    kempe_system *system = NULL;
+    CHECK(moved && kempe_system_new(moved, &system) == KEMPE_OK && system->length == 2);
+    kempe_system_free(system);
+    check_equations(plain, moved, true);
+}
+
+static int instructions(const kempe_model *model)
+{
+    derived d;
+    if (!model || !derived_init(&d, model, 255, KMP_SCHEME_COMPOSITE, false))
+        return -1;
+    int count = d.program->code[d.program->stages];
+    derived_free(&d);
+    return count;
+}
+
+/* Axes that are turned and turned back cost nothing. */
+static void test_axes_cost_nothing(void)
+{
+    kempe_model *plain = three_bars(0, ""), *turned = three_bars(3, ", axes: {z: [0, 1, 3]}");
+    int count = instructions(plain);
+    CHECK(count > 0 && instructions(turned) == count);
+    check_equations(plain, turned, true);
+}
+
+/* A loop that can never close, by the links that it has whatever their origins are. */
+static void test_too_short(void)
+{
+    static const char text[] = "kempe: 1\nground: {points: {O: [0, 0, 0], D: [1, 0, 0]}}\nbodies:\n"
+                               "  a: {mass: 1, inertia: {zz: 1}, points: {P: [10, 0, 0], Q: [10.5, 0, 0]}}\n"
+                               "  b: {mass: 1, inertia: {zz: 1}, points: {P: [-7, 0, 0], Q: [-4, 0, 0]}}\n"
+                               "  c: {mass: 1, inertia: {zz: 1}, points: {P: [1, 0, 0], Q: [1.25, 0, 0]}}\n"
+                               "joints:\n  A: {revolute: [ground.O, a.P]}\n  B: {revolute: [a.Q, b.P]}\n"
+                               "  C: {revolute: [b.Q, c.Q]}\n  D: {revolute: [ground.D, c.P]}\n";
+    kempe_model *model = read_text(text);
+    kempe_system *system = NULL;
+    kempe_check *check = NULL;
+    char *said = NULL;
+    CHECK(model && kempe_system_new(model, &system) == KEMPE_OK);
+    CHECK(system && kempe_check_new(system, &check) != KEMPE_E_MEMORY);
+    CHECK(check && kempe_check_print(check, KEMPE_TEXT, &said) == KEMPE_OK);
+    CHECK(said && strstr(said, "joint C (revolute) is cut"));
+    CHECK(said && strstr(said, "loop 'C' can never close: on 'b' it is 3 m from P to Q, the other links reach at most "
+                               "1.75 m: 1.25 m are missing"));
+    kempe_text_free(said);
+    kempe_check_free(check);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
 /* Included graphs: names with prefixes, and their ground on a body. */
 static void test_included(void)
 {
@@ -761,6 +838,9 @@ int main(void)
     TEST(test_rows);
     TEST(test_start_of_cut);
     TEST(test_own_joint_turned);
+    TEST(test_origins);
+    TEST(test_axes_cost_nothing);
+    TEST(test_too_short);
     TEST(test_included);
     kempe_context_free(context);
     return check_report();
