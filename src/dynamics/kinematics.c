@@ -351,7 +351,7 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
 }
 
 /* r m' */
-static void turn_back(double r[3][3], const double m[3][3])
+static void turn_back(double r[3][3], double m[3][3])
 {
     double back[3][3];
     for (int i = 0; i < 3; i++)
@@ -365,18 +365,17 @@ static void turn_back(double r[3][3], const double m[3][3])
 static void hang(kmp_tree *tree, int b, const kmp_mount *end)
 {
     const kempe_model *model = tree->model;
-    const kmp_body *body = &model->bodies[b];
-    const kmp_point *to = body->to >= 0 ? &model->points[body->to] : NULL;
+    kmp_body *body = &model->bodies[b];
     kmp_mount *mount = &tree->mounts[b];
     *mount = *end;
     if (body->turned && body->reversed)
         turn_back(mount->r, body->frame);
-    if (to && to->turned)
-        turn_back(mount->r, to->axes);
+    if (body->to >= 0 && model->points[body->to].turned)
+        turn_back(mount->r, model->points[body->to].axes);
     mount->turned = !is_identity(mount->r);
-    if (!to)
+    if (body->to < 0)
         return;
-    kmp_vec at = kmp_body_vector(tree, b, kmp_tree_vector(tree, to->at));
+    kmp_vec at = kmp_body_vector(tree, b, kmp_tree_vector(tree, model->points[body->to].at));
     mount->p = kmp_vec_sub(tree->graph, mount->p, at);
 }
 

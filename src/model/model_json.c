@@ -142,7 +142,7 @@ static void json_body(kmp_text *text, const kempe_model *model, int i)
         put_string(text, false, "to", model->points[body->to].name);
     put_string(text, false, "joint", body->joint);
     if (body->reversed)
-        kmp_text_put(text, ", \"reversed\": true");
+        put_number(text, false, "reversed", 1);
     json_motions(text, model, body);
     if (body->turned)
         json_axes(text, false, "frame", body->frame);
@@ -236,7 +236,8 @@ static void json_cuts(kmp_text *text, const kempe_model *model)
         put_number(text, false, "rows", cut->rows);
         put_string(text, false, "loop", cut->loop);
         put_string(text, false, "why", cut->why);
-        kmp_text_printf(text, ", \"start_unused\": %s}", cut->start_unused ? "true" : "false");
+        put_number(text, false, "start_unused", cut->start_unused);
+        kmp_text_put(text, "}");
     }
     kmp_text_put(text, "]");
 }

@@ -218,7 +218,7 @@ static const kmp_node *set_parameters(kmp_reader *r, const kmp_node *root, const
         kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
-        if (there)
+        if (parameters && there)
             parameters = with_item(r, parameters, there->text, set->items[i]);
         else
             kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",

@@ -39,7 +39,7 @@ static const kmp_node *word(kmp_reader *r, const char *text, const kmp_node *pla
 /* `map` has room. */
 static void put(kmp_reader *r, kmp_node *map, const char *key, const kmp_node *item)
 {
-    const kmp_node *name = map && item ? word(r, key, item) : NULL;
+    const kmp_node *name = map && map->keys && item ? word(r, key, item) : NULL;
     if (!name)
         return;
     map->keys[map->count] = name;
