@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Graphs of joints: which are cut and what is said of it, the same equations as from trees and closures, the same
  * motion whatever is cut, joints seen from their second body. */
+#include "base/file.h"
 #include "check.h"
 #include "constraints/kinds/kind.h"
 #include "derived.h"
@@ -363,6 +364,40 @@ static void test_every_cut_of_the_four_bar(void)
         CHECK_NEAR(last[4], x * sin(rocker) + y * cos(rocker), 1e-8);
         kmp_text_free(&text);
     }
+}
+
+/* The example's reference, an integral over the crank's angle in 34 digits: where the crank's and the coupler's ends
+ * are at t = 2, for pairs of hinges that are cut. All hinges have a start value, for there is more than one way to
+ * close. */
+static void test_cuts_of_the_six_bar(void)
+{
+    static const char *const cuts[] = {"BQ", "AE", "DP", "DE", "BE", "AQ", "BP"};
+    static const char *const hinges[] = {"O: {revolute: [ground.O, crank.O]",   "A: {revolute: [coupler.A, crank.A]",
+                                         "B: {revolute: [coupler.B, rocker.B]", "D: {revolute: [ground.D, rocker.D]",
+                                         "P: {revolute: [coupler.P, rod.P]",    "Q: {revolute: [rod.Q, lever.Q]",
+                                         "E: {revolute: [lever.E, ground.E]"};
+    char *model = NULL;
+    size_t length;
+    CHECK(kmp_file_read(context, KEMPE_ROOT "/examples/stephenson/stephenson.yaml", &model, &length) == KEMPE_OK);
+    char *joints = model ? strstr(model, "\njoints:") : NULL;
+    CHECK(joints != NULL);
+    for (size_t k = 0; joints && k < sizeof cuts / sizeof *cuts; k++) {
+        double first[MOST_COLUMNS], last[MOST_COLUMNS];
+        kmp_text text = {0};
+        kmp_text_printf(&text, "%.*s\njoints:\n", (int)(joints - model), model);
+        for (int j = 0; j < 7; j++)
+            kmp_text_printf(&text, "  %s%s}\n", hinges[j], strchr(cuts[k], hinges[j][0]) ? ", cut: yes" : "");
+        kmp_text_put(&text,
+                     "start: {q: {O: 90 deg, A: 65 deg, B: 80 deg, D: 105 deg, P: -27 deg, Q: 82 deg, E: -79 deg},"
+                     " hold: [O], qd: {O: 15}}\nrun: {outputs: [position(crank.A), position(coupler.P)]}\n");
+        CHECK(run_text(text.s, k % 2 ? "projected" : NULL, 2, 1e-12, first, last) == 6);
+        CHECK_NEAR(last[0], 0.3 * cos(37.71152463158547582), 1e-9);
+        CHECK_NEAR(last[1], 0.3 * sin(37.71152463158547582), 1e-9);
+        CHECK_NEAR(last[3], 0.31264018736112810811, 1e-9);
+        CHECK_NEAR(last[4], 0.71424442385362478444, 1e-9);
+        kmp_text_free(&text);
+    }
+    kmp_free(model);
 }
 
 /* -- random graphs ----------------------------------------------------------------------------------------- */
@@ -831,6 +866,7 @@ int main(void)
     TEST(test_double_wishbone);
     TEST(test_bennett);
     TEST(test_every_cut_of_the_four_bar);
+    TEST(test_cuts_of_the_six_bar);
     TEST(test_random_graphs);
     TEST(test_reversed);
     TEST(test_reversed_screw);
