@@ -555,6 +555,80 @@ static void test_random_graphs(void)
     }
 }
 
+/* Sum over the bodies of the coordinates between the ground and the body, for a set of joints; -1 when it is no tree.
+ */
+static int depth_of(const random_links *g, unsigned tree)
+{
+    int depth[GRAPH_BODIES + 1], reached = 1, sum = 0;
+    for (int b = 1; b <= GRAPH_BODIES; b++)
+        depth[b] = -1;
+    depth[0] = 0;
+    for (int before = 0; before < reached;) {
+        before = reached;
+        for (int j = 0; j < GRAPH_JOINTS; j++) {
+            int a = g->ends[j][0], b = g->ends[j][1];
+            if (!(tree & 1u << j) || (depth[a] < 0) == (depth[b] < 0))
+                continue;
+            depth[depth[a] < 0 ? a : b] = depth[depth[a] < 0 ? b : a] + (int)strlen(g->kind[j].chain) / 2;
+            reached++;
+        }
+    }
+    for (int b = 1; b <= GRAPH_BODIES; b++)
+        sum += depth[b];
+    return reached == GRAPH_BODIES + 1 ? sum : -1;
+}
+
+static int rows_of(const random_links *g, unsigned tree)
+{
+    int rows = 0;
+    for (int j = 0; j < GRAPH_JOINTS; j++)
+        rows += tree & 1u << j ? 0 : g->kind[j].rows;
+    return rows;
+}
+
+static unsigned chosen_tree(const random_links *g)
+{
+    kmp_text text = {0};
+    unsigned tree = 0;
+    put_links(&text, g, NULL);
+    kempe_model *model = read_text(text.s);
+    for (int b = 1; model && b < model->body_count; b++)
+        tree |= 1u << (model->bodies[b].joint[1] - '0');
+    kempe_model_free(model);
+    kmp_text_free(&text);
+    return tree;
+}
+
+/* No tree has cuts of fewer rows; of those with as few, few have shorter chains. */
+static void test_choice_is_best(void)
+{
+    enum { GRAPHS = 300 };
+    int shortest = 0;
+    double worst = 1;
+    for (uint64_t seed = 1; seed <= GRAPHS; seed++) {
+        random_links g = random_links_new(seed);
+        unsigned chosen = chosen_tree(&g);
+        int rows = rows_of(&g, chosen), depth = depth_of(&g, chosen), least = depth;
+        CHECK(depth >= 0);
+        for (unsigned tree = 0; tree < 1u << GRAPH_JOINTS; tree++) {
+            int count = 0;
+            for (int j = 0; j < GRAPH_JOINTS; j++)
+                count += (tree & 1u << j) != 0;
+            int other = count == GRAPH_BODIES ? depth_of(&g, tree) : -1;
+            if (other < 0)
+                continue;
+            CHECK(rows_of(&g, tree) >= rows);
+            if (rows_of(&g, tree) == rows && other < least)
+                least = other;
+        }
+        shortest += depth == least;
+        if (least > 0)
+            worst = fmax(worst, (double)depth / least);
+    }
+    printf("  of %d graphs %d have the shortest chains too, at worst %.2f times as long\n", GRAPHS, shortest, worst);
+    CHECK(10 * shortest >= 9 * GRAPHS);
+}
+
 /* -- from the second body ------------------------------------------------------------------------------------ */
 
 /* The second point of the joint against the first, for coordinates by name. */
@@ -868,6 +942,7 @@ int main(void)
     TEST(test_every_cut_of_the_four_bar);
     TEST(test_cuts_of_the_six_bar);
     TEST(test_random_graphs);
+    TEST(test_choice_is_best);
     TEST(test_reversed);
     TEST(test_reversed_screw);
     TEST(test_choice);
