@@ -72,18 +72,18 @@ static void find_parent(sources *s, source *child)
         return;
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(text, "."), text);
     const char *name = kmp_reader_body_name(r, child->at->place.file, said);
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    kmp_nearest_offer(&nearest, "ground");
     bool found = strcmp(name, "ground") == 0;
-    for (int i = 0; i < s->count && !found; i++) {
-        kmp_nearest_offer(&nearest, s->list[i].key->text);
+    for (int i = 0; i < s->count && !found; i++)
         if (strcmp(s->list[i].key->text, name) == 0) {
             child->parent = i;
             found = true;
         }
-    }
     if (found)
         return;
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    kmp_nearest_offer(&nearest, "ground");
+    for (int i = 0; i < s->count; i++)
+        kmp_nearest_offer(&nearest, s->list[i].key->text);
     if (strcmp(said, "ground") != 0) /* else the include is complained of, which puts it on no body */
         kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
     child->at = NULL;

@@ -79,12 +79,12 @@ static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_node *node, 
 {
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(node->text, "."), node->text);
     const char *name = kmp_reader_body_name(r, node->place.file, said);
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int b = 0; b < g->body_count; b++) {
-        kmp_nearest_offer(&nearest, g->body_names[b]);
+    for (int b = 0; b < g->body_count; b++)
         if (strcmp(g->body_names[b], name) == 0)
             return b;
-    }
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int b = 0; b < g->body_count; b++)
+        kmp_nearest_offer(&nearest, g->body_names[b]);
     if (strcmp(said, "ground") != 0)
         kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown body '%s'", what, said);
     return -1;

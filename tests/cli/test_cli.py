@@ -103,6 +103,8 @@ class Graphs(Case):
         done = self.expect(0, "check", path)
         self.assertIn("joint 'B' is cut and has no coordinate: its start value is not used", done.stderr)
         self.assertIn("; its start value is not used\n", done.stdout)
+        self.assertIn("there is no coordinate 'Q': the joint is cut (cut: no in the model keeps it)",
+                      self.expect(3, "simulate", SIX_BAR, "--u", "Q").stderr)
 
     def test_mistakes(self):
         path = self.model(SIX_BAR.read_text().replace("O: {revolute: [ground.O, crank.O]}",
