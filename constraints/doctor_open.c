@@ -94,7 +94,7 @@ static bool climb(polygon *p, int body, int top, int *at)
     for (; body != top; body = p->model->bodies[body].parent) {
         if (!turns_only(p->model, body))
             return false;
-        add_side(p, body, -1, *at);
+        add_side(p, body, p->model->bodies[body].to, *at);
         *at = p->model->bodies[body].at;
     }
     return true;
@@ -116,11 +116,21 @@ static const char *point_name(const kempe_model *model, int point)
     return point < 0 ? "its joint" : model->points[point].name;
 }
 
+/* Whether a closure holds its points together. */
+static bool joins_points(const kmp_closure *closure)
+{
+    static const char *const kinds[] = {"ball", "revolute", "universal", "weld"};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        if (strcmp(closure->kind, kinds[k]) == 0)
+            return true;
+    return false;
+}
+
 static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
 {
     const kmp_closure *c = &model->closures[closure];
     bool rod = strcmp(c->kind, "rod") == 0;
-    if (!(rod || strcmp(c->kind, "ball") == 0) || c->function)
+    if (!(rod || joins_points(c)) || c->function)
         return false;
     polygon p = {.model = model, .longest = 0, .body = 0, .from = -1, .to = -1};
     int a = model->points[c->point[0]].body, b = model->points[c->point[1]].body, top = common_ancestor(model, a, b);

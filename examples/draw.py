@@ -357,6 +357,25 @@ def jansen_leg():
     return p
 
 
+def stephenson():
+    O, D, E, A = (0, 0), (1, 0), (1.2, 0.3), (0, 0.3)
+    B = circles(A, 0.9, D, 0.7, 1)
+    P = at(A, math.atan2(B[1] - A[1], B[0] - A[0]), (0.55, 0.45))
+    Q = circles(P, 1, E, 0.6, 1)
+    p = Picture("Stephenson's six-bar at the start")
+    p.body("crank", O, A)
+    p.body("coupler", A, B, P)
+    p.body("rocker", B, D)
+    p.body("rod", Q, P)
+    p.body("lever", E, Q)
+    p.see((-0.08, -0.05))
+    for name, point, shift in (("O", O, (12, 4)), ("D", D, (12, 4)), ("E", E, (12, 4))):
+        p.pivot(point, name, True, shift)
+    for name, point in (("A", A), ("B", B), ("P", P), ("Q", Q)):
+        p.pivot(point, name, shift=(-8, -14))
+    return p
+
+
 def double_wishbone():
     seen = lambda x, y, z: oblique((y, -x, z))             # from the front, outwards to the right
     UF, UB, U = seen(-0.048, 0.446, 0.245), seen(-0.268, 0.478, 0.196), seen(-0.053, 0.716, 0.215)
@@ -375,7 +394,7 @@ def double_wishbone():
 
 
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
-            peaucellier, chebyshev, jansen_leg, double_wishbone)
+            peaucellier, chebyshev, jansen_leg, stephenson, double_wishbone)
 
 if __name__ == "__main__":
     for make in PICTURES:

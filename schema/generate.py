@@ -76,8 +76,18 @@ def joint():
                         closed({"T": ref("axis")}, ["T"])]}
     properties.update(motions={"type": "array", "minItems": 1, "items": motion}, name=ref("word"), at=ref("word"),
                       coordinates={"type": "array", "items": {"type": ["string", "number", "null"]}},
-                      frame=ref("axes"), pitch=ref("number"))
+                      to=ref("word"), frame=ref("axes"), pitch=ref("number"), reversed=ref("yes"))
     return dict(closed(properties, ["at"]), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
+
+
+def edge():
+    """A joint between two bodies."""
+    chains = dict(rows("joints.def", "KMP_JOINT"))
+    chains.pop("free")
+    properties = {name: ref("two_points") for name in chains}
+    properties.update(axis=ref("axis"), axes=ref("two_axes"), pitch=ref("number"), cut={"enum": ["yes", "no", True, False]})
+    wants = {name: [chain.split("=")[1]] for name, chain in chains.items() if "=" in chain}
+    return dict(closed(properties), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
 
 
 def loop():
@@ -127,7 +137,8 @@ def definitions():
         "yes": {"enum": ["yes", True]},
         "two_points": {"type": "array", "items": ref("word"), "minItems": 2, "maxItems": 2},
         "joint": joint(),
-        "body": closed(body, ["joint"]),
+        "edge": edge(),
+        "body": closed(body),
         "loop": loop(),
         "drive": drive(),
         "force": force(),
@@ -142,7 +153,8 @@ def schema():
     parts = {"kempe": {"enum": [1, "1"]}, "name": ref("word"), "gravity": ref("vector"),
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
              "tables": named(ref("table")), "ground": closed({"points": named(ref("point"))}),
-             "bodies": dict(named(ref("body")), minProperties=1), "loops": named(ref("loop")),
+             "bodies": dict(named(ref("body")), minProperties=1), "joints": named(ref("edge")),
+             "loops": named(ref("loop")),
              "drives": named(ref("drive")), "forces": named(ref("force")), "sensors": named(ref("number")),
              "start": ref("start"), "run": ref("run")}
     return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "Kempe model",

@@ -68,7 +68,13 @@ class Tables(unittest.TestCase):
     def test_joints(self):
         names = self.there("joints.def", "KMP_JOINT", "Joints")
         cells = words("".join(first_cells(section("model_format.md", "Joints"))))
-        self.assertEqual(cells, names | {"at", "name", "frame", "motions", "coordinates"})
+        self.assertEqual(cells, names | {"at", "to", "name", "frame", "motions", "reversed", "coordinates"})
+
+    def test_cuts(self):
+        rows = [cell.split("`") for cell in section("model_format.md", "Graphs of joints").split("\n")
+                if re.fullmatch(r"\| `\w+` +\| `\w+` +\| \d +\|", cell)]
+        table = {(joint, closure, rows) for joint, closure, rows, _ in generate.rows("cuts.def", "KMP_CUT")}
+        self.assertEqual({(row[1], row[3], row[4].strip(" |")) for row in rows}, table)
 
     def test_closures(self):
         kinds = {name for name, _ in generate.rows("closures.def", "KMP_CLOSURE")}

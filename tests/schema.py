@@ -72,13 +72,15 @@ class Schema(unittest.TestCase):
             ("read_run.c", "start_keys", d["start"]), ("read_run.c", "run_keys", d["run"]),
             ("read_tables.c", "keys", d["table"])):
             self.assertEqual(set(generate.keys(source, array)), set(there["properties"]), array)
+        self.assertEqual(set(generate.keys("read_linkage.c", "edge_keys")) - {"free"}, set(d["edge"]["properties"]))
 
     def test_mistakes_are_found(self):
         good = {"kempe": 1, "bodies": {"a": {"joint": {"revolute": "z", "at": "ground"}}}}
         self.assertEqual(faults(SCHEMA, good), [])
         for part in ({"bodies": {}}, {"mass": 1}, {"bodies": {"a": {"joint": {"at": "ground"}}}},
                      {"forces": {"f": {"joint": "a", "stops": {"upper": 1}}}}, {"gravity": [1, 2]},
-                     {"loops": {"C": {"rod": ["a.P", "b.Q"]}}}, {"bodies": {"2a": good["bodies"]["a"]}}):
+                     {"loops": {"C": {"rod": ["a.P", "b.Q"]}}}, {"joints": {"C": {"screw": ["a.P", "b.Q"]}}},
+                     {"joints": {"C": {"weld": ["a.P", "b.Q"], "cut": "maybe"}}}, {"bodies": {"2a": good["bodies"]["a"]}}):
             self.assertNotEqual(faults(SCHEMA, {**good, **part}), [], part)
 
     def test_models(self):

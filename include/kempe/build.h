@@ -48,7 +48,8 @@ static inline kempe_number kempe_expression(const char *text)
 /** A body and the joint by which it hangs on its parent. */
 typedef struct kempe_body_def {
     const char *name;
-    const char *at;          /* "ground", "BODY" or "BODY.POINT": where the joint begins */
+    const char *at;          /* "ground", "BODY" or "BODY.POINT": where the joint begins; NULL: the body hangs by joints
+                                of kempe_model_add_joint, and what says how it hangs is not used */
     const char *joint;       /* the joint's name; NULL: the body's */
     const char *kind;        /* a named joint with `axis`: "revolute", "spherical", ...; see the model format */
     double axis[3];          /* in the parent's axes, of any length but 0 */
@@ -57,6 +58,16 @@ typedef struct kempe_body_def {
     kempe_number com[3];     /* m, centre of mass in the body's axes */
     kempe_number inertia[6]; /* kg m^2 about it: xx yy zz xy xz yz (xy is the tensor's entry); 0 is left out */
 } kempe_body_def;
+
+/** A joint between two bodies, which may close a loop: Kempe chooses which of them are cut. */
+typedef struct kempe_joint_def {
+    const char *name;
+    const char *kind;     /* "revolute", "spherical", ...; see the model format */
+    const char *point[2]; /* "BODY.POINT": coordinates are those of the second body against the first */
+    double axis[3];       /* in the axes of both points, of any length but 0 */
+    kempe_number pitch;   /* m a turn, of a screw */
+    int cut;              /* 1: it is a closure; -1: it is in the tree; 0: Kempe chooses */
+} kempe_joint_def;
 
 /** A loop closure between points "BODY.POINT" of two bodies. */
 typedef struct kempe_closure_def {
@@ -76,8 +87,10 @@ typedef struct kempe_force_def {
     kempe_number stiffness, damping, free_length; /* N/m, N s/m, m */
 } kempe_force_def;
 
-/** Defaults: a body without mass on a revolute joint about z at the ground's origin, a ball, no force. */
+/** Defaults: a body without mass on a revolute joint about z at the ground's origin, a revolute joint about z, a ball,
+ *  no force. */
 KEMPE_API kempe_body_def kempe_body_default(const char *name);
+KEMPE_API kempe_joint_def kempe_joint_default(const char *name);
 KEMPE_API kempe_closure_def kempe_closure_default(const char *name);
 KEMPE_API kempe_force_def kempe_force_default(const char *name);
 
@@ -93,6 +106,7 @@ KEMPE_API kempe_status kempe_model_add_body(kempe_model *model, const kempe_body
 /** A point of a body that is there already, or of "ground": m, in the body's axes. */
 KEMPE_API kempe_status kempe_model_add_point(kempe_model *model, const char *body, const char *name, kempe_number x,
                                              kempe_number y, kempe_number z);
+KEMPE_API kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *def);
 KEMPE_API kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def);
 KEMPE_API kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def);
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "symbolic/rotation.h"
 #include "symbolic/table.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -229,6 +230,15 @@ static void multiply(double a[3][3], bool transposed, double b[3][3], double out
     memcpy(out, product, sizeof product);
 }
 
+/* A product of rotations that is one of axes onto axes but for rounding is made so exactly. */
+static void round_axes(double m[3][3])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (fabs(m[i][j] - round(m[i][j])) < 4 * DBL_EPSILON)
+                m[i][j] = round(m[i][j]) + 0.0;
+}
+
 static bool is_identity(double m[3][3])
 {
     for (int i = 0; i < 3; i++)
@@ -330,8 +340,9 @@ static kmp_mount find_base(const kmp_tree *tree, int b)
             multiply(base.r, false, axes, base.r);
     }
     memcpy(frame, body->frame, sizeof frame);
-    if (body->turned)
+    if (body->turned && !body->reversed)
         multiply(base.r, false, frame, base.r);
+    round_axes(base.r);
     base.turned = !is_identity(base.r);
     return base;
 }
@@ -358,13 +369,42 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
     identity(base->r);
 }
 
+/* r m' */
+static void turn_back(double r[3][3], double m[3][3])
+{
+    double back[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            back[i][j] = m[j][i];
+    multiply(r, false, back, r);
+    round_axes(r);
+}
+
+/* Hangs body b at the end of its chain by its own point: constants of the link, nothing that moves. */
+static void hang(kmp_tree *tree, int b, const kmp_mount *end)
+{
+    const kempe_model *model = tree->model;
+    kmp_body *body = &model->bodies[b];
+    kmp_mount *mount = &tree->mounts[b];
+    *mount = *end;
+    if (body->turned && body->reversed)
+        turn_back(mount->r, body->frame);
+    if (body->to >= 0 && model->points[body->to].turned)
+        turn_back(mount->r, model->points[body->to].axes);
+    mount->turned = !is_identity(mount->r);
+    if (body->to < 0)
+        return;
+    kmp_vec at = kmp_body_vector(tree, b, kmp_tree_vector(tree, model->points[body->to].at));
+    mount->p = kmp_vec_sub(tree->graph, mount->p, at);
+}
+
 static void set_body(kmp_tree *tree, int b)
 {
     const kmp_body *body = &tree->model->bodies[b];
     kmp_mount base = find_base(tree, b);
     for (int k = 0; k < body->motion_count; k++)
         set_motion(tree, body->first_motion + k, &base);
-    tree->mounts[b] = base;
+    hang(tree, b, &base);
     add_body(tree, b);
 }
 

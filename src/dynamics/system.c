@@ -35,6 +35,17 @@ static double norm3(const kmp_number v[3])
     return sqrt(v[0].value * v[0].value + v[1].value * v[1].value + v[2].value * v[2].value);
 }
 
+/* How far a point is from its body's joint. */
+static double lever(const kempe_model *model, int point)
+{
+    const kmp_point *p = &model->points[point];
+    int to = model->bodies[p->body].to;
+    kmp_number d[3];
+    for (int k = 0; k < 3; k++)
+        d[k] = (kmp_number){.value = p->at[k].value - (to < 0 ? 0 : model->points[to].at[k].value)};
+    return norm3(d);
+}
+
 /* The largest lever of the mechanism: the offsets of joints and closure points in their bodies, start values of
  * translations, lengths of rods; 1 m when nothing has a length. */
 static double characteristic_length(const kempe_model *model)
@@ -42,12 +53,12 @@ static double characteristic_length(const kempe_model *model)
     double length = 0;
     for (int b = 1; b < model->body_count; b++)
         if (model->bodies[b].at >= 0 && model->bodies[b].parent > 0)
-            length = fmax(length, norm3(model->points[model->bodies[b].at].at));
+            length = fmax(length, lever(model, model->bodies[b].at));
     for (int c = 0; c < model->closure_count; c++) {
         length = fmax(length, model->closures[c].length.value);
         for (int k = 0; k < 2; k++)
             if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
-                length = fmax(length, norm3(model->points[model->closures[c].point[k]].at));
+                length = fmax(length, lever(model, model->closures[c].point[k]));
     }
     for (int k = 0; length == 0 && k < model->motion_count; k++)
         if (!model->motions[k].rotation)

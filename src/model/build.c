@@ -262,7 +262,8 @@ kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
         return status;
     begin_call(b, "body", def->name);
     kmp_node *map = new_node(b, KMP_NODE_MAP);
-    put(b, map, "joint", joint(b, def));
+    if (def->at)
+        put(b, map, "joint", joint(b, def));
     put_given(b, map, "mass", def->mass);
     put(b, map, "com", vector(b, def->com));
     put(b, map, "inertia", inertia(b, def->inertia));
@@ -292,6 +293,31 @@ kempe_status kempe_model_add_point(kempe_model *model, const char *body, const c
     kmp_text_free(&full);
     put(b, part(b, owner, "points", KMP_NODE_MAP), name, vector(b, n));
     return end_call(model);
+}
+
+/* -- joints between bodies ------------------------------------------------------------------------ */
+
+kempe_joint_def kempe_joint_default(const char *name)
+{
+    return (kempe_joint_def){.name = name, .kind = "revolute", .axis = {0, 0, 1}};
+}
+
+kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *def)
+{
+    const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
+    kmp_builder *b = model->builder;
+    kempe_status status = check_new(model, "joint", def->name, "joints");
+    if (status != KEMPE_OK)
+        return status;
+    begin_call(b, "joint", def->name);
+    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
+    if (def->kind && strcmp(def->kind, "weld") != 0)
+        put(b, map, "axis", vector(b, axis));
+    put_given(b, map, "pitch", def->pitch);
+    if (def->cut != 0)
+        put(b, map, "cut", word(b, def->cut > 0 ? "yes" : "no"));
+    return add(model, "joints", def->name, map);
 }
 
 /* -- closures and forces ------------------------------------------------------------------------- */
@@ -345,8 +371,8 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
 /* "forces" has forces, "bodies" bodies: what one of them is called. */
 static const char *kind_of(const char *section)
 {
-    static const char *const words[][2] = {
-        {"bodies", "body"}, {"loops", "loop"}, {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"}};
+    static const char *const words[][2] = {{"bodies", "body"},  {"joints", "joint"}, {"loops", "loop"},
+                                           {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"}};
     for (size_t k = 0; k < sizeof words / sizeof *words; k++)
         if (strcmp(words[k][0], section) == 0)
             return words[k][1];

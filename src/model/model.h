@@ -32,7 +32,8 @@ typedef struct kmp_point {
 /** One elementary motion: a rotation about (or translation along) a unit axis fixed in the axes reached by
  *  the motions before it. Motion k of the model has coordinate q[k]. */
 typedef struct kmp_motion {
-    const char *name; /* of the coordinate: `joint`, or `joint.1` ... when the joint has several */
+    const char *name; /* of the coordinate: `joint`, `joint.1` ... when the joint has several, or one of its own */
+    int number;       /* of the joint's coordinates, from 1: joint.k means it */
     int body;
     bool rotation;
     double axis[3];
@@ -44,8 +45,11 @@ typedef struct kmp_body {
     kmp_place place;
     int parent;                     /* body */
     int at;                         /* point of the parent where the joint's chain begins, -1: its origin */
-    bool turned;                    /* with all coordinates zero its axes are not those at `at` */
-    double frame[3][3];             /* then v_at = frame v_body, when turned */
+    int to;                         /* its own point where the chain ends, -1: its origin */
+    bool turned;                    /* with all coordinates zero the axes at `to` are not those at `at` */
+    double frame[3][3];             /* then v_at = frame v_to, when turned; when reversed v_to = frame v_at */
+    bool reversed;                  /* its joint's coordinates are those of the parent against the body: the chain has
+                                     * the motions of the inverse, and a frame stands at its end */
     int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
     bool screw;                     /* the first two motions, a slide and a turn, are one */
     kmp_number pitch;               /* of a screw, m a turn */
@@ -77,6 +81,14 @@ typedef struct kmp_closure {
     const kmp_named_table *table; /* of a curve */
     int power;                    /* of a constraint: its unit is m^power */
 } kmp_closure;
+
+/** A joint between two bodies that is a closure of the same name, and why. */
+typedef struct kmp_cut {
+    const char *joint, *kind, *closure; /* its name, its kind, that of the closure */
+    int rows;                           /* declared */
+    const char *loop, *why;             /* the bodies of its loop; words */
+    bool start_unused;                  /* a start value was given */
+} kmp_cut;
 
 /* The rows of forces.def. */
 typedef enum kmp_force_kind {
@@ -154,6 +166,8 @@ struct kempe_model {
     int motion_count; /* n */
     kmp_closure *closures;
     int closure_count;
+    kmp_cut *cuts;
+    int cut_count;
     kmp_force *forces;
     int force_count;
     kmp_sensor *sensors;

@@ -138,7 +138,11 @@ static void json_body(kmp_text *text, const kempe_model *model, int i)
     put_string(text, true, "name", body->name);
     put_string(text, false, "parent", model->bodies[body->parent].name);
     put_string(text, false, "at", body->at >= 0 ? model->points[body->at].name : "");
+    if (body->to >= 0)
+        put_string(text, false, "to", model->points[body->to].name);
     put_string(text, false, "joint", body->joint);
+    if (body->reversed)
+        put_number(text, false, "reversed", 1);
     json_motions(text, model, body);
     if (body->turned)
         json_axes(text, false, "frame", body->frame);
@@ -215,6 +219,24 @@ static void json_closures(kmp_text *text, const kempe_model *model)
             kmp_model_put_quoted_expr(text, model, closure->function);
         } else if (closure->length.value > 0)
             put_number(text, false, "length", closure->length.value);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "]");
+}
+
+static void json_cuts(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"cuts\": [");
+    for (int i = 0; i < model->cut_count; i++) {
+        const kmp_cut *cut = &model->cuts[i];
+        kmp_text_put(text, i > 0 ? ",\n  {" : "\n  {");
+        put_string(text, true, "joint", cut->joint);
+        put_string(text, false, "kind", cut->kind);
+        put_string(text, false, "closure", cut->closure);
+        put_number(text, false, "rows", cut->rows);
+        put_string(text, false, "loop", cut->loop);
+        put_string(text, false, "why", cut->why);
+        put_number(text, false, "start_unused", cut->start_unused);
         kmp_text_put(text, "}");
     }
     kmp_text_put(text, "]");
@@ -357,6 +379,7 @@ void kmp_model_json(kmp_text *text, const kempe_model *model)
     json_tables(text, model);
     json_bodies(text, model);
     json_closures(text, model);
+    json_cuts(text, model);
     json_forces(text, model);
     json_sensors(text, model);
     json_start(text, model);

@@ -10,6 +10,9 @@
 void kmp_model_show(kmp_text *text, const kempe_model *model);
 void kmp_model_json(kmp_text *text, const kempe_model *model);
 
+/** "C: revolute, cut as revolute of 5 rows, loop coupler - .. - rocker: it comes after B". */
+void kmp_cut_print(kmp_text *text, const kmp_cut *cut);
+
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
 void kmp_model_put_quoted_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
 void kmp_model_put_vector(kmp_text *text, const kmp_number vector[3]);

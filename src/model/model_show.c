@@ -100,7 +100,9 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
         kmp_model_put_point(text, model, body->at);
     else
         kmp_text_put(text, model->bodies[body->parent].name);
-    kmp_text_put(text, ":");
+    if (body->to >= 0)
+        kmp_text_printf(text, " to %s", model->points[body->to].name);
+    kmp_text_put(text, body->reversed ? ", reversed:" : ":");
     for (int k = 0; k < body->motion_count; k++) {
         kmp_text_put(text, " ");
         show_motion(text, &model->motions[body->first_motion + k]);
@@ -173,6 +175,25 @@ static void show_closures(kmp_text *text, const kempe_model *model)
         }
         if (closure->table)
             kmp_text_printf(text, ", table %s", closure->table->name);
+        kmp_text_put(text, "\n");
+    }
+}
+
+void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
+{
+    kmp_text_printf(text, "joint %s (%s) is cut: closure %s, %d rows, loop %s; %s", cut->joint, cut->kind, cut->closure,
+                    cut->rows, cut->loop, cut->why);
+    if (cut->start_unused)
+        kmp_text_put(text, "; its start value is not used");
+}
+
+static void show_cuts(kmp_text *text, const kempe_model *model)
+{
+    if (model->cut_count > 0)
+        kmp_text_put(text, "cuts\n");
+    for (int i = 0; i < model->cut_count; i++) {
+        kmp_text_put(text, "  ");
+        kmp_cut_print(text, &model->cuts[i]);
         kmp_text_put(text, "\n");
     }
 }
@@ -298,6 +319,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     show_tables(text, model);
     show_bodies(text, model);
     show_closures(text, model);
+    show_cuts(text, model);
     show_forces(text, model);
     show_sensors(text, model);
     show_start(text, model);

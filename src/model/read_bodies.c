@@ -6,7 +6,7 @@
 
 /* A body as it stands in the file. */
 typedef struct source {
-    const kmp_node *key, *map, *joint, *at;
+    const kmp_node *key, *map, *joint, *at, *to;
     int parent; /* source, -1 the ground */
     bool placed;
 } source;
@@ -45,9 +45,10 @@ static bool take_sources(sources *s, const kmp_node *map)
         complain_body_key(r, to->key);
         if (!kmp_read_map(r, to->map, what, body_keys))
             continue;
-        to->joint = kmp_read_required(r, to->map, what, "joint");
+        to->joint = r->linkage ? kmp_linkage_joint(r->linkage, i + 1) : kmp_read_required(r, to->map, what, "joint");
         if (to->joint && to->joint->kind == KMP_NODE_MAP)
             to->at = kmp_read_required(r, to->joint, kmp_reader_say(r, "the joint of %s", what), "at");
+        to->to = kmp_node_get(to->joint, "to");
     }
     s->count = map->count;
     return true;
@@ -55,27 +56,34 @@ static bool take_sources(sources *s, const kmp_node *map)
 
 /* -- order --------------------------------------------------------------------------------------- */
 
+/* An end of a joint in complaints. */
+static const char *what_of(kmp_reader *r, const kmp_node *joint, const char *end, const char *body)
+{
+    const char *linked = kmp_linkage_name(r, joint) ? kmp_linkage_what(r, joint) : NULL;
+    return linked ? linked : kmp_reader_say(r, "'%s' of body '%s'", end, body);
+}
+
 static void find_parent(sources *s, source *child)
 {
     kmp_reader *r = s->r;
-    const char *what = kmp_reader_say(r, "'at' of body '%s'", child->key->text);
+    const char *what = what_of(r, child->joint, "at", child->key->text);
     const char *text = child->at ? kmp_read_word(r, child->at, what) : NULL;
     if (!text)
         return;
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(text, "."), text);
     const char *name = kmp_reader_body_name(r, child->at->place.file, said);
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    kmp_nearest_offer(&nearest, "ground");
     bool found = strcmp(name, "ground") == 0;
-    for (int i = 0; i < s->count && !found; i++) {
-        kmp_nearest_offer(&nearest, s->list[i].key->text);
+    for (int i = 0; i < s->count && !found; i++)
         if (strcmp(s->list[i].key->text, name) == 0) {
             child->parent = i;
             found = true;
         }
-    }
     if (found)
         return;
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    kmp_nearest_offer(&nearest, "ground");
+    for (int i = 0; i < s->count; i++)
+        kmp_nearest_offer(&nearest, s->list[i].key->text);
     if (strcmp(said, "ground") != 0) /* else the include is complained of, which puts it on no body */
         kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
     child->at = NULL;
@@ -138,7 +146,7 @@ static bool make_bodies(sources *s)
         body->name = kmp_arena_strdup(&model->arena, from->key->text);
         body->joint = body->name;
         body->place = from->key->place;
-        body->at = -1;
+        body->at = body->to = -1;
         if (!body->name)
             return false;
     }
@@ -152,16 +160,35 @@ static bool make_bodies(sources *s)
     return true;
 }
 
-static void resolve_at(sources *s, int k)
+/* BODY.POINT, or -1 for a body's origin. */
+static int resolve_end(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const kmp_instance *instance = node ? kmp_reader_instance(r, node->place.file) : NULL;
+    if (instance && strcmp(node->text, "ground") == 0)
+        return instance->ground;
+    return node && strchr(node->text, '.') ? kmp_read_point_text(r, node->place, node->text, what) : -1;
+}
+
+/* The body's own end: one of its points, or BODY.POINT. */
+static int resolve_own_end(kmp_reader *r, const kmp_node *node, int body, const char *what)
+{
+    if (!node || !kmp_read_word(r, node, what))
+        return -1;
+    bool full = strchr(node->text, '.') || strcmp(node->text, "ground") == 0;
+    int point = full ? resolve_end(r, node, what) : kmp_read_point_of(r, node->place, body, node->text, what);
+    if (point < 0 || r->model->points[point].body == body)
+        return point;
+    kmp_reader_complain(r, node->place, "%s: point '%s' is on body '%s'", what, node->text,
+                        r->model->bodies[r->model->points[point].body].name);
+    return -1;
+}
+
+static void resolve_ends(sources *s, int k)
 {
     const source *from = &s->list[s->order[k]];
     kmp_body *body = &s->r->model->bodies[k + 1];
-    const kmp_instance *instance = from->at ? kmp_reader_instance(s->r, from->at->place.file) : NULL;
-    if (instance && strcmp(from->at->text, "ground") == 0)
-        body->at = instance->ground;
-    else if (from->at && strchr(from->at->text, '.'))
-        body->at = kmp_read_point_text(s->r, from->at->place, from->at->text,
-                                       kmp_reader_say(s->r, "'at' of body '%s'", body->name));
+    body->at = resolve_end(s->r, from->at, what_of(s->r, from->joint, "at", body->name));
+    body->to = resolve_own_end(s->r, from->to, k + 1, what_of(s->r, from->joint, "to", body->name));
 }
 
 /* -- points -------------------------------------------------------------------------------------- */
@@ -305,8 +332,13 @@ static bool make_ground(kempe_model *model, int bodies)
     if (!model->bodies)
         return false;
     model->body_count = 1;
-    model->bodies[0] = (kmp_body){
-        .name = "ground", .joint = "", .place = {.line = 1, .column = 1}, .parent = -1, .at = -1, .motion_count = 0};
+    model->bodies[0] = (kmp_body){.name = "ground",
+                                  .joint = "",
+                                  .place = {.line = 1, .column = 1},
+                                  .parent = -1,
+                                  .at = -1,
+                                  .to = -1,
+                                  .motion_count = 0};
     return true;
 }
 
@@ -314,7 +346,7 @@ static void read_joints(sources *s)
 {
     const kmp_node **joints = KMP_ARENA_NEW(&s->r->scratch, const kmp_node *, s->count);
     for (int k = 0; joints && k < s->count; k++) {
-        resolve_at(s, k);
+        resolve_ends(s, k);
         joints[k] = s->list[s->order[k]].joint;
     }
     if (joints)
@@ -328,6 +360,8 @@ void kmp_read_bodies(kmp_reader *r)
     bool good = map && kmp_read_map(r, map, "bodies", NULL);
     if (good && map->count == 0)
         kmp_reader_complain(r, map->place, "bodies: a model has at least one body");
+    if (good && map->kind == KMP_NODE_MAP)
+        kmp_read_linkage(r, map);
     if (!make_ground(r->model, good ? map->count : 0) || (good && map->count > 0 && !take_sources(&s, map)))
         return;
     for (int i = 0; i < s.count; i++)

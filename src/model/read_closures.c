@@ -246,16 +246,17 @@ static const kmp_closure *find_namesake(const kempe_model *model, int number)
     return NULL;
 }
 
-static kmp_closure *add_closure(kmp_reader *r, const kmp_node *key, const char *kind)
+static kmp_closure *add_closure(kmp_reader *r, const kmp_node *key, const char *what, const char *kind)
 {
     kempe_model *model = r->model;
     kmp_closure *closure = &model->closures[model->closure_count];
-    kmp_read_name(r, key, kind[0] ? "a drive" : "a loop");
+    if (what)
+        kmp_read_name(r, key, what);
     *closure = (kmp_closure){.kind = kind, .place = key->place, .point = {-1, -1}, .motion = -1};
     closure->name = kmp_arena_strdup(&model->arena, key->text);
     if (!closure->name)
         return NULL;
-    if (find_namesake(model, model->closure_count))
+    if (what && find_namesake(model, model->closure_count))
         kmp_reader_complain(r, key->place, "a drive cannot be called '%s', like a loop: lambda(%s) is one of them",
                             closure->name, closure->name);
     model->closure_count++;
@@ -265,17 +266,29 @@ static kmp_closure *add_closure(kmp_reader *r, const kmp_node *key, const char *
 static void read_loops(kmp_reader *r, const kmp_node *map)
 {
     for (int i = 0; i < map->count; i++) {
-        kmp_closure *closure = add_closure(r, map->keys[i], "");
+        kmp_closure *closure = add_closure(r, map->keys[i], "a loop", "");
         if (!closure)
             return;
         read_closure(r, map->items[i], kmp_reader_say(r, "loop '%s'", closure->name), closure);
     }
 }
 
+/* Joints between bodies that are cut; their names are judged where they stand. */
+static void read_cuts(kmp_reader *r, const kmp_node *map)
+{
+    for (int i = 0; i < map->count; i++) {
+        kmp_closure *closure = add_closure(r, map->keys[i], NULL, "");
+        if (!closure)
+            return;
+        if (map->items[i])
+            read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", closure->name), closure);
+    }
+}
+
 static void read_drives(kmp_reader *r, const kmp_node *map)
 {
     for (int i = 0; i < map->count; i++) {
-        kmp_closure *drive = add_closure(r, map->keys[i], "drive");
+        kmp_closure *drive = add_closure(r, map->keys[i], "a drive", "drive");
         if (!drive)
             return;
         read_drive(r, map->items[i], kmp_reader_say(r, "drive '%s'", drive->name), drive);
@@ -319,14 +332,18 @@ static void add_screws(kmp_reader *r)
 void kmp_read_closures(kmp_reader *r)
 {
     const kmp_node *loops = kmp_node_get(r->root, "loops"), *drives = kmp_node_get(r->root, "drives");
+    const kmp_node *cuts = kmp_linkage_cuts(r);
     bool has_loops = loops && kmp_read_map(r, loops, "loops", NULL);
     bool has_drives = drives && kmp_read_map(r, drives, "drives", NULL);
-    int count = (has_loops ? loops->count : 0) + (has_drives ? drives->count : 0) + count_screws(r->model);
+    int count = (has_loops ? loops->count : 0) + (cuts ? cuts->count : 0) + (has_drives ? drives->count : 0) +
+                count_screws(r->model);
     r->model->closures = KMP_ARENA_NEW(&r->model->arena, kmp_closure, count);
     if (!r->model->closures)
         return;
     if (has_loops)
         read_loops(r, loops);
+    if (cuts)
+        read_cuts(r, cuts);
     if (has_drives)
         read_drives(r, drives);
     add_screws(r);

@@ -13,7 +13,8 @@ enum { MOST_NESTING = 16, MOST_INCLUDES = 1000 };
 static const char *const include_keys[] = {"file", "prefix", "at", "offset", "set", NULL};
 
 /* Parts that are joined, and whether their keys are new names (those of `start` are references). */
-static const char *const joined_parts[] = {"parameters", "tables", "bodies", "loops", "drives", "forces", "sensors"};
+static const char *const joined_parts[] = {"parameters", "tables", "bodies", "joints",
+                                           "loops",      "drives", "forces", "sensors"};
 
 enum { JOINED_PARTS = sizeof joined_parts / sizeof joined_parts[0] };
 
@@ -71,9 +72,10 @@ static const kmp_node *load(kmp_reader *r, const kmp_node *node, const char *pat
     const kmp_node *root = NULL;
     char *text = NULL;
     size_t length;
-    if (!aside) {
+    kempe_status status = aside ? kmp_file_read(aside, path, &text, &length) : KEMPE_E_MEMORY;
+    if (status == KEMPE_E_MEMORY) {
         r->scratch.failed = true;
-    } else if (kmp_file_read(aside, path, &text, &length) != KEMPE_OK) {
+    } else if (status != KEMPE_OK) {
         kmp_reader_complain(r, node->place, "include: %s", kempe_context_message(aside));
     } else if (kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK) {
         r->wrong = true;
@@ -217,7 +219,7 @@ static const kmp_node *set_parameters(kmp_reader *r, const kmp_node *root, const
         kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
-        if (there)
+        if (parameters && there)
             parameters = with_item(r, parameters, there->text, set->items[i]);
         else
             kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",

@@ -18,7 +18,7 @@ static const char *const joint_keys[] = {
 #define KMP_JOINT(name, chain) #name,
 #include "model/joints.def"
 #undef KMP_JOINT
-    "motions", "coordinates", "name", "at", "frame", "pitch", NULL};
+    "motions", "coordinates", "name", "at", "to", "frame", "pitch", "reversed", NULL};
 
 /* The motions so far; the array doubles when it is full. */
 typedef struct list {
@@ -101,27 +101,27 @@ static void read_motions(list *l, const kmp_node *node, const char *what, int bo
 }
 
 /* Two axes [a, b], which are perpendicular to each other. */
-static void read_two_axes(list *l, const kmp_node *node, const char *what, double m[3][3])
+static void read_two_axes(kmp_reader *r, const kmp_node *node, const char *what, double m[3][3])
 {
     double a[3], b[3], square[3][3];
-    if (!kmp_read_axis(l->r, node->items[0], what, a) || !kmp_read_axis(l->r, node->items[1], what, b))
+    if (!kmp_read_axis(r, node->items[0], what, a) || !kmp_read_axis(r, node->items[1], what, b))
         return;
     if (fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) > 1e-6)
-        kmp_reader_complain(l->r, node->place, "%s: the two axes are not perpendicular to each other", what);
+        kmp_reader_complain(r, node->place, "%s: the two axes are not perpendicular to each other", what);
     else if (kmp_square_axes(0, a, 1, b, square))
         memcpy(m, square, sizeof square);
 }
 
 /* The columns of m are a, b and c of the chain. */
-static void read_chain_axes(list *l, const char *chain, const kmp_node *node, const char *what, double m[3][3])
+void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_node *node, const char *what, double m[3][3])
 {
     double axis[3], own[3][3];
     int first = 2;
     if (node->kind == KMP_NODE_LIST && node->count == 2 && strchr(chain, 'b')) {
-        read_two_axes(l, node, what, m);
+        read_two_axes(r, node, what, m);
         return;
     }
-    if (!kmp_read_axis(l->r, node, what, axis))
+    if (!kmp_read_axis(r, node, what, axis))
         return;
     for (int k = 0; k < 3; k++)
         if (fabs(axis[k]) == 1)
@@ -138,7 +138,7 @@ static void read_row(list *l, const char *chain, const kmp_node *node, const cha
     if (!chain[0] && (node->kind != KMP_NODE_SCALAR || strcmp(node->text, "yes") != 0))
         kmp_reader_complain(l->r, node->place, "%s: a joint without motions is given by 'yes'", what);
     if (chain[0])
-        read_chain_axes(l, chain, node, what, m);
+        kmp_read_chain_axes(l->r, chain, node, what, m);
     for (; chain[0] && chain[0] != '='; chain += 2) {
         double axis[3];
         for (int i = 0; i < 3; i++)
@@ -192,6 +192,29 @@ static void read_kind(list *l, const kmp_node *joint, const char *what, int body
 
 /* -- joints -------------------------------------------------------------------------------------- */
 
+/* Motions that may change places: all about and along one axis. */
+static bool commute(const kmp_motion *motions, int count)
+{
+    for (int k = 1; k < count; k++)
+        if (memcmp(motions[k].axis, motions[0].axis, sizeof motions[0].axis) != 0)
+            return false;
+    return true;
+}
+
+/* The inverse X1(q1) X2(q2) .. of a chain is .. X2(-q2) X1(-q1): the last motion first, about the opposite axis. */
+static void reverse_chain(kmp_motion *motions, int count)
+{
+    bool turn = !commute(motions, count);
+    for (int k = 0; k < count / 2 && turn; k++) {
+        kmp_motion last = motions[count - 1 - k];
+        motions[count - 1 - k] = motions[k];
+        motions[k] = last;
+    }
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < 3; i++)
+            motions[k].axis[i] = 0 - motions[k].axis[i];
+}
+
 /* The given name of coordinate k of a joint, which its names leave out by `~`; otherwise its own. */
 static const char *coordinate_name(kmp_reader *r, const kmp_body *body, const kmp_node *names, int k)
 {
@@ -219,6 +242,7 @@ static void check_coordinate(kmp_reader *r, const kmp_body *body, const kmp_node
                                 body->joint, model->bodies[model->motions[i].body].joint);
 }
 
+/* Names and numbers that the motions have before a chain is reversed. */
 static void name_motions(kmp_reader *r, const kmp_body *body, const kmp_node *names)
 {
     const char *what = kmp_reader_say(r, "the coordinates of joint '%s'", body->joint);
@@ -228,6 +252,7 @@ static void name_motions(kmp_reader *r, const kmp_body *body, const kmp_node *na
         kmp_motion *motion = &r->model->motions[body->first_motion + k];
         const char *kept = kmp_arena_strdup(&r->model->arena, coordinate_name(r, body, names, k));
         motion->name = kept ? kept : "";
+        motion->number = k + 1;
     }
     for (int k = 0; k < body->motion_count && names; k++)
         check_coordinate(r, body, names, body->first_motion + k);
@@ -236,6 +261,8 @@ static void name_motions(kmp_reader *r, const kmp_body *body, const kmp_node *na
 static void check_unique(kmp_reader *r, kmp_place place, int body)
 {
     const kmp_body *bodies = r->model->bodies;
+    if (kmp_linkage_find(r, bodies[body].joint) != KMP_LINKED_NOT)
+        return;
     for (int i = 1; i < body; i++)
         if (strcmp(bodies[i].joint, bodies[body].joint) == 0 && strcmp(bodies[i].name, bodies[body].name) != 0) {
             kmp_reader_complain(r, place, "duplicate joint '%s': it is also the joint of body '%s'", bodies[i].joint,
@@ -253,7 +280,8 @@ static void read_joint(list *l, const kmp_node *joint, int i)
 {
     kmp_reader *r = l->r;
     kmp_body *body = &r->model->bodies[i];
-    const char *what = kmp_reader_say(r, "the joint of body '%s'", body->name);
+    const char *linked = kmp_linkage_what(r, joint), *linked_name = kmp_linkage_name(r, joint);
+    const char *what = linked ? linked : kmp_reader_say(r, "the joint of body '%s'", body->name);
     body->first_motion = r->model->motion_count;
     if (!joint)
         return;
@@ -262,6 +290,10 @@ static void read_joint(list *l, const kmp_node *joint, int i)
         return;
     }
     kmp_read_map(r, joint, what, joint_keys);
+    if (linked_name)
+        body->joint = kmp_arena_strdup(&r->model->arena, linked_name);
+    if (!body->joint)
+        body->joint = "";
     const kmp_node *name = kmp_node_get(joint, "name");
     const char *given = name ? kmp_read_name(r, name, "a joint") : NULL;
     const char *kept = given ? kmp_arena_strdup(&r->model->arena, kmp_reader_name(r, name->place.file, given)) : NULL;
@@ -272,6 +304,12 @@ static void read_joint(list *l, const kmp_node *joint, int i)
     body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
     read_kind(l, joint, what, i);
     name_motions(r, body, kmp_node_get(joint, "coordinates"));
+    const kmp_node *reversed = kmp_node_get(joint, "reversed");
+    body->reversed = reversed && strcmp(reversed->text, "yes") == 0;
+    if (reversed && !body->reversed)
+        kmp_reader_complain(r, reversed->place, "%s: reversed is 'yes' or absent", what);
+    if (body->reversed && body->motion_count > 0)
+        reverse_chain(&r->model->motions[body->first_motion], body->motion_count);
 }
 
 void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes)

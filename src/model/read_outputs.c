@@ -56,7 +56,12 @@ static int find_thing(kmp_reader *r, const kmp_node *node, const char *word, thi
             return i;
         kmp_nearest_offer(&nearest, list.name(r->model, i));
     }
-    kmp_reader_complain_near(r, node->place, &nearest, "output %s: unknown %s '%s'", word, list.what, name);
+    if (list.name == closure_name && kmp_linkage_find(r, name) == KMP_LINKED_TREE)
+        kmp_reader_complain(r, node->place,
+                            "output %s: joint '%s' is in the tree and has no multipliers: only a cut joint has", word,
+                            name);
+    else
+        kmp_reader_complain_near(r, node->place, &nearest, "output %s: unknown %s '%s'", word, list.what, name);
     return -1;
 }
 

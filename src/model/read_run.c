@@ -15,6 +15,9 @@ static void read_values(kmp_reader *r, const kmp_node *map, const char *what, do
         return;
     for (int i = 0; i < map->count; i++) {
         const kmp_node *key = map->keys[i];
+        const char *name = kmp_reader_name(r, key->place.file, key->text);
+        if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a warning of its own says so */
+            continue;
         int motion = kmp_read_motion(r, key, what);
         kmp_number value = {0};
         kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_motion_dimension(r->model, motion, power);

@@ -2,6 +2,7 @@
 /* Numbers, vectors and the names that refer to bodies, points and motions. */
 #include "model/reading.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* -- symbols of expressions ------------------------------------------------------------------------ */
@@ -24,6 +25,13 @@ static const kmp_body *find_joint(const kempe_model *model, const char *name)
     return NULL;
 }
 
+static bool is_number(const char *text, int number)
+{
+    char digits[16];
+    snprintf(digits, sizeof digits, "%d", number);
+    return strcmp(text, digits) == 0;
+}
+
 /* joint.k, and the bare name of a joint with one motion: of one with several it would be ambiguous. */
 static int find_numbered(const kempe_model *model, const char *name)
 {
@@ -33,10 +41,11 @@ static int find_numbered(const kempe_model *model, const char *name)
         return body->motion_count == 1 ? body->first_motion : -1;
     for (int i = 1; dot && i < model->body_count; i++) {
         body = &model->bodies[i];
-        for (int k = 0; k < body->motion_count && k < 9; k++)
-            if (dot[1] == '1' + k && !dot[2] && strlen(body->joint) == (size_t)(dot - name) &&
-                strncmp(body->joint, name, (size_t)(dot - name)) == 0)
-                return body->first_motion + k;
+        if (strlen(body->joint) != (size_t)(dot - name) || strncmp(body->joint, name, (size_t)(dot - name)) != 0)
+            continue;
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+            if (is_number(dot + 1, model->motions[k].number))
+                return k;
     }
     return -1;
 }
@@ -49,6 +58,15 @@ static int find_coordinate(void *user, const char *name)
         if (strcmp(r->model->motions[i].name, name) == 0)
             return i;
     return find_numbered(r->model, name);
+}
+
+/* A coordinate of a joint between bodies that was complained of stands for itself no more: any other does. */
+static int find_in_expression(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    int motion = find_coordinate(r, name);
+    bool said = r->wrong && kmp_linkage_find(r, kmp_reader_name(r, r->scope, name)) == KMP_LINKED_CUT;
+    return motion < 0 && said && r->model->motion_count > 0 ? 0 : motion;
 }
 
 static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *sentence)
@@ -115,7 +133,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = allowed == OF_STATE ? find_coordinate : NULL,
+                            .coordinate = allowed == OF_STATE ? find_in_expression : NULL,
                             .table = find_table,
                             .suggest = suggest,
                             .time = allowed != CONSTANT};
@@ -281,6 +299,14 @@ static void complain_point(kmp_reader *r, kmp_place place, int body, const char 
                              name);
 }
 
+int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
+{
+    int point = find_point(r->model, body, name);
+    if (point < 0)
+        complain_point(r, place, body, name, what);
+    return point;
+}
+
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
 {
     const char *dot = strchr(text, '.');
@@ -339,7 +365,7 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
 {
     r->scope = place.file;
     int motion = find_coordinate(r, name);
-    if (motion < 0) {
+    if (motion < 0 && !(r->wrong && kmp_linkage_find(r, kmp_reader_name(r, place.file, name)) == KMP_LINKED_CUT)) {
         kmp_text rest = {0};
         suggest_coordinate(r, name, &rest);
         if (rest.failed)

@@ -11,9 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kmp_model_keys[] = {"kempe",  "include", "name",   "gravity", "parameters",
-                                      "tables", "ground",  "bodies", "loops",   "drives",
-                                      "forces", "sensors", "start",  "run",     NULL};
+const char *const kmp_model_keys[] = {"kempe",   "include", "name",   "gravity", "parameters", "tables",
+                                      "ground",  "bodies",  "joints", "loops",   "drives",     "forces",
+                                      "sensors", "start",   "run",    NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 

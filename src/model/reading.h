@@ -18,6 +18,8 @@ typedef struct kmp_instance {
     int ground; /* point that stands for its ground, once bodies are read */
 } kmp_instance;
 
+typedef struct kmp_linkage kmp_linkage;
+
 typedef struct kmp_reader {
     kempe_context *context;
     kempe_model *model;
@@ -29,6 +31,7 @@ typedef struct kmp_reader {
     int instance_count;
     int scope; /* file whose names the expression at hand means */
     const kmp_node *root;
+    kmp_linkage *linkage;  /* NULL without joints between bodies */
     bool wrong;            /* something was complained of */
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
     double *parameter_values;
@@ -58,6 +61,27 @@ const char *kmp_reader_name(kmp_reader *r, int file, const char *name);
 
 /** The same for a body; the ground of an included file is the body that it is put on. */
 const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name);
+
+/* -- joints between bodies (read_linkage.c) ---------------------------------------------------------- */
+
+/** Reads `joints` and chooses which of them make the tree; the others become closures: r->linkage. */
+void kmp_read_linkage(kmp_reader *r, const kmp_node *bodies);
+
+/** The joint by which the k-th body (1: the first of the file) hangs, NULL after a complaint. */
+const kmp_node *kmp_linkage_joint(const kmp_linkage *linkage, int body);
+
+/** The cut joints as a mapping of closures, NULL without joints between bodies. */
+const kmp_node *kmp_linkage_cuts(const kmp_reader *r);
+
+/** Of a node that stands for a joint: its name, and what it is called in complaints; NULL for every other node. */
+const char *kmp_linkage_name(const kmp_reader *r, const kmp_node *made);
+const char *kmp_linkage_what(kmp_reader *r, const kmp_node *made);
+
+typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_linked;
+
+/** Whether `JOINT` or `JOINT.k` is of a joint between bodies, and where that is: in the tree, or not (also when it is
+ *  faulty). */
+kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate);
 
 /* -- complaints ---------------------------------------------------------------------------------- */
 
@@ -121,6 +145,7 @@ int kmp_find_body(const kempe_model *model, const char *name, size_t length);
 int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what);
 int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what); /* BODY.POINT */
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
+int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name, const char *what); /* POINT */
 bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2]);
 int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what); /* JOINT or JOINT.K */
 int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what);
@@ -137,6 +162,9 @@ bool kmp_read_axes(kmp_reader *r, const kmp_node *node, const char *what, double
 /** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there, or of its opposite if that is nearer.
  */
 void kmp_complete_axes(int k, const double axis[3], double m[3][3]);
+
+/** The axes a, b and c of a joint's chain as columns of m: of an axis a, or, where b counts, of a list of two. */
+void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_node *node, const char *what, double m[3][3]);
 
 /** Those whose k-th is `first` and whose l-th is in the plane with `second`; false when the two are parallel. */
 bool kmp_square_axes(int k, const double first[3], int l, const double second[3], double m[3][3]);

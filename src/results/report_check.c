@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: one paragraph a question. */
 #include "results/report_check.h"
+#include "model/model_print.h"
 #include <math.h>
 
 enum { MOST_LISTED = 12 };
@@ -53,6 +54,22 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     label(text, "redundant rows");
     kmp_list_rows(text, check->system, part->m - part->r, part->redundant);
     kmp_text_put(text, "\n");
+}
+
+/* -- cut joints -------------------------------------------------------------------------------------- */
+
+static void show_cuts(kmp_text *text, const kempe_check *check)
+{
+    const kempe_model *model = check->system->model;
+    for (int k = 0; k < model->cut_count && k < MOST_LISTED; k++) {
+        label(text, k ? "" : "cut joints");
+        kmp_cut_print(text, &model->cuts[k]);
+        kmp_text_put(text, "\n");
+    }
+    if (model->cut_count > MOST_LISTED) {
+        label(text, "");
+        kmp_text_printf(text, "and %d more\n", model->cut_count - MOST_LISTED);
+    }
 }
 
 /* -- redundancy -------------------------------------------------------------------------------------- */
@@ -253,10 +270,12 @@ void kmp_check_text(kmp_text *text, const kempe_check *check)
 {
     kmp_text_printf(text, "%s\n", check->system->model->name);
     if (!check->assembled) {
+        show_cuts(text, check);
         show_obstacle(text, check);
         return;
     }
     show_mobility(text, check);
+    show_cuts(text, check);
     if (!check->doctor.ran) {
         label(text, "not examined");
         kmp_text_printf(text, "%s\n", check->doctor.why_not);

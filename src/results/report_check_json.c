@@ -225,6 +225,24 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     kmp_json_end(json);
 }
 
+static void json_cuts(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "cuts");
+    for (int k = 0; k < model->cut_count; k++) {
+        const kmp_cut *cut = &model->cuts[k];
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "joint", cut->joint);
+        kmp_json_string(json, "kind", cut->kind);
+        kmp_json_string(json, "closure", cut->closure);
+        kmp_json_whole(json, "rows", cut->rows);
+        kmp_json_string(json, "loop", cut->loop);
+        kmp_json_string(json, "why", cut->why);
+        json_flag(json, "start_unused", cut->start_unused);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 void kmp_check_json(kmp_text *text, const kempe_check *check)
 {
     kmp_json j = kmp_json_begin(text);
@@ -234,5 +252,6 @@ void kmp_check_json(kmp_text *text, const kempe_check *check)
         json_assembled(&j, check);
     else
         json_obstacle(&j, check);
+    json_cuts(&j, check->system->model);
     kmp_json_end(&j);
 }

@@ -58,6 +58,14 @@ static kempe_status check_numbers(const job *j)
     return KEMPE_OK;
 }
 
+static bool is_cut(const kempe_model *model, const char *joint)
+{
+    for (int k = 0; k < model->cut_count; k++)
+        if (strcmp(model->cuts[k].joint, joint) == 0)
+            return true;
+    return false;
+}
+
 /* The coordinate called by the first `length` characters of `name`; after a message -1, or -2 for want of memory. */
 static int find_coordinate(const job *j, const char *name, int length)
 {
@@ -75,7 +83,10 @@ static int find_coordinate(const job *j, const char *name, int length)
             found = k;
     }
     if (found < 0) {
-        kmp_nearest_suggest(&nearest, &sentence);
+        if (is_cut(j->system->model, word.s))
+            kmp_text_put(&sentence, ": the joint is cut (cut: no in the model keeps it)");
+        else
+            kmp_nearest_suggest(&nearest, &sentence);
         (void)kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: there is no coordinate '%s'%s", word.s,
                        sentence.s ? sentence.s : "");
     }

@@ -115,6 +115,78 @@ static void other_kinds(void)
     kempe_context_free(context);
 }
 
+/* Joints between bodies, one of which Kempe cuts: as from a file. */
+static void graph(void)
+{
+    static const char text[] = "kempe: 1\nname: graph\n"
+                               "bodies:\n"
+                               "  arm: {mass: 1, com: [0, 0, 0], points: {P: [0, 0, 0], Q: [1, 0, 0]}}\n"
+                               "  nut: {mass: 2, com: [0, 0, 0], inertia: {xx: 1}, points: {P: [0, 0, 0]}}\n"
+                               "ground: {points: {O: [0, 0, 0], D: [1, 0, 0]}}\n"
+                               "joints:\n"
+                               "  A: {revolute: [ground.O, arm.P], axis: [1, 0, 0]}\n"
+                               "  S: {screw: [arm.Q, nut.P], axis: [1, 0, 0], pitch: 0.5}\n"
+                               "  B: {revolute: [nut.P, ground.D], axis: [1, 0, 0], cut: yes}\n"
+                               "  W: {weld: [ground.D, arm.Q]}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL, *read = NULL;
+    const kempe_number zero = kempe_value(0), one = kempe_value(1);
+    const char *const points[4][2] = {
+        {"ground.O", "arm.P"}, {"arm.Q", "nut.P"}, {"nut.P", "ground.D"}, {"ground.D", "arm.Q"}};
+    const char *const names[4] = {"A", "S", "B", "W"}, *const kinds[4] = {"revolute", "screw", "revolute", "weld"};
+    CHECK(kempe_model_new(context, "graph", &model) == KEMPE_OK);
+    kempe_body_def body = kempe_body_default("arm");
+    body.at = NULL;
+    body.mass = one;
+    CHECK(kempe_model_add_body(model, &body) == KEMPE_OK);
+    body.name = "nut";
+    body.mass = kempe_value(2);
+    body.inertia[0] = one;
+    CHECK(kempe_model_add_body(model, &body) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "arm", "P", zero, zero, zero) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "arm", "Q", one, zero, zero) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "nut", "P", zero, zero, zero) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "ground", "O", zero, zero, zero) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "ground", "D", one, zero, zero) == KEMPE_OK);
+    for (int k = 0; k < 4; k++) {
+        kempe_joint_def joint = kempe_joint_default(names[k]);
+        joint.kind = kinds[k];
+        joint.point[0] = points[k][0];
+        joint.point[1] = points[k][1];
+        joint.axis[0] = 1;
+        joint.axis[2] = 0;
+        joint.pitch = k == 1 ? kempe_value(0.5) : zero;
+        joint.cut = k == 2 ? 1 : 0;
+        CHECK(kempe_model_add_joint(model, &joint) == KEMPE_OK);
+    }
+    CHECK(kempe_model_finish(model) == KEMPE_OK);
+    CHECK_TEXT(kempe_context_message(context), "");
+    CHECK(kempe_model_read_text(context, text, "graph", &read) == KEMPE_OK);
+    char *a = print_of(model), *b = print_of(read);
+    CHECK_TEXT(a, b);
+    CHECK(a && strstr(a, "joint B (revolute) is cut") != NULL);
+    kempe_text_free(a);
+    kempe_text_free(b);
+    kempe_model_free(read);
+    kempe_model_free(model);
+
+    kempe_joint_def joint = kempe_joint_default("A");
+    CHECK(kempe_model_new(context, "graph", &model) == KEMPE_OK);
+    body = kempe_body_default("arm");
+    body.at = NULL;
+    CHECK(kempe_model_add_body(model, &body) == KEMPE_OK);
+    joint.point[0] = "ground.O";
+    joint.point[1] = "arm.P";
+    CHECK(kempe_model_add_joint(model, &joint) == KEMPE_OK);
+    CHECK(kempe_model_add_joint(model, &joint) == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(context), "joint 'A' stands already in the model");
+    CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
+    CHECK_TEXT(kempe_context_message(context),
+               "joint 'A': body 'ground' has no point 'O'\njoint 'A': body 'arm' has no point 'P'");
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 /* All mistakes at once, in the order of the calls; then they are put right and the model is finished. */
 static void mistakes(void)
 {
@@ -248,6 +320,7 @@ int main(void)
 {
     TEST(same_as_file);
     TEST(other_kinds);
+    TEST(graph);
     TEST(mistakes);
     TEST(refused_calls);
     TEST(not_finite);

@@ -21,6 +21,7 @@ import zipfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ANDREWS = ROOT / "examples/andrews/andrews.yaml"
 FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
+SIX_BAR = ROOT / "examples/stephenson/stephenson.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = "check assemble simulate compare generate show".split()
@@ -82,6 +83,35 @@ class Case(unittest.TestCase):
         path = self.folder / "model.yaml"
         path.write_text(text)
         return path
+
+
+class Graphs(Case):
+    """What is cut of a graph of joints, and why, in every print of model and check."""
+
+    def test_cuts(self):
+        for words in (("check", SIX_BAR), ("show", "--model", SIX_BAR)):
+            text, cuts = self.expect(0, *words).stdout, self.object(0, *words)["cuts"]
+            self.assertEqual([cut["joint"] for cut in cuts], ["B", "Q"])
+            for cut in cuts:
+                self.assertKeys(cut, "joint kind closure rows loop why start_unused")
+                self.assertIn(f"joint {cut['joint']} (revolute) is cut: closure revolute, 5 rows, loop {cut['loop']}; "
+                              f"{cut['why']}\n", text)
+        self.assertEqual(self.object(0, "check", FOUR_BAR)["cuts"], [])
+
+    def test_unused_start_is_told(self):
+        path = self.model(SIX_BAR.read_text().replace("start: {q: {", "start: {q: {B: 1, "))
+        done = self.expect(0, "check", path)
+        self.assertIn("joint 'B' is cut and has no coordinate: its start value is not used", done.stderr)
+        self.assertIn("; its start value is not used\n", done.stdout)
+        self.assertIn("there is no coordinate 'Q': the joint is cut (cut: no in the model keeps it)",
+                      self.expect(3, "simulate", SIX_BAR, "--u", "Q").stderr)
+
+    def test_mistakes(self):
+        path = self.model(SIX_BAR.read_text().replace("O: {revolute: [ground.O, crank.O]}",
+                                                      "O: {revolute: [ground.O, crank.O], cut: yes}"))
+        line = path.read_text().split("\n").index("  O: {revolute: [ground.O, crank.O], cut: yes}") + 1
+        self.assertIn(f":{line}:43: joint 'O': a cut joint has no coordinate, but the start holds it",
+                      self.expect(2, "simulate", path).stderr)
 
 
 class Settings(Case):

@@ -62,12 +62,31 @@ static kempe_status read_robotran(scene *s)
     return status;
 }
 
+/* Joints between bodies, of which some are cut. */
+static kempe_status read_graph(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/two_bars.yaml", &model);
+    untouched(status, model);
+    kempe_model_free(model);
+    return status;
+}
+
 static kempe_status read_wrong_robotran(scene *s)
 {
     static const char text[] = "<mbsDescR7><bodytree><body/><body><bodyname>a b</bodyname><parent/></body></bodytree>"
                                "<cuts><ball/></cuts><rain/></mbsDescR7>";
     kempe_model *model = NULL;
     kempe_status status = kempe_model_read_text(s->context, text, "wrong.mbs", &model);
+    CHECK(!model);
+    return status == KEMPE_E_INPUT ? KEMPE_OK : status;
+}
+
+/* And with mistakes. */
+static kempe_status read_wrong_graph(scene *s)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/malformed/joints_loop.yaml", &model);
     CHECK(!model);
     return status == KEMPE_E_INPUT ? KEMPE_OK : status;
 }
@@ -360,6 +379,8 @@ static const struct {
               {"read mistakes", read_wrong_model},
               {"read ROBOTRAN", read_robotran},
               {"read its mistakes", read_wrong_robotran},
+              {"read a graph of joints", read_graph},
+              {"read its mistakes", read_wrong_graph},
               {"build", build_model},
               {"print model", print_model},
               {"derive", derive},

@@ -170,6 +170,16 @@ static inline void pose_turn(pose *p, const double e[3], double angle)
     pose_multiply(p, turn);
 }
 
+/* r <- r m' */
+static inline void pose_turn_back(pose *p, double m[3][3])
+{
+    double back[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            back[i][j] = m[j][i];
+    pose_multiply(p, back);
+}
+
 static inline void number_values(const kmp_number *number, double *value)
 {
     for (int k = 0; k < 3; k++)
@@ -188,7 +198,7 @@ static inline void plain_poses(const kempe_model *model, const double *q, pose *
         pose_apply(&p[body->parent], at, p[b].x);
         if (body->at >= 0 && model->points[body->at].turned)
             pose_multiply(&p[b], model->points[body->at].axes);
-        if (body->turned)
+        if (body->turned && !body->reversed)
             pose_multiply(&p[b], body->frame);
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
             const kmp_motion *motion = &model->motions[k];
@@ -199,6 +209,15 @@ static inline void plain_poses(const kempe_model *model, const double *q, pose *
             else
                 pose_apply(&p[b], slide, p[b].x);
         }
+        if (body->turned && body->reversed)
+            pose_turn_back(&p[b], body->frame);
+        if (body->to < 0)
+            continue;
+        if (model->points[body->to].turned)
+            pose_turn_back(&p[b], model->points[body->to].axes);
+        for (int i = 0; i < 3; i++)
+            at[i] = -model->points[body->to].at[i].value;
+        pose_apply(&p[b], at, p[b].x);
     }
 }
 

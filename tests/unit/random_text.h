@@ -118,6 +118,10 @@ static inline void put_joint(kmp_text *text, int body, unsigned flags)
         kmp_text_put(text, "]");
     }
     put_axes(text, "frame");
+    if (!(flags & MODEL_PLAIN) && pick(3) == 0)
+        kmp_text_printf(text, ", to: %s", pick(2) ? "P" : "Q");
+    if (!(flags & MODEL_PLAIN) && pick(3) == 0)
+        kmp_text_put(text, ", reversed: yes");
     if (parent)
         kmp_text_printf(text, ", at: b%d%s}\n", parent, pick(4) ? pick(2) ? ".P" : ".Q" : "");
     else

@@ -350,6 +350,8 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
         return gap + square(dot(x.e[0], x.e[1]));
     if (strcmp(kind, "cylindrical") == 0)
         return line + parallel;
+    if (strcmp(kind, "planar") == 0)
+        return square(dot(x.e[0], x.d)) + parallel;
     if (strcmp(kind, "prismatic") == 0)
         return line + skew_square(&x);
     if (strcmp(kind, "weld") == 0)

@@ -461,6 +461,7 @@ static void test_cut_joints(void)
                  {"spherical: y, at: a.E", "ball: [a.E, b.O]", 3},
                  {"motions: [T1, T3, R1, R2, R3], at: a.E", "point_on_plane: [a.E, b.O], axis: y", 1},
                  {"motions: [T1, R1, R2, R3], at: a.E", "point_on_line: [a.E, b.O], axis: x", 2},
+                 {"planar: [2, 0, 1], at: a.E", "planar: [a.E, b.O], axis: [2, 0, 1]", 3},
                  {"weld: yes, at: a.E", "weld: [a.E, b.O]", 6}};
     for (size_t k = 0; k < sizeof pairs / sizeof *pairs; k++) {
         end tree = hung(pairs[k].joint, NULL, NULL);

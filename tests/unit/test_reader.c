@@ -134,11 +134,14 @@ static void coordinate_names(void)
                                "  a: {joint: {name: J, motions: [T1, T2, R3], coordinates: [x, ~, yaw], at: ground}, "
                                "mass: 1, inertia: {zz: 1}}\n"
                                "  b: {joint: {revolute: z, coordinates: [turn], at: a}, inertia: {zz: 1}}\n"
-                               "start: {q: {x: 1, J.2: 2, J.3: 3, b: 4}, qd: {J.1: 5, yaw: 7, b.1: 9}}\n";
-    static const char *const names[] = {"x", "J.2", "yaw", "turn"};
-    static const double q[] = {1, 2, 3, 4}, qd[] = {5, 0, 7, 9};
+                               "  c: {joint: {name: K, motions: [T1, R2], coordinates: [s, ~], at: a, reversed: yes}, "
+                               "mass: 1, inertia: {yy: 1}}\n"
+                               "start: {q: {x: 1, J.2: 2, J.3: 3, b: 4, K.2: 5, s: 6}, qd: {J.1: 5, yaw: 7, b.1: 9, "
+                               "K.1: 8}}\n";
+    static const char *const names[] = {"x", "J.2", "yaw", "turn", "K.2", "s"}; /* K's are turned round */
+    static const double q[] = {1, 2, 3, 4, 5, 6}, qd[] = {5, 0, 7, 9, 0, 8};
     kempe_model *m = read_good(text);
-    for (int i = 0; m && i < 4; i++) {
+    for (int i = 0; m && i < 6; i++) {
         CHECK_TEXT(kempe_model_coordinate_name(m, i), names[i]);
         CHECK_NEAR(m->start.q[i].value, q[i], 0);
         CHECK_NEAR(m->start.qd[i].value, qd[i], 0);
