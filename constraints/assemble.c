@@ -229,9 +229,8 @@ static bool choose_dependent(work *w)
     for (int k = 0; k < w->n; k++)
         if (w->guess->hold[k])
             hold[held++] = k;
-    kmp_plant_dense_jacobian(w->plant, w->jac);
-    w->has_part = kmp_partition_init(&w->part, s, w->jac, hold, held) == KEMPE_OK ||
-                  kmp_partition_init(&w->part, s, w->jac, NULL, 0) == KEMPE_OK;
+    w->has_part = kmp_partition_init(&w->part, s, w->plant->jacobian, hold, held) == KEMPE_OK ||
+                  kmp_partition_init(&w->part, s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(s->context);
     if (!w->has_part || w->part.r == 0 ||
         !(w->part.pivots[w->part.r - 1] > DECIDED * largest(w->m, w->h) * w->part.pivots[0]))
