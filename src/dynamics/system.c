@@ -68,6 +68,28 @@ static double characteristic_length(const kempe_model *model)
     return length > 0 ? length : 1;
 }
 
+/* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
+ * memory. */
+static bool set_reach(kempe_system *s)
+{
+    const kempe_model *model = s->model;
+    double *reach = KMP_NEW(double, model->body_count);
+    for (int b = 1; reach && b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        reach[b] = reach[body->parent] + (body->at >= 0 ? norm3(model->points[body->at].at) : 0);
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+            reach[b] += model->motions[k].rotation ? 0 : fabs(model->start.q[k].value);
+    }
+    for (int c = 0; reach && c < model->closure_count; c++)
+        for (int k = 0; k < 2; k++)
+            if (model->closures[c].point[k] >= 0) {
+                const kmp_point *point = &model->points[model->closures[c].point[k]];
+                s->reach = fmax(s->reach, reach[point->body] + norm3(point->at));
+            }
+    kmp_free(reach);
+    return reach;
+}
+
 static void set_scales(kempe_system *s)
 {
     s->length = characteristic_length(s->model);
@@ -207,7 +229,7 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
     set_scales(s);
-    return name_rows(s);
+    return set_reach(s) && name_rows(s);
 }
 
 static kempe_status derive(kempe_system *s)

@@ -50,6 +50,7 @@ struct kempe_system {
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
     char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
     double length;         /* characteristic length, m */
+    double reach;          /* how far from the origin a closed point may lie, m: h rounds with it */
     double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
     double *row_scale;     /* m: size of a closure row */
     double *parameters;    /* values */
