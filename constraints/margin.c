@@ -81,10 +81,10 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
             margin->value[entries++] = value;
         }
     }
+    kmp_entries a = {count, s->n, entries, margin->entry_row, margin->entry_col, margin->value};
     if (margin->a)
         kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
-    else if (!kmp_sparse_complete(count, s->n, entries, margin->entry_row, margin->entry_col, margin->value, NULL,
-                                  margin->row, margin->col, margin->pivots, NULL))
+    else if (!kmp_sparse_complete(&a, NULL, margin->row, margin->col, margin->pivots, NULL))
         return NAN;
     return margin->pivots[which];
 }

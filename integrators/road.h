@@ -94,11 +94,15 @@ typedef struct kmp_saddle {
     kmp_sparse *sparse; /* NULL: dense, or singular by its pattern */
     bool large;
     int *position; /* m: of a row among the independent ones, -1 when dropped */
+    bool *out;     /* r: independent rows that are left out for now; NULL: they never are */
     long factorizations;
 } kmp_saddle;
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
+
+/** As kmp_saddle_init, sparse whatever the size, and with `out`, none yet, to leave rows out by. */
+bool kmp_saddle_init_with_out(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);

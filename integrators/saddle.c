@@ -7,7 +7,7 @@
 /* Beyond this size, and with fewer than one in so many places taken, sparse. */
 enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
 
-/* Entries of the sparse matrix: M with both its triangles, then J and -J' by turns. */
+/* Entries of the sparse matrix: M with both its triangles, then J and -J' by turns, then 1 for each row that is out. */
 static int list_entries(const kmp_saddle *saddle, int *row, int *col)
 {
     const kmp_pattern *mass = &saddle->plant->system->mass, *jac = &saddle->plant->system->jacobian;
@@ -24,6 +24,8 @@ static int list_entries(const kmp_saddle *saddle, int *row, int *col)
             col[count] = side ? n + at : jac->col[k];
         }
     }
+    for (int k = 0; saddle->out && k < saddle->r; k++, count++)
+        row[count] = col[count] = n + k;
     return count;
 }
 
@@ -39,11 +41,17 @@ static bool make_sparse(kmp_saddle *saddle, int most)
     return kmp_memory_failures() == failures;
 }
 
-bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part, bool with_out)
 {
     int size = part->n + part->r, entries = 2 * (plant->system->mass.count + plant->system->jacobian.count);
     *saddle = (kmp_saddle){.plant = plant, .part = part, .n = part->n, .r = part->r};
-    saddle->large = size > SPARSE_FROM && entries < size * size / SPARSE_BELOW;
+    saddle->large = with_out || (size > SPARSE_FROM && entries < size * size / SPARSE_BELOW);
+    if (with_out) {
+        entries += part->r;
+        saddle->out = KMP_NEW(bool, part->r);
+        if (!saddle->out)
+            return false;
+    }
     saddle->matrix = KMP_NEW(double, saddle->large ? entries : size *size);
     saddle->x = KMP_NEW(double, size);
     saddle->pivot = KMP_NEW(int, size);
@@ -57,6 +65,16 @@ bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *
     return !saddle->large || make_sparse(saddle, entries);
 }
 
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    return init(saddle, plant, part, false);
+}
+
+bool kmp_saddle_init_with_out(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    return init(saddle, plant, part, true);
+}
+
 void kmp_saddle_free(kmp_saddle *saddle)
 {
     kmp_sparse_free(saddle->sparse);
@@ -64,6 +82,7 @@ void kmp_saddle_free(kmp_saddle *saddle)
     kmp_free(saddle->x);
     kmp_free(saddle->pivot);
     kmp_free(saddle->position);
+    kmp_free(saddle->out);
     *saddle = (kmp_saddle){0};
 }
 
@@ -86,6 +105,11 @@ static int factor_dense(kmp_saddle *saddle)
     return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
 }
 
+static bool is_out(const kmp_saddle *saddle, int k)
+{
+    return saddle->out && saddle->out[k];
+}
+
 static int factor_sparse(kmp_saddle *saddle)
 {
     const kmp_plant *plant = saddle->plant;
@@ -98,11 +122,16 @@ static int factor_sparse(kmp_saddle *saddle)
         if (mass->row[k] != mass->col[k])
             *value++ = plant->mass[k];
     }
-    for (int k = 0; k < jac->count; k++)
-        if (saddle->position[jac->row[k]] >= 0) {
-            *value++ = plant->jacobian[k];
-            *value++ = -plant->jacobian[k];
-        }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        if (at < 0)
+            continue;
+        double entry = is_out(saddle, at) ? 0 : plant->jacobian[k];
+        *value++ = entry;
+        *value++ = -entry;
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++)
+        *value++ = saddle->out[k] ? 1 : 0;
     return kmp_sparse_factor(saddle->sparse, saddle->matrix);
 }
 
@@ -128,7 +157,7 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
     for (int i = 0; i < n; i++)
         saddle->x[i] = -plant->bias[i];
     for (int k = 0; k < r; k++)
-        saddle->x[n + k] = -plant->jdqd[saddle->part->rows[k]];
+        saddle->x[n + k] = is_out(saddle, k) ? 0 : -plant->jdqd[saddle->part->rows[k]];
     solve(saddle);
     memcpy(qdd, saddle->x, (size_t)n * sizeof *qdd);
     if (!lambda)
@@ -143,7 +172,7 @@ void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *
     int n = saddle->n, r = saddle->r;
     memset(saddle->x, 0, (size_t)n * sizeof *saddle->x);
     for (int k = 0; k < r; k++)
-        saddle->x[n + k] = -violation[saddle->part->rows[k]];
+        saddle->x[n + k] = is_out(saddle, k) ? 0 : -violation[saddle->part->rows[k]];
     solve(saddle);
     memcpy(dx, saddle->x, (size_t)n * sizeof *dx);
 }

@@ -4,16 +4,11 @@
 #ifndef KMP_LINALG_LEAST_H
 #define KMP_LINALG_LEAST_H
 
+#include "linalg/sparse.h"
+
 /** x (n) of least norm among those that minimise |A x - b|; a is m x n column-major, kept. Pivots below rcond of the
  * largest count as zero. Returns the rank, -1 when there is no memory. */
 int kmp_least_squares(int m, int n, const double *a, const double *b, double rcond, double *x);
-
-/** A large matrix by its entries, none twice. */
-typedef struct kmp_entries {
-    int m, n, nz;
-    const int *row, *col;
-    const double *value;
-} kmp_entries;
 
 typedef enum kmp_least_outcome { KMP_LEAST_FOUND, KMP_LEAST_NONE, KMP_LEAST_NO_MEMORY } kmp_least_outcome;
 

@@ -6,10 +6,19 @@
 
 #include <stdbool.h>
 
-/** As kmp_lu_complete: the same r, c and pivots to the last bit, without the factors; all pivots are NaN when an entry
- * is not finite. *products: how many were formed (NULL: not asked). false: no memory. */
-bool kmp_sparse_complete(int m, int n, int nz, const int *row, const int *col, const double *value, const int *fixed,
-                         int *r, int *c, double *pivots, long *products);
+/* m x n */
+typedef struct kmp_entries {
+    int m, n, nz;
+    const int *row, *col;
+    const double *value;
+} kmp_entries;
+
+/** As kmp_lu_complete, without the factors: the same r, c and pivots to the last bit. Where the order of the pivots
+ * would fill the matrix, entries down to a quarter of the largest are taken for as good, and that one which fills least
+ * goes first (threshold complete pivoting: Gill, Murray, Saunders, SIAM Review 47 (2005) 99, section 4.5); r, c and
+ * pivots are then in the order of the pivots' sizes. All pivots are NaN when an entry is not finite. *products: how
+ * many were formed (NULL: not asked). false: no memory. */
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products);
 
 /** A square matrix, analysed once for its pattern. */
 typedef struct kmp_sparse kmp_sparse;

@@ -2,12 +2,20 @@
 /* Complete pivoting of a sparse matrix. Rows hold their entries, columns the rows that stand in them, and a heap the
  * rows by their largest entry; a pivot touches the rows of its column alone. Entries are formed by the operations of
  * the dense elimination in its order, so that nothing tells the two apart: a product with a zero is left out, which
- * changes no number. */
+ * changes no number.
+ *
+ * Where that takes too many products it begins again by thresholds: of all rows with an entry within the threshold one
+ * with the fewest entries, of these entries the one with the fewest rows; when there are none left, the next threshold
+ * is a part of the largest entry then. */
 #include "base/memory.h"
 #include "linalg/sparse.h"
 #include <float.h>
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
+
+/* Beyond so many products for each entry, row and column thresholds are taken, of this part of the largest entry. */
+enum { PRODUCTS_EACH = 40 };
+#define THRESHOLD 0.25
 
 typedef struct entry {
     int col;
@@ -31,7 +39,16 @@ typedef struct work {
     int heap_count;
     int *place; /* column -> 1 + its place in the row at hand, 0 when absent */
     int *r_at, *c_at, *r, *c;
-    long products;
+    long products, most_products;
+    bool exhausted;
+
+    bool relaxed;                /* by thresholds; what follows is for that alone */
+    double threshold, began_at;  /* and the largest entry when it was set */
+    bool of_fixed;               /* columns that it is for */
+    int *users;                  /* of a column: rows that are left in it */
+    int *bucket, *next, *before; /* rows within the threshold by their entries: n + 1 lists; -1: none */
+    bool *in_bucket;
+    int lowest; /* no list before it has a row */
 } work;
 
 static bool grow(void **p, list *l, size_t size)
@@ -56,6 +73,7 @@ static bool add_entry(work *w, int i, int j, double value)
     w->rows[j] = rows;
     if (!ok)
         return false;
+    w->users[j]++;
     w->entries[i][w->row[i].count++] = (entry){j, value};
     w->rows[j][w->column[j].count++] = i;
     return true;
@@ -91,7 +109,7 @@ static void find_best(work *w, int i)
     }
 }
 
-static bool before(const work *w, int a, int b)
+static bool goes_before(const work *w, int a, int b)
 {
     return better(w, w->entries[a][w->best[a]], a, w->entries[b][w->best[b]], b);
 }
@@ -106,21 +124,55 @@ static void put(work *w, int at, int i)
 static void settle(work *w, int at)
 {
     int i = w->heap[at];
-    for (; at > 0 && before(w, i, w->heap[(at - 1) / 2]); at = (at - 1) / 2)
+    for (; at > 0 && goes_before(w, i, w->heap[(at - 1) / 2]); at = (at - 1) / 2)
         put(w, at, w->heap[(at - 1) / 2]);
     for (int below; (below = 2 * at + 1) < w->heap_count; at = below) {
-        if (below + 1 < w->heap_count && before(w, w->heap[below + 1], w->heap[below]))
+        if (below + 1 < w->heap_count && goes_before(w, w->heap[below + 1], w->heap[below]))
             below++;
-        if (!before(w, w->heap[below], i))
+        if (!goes_before(w, w->heap[below], i))
             break;
         put(w, at, w->heap[below]);
     }
     put(w, at, i);
 }
 
+static bool within(const work *w, entry e)
+{
+    return is_fixed(w, e.col) == w->of_fixed && fabs(e.value) >= w->threshold;
+}
+
+static void put_in_bucket(work *w, int i)
+{
+    int size = w->row[i].count;
+    if (!within(w, w->entries[i][w->best[i]]))
+        return;
+    w->in_bucket[i] = true;
+    w->before[i] = -1;
+    w->next[i] = w->bucket[size];
+    if (w->next[i] >= 0)
+        w->before[w->next[i]] = i;
+    w->bucket[size] = i;
+    w->lowest = size < w->lowest ? size : w->lowest;
+}
+
+/* Before the row's entries change. */
+static void take_from_bucket(work *w, int i)
+{
+    if (!w->in_bucket[i])
+        return;
+    w->in_bucket[i] = false;
+    if (w->before[i] >= 0)
+        w->next[w->before[i]] = w->next[i];
+    else
+        w->bucket[w->row[i].count] = w->next[i];
+    if (w->next[i] >= 0)
+        w->before[w->next[i]] = w->before[i];
+}
+
 static void take_out(work *w, int i)
 {
     int at = w->heap_at[i];
+    take_from_bucket(w, i);
     w->heap_at[i] = -1;
     if (at < 0 || at == --w->heap_count)
         return;
@@ -136,6 +188,63 @@ static void put_back(work *w, int i)
         return;
     put(w, w->heap_count++, i);
     settle(w, w->heap_count - 1);
+    if (w->relaxed)
+        put_in_bucket(w, i);
+}
+
+static entry best_of(const work *w, int i)
+{
+    return w->entries[i][w->best[i]];
+}
+
+static void set_threshold(work *w)
+{
+    entry largest = best_of(w, w->heap[0]);
+    w->began_at = fabs(largest.value);
+    w->threshold = THRESHOLD * w->began_at;
+    w->of_fixed = is_fixed(w, largest.col);
+    for (int k = 0; k < w->heap_count; k++) {
+        take_from_bucket(w, w->heap[k]);
+        put_in_bucket(w, w->heap[k]);
+    }
+}
+
+/* A row with the fewest entries of those within the threshold; there is one. */
+static int shortest_row(work *w)
+{
+    while (w->lowest <= w->n && w->bucket[w->lowest] < 0)
+        w->lowest++;
+    entry largest = best_of(w, w->heap[0]);
+    bool grown = fabs(largest.value) * THRESHOLD > w->began_at || is_fixed(w, largest.col) != w->of_fixed;
+    if (w->lowest <= w->n && !grown)
+        return w->bucket[w->lowest];
+    set_threshold(w);
+    while (w->bucket[w->lowest] < 0)
+        w->lowest++;
+    return w->bucket[w->lowest];
+}
+
+/* Of its entries within the threshold one whose column has the fewest rows. */
+static entry rarest_entry(const work *w, int i)
+{
+    entry found = best_of(w, i);
+    for (int k = 0; k < w->row[i].count; k++) {
+        entry e = w->entries[i][k];
+        if (within(w, e) && (w->users[e.col] < w->users[found.col] ||
+                             (w->users[e.col] == w->users[found.col] && better(w, e, i, found, i))))
+            found = e;
+    }
+    return found;
+}
+
+/* The next pivot; false when nothing but zeros is left. */
+static bool choose(work *w, int *i, entry *pivot)
+{
+    if (w->heap_count == 0)
+        return false;
+    *i = w->relaxed ? shortest_row(w) : w->heap[0];
+    *pivot = w->relaxed ? rarest_entry(w, *i) : best_of(w, *i);
+    return true;
 }
 
 /* -- elimination ------------------------------------------------------------------------------------- */
@@ -167,6 +276,7 @@ static double remove_entry(work *w, int i, int j)
         if (w->entries[i][k].col == j) {
             double value = w->entries[i][k].value;
             w->entries[i][k] = w->entries[i][--w->row[i].count];
+            w->users[j]--;
             return value;
         }
     return 0;
@@ -185,7 +295,8 @@ static bool eliminate(work *w, int i, int j)
             return false;
         put_back(w, other);
     }
-    return true;
+    w->exhausted = !w->relaxed && w->products > w->most_products;
+    return !w->exhausted;
 }
 
 /* The exchange of places that the dense elimination makes. */
@@ -203,6 +314,8 @@ static void retire(work *w, int k, int i, int j)
     exchange(w->r, w->r_at, k, i);
     exchange(w->c, w->c_at, k, j);
     take_out(w, i);
+    for (int e = 0; e < w->row[i].count; e++)
+        w->users[w->entries[i][e].col]--;
     w->row_gone[i] = true;
     w->column_gone[j] = true;
 }
@@ -220,21 +333,56 @@ static bool pivot_all(work *w, double *pivots)
     int next_row = 0, next_free = 0, next_fixed = 0;
     for (int k = 0; k < w->m && k < w->n; k++) {
         int free_left = first_left(w->column_gone, w->n, w->fixed, false, &next_free);
-        int i = w->heap_count > 0 ? w->heap[0] : -1, j = i >= 0 ? w->entries[i][w->best[i]].col : -1;
+        int i;
+        entry pivot;
         pivots[k] = 0;
-        if (i >= 0 && (free_left < 0 || !is_fixed(w, j))) {
-            double pivot = fabs(w->entries[i][w->best[i]].value);
-            pivots[k] = pivot;
-            retire(w, k, i, j);
-            if (pivot <= DBL_MAX && !eliminate(w, i, j))
+        if (choose(w, &i, &pivot) && (free_left < 0 || !is_fixed(w, pivot.col))) {
+            pivots[k] = fabs(pivot.value);
+            retire(w, k, i, pivot.col);
+            if (pivots[k] <= DBL_MAX && !eliminate(w, i, pivot.col))
                 return false;
             continue;
         }
         /* Nothing but zeros is left, of free columns if there are any. */
-        j = free_left >= 0 ? free_left : first_left(w->column_gone, w->n, w->fixed, true, &next_fixed);
+        int j = free_left >= 0 ? free_left : first_left(w->column_gone, w->n, w->fixed, true, &next_fixed);
         retire(w, k, first_left(w->row_gone, w->m, NULL, false, &next_row), j);
     }
     return true;
+}
+
+/* -- by size ----------------------------------------------------------------------------------------- */
+
+typedef struct rank {
+    double pivot;
+    int r, c;
+    bool fixed;
+} rank;
+
+static int by_size(const void *a, const void *b)
+{
+    const rank *x = a, *y = b;
+    if (x->fixed != y->fixed)
+        return x->fixed ? 1 : -1;
+    if (x->pivot < y->pivot || x->pivot > y->pivot)
+        return x->pivot > y->pivot ? -1 : 1;
+    return (x->c > y->c) - (x->c < y->c);
+}
+
+static bool sort_by_size(const work *w, double *pivots)
+{
+    int count = w->m < w->n ? w->m : w->n;
+    rank *ranks = KMP_NEW(rank, count);
+    for (int k = 0; ranks && k < count; k++)
+        ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
+    if (ranks && count > 0)
+        qsort(ranks, (size_t)count, sizeof *ranks, by_size);
+    for (int k = 0; ranks && k < count; k++) {
+        pivots[k] = ranks[k].pivot;
+        w->r[k] = ranks[k].r;
+        w->c[k] = ranks[k].c;
+    }
+    kmp_free(ranks);
+    return ranks;
 }
 
 /* -- all together ------------------------------------------------------------------------------------ */
@@ -253,8 +401,14 @@ static bool allocate(work *w)
     w->place = KMP_NEW(int, w->n);
     w->r_at = KMP_NEW(int, w->m);
     w->c_at = KMP_NEW(int, w->n);
+    w->users = KMP_NEW(int, w->n);
+    w->bucket = KMP_NEW(int, w->n + 1);
+    w->next = KMP_NEW(int, w->m);
+    w->before = KMP_NEW(int, w->m);
+    w->in_bucket = KMP_NEW(bool, w->m);
     return w->entries && w->row && w->rows && w->column && w->row_gone && w->column_gone && w->best && w->heap &&
-           w->heap_at && w->place && w->r_at && w->c_at;
+           w->heap_at && w->place && w->r_at && w->c_at && w->users && w->bucket && w->next && w->before &&
+           w->in_bucket;
 }
 
 static void release(work *w)
@@ -263,18 +417,27 @@ static void release(work *w)
         kmp_free(w->entries[i]);
     for (int j = 0; w->rows && j < w->n; j++)
         kmp_free(w->rows[j]);
-    void *arrays[] = {w->entries, w->row,  w->rows,    w->column, w->row_gone, w->column_gone,
-                      w->best,    w->heap, w->heap_at, w->place,  w->r_at,     w->c_at};
+    void *arrays[] = {w->entries, w->row,    w->rows,    w->column, w->row_gone, w->column_gone,
+                      w->best,    w->heap,   w->heap_at, w->place,  w->r_at,     w->c_at,
+                      w->users,   w->bucket, w->next,    w->before, w->in_bucket};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
 }
 
-static bool load(work *w, int nz, const int *row, const int *col, const double *value)
+static bool load(work *w, const kmp_entries *a)
 {
     bool ok = true;
-    for (int k = 0; ok && k < nz; k++)
-        if (fabs(value[k]) > 0)
-            ok = add_entry(w, row[k], col[k], value[k]);
+    for (int i = 0; i < w->m; i++)
+        w->r[i] = w->r_at[i] = i;
+    for (int j = 0; j < w->n; j++)
+        w->c[j] = w->c_at[j] = j;
+    for (int k = 0; k <= w->n; k++)
+        w->bucket[k] = -1;
+    w->lowest = w->n + 1;
+    w->threshold = INFINITY; /* until the first is set */
+    for (int k = 0; ok && k < a->nz; k++)
+        if (fabs(a->value[k]) > 0)
+            ok = add_entry(w, a->row[k], a->col[k], a->value[k]);
     for (int i = 0; ok && i < w->m; i++) {
         w->heap_at[i] = -1;
         put_back(w, i);
@@ -282,28 +445,38 @@ static bool load(work *w, int nz, const int *row, const int *col, const double *
     return ok;
 }
 
-static bool all_finite(int count, const double *x)
+/* One way or the other; *exhausted: more products than allowed. */
+static bool run(const kmp_entries *a, const int *fixed, bool relaxed, int *r, int *c, double *pivots, long *products,
+                bool *exhausted)
 {
-    for (int k = 0; k < count; k++)
-        if (!isfinite(x[k]))
-            return false;
-    return true;
+    work w = {.m = a->m, .n = a->n, .fixed = fixed, .relaxed = relaxed, .r = r, .c = c};
+    w.most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
+    bool ok = allocate(&w) && load(&w, a) && pivot_all(&w, pivots) && (!relaxed || sort_by_size(&w, pivots));
+    *products += w.products;
+    *exhausted = w.exhausted;
+    release(&w);
+    return ok;
 }
 
-bool kmp_sparse_complete(int m, int n, int nz, const int *row, const int *col, const double *value, const int *fixed,
-                         int *r, int *c, double *pivots, long *products)
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products)
 {
-    work w = {.m = m, .n = n, .fixed = fixed, .r = r, .c = c};
-    bool ok = allocate(&w), finite = all_finite(nz, value);
-    for (int i = 0; ok && i < m; i++)
-        r[i] = w.r_at[i] = i;
-    for (int j = 0; ok && j < n; j++)
-        c[j] = w.c_at[j] = j;
-    for (int k = 0; ok && !finite && k < m && k < n; k++)
-        pivots[k] = NAN;
-    ok = ok && (!finite || (load(&w, nz, row, col, value) && pivot_all(&w, pivots)));
-    if (ok && products)
-        *products = w.products;
-    release(&w);
+    long formed = 0;
+    bool exhausted, ok = true;
+    for (int k = 0; k < a->nz; k++)
+        ok = ok && isfinite(a->value[k]);
+    if (!ok) {
+        for (int i = 0; i < a->m; i++)
+            r[i] = i;
+        for (int j = 0; j < a->n; j++)
+            c[j] = j;
+        for (int k = 0; k < a->m && k < a->n; k++)
+            pivots[k] = NAN;
+        return true;
+    }
+    ok = run(a, fixed, false, r, c, pivots, &formed, &exhausted);
+    if (exhausted)
+        ok = run(a, fixed, true, r, c, pivots, &formed, &exhausted);
+    if (products)
+        *products = formed;
     return ok;
 }
