@@ -66,7 +66,7 @@ static void choose_blocks(search *s)
     kmp_plant_closure(s->walk->plant, 0, s->b->assembly->q);
     if (count == 0 || kmp_partition_init(&s->part, system, s->walk->plant->jacobian, s->order, count) != KEMPE_OK)
         (void)kmp_partition_init(&s->part, system, s->walk->plant->jacobian, NULL, 0);
-    s->block_count = s->part.r > 0 ? kmp_loop_blocks(system, &s->part, s->walk, &s->b->arena, &s->blocks) : 0;
+    s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->plant, &s->part, &s->b->arena, &s->blocks) : 0;
     kmp_context_clear(system->context);
 }
 

@@ -15,9 +15,9 @@ static kempe_status examine(kempe_check *check)
         kmp_plant_closure(plant, 0, check->assembly->q);
         status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.u, s->model->run.u_count);
     }
-    kmp_plant_free(plant);
     if (status == KEMPE_OK)
-        status = kmp_doctor_examine(&check->doctor, s, check->assembly->q, &check->part, &check->arena);
+        status = kmp_doctor_examine(&check->doctor, plant, check->assembly->q, &check->part, &check->arena);
+    kmp_plant_free(plant);
     return status;
 }
 
