@@ -4,8 +4,8 @@
  *
  *     scale [LARGEST N, 1000 if absent [unequal]]      2000 prepares for many minutes
  */
-#include "base/text.h"
 #include "bench.h"
+#include "chain.h"
 #include "constraints/partition.h"
 #include "integrators/run.h"
 #include <math.h>
@@ -19,41 +19,9 @@ typedef struct chain {
     double derive_s;
 } chain;
 
-/* Unequal: each window a little wider and the bars of different masses, so that nothing is alike. */
-static char *windows(int n, bool unequal)
-{
-    kmp_text t = {0};
-    kmp_text_put(&t, "kempe: 1\nname: chain\ngravity: [0, -9.81, 0]\nground: {points: {");
-    for (int i = 0; i <= n; i++)
-        kmp_text_printf(&t, "%sG%d: [%.17g, 0, 0]", i ? ", " : "", i, unequal ? i * (1 + 0.001 * i) : i);
-    kmp_text_put(&t, "}}\nbodies:\n");
-    for (int i = 0; i <= 2 * n; i++) {
-        bool upright = i <= n;
-        int k = upright ? i : i - n - 1;
-        double l = upright || !unequal ? 1 : (k + 1) * (1 + 0.001 * (k + 1)) - k * (1 + 0.001 * k);
-        kmp_text_printf(&t, "  %c%d: {joint: {name: %c%d, revolute: z, at: ", upright ? 'v' : 'h', k,
-                        upright ? 'a' : 'b', k);
-        kmp_text_printf(&t, upright ? "ground.G%d" : "v%d.T", k);
-        kmp_text_printf(&t, "}, mass: %.17g, com: [%.17g, 0, 0], inertia: {zz: %.17g}, points: {T: [%.17g, 0, 0]}}\n",
-                        unequal ? 1 + 0.01 * (i % 7) : 1, l / 2, l * l / 12, l);
-    }
-    kmp_text_put(&t, "loops:\n");
-    for (int i = 0; i < n; i++)
-        kmp_text_printf(&t, "  C%d: {ball: [h%d.T, v%d.T]}\n", i, i, i + 1);
-    kmp_text_put(&t, "start:\n  q: {");
-    for (int i = 0; i <= 2 * n; i++)
-        kmp_text_printf(&t, "%s%c%d: %s", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1,
-                        i <= n ? "90 deg" : "-90 deg");
-    kmp_text_put(&t, "}\n  qd: {");
-    for (int i = 0; i <= 2 * n; i++)
-        kmp_text_printf(&t, "%s%c%d: %d", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1, i <= n ? -1 : 1);
-    kmp_text_put(&t, "}\n");
-    return kmp_text_take(&t);
-}
-
 static bool make(chain *c, int n, bool unequal)
 {
-    char *text = windows(n, unequal);
+    char *text = chain_text(n, unequal, 0);
     double begin = bench_now();
     *c = (chain){.context = kempe_context_new()};
     bool made = text && kempe_model_read_text(c->context, text, "chain", &c->model) == KEMPE_OK &&

@@ -142,6 +142,7 @@ void kmp_pick_swap(kmp_pick *c, int i, int k)
 kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond)
 {
     kmp_pick_quality quality = {0};
+    *exchanges = 0;
     kmp_pick_outcome outcome = c->dense ? kmp_pick_improve_dense(c, r, most, exchanges, &quality)
                                         : kmp_pick_improve_blocks(c, r, most, exchanges, &quality);
     *max_b = quality.max_b;

@@ -8,6 +8,8 @@
 
 /* Up to this many places a block is dense. */
 enum { DENSE_BLOCK = 1 << 14 };
+/* After an exchange of an entry of B of this size it is computed anew. */
+#define LONG_DUE 100.0
 
 /* -- one large block: its first r columns against the others, all of its r rows ----------------------- */
 
@@ -130,7 +132,8 @@ static bool compute_b(const kmp_pick *c, int r, kmp_sparse *jv, tableau *t)
     return true;
 }
 
-/* B is brought along from exchange to exchange, and computed anew when they seem to be done. */
+/* B is brought along from exchange to exchange, and computed anew after one that was long due, whose rounding is large,
+ * and when they seem to be done. */
 static kmp_pick_outcome exchange_all(kmp_pick *c, int r, int most, int *exchanges, tableau *t,
                                      kmp_pick_quality *quality)
 {
@@ -151,8 +154,10 @@ static kmp_pick_outcome exchange_all(kmp_pick *c, int r, int most, int *exchange
             return KMP_PICK_MADE;
         }
         kmp_sparse_free(jv);
-        for (int k; done < most && t->most[k = worst_column(t)] > KMP_PICK_GROWTH; done++) {
+        double size = 0;
+        for (int k; done < most && size < LONG_DUE && t->most[k = worst_column(t)] > KMP_PICK_GROWTH; done++) {
             int i = t->at[k];
+            size = t->most[k];
             exchange(t, i, k);
             kmp_pick_swap(c, i, r + k);
         }

@@ -34,23 +34,18 @@ static bool allocate(kmp_reduction *red, int entries, int m)
            red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
 }
 
-/* Position of `value` in an ascending list, -1 when absent. */
-static int position(const int *list, int count, int value)
-{
-    for (int k = 0; k < count; k++)
-        if (list[k] == value)
-            return k;
-    return -1;
-}
-
 /* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
 static bool split(kmp_reduction *red)
 {
     const kmp_pattern *pattern = &red->plant->system->jacobian;
-    int *row = KMP_NEW(int, pattern->count), *col = KMP_NEW(int, pattern->count);
-    bool ok = row && col;
+    int *row = KMP_NEW(int, pattern->count), *col = KMP_NEW(int, pattern->count), *place = KMP_NEW(int, red->n);
+    bool ok = row && col && place;
+    for (int k = 0; ok && k < red->p; k++)
+        place[red->part->u[k]] = -1 - k;
+    for (int k = 0; ok && k < red->r; k++)
+        place[red->part->v[k]] = k;
     for (int k = 0; ok && k < pattern->count; k++) {
-        int i = red->row_of[pattern->row[k]], v = position(red->part->v, red->r, pattern->col[k]);
+        int i = red->row_of[pattern->row[k]], v = place[pattern->col[k]];
         if (i < 0)
             continue;
         if (v >= 0) {
@@ -59,7 +54,7 @@ static bool split(kmp_reduction *red)
             red->jv_entry[red->jv_count++] = k;
         } else {
             red->ju_row[red->ju_count] = i;
-            red->ju_col[red->ju_count] = position(red->part->u, red->p, pattern->col[k]);
+            red->ju_col[red->ju_count] = -1 - v;
             red->ju_entry[red->ju_count++] = k;
         }
     }
@@ -69,6 +64,7 @@ static bool split(kmp_reduction *red)
     }
     kmp_free(row);
     kmp_free(col);
+    kmp_free(place);
     return ok;
 }
 
@@ -78,7 +74,9 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     unsigned long failures = kmp_memory_failures();
     bool ok = allocate(red, plant->system->jacobian.count, part->m);
     for (int i = 0; ok && i < part->m; i++)
-        red->row_of[i] = position(part->rows, part->r, i);
+        red->row_of[i] = -1;
+    for (int k = 0; ok && k < part->r; k++)
+        red->row_of[part->rows[k]] = k;
     for (int k = 0; ok && k < red->p; k++)
         red->x[part->u[k] + k * red->n] = 1;
     ok = ok && split(red);
