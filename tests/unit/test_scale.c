@@ -303,8 +303,11 @@ static void a_long_block_is_exchanged_as_well(void)
             kmp_pick_add(&whole, i, i + k, k % 4 ? between(-0.6, 0.6) : between(0.8, 1.2));
     for (int e = 0; e < whole.nz; e++)
         kmp_pick_add(&parts, whole.entry_row[e], whole.entry_col[e], whole.value[e]);
-    for (int k = 0; k < N + 4; k++) /* u: four in the middle */
-        whole.col[k] = parts.col[k] = k < 40 ? k : k < N ? k + 4 : k - N + 40;
+    for (int k = 0, v = 0, u = N; k < N + 4; k++) { /* u: columns 30, 32, 100, 102 */
+        bool chosen = k % 70 != 30 && k % 70 != 32;
+        int place = chosen ? v++ : u++;
+        whole.col[place] = parts.col[place] = k;
+    }
     for (int i = 0; i < N; i++)
         whole.row[i] = parts.row[i] = i;
     CHECK(kmp_pick_improve(&whole, N, 1000, &made, &max_b, &cond) == KMP_PICK_MADE);
