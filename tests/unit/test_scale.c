@@ -124,7 +124,7 @@ static void products_grow_with_the_chain(void)
     for (int n = 2000; n <= 4000; n *= 2) {
         long now = flat_chain(n, 1e-3, &rank);
         CHECK(rank == 2 * n);
-        CHECK(now < 2.3 * (double)before);
+        CHECK((double)now < 2.3 * (double)before);
         CHECK(now > n);
         before = now;
     }
