@@ -101,7 +101,7 @@ static kmp_sparse *factor_jv(const kmp_pick *c, int r)
                 col[count] = place[c->entry_col[e]];
                 value[count++] = c->value[e];
             }
-        jv = kmp_sparse_new(r, count, row, col);
+        jv = kmp_sparse_new(r, count, row, col, false);
     }
     if (jv && kmp_sparse_factor(jv, value) != 0) {
         kmp_sparse_free(jv);

@@ -35,7 +35,7 @@ static bool make_sparse(kmp_saddle *saddle, int most)
     unsigned long failures = kmp_memory_failures();
     int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
     if (row && col)
-        saddle->sparse = kmp_sparse_new(saddle->n + saddle->r, list_entries(saddle, row, col), row, col);
+        saddle->sparse = kmp_sparse_new(saddle->n + saddle->r, list_entries(saddle, row, col), row, col, true);
     kmp_free(row);
     kmp_free(col);
     return kmp_memory_failures() == failures;

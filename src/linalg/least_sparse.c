@@ -78,7 +78,7 @@ kmp_least_outcome kmp_least_squares_sparse(const kmp_entries *a, const double *b
     bool ok = allocate(&w, a->m, a->n, a->nz) && (damping > DAMPED_ENOUGH || leave_out(&w, a, rcond));
     kmp_sparse *s = NULL;
     if (ok) {
-        s = kmp_sparse_new(a->n + a->m, list(&w, a, damping), w.row, w.col);
+        s = kmp_sparse_new(a->n + a->m, list(&w, a, damping), w.row, w.col, true);
         ok = s && kmp_sparse_factor(s, w.value) == 0;
     }
     for (int i = 0; ok && i < a->m; i++)

@@ -39,7 +39,7 @@ static void compress(kmp_sparse *s, const int *row, const int *col)
     s->start[0] = 0;
 }
 
-kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col)
+kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric)
 {
     kmp_sparse *s = KMP_NEW(kmp_sparse, 1);
     if (!s)
@@ -52,11 +52,12 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col)
     s->value = KMP_NEW(double, nz);
     klu_defaults(&s->common);
     s->common.tol = DIAGONAL_KEPT;
+    s->common.btf = !symmetric;
     if (s->start && s->row && s->place && s->value && n > 0) {
         compress(s, row, col);
         s->symbolic = klu_analyze(n, s->start, s->row, &s->common);
     }
-    if (s->symbolic && s->symbolic->structural_rank == n)
+    if (s->symbolic && (symmetric || s->symbolic->structural_rank == n))
         return s;
     kmp_sparse_free(s);
     return NULL;

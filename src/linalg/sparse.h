@@ -23,8 +23,11 @@ bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c,
 /** A square matrix, analysed once for its pattern. */
 typedef struct kmp_sparse kmp_sparse;
 
-/** NULL when there is no memory or the pattern is structurally singular (kmp_memory_failures tells which). */
-kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col);
+/** Of a symmetric pattern the block-triangular form, which takes n^2 in long chains and finds nothing in it, is left
+ * out. NULL when there is no memory or, not symmetric, the pattern is structurally singular (kmp_memory_failures tells
+ * which).
+ */
+kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
 void kmp_sparse_free(kmp_sparse *s);
 
 /** Factors for the values of the same entries in the same order: with the pivots at hand where they still suit, with

@@ -161,7 +161,7 @@ static void sparse_systems_are_solved(void)
         for (int k = 0; k < n; k++)
             if (a.dense[k + k * n] == 0)
                 add(&a, k, k, between(1, 2));
-        kmp_sparse *s = kmp_sparse_new(n, a.entries.nz, a.row, a.col);
+        kmp_sparse *s = kmp_sparse_new(n, a.entries.nz, a.row, a.col, trial % 2);
         CHECK(s);
         for (int again = 0; s && again < 2; again++) { /* the second time with the pivots of the first */
             memcpy(lu, a.dense, sizeof lu);
@@ -192,10 +192,13 @@ static void singular_systems_are_told(void)
 {
     const int row[3] = {0, 1, 1}, col[3] = {0, 0, 1};
     const double zero[3] = {1, 1, 0};
-    kmp_sparse *s = kmp_sparse_new(2, 3, row, col);
+    kmp_sparse *s = kmp_sparse_new(2, 3, row, col, false);
     CHECK(s && kmp_sparse_factor(s, zero) != 0);
     kmp_sparse_free(s);
-    CHECK(!kmp_sparse_new(2, 2, row, col)); /* nothing in the second column */
+    CHECK(!kmp_sparse_new(2, 2, row, col, false)); /* nothing in the second column */
+    s = kmp_sparse_new(2, 1, row, col, true);      /* told when factored */
+    CHECK(s && kmp_sparse_factor(s, zero) != 0);
+    kmp_sparse_free(s);
 }
 
 static void sparse_least_squares_are_the_dense_ones(void)
