@@ -2,7 +2,6 @@
 #include "constraints/margin.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
-#include "linalg/sparse.h"
 #include <math.h>
 #include <string.h>
 
@@ -27,6 +26,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
     margin->a = large ? NULL : KMP_NEW(double, m *n);
+    margin->pivoting = large ? kmp_pivoting_new(m, n) : NULL;
     margin->entry_row = KMP_NEW(int, large);
     margin->entry_col = KMP_NEW(int, large);
     margin->pivots = KMP_NEW(double, m + n);
@@ -34,8 +34,8 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->col = KMP_NEW(int, n);
     margin->entry = KMP_NEW(int, system->jacobian.count);
     margin->value = KMP_NEW(double, system->jacobian.count);
-    if ((!margin->a && !large) || !margin->entry_row || !margin->entry_col || !margin->pivots || !margin->row ||
-        !margin->col || !margin->entry || !margin->value)
+    if ((large ? !margin->pivoting : !margin->a) || !margin->entry_row || !margin->entry_col || !margin->pivots ||
+        !margin->row || !margin->col || !margin->entry || !margin->value)
         return false;
     margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
     for (int k = 0; k < m; k++)
@@ -48,6 +48,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 void kmp_margin_free(kmp_margin *margin)
 {
     kmp_free(margin->a);
+    kmp_pivoting_free(margin->pivoting);
     kmp_free(margin->entry_row);
     kmp_free(margin->entry_col);
     kmp_free(margin->pivots);
@@ -84,7 +85,7 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
     kmp_entries a = {count, s->n, entries, margin->entry_row, margin->entry_col, margin->value};
     if (margin->a)
         kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
-    else if (!kmp_sparse_complete(&a, NULL, margin->row, margin->col, margin->pivots, NULL))
+    else if (!kmp_pivoting_run(margin->pivoting, &a, NULL, margin->row, margin->col, margin->pivots))
         return NAN;
     return margin->pivots[which];
 }

@@ -8,6 +8,7 @@
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "linalg/block.h"
+#include "linalg/sparse.h"
 
 typedef struct kmp_margin {
     const kempe_system *system;
@@ -18,6 +19,7 @@ typedef struct kmp_margin {
     double *a;    /* m x n; NULL when J is large */
     double *pivots;
     int *entry_row, *entry_col; /* of a large one's entries, with `value` */
+    kmp_pivoting *pivoting;     /* of it */
     int *row, *col;             /* of the pivots */
     kmp_block *block;           /* many rows: J on those pivots, whose own pivots are quickly had */
     int count, *entry;          /* its entries of J */

@@ -47,7 +47,7 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
 {
     if (!c->dense) {
         kmp_entries a = {c->m, c->n, c->nz, c->entry_row, c->entry_col, c->value};
-        return kmp_sparse_complete(&a, fixed, c->row, c->col, pivots, NULL);
+        return kmp_sparse_complete(&a, fixed, c->row, c->col, pivots);
     }
     memcpy(c->b, c->a, (size_t)(c->m * c->n) * sizeof *c->b);
     kmp_lu_complete(c->m, c->n, c->b, fixed, c->row, c->col, pivots);

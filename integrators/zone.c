@@ -40,6 +40,7 @@ typedef struct zone {
     double *lambda; /* m: where closures move */
     double *x, *y, *z, *dx;
     kmp_saddle saddle; /* of a large mechanism, in place of l, a, full, rr, pivot, z */
+    kmp_pivoting *pivoting;
     bool large;
     int *entry_row, *entry_col, *pivot_row, *pivot_col;
     double *entry, *pivots;
@@ -145,7 +146,7 @@ static int factor_large(zone *d)
         d->entry[nz++] = d->plant->jacobian[k] * d->s->scale[jac->col[k]] / d->s->row_scale[jac->row[k]];
     }
     kmp_entries a = {d->r, d->n, nz, d->entry_row, d->entry_col, d->entry};
-    if (!kmp_sparse_complete(&a, NULL, d->pivot_row, d->pivot_col, d->pivots, NULL))
+    if (!kmp_pivoting_run(d->pivoting, &a, NULL, d->pivot_row, d->pivot_col, d->pivots))
         return KMP_RETRY;
     for (int k = 0; k < d->r; k++)
         d->saddle.out[d->pivot_row[k]] = !(d->pivots[k] > EPS * d->pivots[0]);
@@ -324,6 +325,7 @@ static void release(kmp_road *road)
                       d->lambda,    d->x,         d->y,         d->z,     d->dx,    d->entry_row,
                       d->entry_col, d->pivot_row, d->pivot_col, d->entry, d->pivots};
     kmp_saddle_free(&d->saddle);
+    kmp_pivoting_free(d->pivoting);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_free(d->pivot);
@@ -340,7 +342,8 @@ static bool allocate_large(zone *d)
     d->pivot_row = KMP_NEW(int, d->r);
     d->pivot_col = KMP_NEW(int, d->n);
     d->pivots = KMP_NEW(double, d->r);
-    return d->entry_row && d->entry_col && d->entry && d->pivot_row && d->pivot_col && d->pivots &&
+    d->pivoting = kmp_pivoting_new(d->r, d->n);
+    return d->entry_row && d->entry_col && d->entry && d->pivot_row && d->pivot_col && d->pivots && d->pivoting &&
            kmp_saddle_init_with_out(&d->saddle, d->plant, d->part);
 }
 

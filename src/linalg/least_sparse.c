@@ -38,7 +38,7 @@ static void release(work *w)
 static bool leave_out(work *w, const kmp_entries *a, double rcond)
 {
     int most = a->m < a->n ? a->m : a->n, rank = 0;
-    if (!kmp_sparse_complete(a, NULL, w->pivot_row, w->pivot_col, w->pivots, NULL))
+    if (!kmp_sparse_complete(a, NULL, w->pivot_row, w->pivot_col, w->pivots))
         return false;
     while (rank < most && w->pivots[rank] > rcond * w->pivots[0])
         rank++;

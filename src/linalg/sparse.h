@@ -13,12 +13,23 @@ typedef struct kmp_entries {
     const double *value;
 } kmp_entries;
 
+/** Complete pivoting of matrices of up to m x n. NULL when there is no memory. */
+typedef struct kmp_pivoting kmp_pivoting;
+kmp_pivoting *kmp_pivoting_new(int m, int n);
+void kmp_pivoting_free(kmp_pivoting *p);
+
 /** As kmp_lu_complete, without the factors: the same r, c and pivots to the last bit. Where the order of the pivots
  * would fill the matrix, entries down to a quarter of the largest are taken for as good, and that one which fills least
- * goes first (threshold complete pivoting: Gill, Murray, Saunders, SIAM Review 47 (2005) 99, section 4.5); r, c and
- * pivots are then in the order of the pivots' sizes. All pivots are NaN when an entry is not finite. *products: how
- * many were formed (NULL: not asked). false: no memory. */
-bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products);
+ * goes first (threshold complete pivoting: Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and pivots are then
+ * in the order of the pivots' sizes. All pivots are NaN when an entry is not finite. Allocates only where it fills more
+ * than before. false: no memory. */
+bool kmp_pivoting_run(kmp_pivoting *p, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
+
+/** Products that the last run formed. */
+long kmp_pivoting_products(const kmp_pivoting *p);
+
+/** The same once. */
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
 
 /** A square matrix, analysed once for its pattern. */
 typedef struct kmp_sparse kmp_sparse;

@@ -26,8 +26,16 @@ typedef struct list {
     int count, room;
 } list;
 
-typedef struct work {
-    int m, n;
+typedef struct rank {
+    double pivot;
+    int r, c;
+    bool fixed;
+} rank;
+
+/* Made for a size, used again and again: lists keep their room. */
+struct kmp_pivoting {
+    int rows_made, columns_made;
+    int m, n; /* of the matrix at hand */
     const int *fixed;
     entry **entries; /* of each row, of columns that are left */
     list *row;
@@ -49,7 +57,10 @@ typedef struct work {
     int *bucket, *next, *before; /* rows within the threshold by their entries: n + 1 lists; -1: none */
     bool *in_bucket;
     int lowest; /* no list before it has a row */
-} work;
+    rank *ranks;
+};
+
+typedef kmp_pivoting work;
 
 static bool grow(void **p, list *l, size_t size)
 {
@@ -352,12 +363,6 @@ static bool pivot_all(work *w, double *pivots)
 
 /* -- by size ----------------------------------------------------------------------------------------- */
 
-typedef struct rank {
-    double pivot;
-    int r, c;
-    bool fixed;
-} rank;
-
 static int by_size(const void *a, const void *b)
 {
     const rank *x = a, *y = b;
@@ -368,24 +373,21 @@ static int by_size(const void *a, const void *b)
     return (x->c > y->c) - (x->c < y->c);
 }
 
-static bool sort_by_size(const work *w, double *pivots)
+static void sort_by_size(const work *w, double *pivots)
 {
     int count = w->m < w->n ? w->m : w->n;
-    rank *ranks = KMP_NEW(rank, count);
-    for (int k = 0; ranks && k < count; k++)
-        ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
-    if (ranks && count > 0)
-        qsort(ranks, (size_t)count, sizeof *ranks, by_size);
-    for (int k = 0; ranks && k < count; k++) {
-        pivots[k] = ranks[k].pivot;
-        w->r[k] = ranks[k].r;
-        w->c[k] = ranks[k].c;
+    for (int k = 0; k < count; k++)
+        w->ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
+    if (count > 0)
+        qsort(w->ranks, (size_t)count, sizeof *w->ranks, by_size);
+    for (int k = 0; k < count; k++) {
+        pivots[k] = w->ranks[k].pivot;
+        w->r[k] = w->ranks[k].r;
+        w->c[k] = w->ranks[k].c;
     }
-    kmp_free(ranks);
-    return ranks;
 }
 
-/* -- all together ------------------------------------------------------------------------------------ */
+/* -- new and free ------------------------------------------------------------------------------------ */
 
 static bool allocate(work *w)
 {
@@ -406,77 +408,126 @@ static bool allocate(work *w)
     w->next = KMP_NEW(int, w->m);
     w->before = KMP_NEW(int, w->m);
     w->in_bucket = KMP_NEW(bool, w->m);
+    w->ranks = KMP_NEW(rank, w->m < w->n ? w->m : w->n);
     return w->entries && w->row && w->rows && w->column && w->row_gone && w->column_gone && w->best && w->heap &&
            w->heap_at && w->place && w->r_at && w->c_at && w->users && w->bucket && w->next && w->before &&
-           w->in_bucket;
+           w->in_bucket && w->ranks;
 }
 
-static void release(work *w)
+kmp_pivoting *kmp_pivoting_new(int m, int n)
 {
-    for (int i = 0; w->entries && i < w->m; i++)
+    work *w = KMP_NEW(work, 1);
+    if (!w)
+        return NULL;
+    w->rows_made = w->m = m;
+    w->columns_made = w->n = n;
+    if (allocate(w))
+        return w;
+    kmp_pivoting_free(w);
+    return NULL;
+}
+
+void kmp_pivoting_free(kmp_pivoting *w)
+{
+    if (!w)
+        return;
+    for (int i = 0; w->entries && i < w->rows_made; i++)
         kmp_free(w->entries[i]);
-    for (int j = 0; w->rows && j < w->n; j++)
+    for (int j = 0; w->rows && j < w->columns_made; j++)
         kmp_free(w->rows[j]);
-    void *arrays[] = {w->entries, w->row,    w->rows,    w->column, w->row_gone, w->column_gone,
-                      w->best,    w->heap,   w->heap_at, w->place,  w->r_at,     w->c_at,
-                      w->users,   w->bucket, w->next,    w->before, w->in_bucket};
+    void *arrays[] = {w->entries,   w->row,   w->rows, w->column, w->row_gone, w->column_gone, w->best, w->heap,
+                      w->heap_at,   w->place, w->r_at, w->c_at,   w->users,    w->bucket,      w->next, w->before,
+                      w->in_bucket, w->ranks, w};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+static void reset_rows(work *w)
+{
+    for (int i = 0; i < w->m; i++) {
+        w->r[i] = w->r_at[i] = i;
+        w->row[i].count = 0;
+        w->row_gone[i] = w->in_bucket[i] = false;
+        w->heap_at[i] = -1;
+    }
+    w->heap_count = 0;
+}
+
+static void reset_columns(work *w)
+{
+    for (int j = 0; j < w->n; j++) {
+        w->c[j] = w->c_at[j] = j;
+        w->column[j].count = w->users[j] = w->place[j] = 0;
+        w->column_gone[j] = false;
+    }
+    for (int k = 0; k <= w->n; k++)
+        w->bucket[k] = -1;
+    w->lowest = w->n + 1;
+    w->threshold = INFINITY; /* until the first is set */
 }
 
 static bool load(work *w, const kmp_entries *a)
 {
     bool ok = true;
-    for (int i = 0; i < w->m; i++)
-        w->r[i] = w->r_at[i] = i;
-    for (int j = 0; j < w->n; j++)
-        w->c[j] = w->c_at[j] = j;
-    for (int k = 0; k <= w->n; k++)
-        w->bucket[k] = -1;
-    w->lowest = w->n + 1;
-    w->threshold = INFINITY; /* until the first is set */
+    reset_rows(w);
+    reset_columns(w);
     for (int k = 0; ok && k < a->nz; k++)
         if (fabs(a->value[k]) > 0)
             ok = add_entry(w, a->row[k], a->col[k], a->value[k]);
-    for (int i = 0; ok && i < w->m; i++) {
-        w->heap_at[i] = -1;
+    for (int i = 0; ok && i < w->m; i++)
         put_back(w, i);
-    }
     return ok;
 }
 
-/* One way or the other; *exhausted: more products than allowed. */
-static bool run(const kmp_entries *a, const int *fixed, bool relaxed, int *r, int *c, double *pivots, long *products,
-                bool *exhausted)
+static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
 {
-    work w = {.m = a->m, .n = a->n, .fixed = fixed, .relaxed = relaxed, .r = r, .c = c};
-    w.most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
-    bool ok = allocate(&w) && load(&w, a) && pivot_all(&w, pivots) && (!relaxed || sort_by_size(&w, pivots));
-    *products += w.products;
-    *exhausted = w.exhausted;
-    release(&w);
-    return ok;
+    w->relaxed = relaxed;
+    w->exhausted = false;
+    if (!load(w, a) || !pivot_all(w, pivots))
+        return false;
+    if (relaxed)
+        sort_by_size(w, pivots);
+    return true;
 }
 
-bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products)
+static bool all_finite(const kmp_entries *a)
 {
-    long formed = 0;
-    bool exhausted, ok = true;
     for (int k = 0; k < a->nz; k++)
-        ok = ok && isfinite(a->value[k]);
-    if (!ok) {
-        for (int i = 0; i < a->m; i++)
-            r[i] = i;
-        for (int j = 0; j < a->n; j++)
-            c[j] = j;
+        if (!isfinite(a->value[k]))
+            return false;
+    return true;
+}
+
+bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+{
+    w->m = a->m;
+    w->n = a->n;
+    w->fixed = fixed;
+    w->r = r;
+    w->c = c;
+    w->products = 0;
+    w->most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
+    if (!all_finite(a)) {
+        reset_rows(w);
+        reset_columns(w);
         for (int k = 0; k < a->m && k < a->n; k++)
             pivots[k] = NAN;
         return true;
     }
-    ok = run(a, fixed, false, r, c, pivots, &formed, &exhausted);
-    if (exhausted)
-        ok = run(a, fixed, true, r, c, pivots, &formed, &exhausted);
-    if (products)
-        *products = formed;
+    return run(w, a, false, pivots) || (w->exhausted && run(w, a, true, pivots));
+}
+
+long kmp_pivoting_products(const kmp_pivoting *w)
+{
+    return w->products;
+}
+
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+{
+    kmp_pivoting *w = kmp_pivoting_new(a->m, a->n);
+    bool ok = w && kmp_pivoting_run(w, a, fixed, r, c, pivots);
+    kmp_pivoting_free(w);
     return ok;
 }
