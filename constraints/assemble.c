@@ -404,7 +404,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
 {
     *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
     w->free = KMP_NEW(int, s->n);
-    w->large = s->m * s->n > DENSE_MOST;
+    w->large = (long)s->m * s->n > DENSE_MOST;
     w->jac = KMP_NEW(double, w->large ? 0 : s->m * s->n);
     w->scaled = KMP_NEW(double, w->large ? 0 : s->m * s->n);
     w->damped = KMP_NEW(double, w->large ? 0 : (s->m + s->n) * s->n);

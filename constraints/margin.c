@@ -20,7 +20,7 @@
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
-    int m = system->m, n = system->n, large = m * n > DENSE_MOST ? system->jacobian.count : 0;
+    int m = system->m, n = system->n, large = (long)m * n > DENSE_MOST ? system->jacobian.count : 0;
     *margin = (kmp_margin){.system = system, .r = part->r, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
     margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
     if (margin->near)

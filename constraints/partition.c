@@ -36,7 +36,7 @@ static void sort(int *x, int count)
 static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
 {
     const kmp_pattern *j = &s->jacobian;
-    if (!kmp_pick_init(c, s->m, s->n, j->count, s->m * s->n <= DENSE_MOST))
+    if (!kmp_pick_init(c, s->m, s->n, j->count, (long)s->m * s->n <= DENSE_MOST))
         return false;
     for (int e = 0; e < j->count; e++)
         kmp_pick_add(c, j->row[e], j->col[e], jacobian[e] * s->scale[j->col[e]] / s->row_scale[j->row[e]]);

@@ -45,7 +45,7 @@ static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part
 {
     int size = part->n + part->r, entries = 2 * (plant->system->mass.count + plant->system->jacobian.count);
     *saddle = (kmp_saddle){.plant = plant, .part = part, .n = part->n, .r = part->r};
-    saddle->large = with_out || (size > SPARSE_FROM && entries < size * size / SPARSE_BELOW);
+    saddle->large = with_out || (size > SPARSE_FROM && entries < (long)size * size / SPARSE_BELOW);
     if (with_out) {
         entries += part->r;
         saddle->out = KMP_NEW(bool, part->r);

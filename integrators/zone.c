@@ -385,7 +385,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->n = n;
     d->m = start->part->m;
     d->r = start->part->r;
-    d->large = d->m * d->n > DENSE_MOST;
+    d->large = (long)d->m * d->n > DENSE_MOST;
     d->has_work = start->system->dissipative;
     d->road.release = release;
     d->road.row = row;
