@@ -450,7 +450,24 @@ static void work_free(work *w)
     kmp_free(w->trial);
 }
 
-static void assemble(work *w)
+/* A closed one goes along its branch to where the goals are nearest. false: no memory. */
+static bool seek_goals(work *w)
+{
+    kmp_goals_verdict *goals = &w->a->goals;
+    if (!w->guess->goals || goals->count == 0)
+        return true;
+    if (largest(w->m, w->h) > CLOSED)
+        return kmp_goals_measure(w->s, w->a->q, goals);
+    if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
+        return false;
+    w->a->iterations += goals->steps;
+    if (w->m > 0)
+        polish(w);
+    return kmp_goals_measure(w->s, w->a->q, goals);
+}
+
+/* false: no memory. */
+static bool assemble(work *w)
 {
     if (w->m > 0) {
         from_afar(w);
@@ -458,21 +475,23 @@ static void assemble(work *w)
             near_by(w);
         polish(w);
     }
+    if (!seek_goals(w))
+        return false;
     judge(w);
     if (w->a->closed)
         make_rates(w);
+    return true;
 }
 
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
 {
     work w = {0};
     kempe_assembly *a = kmp_assembly_new(system);
-    if (!a || !work_init(&w, system, guess, a)) {
+    if (!a || !work_init(&w, system, guess, a) || !assemble(&w)) {
         work_free(&w);
         kempe_assembly_free(a);
         return kmp_fail_memory(system->context);
     }
-    assemble(&w);
     work_free(&w);
     *assembly = a;
     return KEMPE_OK;

@@ -33,9 +33,9 @@ static kempe_status explain(kempe_check *check)
 static kempe_status diagnose(kempe_check *check)
 {
     kempe_status status = kempe_assemble(check->system, &check->assembly);
-    check->assembled = status == KEMPE_OK;
+    check->assembled = check->assembly && check->assembly->closed; /* whatever its goals */
     if (check->assembled)
-        return examine(check);
+        return kmp_context_clear(check->system->context), examine(check);
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
 }
 

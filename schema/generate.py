@@ -121,6 +121,9 @@ def definitions():
     include = {"file": ref("word"), "prefix": ref("word"), "at": ref("word"), "offset": ref("vector"),
                "set": named(ref("number"))}
     values = {"type": ["object", "null"], "additionalProperties": ref("number")}
+    either = {"anyOf": [ref("number"), ref("vector")]}
+    goal = closed({key: either for key in keys("read_goals.c", "goal_keys")}, ["value"])
+    goals = {"type": ["object", "null"], "additionalProperties": {"anyOf": [*either["anyOf"], goal]}}
     run = {key: ref("number") for key in keys("read_run.c", "run_keys")}
     run.update({key: ref("word") for key in ("road", "form", "integrator")}, u=words, outputs=words)
     return {
@@ -142,7 +145,7 @@ def definitions():
         "force": force(),
         "table": table(),
         "include": closed(include, ["file"]),
-        "start": closed({"q": values, "qd": values, "hold": words}),
+        "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),
         "run": closed(run),
     }
 

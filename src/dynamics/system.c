@@ -2,6 +2,7 @@
 /* From a model to the programs of the roads. */
 #include "dynamics/system.h"
 #include "base/memory.h"
+#include "dynamics/goals.h"
 #include "model/check_mass.h"
 #include <math.h>
 #include <string.h>
@@ -245,7 +246,7 @@ static kempe_status derive(kempe_system *s)
     if (ok)
         status = kmp_equations_init_smooth(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, &s->events);
     if (ok && status == KEMPE_OK) {
-        ok = make_judge(s, &eq) && make_changes(s, &eq);
+        ok = make_judge(s, &eq) && make_changes(s, &eq) && kmp_goals_program(&eq, &s->goals);
         kmp_equations_free(&eq);
     }
     return !ok ? kmp_fail_memory(s->context) : status;
@@ -288,6 +289,7 @@ void kempe_system_free(kempe_system *s)
     kmp_program_free(s->motion);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);
+    kmp_program_free(s->goals);
     for (int k = 0; s->event_text && k < s->events.count; k++)
         kmp_free(s->event_text[k]);
     kmp_free(s->event_text);

@@ -112,10 +112,19 @@ typedef struct kmp_force {
     bool has_lower, has_upper;
 } kmp_force;
 
+/** What assembly brings as near to a value as the closures let it: a coordinate, or the position of a point. */
+typedef struct kmp_goal {
+    int motion, point; /* -1: not this one */
+    int width;         /* 1, or 3: x, y, z in ground axes */
+    kmp_number value[3], weight[3];
+} kmp_goal;
+
 typedef struct kmp_start {
     kmp_number *q, *qd; /* n each, 0 where not given */
     bool *q_given, *qd_given;
     bool *hold;
+    kmp_goal *goals;
+    int goal_count;
 } kmp_start;
 
 /** A named expression of the state, for outputs. */

@@ -307,6 +307,29 @@ static void json_values(kmp_text *text, const kempe_model *model, const char *ke
     kmp_text_put(text, "}");
 }
 
+static void json_goals(kmp_text *text, const kempe_model *model)
+{
+    put_key(text, false, "goals");
+    kmp_text_put(text, "{");
+    for (int i = 0; i < model->start.goal_count; i++) {
+        const kmp_goal *goal = &model->start.goals[i];
+        kmp_text_put(text, i > 0 ? ", \"" : "\"");
+        kmp_model_put_goal(text, model, goal);
+        kmp_text_put(text, "\": {");
+        if (goal->width == 3) {
+            put_key(text, true, "value");
+            kmp_model_put_vector(text, goal->value);
+            put_key(text, false, "weight");
+            kmp_model_put_vector(text, goal->weight);
+        } else {
+            put_number(text, true, "value", goal->value[0].value);
+            put_number(text, false, "weight", goal->weight[0].value);
+        }
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "}");
+}
+
 static void json_start(kmp_text *text, const kempe_model *model)
 {
     bool first = true;
@@ -321,7 +344,9 @@ static void json_start(kmp_text *text, const kempe_model *model)
             kmp_text_quote(text, model->motions[i].name);
             first = false;
         }
-    kmp_text_put(text, "]}");
+    kmp_text_put(text, "]");
+    json_goals(text, model);
+    kmp_text_put(text, "}");
 }
 
 /* A setting that is not given is null. */

@@ -179,6 +179,7 @@ void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
+void kmp_read_goals(kmp_reader *r, const kmp_node *map); /* of the start, after what is held */
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
 void kmp_read_outputs(kmp_reader *r, const kmp_node *list);

@@ -236,11 +236,17 @@ static bool push(kmp_derivative *d, uint32_t *top, uint32_t id)
     return true;
 }
 
+static kmp_ref give_up(kmp_derivative *d)
+{
+    kmp_graph_fail(d->g);
+    return KMP_ZERO;
+}
+
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
 {
     uint32_t top = 0;
     if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !push(d, &top, kmp_id(x)))
-        return KMP_ZERO;
+        return give_up(d);
     while (top) {
         uint32_t id = d->stack[top - 1], need[3] = {0};
         if (settled(d, id)) {
@@ -251,7 +257,7 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
         for (int k = 0; k < count; k++)
             if (!settled(d, need[k])) {
                 if (!push(d, &top, need[k]))
-                    return KMP_ZERO;
+                    return give_up(d);
                 open++;
             }
         if (open)

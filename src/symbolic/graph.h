@@ -52,6 +52,9 @@ kmp_graph *kmp_graph_new(void);
 void kmp_graph_free(kmp_graph *g);
 bool kmp_graph_failed(const kmp_graph *g);
 
+/** What works on the graph has run out of memory: its references are not to be trusted either. */
+void kmp_graph_fail(kmp_graph *g);
+
 static inline uint32_t kmp_id(kmp_ref r)
 {
     return r >> 1;
