@@ -10,7 +10,7 @@ static int declared_rows(const kempe_model *model)
     int rows = 0;
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
-        rows += kind ? kind->rows : 0;
+        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
     }
     return rows;
 }

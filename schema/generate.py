@@ -93,10 +93,11 @@ def loop():
     kinds = dict(rows("closures.def", "KMP_CLOSURE"))
     terms = {"type": "object", "additionalProperties": ref("number"), "minProperties": 2}
     own = {"TERMS": terms, "EXPRESSION": ref("number")}
-    wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"], "TABLE": ["table"]}
+    wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"]}
+    curve = {"anyOf": [ref("number"), {"type": "array", "items": ref("number"), "minItems": 1, "maxItems": 2}]}
     properties = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
     properties.update(length=ref("number"), axis=ref("axis"), axes=ref("two_axes"), table=ref("word"),
-                      equals=ref("number"), power=ref("number"))
+                      y=ref("number"), z=ref("number"), curve=curve, equals=ref("number"), power=ref("number"))
     return dict(closed(properties), oneOf=[{"required": [name, *wants.get(needs, [])]} for name, needs in kinds.items()])
 
 

@@ -88,7 +88,7 @@ static kempe_status derive_rows(kmp_equations *eq)
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
         kind->residual(&eq->tree, closure, h, &frame);
-        for (int k = 0; k < kind->rows; k++) {
+        for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};

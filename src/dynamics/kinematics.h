@@ -50,7 +50,8 @@ typedef struct kmp_tree {
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
-    kmp_events *events; /* NULL: conditions are evaluated where they stand */
+    const kmp_ref *place; /* 3: what x, y, z of expressions mean; NULL: they have none */
+    kmp_events *events;   /* NULL: conditions are evaluated where they stand */
 } kmp_tree;
 
 /** Builds the links. With keep_parameters the parameters stay symbols; zeros of the data are zeros of the equations

@@ -61,7 +61,8 @@ static double characteristic_length(const kempe_model *model)
             if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
                 length = fmax(length, lever(model, model->closures[c].point[k]));
     }
-    for (int k = 0; length == 0 && k < model->motion_count; k++)
+    bool levers = length > 0;
+    for (int k = 0; !levers && k < model->motion_count; k++)
         if (!model->motions[k].rotation)
             length = fmax(length, fabs(model->start.q[k].value));
     for (int b = 1; length == 0 && b < model->body_count; b++)

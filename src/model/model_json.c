@@ -194,6 +194,19 @@ static void json_terms(kmp_text *text, const kempe_model *model, const kmp_closu
     kmp_text_put(text, "}");
 }
 
+static void json_curve(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
+{
+    static const char *const keys[] = {"curve", "y", "z"};
+    bool list = closure->curve_side[0] == 0;
+    for (int k = 0; k < closure->curve_count; k++) {
+        if (!list || k == 0)
+            put_key(text, false, keys[closure->curve_side[k]]);
+        kmp_text_put(text, !list ? "" : k == 0 ? "[" : ", ");
+        kmp_model_put_quoted_expr(text, model, closure->curve[k]);
+    }
+    kmp_text_put(text, list ? "]" : "");
+}
+
 static void json_closures(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, ",\n\"closures\": [");
@@ -214,6 +227,8 @@ static void json_closures(kmp_text *text, const kempe_model *model)
             json_closure_axes(text, closure);
         if (closure->table)
             put_string(text, false, "table", closure->table->name);
+        else if (closure->curve_count > 0)
+            json_curve(text, model, closure);
         if (closure->function) {
             put_key(text, false, closure->point[0] < 0 ? "function" : "length");
             kmp_model_put_quoted_expr(text, model, closure->function);

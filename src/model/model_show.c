@@ -175,6 +175,10 @@ static void show_closures(kmp_text *text, const kempe_model *model)
         }
         if (closure->table)
             kmp_text_printf(text, ", table %s", closure->table->name);
+        for (int k = 0; k < closure->curve_count && !closure->table; k++) {
+            kmp_text_printf(text, ", %c = ", "0yz"[closure->curve_side[k]]);
+            kmp_model_put_expr(text, model, closure->curve[k]);
+        }
         kmp_text_put(text, "\n");
     }
 }

@@ -129,6 +129,9 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, 
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted);
 
+/** An expression of parameters, t and the first `place` of x, y, z; NULL after a complaint. */
+const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, int place);
+
 /** An expression of parameters and t; NULL after a complaint. `*first`: its value at t = 0. */
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
                                   double *first);

@@ -144,6 +144,7 @@ static kempe_status derive_kinds(scene *s)
         "loops:\n"
         "  W: {weld: [ground.O, b.P]}\n"
         "  F: {point_on_curve: [ground.O, w.P], table: f}\n"
+        "  G: {point_on_curve: [ground.O, b.P], curve: [x - y*z, z + sin(x)]}\n"
         "  K: {couple: {a.1: 1, b.2: 2}, equals: 1}\n"
         "drives: {l: {joint: b.1, locked: yes}}\n"
         "run: {outputs: [reaction(W), moment(W)]}\n";
