@@ -283,7 +283,7 @@ static void near_by(work *w)
     if (w->large || !choose_dependent(w))
         return;
     int r = w->part.r;
-    double *v = KMP_NEW(double, 3 * r), *scale_v = v + r, *scale_h = v + 2 * r;
+    double *v = KMP_NEW(double, 3 * r), *scale_v = v ? v + r : NULL, *scale_h = v ? v + 2 * r : NULL;
     for (int i = 0; v && i < r; i++) {
         v[i] = w->a->q[w->part.v[i]];
         scale_v[i] = 1 / w->s->scale[w->part.v[i]];
