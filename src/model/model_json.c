@@ -205,6 +205,8 @@ static void json_curve(kmp_text *text, const kempe_model *model, const kmp_closu
         kmp_model_put_quoted_expr(text, model, closure->curve[k]);
     }
     kmp_text_put(text, list ? "]" : "");
+    if (list)
+        put_number(text, false, "power", closure->power);
 }
 
 static void json_closures(kmp_text *text, const kempe_model *model)

@@ -228,7 +228,8 @@ static void curves_are_printed(void)
     CHECK(text && strstr(text, "B: point_on_curve ground.O - b.P, 0 = x - y*z, 0 = z\n"));
     kempe_text_free(text);
     CHECK(kempe_model_print(model, KEMPE_JSON, &text) == KEMPE_OK);
-    CHECK(text && strstr(text, "\"y\": \"sin(x)\", \"z\": \"2*x\"") && strstr(text, "\"curve\": [\"x - y*z\", \"z\"]"));
+    CHECK(text && strstr(text, "\"y\": \"sin(x)\", \"z\": \"2*x\"") &&
+          strstr(text, "\"curve\": [\"x - y*z\", \"z\"], \"power\": 1"));
     kempe_text_free(text);
     kempe_model_free(model);
     kempe_context_free(context);

@@ -409,6 +409,37 @@ static void an_open_loop_goes_first(void)
     unload(&l);
 }
 
+/* Of a graph's joints the one with a goal has a coordinate; without it C, which has no start value, is cut. */
+static void a_joint_with_a_goal_is_not_cut(void)
+{
+    static const char text[] = "kempe: 1\nground: {points: {O: [0, 0, 0], D: [0.9, 0, 0]}}\n"
+                               "bodies:\n"
+                               "  a: {mass: 1, inertia: {zz: 1}, points: {O: [0, 0, 0], B: [0.3, 0, 0]}}\n"
+                               "  b: {mass: 1, inertia: {zz: 1}, points: {B: [0, 0, 0], C: [0.8, 0, 0]}}\n"
+                               "  c: {mass: 1, inertia: {zz: 1}, points: {D: [0, 0, 0], C: [0.7, 0, 0]}}\n"
+                               "joints:\n"
+                               "  A: {revolute: [ground.O, a.O]}\n"
+                               "  B: {revolute: [a.B, b.B]}\n"
+                               "  C: {revolute: [b.C, c.C]}\n"
+                               "  D: {revolute: [ground.D, c.D]}\n"
+                               "start: {q: {A: 1, B: -0.7, D: 1.9}%s}\n";
+    for (int goal = 0; goal < 2; goal++) {
+        char whole[2048];
+        int count = 0;
+        snprintf(whole, sizeof whole, text, goal ? ", goals: {C: 1.5}" : "");
+        loaded l = load_text(whole);
+        for (int k = 0; l.model && k < l.model->motion_count; k++)
+            count += strcmp(l.model->motions[k].name, "C") == 0;
+        CHECK(l.model && l.model->motion_count == 3 && count == goal);
+        kempe_assembly *a = NULL;
+        CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
+        if (goal && a)
+            CHECK_NEAR(a->goals.value[0], 1.5, 1e-10);
+        kempe_assembly_free(a);
+        unload(&l);
+    }
+}
+
 /* In code a goal is text of the section `start`, as in a file. */
 static void a_built_model_has_goals(void)
 {
@@ -444,6 +475,7 @@ int main(void)
     TEST(redundant_closures_have_a_nearest_position);
     TEST(a_way_that_ends_is_told);
     TEST(an_open_loop_goes_first);
+    TEST(a_joint_with_a_goal_is_not_cut);
     TEST(a_built_model_has_goals);
     return check_report();
 }
