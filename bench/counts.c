@@ -26,12 +26,10 @@ static void right_hand_side(const bench *b, const char *name)
     kmp_partition part;
     kmp_reduction red;
     kmp_plant *plant = kmp_plant_new(s, "tape");
-    double *jacobian = calloc((size_t)(s->m * s->n) + 1, sizeof *jacobian);
-    if (!plant || !jacobian || kempe_assemble(s, &start) != KEMPE_OK)
+    if (!plant || kempe_assemble(s, &start) != KEMPE_OK)
         exit(1);
     kmp_plant_closure(plant, 0, start->q);
-    kmp_plant_dense_jacobian(plant, jacobian);
-    if (kmp_partition_init(&part, s, jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &part))
+    if (kmp_partition_init(&part, s, plant->jacobian, NULL, 0) || kmp_reduction_init(&red, plant, &part))
         exit(1);
     kmp_counts program = kmp_program_count(s->motion, 1, s->motion->stages - 1), solves = kmp_reduction_count(&red);
     printf("%s, one right-hand side of the reduced road\n", name);
@@ -43,7 +41,6 @@ static void right_hand_side(const bench *b, const char *name)
     kmp_partition_free(&part);
     kmp_plant_free(plant);
     kempe_assembly_free(start);
-    free(jacobian);
 }
 
 int main(void)

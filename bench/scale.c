@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Chains of N windows (IFToMM A02), N = 2 .. 2000: what deriving, assembling and preparing cost, and a right-hand side
- * of the reduced road and a residual of the dae road, with all that steps need besides, in total and a coordinate.
+/* Chains of N windows (IFToMM A02), N = 2 .. 2000: what reading, deriving, assembling, checking and preparing cost, and
+ * a right-hand side of the reduced and the projected road and a residual of the dae road, with all that steps need
+ * besides, in total and a coordinate, and a row of the table.
  *
- *     scale [LARGEST N, 1000 if absent [unequal]]      2000 prepares for many minutes
+ *     scale [LARGEST N, 2000 if absent [unequal]]
  */
-#include "base/text.h"
 #include "bench.h"
-#include "constraints/partition.h"
+#include "chain.h"
+#include "constraints/diagnose.h"
 #include "integrators/run.h"
 #include <math.h>
 #include <stdlib.h>
@@ -16,48 +17,18 @@ typedef struct chain {
     kempe_context *context;
     kempe_model *model;
     kempe_system *system;
-    double derive_s;
+    double read_s, derive_s;
 } chain;
-
-/* Unequal: each window a little wider and the bars of different masses, so that nothing is alike. */
-static char *windows(int n, bool unequal)
-{
-    kmp_text t = {0};
-    kmp_text_put(&t, "kempe: 1\nname: chain\ngravity: [0, -9.81, 0]\nground: {points: {");
-    for (int i = 0; i <= n; i++)
-        kmp_text_printf(&t, "%sG%d: [%.17g, 0, 0]", i ? ", " : "", i, unequal ? i * (1 + 0.001 * i) : i);
-    kmp_text_put(&t, "}}\nbodies:\n");
-    for (int i = 0; i <= 2 * n; i++) {
-        bool upright = i <= n;
-        int k = upright ? i : i - n - 1;
-        double l = upright || !unequal ? 1 : (k + 1) * (1 + 0.001 * (k + 1)) - k * (1 + 0.001 * k);
-        kmp_text_printf(&t, "  %c%d: {joint: {name: %c%d, revolute: z, at: ", upright ? 'v' : 'h', k,
-                        upright ? 'a' : 'b', k);
-        kmp_text_printf(&t, upright ? "ground.G%d" : "v%d.T", k);
-        kmp_text_printf(&t, "}, mass: %.17g, com: [%.17g, 0, 0], inertia: {zz: %.17g}, points: {T: [%.17g, 0, 0]}}\n",
-                        unequal ? 1 + 0.01 * (i % 7) : 1, l / 2, l * l / 12, l);
-    }
-    kmp_text_put(&t, "loops:\n");
-    for (int i = 0; i < n; i++)
-        kmp_text_printf(&t, "  C%d: {ball: [h%d.T, v%d.T]}\n", i, i, i + 1);
-    kmp_text_put(&t, "start:\n  q: {");
-    for (int i = 0; i <= 2 * n; i++)
-        kmp_text_printf(&t, "%s%c%d: %s", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1,
-                        i <= n ? "90 deg" : "-90 deg");
-    kmp_text_put(&t, "}\n  qd: {");
-    for (int i = 0; i <= 2 * n; i++)
-        kmp_text_printf(&t, "%s%c%d: %d", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1, i <= n ? -1 : 1);
-    kmp_text_put(&t, "}\n");
-    return kmp_text_take(&t);
-}
 
 static bool make(chain *c, int n, bool unequal)
 {
-    char *text = windows(n, unequal);
+    char *text = chain_text(n, unequal, 0);
     double begin = bench_now();
     *c = (chain){.context = kempe_context_new()};
-    bool made = text && kempe_model_read_text(c->context, text, "chain", &c->model) == KEMPE_OK &&
-                kempe_system_new(c->model, &c->system) == KEMPE_OK;
+    bool made = text && kempe_model_read_text(c->context, text, "chain", &c->model) == KEMPE_OK;
+    c->read_s = bench_now() - begin;
+    begin = bench_now();
+    made = made && kempe_system_new(c->model, &c->system) == KEMPE_OK;
     c->derive_s = bench_now() - begin;
     free(text);
     return made;
@@ -71,12 +42,27 @@ static void unmake(chain *c)
 }
 
 typedef struct cost {
-    double build_s, cpu_s;
+    double build_s, cpu_s, row_s;
     long steps, rhs;
     char *reason; /* NULL: it went */
 } cost;
 
-/* Steps of a runner, without the rows that a user would want: those are a dense solve each. */
+enum { ROWS = 10 };
+
+/* Rows within the last step, seconds each. */
+static double time_rows(kmp_runner *runner, const kempe_system *s)
+{
+    double *row = calloc((size_t)(3 * s->n + s->m), sizeof *row), work, begin = bench_now();
+    double from = kmp_runner_t_old(runner), to = kmp_runner_t(runner);
+    for (int k = 1; row && k <= ROWS; k++)
+        if (kmp_runner_row(runner, from + (to - from) * k / ROWS, row, row + s->n, row + 2 * s->n, row + 3 * s->n,
+                           &work) != KEMPE_OK)
+            break;
+    free(row);
+    return (bench_now() - begin) / ROWS;
+}
+
+/* Steps of a runner, then rows. */
 static cost run(const chain *c, const kempe_assembly *start, const char *road, const char *form, double rtol, int steps)
 {
     double t_end = 0.3; /* flat at 0.55 s: not before the zone there */
@@ -90,6 +76,7 @@ static cost run(const chain *c, const kempe_assembly *start, const char *road, c
         for (int k = 0; k < steps && kmp_runner_t(runner) < t_end && kmp_runner_step(runner) == KEMPE_OK;)
             k++;
         result.cpu_s = bench_now() - begin;
+        result.row_s = time_rows(runner, c->system);
     }
     if (runner)
         kmp_runner_report(runner, &report);
@@ -104,36 +91,52 @@ static cost run(const chain *c, const kempe_assembly *start, const char *road, c
 static void print_cost(const cost *c, int size)
 {
     double us = 1e6 * c->cpu_s / fmax(1, (double)c->rhs);
-    printf(" | %8.3f %6ld %6ld %10.2f %8.1f", c->build_s, c->steps, c->rhs, us, 1e3 * us / size);
+    printf(" | %7.3f %5ld %4ld %8.2f %7.1f %8.1f", c->build_s, c->steps, c->rhs, us, 1e3 * us / size, 1e6 * c->row_s);
 }
+
+static double time_check(const chain *c)
+{
+    kempe_check *check = NULL;
+    double begin = bench_now();
+    (void)kempe_check_new(c->system, &check);
+    kempe_check_free(check);
+    return bench_now() - begin;
+}
+
+static const struct {
+    const char *title, *road, *form;
+    double rtol;
+} roads[] = {{"reduced/carried to 0.3 s", "reduced", "carried", 1e-8},
+             {"projected to 0.3 s", "projected", "none", 1e-8},
+             {"dae/ah, klu, 30 steps", "dae", "ah", 1e-6}};
+enum { ROADS = sizeof roads / sizeof *roads };
 
 static void measure(int n, bool unequal)
 {
     chain c;
     kempe_assembly *start = NULL;
-    cost reduced = {0}, dae = {0};
-    double assemble_s = 0;
+    cost costs[ROADS] = {{0}};
+    double assemble_s = 0, check_s = 0;
     int size = 2 * n + 1;
     if (make(&c, n, unequal)) {
         double begin = bench_now();
         bool closed = kempe_assemble(c.system, &start) == KEMPE_OK;
         assemble_s = bench_now() - begin;
-        if (closed) {
-            reduced = run(&c, start, "reduced", "carried", 1e-8, 30);
-            dae = run(&c, start, "dae", "ah", 1e-6, 30);
-        }
+        check_s = time_check(&c);
+        for (int k = 0; closed && k < ROADS; k++)
+            costs[k] = run(&c, start, roads[k].road, roads[k].form, roads[k].rtol, 30);
     }
-    printf("%5d %6d | %8.3f %8.3f", n, size, c.derive_s, assemble_s);
-    print_cost(&reduced, size);
-    print_cost(&dae, size);
+    printf("%5d %6d | %7.3f %7.3f %8.3f %7.3f", n, size, c.read_s, c.derive_s, assemble_s, check_s);
+    for (int k = 0; k < ROADS; k++)
+        print_cost(&costs[k], size);
     printf("\n");
-    if (reduced.reason || dae.reason || reduced.steps * dae.steps == 0)
-        printf("      %s\n", reduced.reason ? reduced.reason
-                             : dae.reason   ? dae.reason
-                                            : kempe_context_message(c.context));
+    for (int k = 0; k < ROADS; k++) {
+        if (costs[k].reason || costs[k].steps == 0)
+            printf("      %s: %s\n", roads[k].road,
+                   costs[k].reason ? costs[k].reason : kempe_context_message(c.context));
+        free(costs[k].reason);
+    }
     fflush(stdout);
-    free(reduced.reason);
-    free(dae.reason);
     kempe_assembly_free(start);
     unmake(&c);
 }
@@ -141,12 +144,14 @@ static void measure(int n, bool unequal)
 int main(int argc, char **argv)
 {
     static const int sizes[] = {2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000};
-    int largest = argc > 1 ? atoi(argv[1]) : 1000;
+    int largest = argc > 1 ? atoi(argv[1]) : 2000;
     bool unequal = argc > 2;
-    printf("%14s %19s | %-42s | %s\n", "", "seconds", "reduced/carried to 0.3 s", "dae/ah, klu, 30 steps");
-    printf("%5s %6s | %8s %8s", "N", "coord.", "derive", "assemble");
-    for (int k = 0; k < 2; k++)
-        printf(" | %8s %6s %6s %10s %8s", "prepare", "steps", "rhs", "us a rhs", "ns each");
+    printf("%12s | %-32s", "", "seconds");
+    for (int k = 0; k < ROADS; k++)
+        printf(" | %-44s", roads[k].title);
+    printf("\n%5s %6s | %7s %7s %8s %7s", "N", "coord.", "read", "derive", "assemble", "check");
+    for (int k = 0; k < ROADS; k++)
+        printf(" | %7s %5s %4s %8s %7s %8s", "prepare", "steps", "rhs", "us a rhs", "ns each", "us a row");
     printf("\n");
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes && sizes[k] <= largest; k++)
         measure(sizes[k], unequal);

@@ -216,11 +216,10 @@ static void gather_states(stand *s, const kempe_assembly *start)
 
 static void stand_init(stand *s, const bench *b, const kempe_assembly *start)
 {
-    double jacobian[N * N], zero[N] = {0};
+    double zero[N] = {0};
     *s = (stand){.b = b, .plant = kmp_plant_new(b->system, "tape"), .angles = N};
     kmp_plant_closure(s->plant, 0, start->q);
-    kmp_plant_dense_jacobian(s->plant, jacobian);
-    if (kmp_partition_init(&s->part, b->system, jacobian, NULL, 0) || s->part.p != 1 ||
+    if (kmp_partition_init(&s->part, b->system, s->plant->jacobian, NULL, 0) || s->part.p != 1 ||
         kmp_reduction_init(&s->red, s->plant, &s->part))
         exit(1);
     kmp_road_start given = {.system = b->system,

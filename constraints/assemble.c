@@ -5,7 +5,7 @@
  * redundant), and by a bound on the step. Where it comes to rest with h open it is pushed aside a few times, because a
  * straight guess may be a saddle; the smallest rest is the gap to report. Near: KINSOL with line search on the chosen
  * rows and dependent coordinates, which wants a square system; then Gauss-Newton again, without a bound, to round-off.
- */
+ * A large J stays sparse: its steps come from [1 -J'; J damping^2]. */
 #include "constraints/assemble.h"
 #include "base/memory.h"
 #include "constraints/kinsol.h"
@@ -24,6 +24,8 @@ enum { MAX_ITERATIONS = 200, MAX_POLISH = 40 };
 #define SHORTEST_STEP  1e-8
 #define PUSH           0.3
 #define RANK_TOLERANCE 1e-9
+/* With more places than this J is not made dense, and KINSOL is left out. */
+#define DENSE_MOST (1 << 14)
 
 /* One assembly at work. Arrays over free coordinates only are marked so. */
 typedef struct work {
@@ -32,10 +34,15 @@ typedef struct work {
     kmp_plant *plant;
     const kmp_guess *guess;
     int n, m, free_count;
-    int *free;      /* coordinates that may move */
-    double *jac;    /* m x n, unscaled */
-    double *scaled; /* m x free, scaled */
-    double *damped; /* (m + free) x free: the same over a multiple of the unit matrix */
+    int *free; /* coordinates that may move */
+    bool large;
+    double *jac;        /* m x n, unscaled; this and the next two for a small J */
+    double *scaled;     /* m x free, scaled */
+    double *damped;     /* (m + free) x free: the same over a multiple of the unit matrix */
+    kmp_entries sparse; /* of a large J: m x free, scaled, in the three arrays below */
+    int *entry_row, *entry_col;
+    double *entry;
+    int *place;     /* n: of a coordinate among the free ones */
     double *right;  /* m + free */
     double *h;      /* m, scaled */
     double *step;   /* free, scaled */
@@ -70,8 +77,29 @@ static double largest(int n, const double *x)
 }
 
 /* J of the plant's last closure on the free coordinates, scaled. */
+static void sparse_jacobian(work *w)
+{
+    const kmp_pattern *jac = &w->s->jacobian;
+    int nz = 0;
+    for (int k = 0; k < w->n; k++)
+        w->place[k] = -1;
+    for (int k = 0; k < w->free_count; k++)
+        w->place[w->free[k]] = k;
+    for (int e = 0; e < jac->count; e++)
+        if (w->place[jac->col[e]] >= 0) {
+            w->entry_row[nz] = jac->row[e];
+            w->entry_col[nz] = w->place[jac->col[e]];
+            w->entry[nz++] = w->plant->jacobian[e] * w->s->scale[jac->col[e]] / w->s->row_scale[jac->row[e]];
+        }
+    w->sparse = (kmp_entries){w->m, w->free_count, nz, w->entry_row, w->entry_col, w->entry};
+}
+
 static void scaled_jacobian(work *w)
 {
+    if (w->large) {
+        sparse_jacobian(w);
+        return;
+    }
     kmp_plant_dense_jacobian(w->plant, w->jac);
     for (int k = 0; k < w->free_count; k++)
         for (int r = 0; r < w->m; r++)
@@ -89,6 +117,8 @@ static void move(const work *w, const double *q, double factor, double *to)
 static bool damped_step(work *w, double damping)
 {
     int m = w->m, f = w->free_count, rows = m + f;
+    if (w->large)
+        return kmp_least_squares_sparse(&w->sparse, w->h, damping, RANK_TOLERANCE, w->step) == KMP_LEAST_FOUND;
     for (int k = 0; k < f; k++)
         for (int i = 0; i < rows; i++)
             w->damped[i + k * rows] = i < m ? w->scaled[i + k * m] : i - m == k ? damping : 0;
@@ -114,6 +144,12 @@ static bool bounded_step(work *w, double bound)
 static double promise(const work *w)
 {
     double sum = 0;
+    if (w->large) {
+        memcpy(w->right, w->h, (size_t)w->m * sizeof *w->right);
+        for (int e = 0; e < w->sparse.nz; e++)
+            w->right[w->entry_row[e]] -= w->entry[e] * w->step[w->entry_col[e]];
+        return norm(w->m, w->right);
+    }
     for (int r = 0; r < w->m; r++) {
         double left = w->h[r];
         for (int k = 0; k < w->free_count; k++)
@@ -229,9 +265,8 @@ static bool choose_dependent(work *w)
     for (int k = 0; k < w->n; k++)
         if (w->guess->hold[k])
             hold[held++] = k;
-    kmp_plant_dense_jacobian(w->plant, w->jac);
-    w->has_part = kmp_partition_init(&w->part, s, w->jac, hold, held) == KEMPE_OK ||
-                  kmp_partition_init(&w->part, s, w->jac, NULL, 0) == KEMPE_OK;
+    w->has_part = kmp_partition_init(&w->part, s, w->plant->jacobian, hold, held) == KEMPE_OK ||
+                  kmp_partition_init(&w->part, s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(s->context);
     if (!w->has_part || w->part.r == 0 ||
         !(w->part.pivots[w->part.r - 1] > DECIDED * largest(w->m, w->h) * w->part.pivots[0]))
@@ -245,10 +280,10 @@ static bool choose_dependent(work *w)
 /* Where KINSOL is of no use or fails, Gauss-Newton goes on alone. */
 static void near_by(work *w)
 {
-    if (!choose_dependent(w))
+    if (w->large || !choose_dependent(w))
         return;
     int r = w->part.r;
-    double *v = KMP_NEW(double, 3 * r), *scale_v = v + r, *scale_h = v + 2 * r;
+    double *v = KMP_NEW(double, 3 * r), *scale_v = v ? v + r : NULL, *scale_h = v ? v + 2 * r : NULL;
     for (int i = 0; v && i < r; i++) {
         v[i] = w->a->q[w->part.v[i]];
         scale_v[i] = 1 / w->s->scale[w->part.v[i]];
@@ -288,6 +323,14 @@ static void polish(work *w)
 
 /* -- rates ------------------------------------------------------------------------------------------- */
 
+/* The least step s with J s = rate on the free columns. */
+static bool least_rates(work *w, const double *rate)
+{
+    if (w->large)
+        return kmp_least_squares_sparse(&w->sparse, rate, 0, RANK_TOLERANCE, w->step) == KMP_LEAST_FOUND;
+    return kmp_least_squares(w->m, w->free_count, w->scaled, rate, RANK_TOLERANCE, w->step) >= 0;
+}
+
 /* qd corrected by the least norm over the given columns so that J qd + h_t = 0; returns what stays. */
 static double correct_rates(work *w, const bool *fixed)
 {
@@ -298,13 +341,10 @@ static double correct_rates(work *w, const bool *fixed)
             w->free[w->free_count++] = k;
     for (int pass = 0; pass < 3; pass++) {
         scaled_jacobian(w);
-        for (int r = 0; r < w->m; r++) {
-            rate[r] = w->plant->h_t ? w->plant->h_t[r] : 0;
-            for (int k = 0; k < w->n; k++)
-                rate[r] += w->jac[r + k * w->m] * qd[k];
+        kmp_plant_rates(w->plant, qd, rate);
+        for (int r = 0; r < w->m; r++)
             rate[r] /= w->s->row_scale[r];
-        }
-        if (pass == 2 || kmp_least_squares(w->m, w->free_count, w->scaled, rate, RANK_TOLERANCE, w->step) < 0)
+        if (pass == 2 || !least_rates(w, rate))
             break;
         move(w, qd, 1, w->trial);
         memcpy(qd, w->trial, (size_t)w->n * sizeof *qd);
@@ -364,17 +404,22 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
 {
     *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
     w->free = KMP_NEW(int, s->n);
-    w->jac = KMP_NEW(double, s->m * s->n);
-    w->scaled = KMP_NEW(double, s->m * s->n);
-    w->damped = KMP_NEW(double, (s->m + s->n) * s->n);
+    w->large = (long)s->m * s->n > DENSE_MOST;
+    w->jac = KMP_NEW(double, w->large ? 0 : s->m * s->n);
+    w->scaled = KMP_NEW(double, w->large ? 0 : s->m * s->n);
+    w->damped = KMP_NEW(double, w->large ? 0 : (s->m + s->n) * s->n);
+    w->entry_row = KMP_NEW(int, w->large ? s->jacobian.count : 0);
+    w->entry_col = KMP_NEW(int, w->large ? s->jacobian.count : 0);
+    w->entry = KMP_NEW(double, w->large ? s->jacobian.count : 0);
+    w->place = KMP_NEW(int, s->n);
     w->right = KMP_NEW(double, s->m + s->n);
     w->best = KMP_NEW(double, s->n);
     w->part_wish = KMP_NEW(int, s->n);
     w->h = KMP_NEW(double, s->m);
     w->step = KMP_NEW(double, s->n);
     w->trial = KMP_NEW(double, s->n);
-    if (!w->plant || !w->free || !w->jac || !w->scaled || !w->damped || !w->right || !w->best || !w->part_wish ||
-        !w->h || !w->step || !w->trial)
+    if (!w->plant || !w->free || !w->jac || !w->scaled || !w->damped || !w->entry_row || !w->entry_col || !w->entry ||
+        !w->place || !w->right || !w->best || !w->part_wish || !w->h || !w->step || !w->trial)
         return false;
     for (int k = 0; k < s->n; k++) {
         a->q[k] = guess->q[k];
@@ -393,6 +438,10 @@ static void work_free(work *w)
     kmp_free(w->jac);
     kmp_free(w->scaled);
     kmp_free(w->damped);
+    kmp_free(w->entry_row);
+    kmp_free(w->entry_col);
+    kmp_free(w->entry);
+    kmp_free(w->place);
     kmp_free(w->right);
     kmp_free(w->best);
     kmp_free(w->part_wish);
@@ -401,7 +450,24 @@ static void work_free(work *w)
     kmp_free(w->trial);
 }
 
-static void assemble(work *w)
+/* A closed one goes along its branch to where the goals are nearest. false: no memory. */
+static bool seek_goals(work *w)
+{
+    kmp_goals_verdict *goals = &w->a->goals;
+    if (!w->guess->goals || goals->count == 0)
+        return true;
+    if (largest(w->m, w->h) > CLOSED)
+        return kmp_goals_measure(w->s, w->a->q, goals);
+    if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
+        return false;
+    w->a->iterations += goals->steps;
+    if (w->m > 0)
+        polish(w);
+    return kmp_goals_measure(w->s, w->a->q, goals);
+}
+
+/* false: no memory. */
+static bool assemble(work *w)
 {
     if (w->m > 0) {
         from_afar(w);
@@ -409,21 +475,23 @@ static void assemble(work *w)
             near_by(w);
         polish(w);
     }
+    if (!seek_goals(w))
+        return false;
     judge(w);
     if (w->a->closed)
         make_rates(w);
+    return true;
 }
 
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
 {
     work w = {0};
     kempe_assembly *a = kmp_assembly_new(system);
-    if (!a || !work_init(&w, system, guess, a)) {
+    if (!a || !work_init(&w, system, guess, a) || !assemble(&w)) {
         work_free(&w);
         kempe_assembly_free(a);
         return kmp_fail_memory(system->context);
     }
-    assemble(&w);
     work_free(&w);
     *assembly = a;
     return KEMPE_OK;

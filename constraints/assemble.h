@@ -3,6 +3,7 @@
 #ifndef KMP_CONSTRAINTS_ASSEMBLE_H
 #define KMP_CONSTRAINTS_ASSEMBLE_H
 
+#include "constraints/goals.h"
 #include "dynamics/system.h"
 
 struct kempe_assembly {
@@ -18,6 +19,7 @@ struct kempe_assembly {
     int *culprits;      /* closures that stay open, widest first */
     int culprit_count;
     double *moved; /* n: how far each coordinate went from the guess */
+    kmp_goals_verdict goals;
 };
 
 /* kempe_assemble and kempe_assembly_free are the way in (kempe.h). */
@@ -27,6 +29,7 @@ typedef struct kmp_guess {
     const double *q;  /* n */
     const bool *hold; /* n */
     int pushes;       /* how often it is pushed aside where it comes to rest with h open */
+    bool goals;       /* the model's goals are sought once it is closed */
 } kmp_guess;
 
 /** The same from any guess; whether it closed is in the assembly, without a complaint. Errors: memory alone. */

@@ -2,6 +2,8 @@
 /* What an assembly is to its caller: made, told about where it stays open, freed. */
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "model/model_print.h"
+#include <math.h>
 
 enum { PUSHES = 4, MOST_NAMED = 5 };
 
@@ -27,6 +29,36 @@ static kempe_status complain_open(const kempe_assembly *a)
     return KEMPE_E_FAILED;
 }
 
+/* The goal that is farthest, by its part of the distance. */
+static kempe_status complain_goals(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    const kmp_goal *worst = NULL;
+    double most = -1, off = 0;
+    for (int k = 0, at = 0; k < model->start.goal_count; k++) {
+        const kmp_goal *goal = &model->start.goals[k];
+        double scale = goal->motion >= 0 ? a->system->scale[goal->motion] : a->system->length, sum = 0, part = 0;
+        for (int i = 0; i < goal->width; i++, at++) {
+            double left = a->goals.value[at] - goal->value[i].value;
+            sum = hypot(sum, left);
+            part = hypot(part, sqrt(goal->weight[i].value) * left / scale);
+        }
+        if (part > most) {
+            most = part;
+            worst = goal;
+            off = sum;
+        }
+    }
+    kmp_text name = {0};
+    kmp_model_put_goal(&name, model, worst);
+    (void)kmp_fail(a->system->context, KEMPE_E_FAILED,
+                   "the loops are closed, but no nearest position to the goals is found: the way there ends after %d "
+                   "steps, where the closures lose rank (slope %.2g); '%s' stays off by %.4g; start from another guess",
+                   a->goals.steps, a->goals.slope, name.s ? name.s : "", off);
+    kmp_text_free(&name);
+    return KEMPE_E_FAILED;
+}
+
 kempe_assembly *kmp_assembly_new(const kempe_system *s)
 {
     int closures = s->model->closure_count;
@@ -39,7 +71,7 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     a->moved = KMP_NEW(double, s->n);
     a->gaps = KMP_NEW(double, closures);
     a->culprits = KMP_NEW(int, closures);
-    if (a->q && a->qd && a->moved && a->gaps && a->culprits)
+    if (a->q && a->qd && a->moved && a->gaps && a->culprits && kmp_goals_init(&a->goals, s->model))
         return a;
     kempe_assembly_free(a);
     return NULL;
@@ -53,13 +85,15 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     double *q = KMP_NEW(double, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
-    kmp_guess guess = {q, start->hold, PUSHES};
+    kmp_guess guess = {q, start->hold, PUSHES, true};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
     kmp_free(q);
     if (!a)
         return status;
     *assembly = a;
-    return a->closed ? KEMPE_OK : complain_open(a);
+    if (!a->closed)
+        return complain_open(a);
+    return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }
 
 void kempe_assembly_free(kempe_assembly *a)
@@ -71,6 +105,7 @@ void kempe_assembly_free(kempe_assembly *a)
     kmp_free(a->moved);
     kmp_free(a->gaps);
     kmp_free(a->culprits);
+    kmp_goals_free(&a->goals);
     kmp_free(a);
 }
 

@@ -60,15 +60,13 @@ static void choose_blocks(search *s)
 {
     const kempe_system *system = s->b->system;
     int count = 0;
-    double *jacobian = s->walk->copy;
     for (int k = 0; k < system->n; k++)
         if (s->b->kept[k])
             s->order[count++] = k;
     kmp_plant_closure(s->walk->plant, 0, s->b->assembly->q);
-    kmp_plant_dense_jacobian(s->walk->plant, jacobian);
-    if (count == 0 || kmp_partition_init(&s->part, system, jacobian, s->order, count) != KEMPE_OK)
-        (void)kmp_partition_init(&s->part, system, jacobian, NULL, 0);
-    s->block_count = s->part.r > 0 ? kmp_loop_blocks(system, &s->part, s->walk, &s->b->arena, &s->blocks) : 0;
+    if (count == 0 || kmp_partition_init(&s->part, system, s->walk->plant->jacobian, s->order, count) != KEMPE_OK)
+        (void)kmp_partition_init(&s->part, system, s->walk->plant->jacobian, NULL, 0);
+    s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->plant, &s->part, &s->b->arena, &s->blocks) : 0;
     kmp_context_clear(system->context);
 }
 
@@ -154,7 +152,7 @@ static kempe_status sample(search *s)
     while (s->b->starts < starts && !s->b->many && !s->b->arena.failed && !kmp_interrupted(system->context)) {
         kempe_assembly *a = NULL;
         scatter(s);
-        kmp_guess guess = {s->guess, s->b->kept, 0};
+        kmp_guess guess = {s->guess, s->b->kept, 0, false};
         kempe_status status = kmp_assemble_from(system, &guess, &a);
         if (status != KEMPE_OK)
             return status;

@@ -9,18 +9,15 @@ static kempe_status examine(kempe_check *check)
     const kempe_system *s = check->system;
     kempe_status status;
     kmp_plant *plant = kmp_plant_new(s, "tape");
-    double *jacobian = KMP_NEW(double, s->m * s->n);
-    if (!plant || !jacobian) {
+    if (!plant) {
         status = kmp_fail_memory(s->context);
     } else {
         kmp_plant_closure(plant, 0, check->assembly->q);
-        kmp_plant_dense_jacobian(plant, jacobian);
-        status = kmp_partition_init(&check->part, s, jacobian, s->model->run.u, s->model->run.u_count);
+        status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.u, s->model->run.u_count);
     }
-    kmp_plant_free(plant);
-    kmp_free(jacobian);
     if (status == KEMPE_OK)
-        status = kmp_doctor_examine(&check->doctor, s, check->assembly->q, &check->part, &check->arena);
+        status = kmp_doctor_examine(&check->doctor, plant, check->assembly->q, &check->part, &check->arena);
+    kmp_plant_free(plant);
     return status;
 }
 
@@ -36,9 +33,9 @@ static kempe_status explain(kempe_check *check)
 static kempe_status diagnose(kempe_check *check)
 {
     kempe_status status = kempe_assemble(check->system, &check->assembly);
-    check->assembled = status == KEMPE_OK;
+    check->assembled = check->assembly && check->assembly->closed; /* whatever its goals */
     if (check->assembled)
-        return examine(check);
+        return kmp_context_clear(check->system->context), examine(check);
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
 }
 

@@ -132,8 +132,8 @@ typedef struct kmp_examination {
 } kmp_examination;
 
 /** All of it, into `doctor`. KEMPE_E_MEMORY. */
-kempe_status kmp_doctor_examine(kmp_doctor *doctor, const kempe_system *system, const double *q,
-                                const kmp_partition *part, kmp_arena *arena);
+kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const double *q, const kmp_partition *part,
+                                kmp_arena *arena);
 
 /** Why this assembly stays open. */
 kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena);
@@ -147,8 +147,7 @@ void kmp_doctor_alternatives(kmp_examination *x);
 void kmp_doctor_limits(kmp_examination *x);
 
 /** Blocks of Jv with their rows and closures, into `blocks` (arena); their number. -1: no memory or singular. */
-int kmp_loop_blocks(const kempe_system *system, const kmp_partition *part, kmp_walk *walk, kmp_arena *arena,
-                    kmp_loop_block **blocks);
+int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks);
 
 /** Jacobian k of the examination: 0 here, 1 .. point_count at the points. */
 const double *kmp_doctor_jacobian(const kmp_examination *x, int k);

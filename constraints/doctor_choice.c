@@ -79,14 +79,14 @@ void kmp_doctor_alternatives(kmp_examination *x)
 
 /* -- blocks ------------------------------------------------------------------------------------------ */
 
-/* The block that row r belongs to: the last one, in order of solution, with an entry in it. */
-static int block_of_row(const kempe_system *s, const int *block_of, int r)
+/* The block that each row of h belongs to: the last one, in order of solution, with an entry in it; -1: none. */
+static void find_blocks_of_rows(const kempe_system *s, const int *block_of, int *last)
 {
-    int last = -1;
+    for (int r = 0; r < s->m; r++)
+        last[r] = -1;
     for (int e = 0; e < s->jacobian.count; e++)
-        if (s->jacobian.row[e] == r && block_of[s->jacobian.col[e]] > last)
-            last = block_of[s->jacobian.col[e]];
-    return last;
+        if (block_of[s->jacobian.col[e]] > last[s->jacobian.row[e]])
+            last[s->jacobian.row[e]] = block_of[s->jacobian.col[e]];
 }
 
 static void add_row(const kempe_system *s, kmp_loop_block *block, int r)
@@ -99,39 +99,51 @@ static void add_row(const kempe_system *s, kmp_loop_block *block, int r)
     block->closures[block->closure_count++] = c;
 }
 
+/* Room for the rows of each block and their closures. */
+static void count_rows(const kmp_partition *part, const int *last, int count, kmp_arena *arena, kmp_loop_block *blocks)
+{
+    for (int i = 0; i < part->r; i++)
+        blocks[last[part->rows[i]]].row_count++;
+    for (int b = 0; b < count; b++) {
+        blocks[b].rows = KMP_ARENA_NEW(arena, int, blocks[b].row_count);
+        blocks[b].closures = KMP_ARENA_NEW(arena, int, blocks[b].row_count);
+        blocks[b].row_count = 0;
+    }
+}
+
 static bool fill_blocks(const kempe_system *s, const kmp_partition *part, const kmp_block *matrix, kmp_arena *arena,
                         kmp_loop_block *blocks)
 {
-    int *block_of = KMP_ARENA_NEW(arena, int, s->n), count = kmp_block_count(matrix);
-    if (!block_of)
+    int *block_of = KMP_ARENA_NEW(arena, int, s->n), *last = KMP_ARENA_NEW(arena, int, s->m);
+    int count = kmp_block_count(matrix);
+    if (!block_of || !last)
         return false;
     for (int c = 0; c < s->n; c++)
         block_of[c] = -1;
     for (int b = 0; b < count; b++) {
         const int *column = kmp_block_columns(matrix, count - 1 - b, &blocks[b].column_count); /* solved from below */
         blocks[b].columns = KMP_ARENA_NEW(arena, int, blocks[b].column_count);
-        blocks[b].rows = KMP_ARENA_NEW(arena, int, part->r);
-        blocks[b].closures = KMP_ARENA_NEW(arena, int, part->r);
         if (arena->failed)
             return false;
         for (int i = 0; i < blocks[b].column_count; i++)
             block_of[blocks[b].columns[i] = part->v[column[i]]] = b;
     }
-    for (int i = 0; i < part->r; i++)
-        add_row(s, &blocks[block_of_row(s, block_of, part->rows[i])], part->rows[i]);
-    return true;
+    find_blocks_of_rows(s, block_of, last);
+    count_rows(part, last, count, arena, blocks);
+    for (int i = 0; !arena->failed && i < part->r; i++)
+        add_row(s, &blocks[last[part->rows[i]]], part->rows[i]);
+    return !arena->failed;
 }
 
-int kmp_loop_blocks(const kempe_system *system, const kmp_partition *part, kmp_walk *walk, kmp_arena *arena,
-                    kmp_loop_block **blocks)
+int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks)
 {
     kmp_reduction red;
     int count = -1;
-    if (kmp_reduction_init(&red, walk->plant, part) != KEMPE_OK)
+    if (kmp_reduction_init(&red, plant, part) != KEMPE_OK)
         return -1;
     int found = red.block ? kmp_block_count(red.block) : 0;
     *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, found);
-    if (*blocks && (found == 0 || fill_blocks(system, part, red.block, arena, *blocks)))
+    if (*blocks && (found == 0 || fill_blocks(plant->system, part, red.block, arena, *blocks)))
         count = found;
     kmp_reduction_free(&red);
     return count;

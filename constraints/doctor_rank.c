@@ -117,14 +117,20 @@ void kmp_doctor_points(kmp_examination *x)
 
 /* -- dependent sets ---------------------------------------------------------------------------------- */
 
-/* Rank of some rows of Jacobian k; the left null space of all of them in walk->basis when rows is NULL. */
+/* Rank of some rows of Jacobian k; the left null space of all of them in walk->basis when rows is NULL. What is
+ * rounding beside the largest entry of all rows is zero, so that a row of nothing else has no rank. */
 static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int count, double tolerance)
 {
     kmp_walk *w = x->walk;
     const double *jacobian = kmp_doctor_jacobian(x, k);
+    double whole = 0;
+    for (int e = 0; e < w->m * w->n; e++)
+        whole = fmax(whole, fabs(jacobian[e]));
     for (int r = 0; r < count; r++)
-        for (int c = 0; c < w->n; c++)
-            w->copy[c + r * w->n] = jacobian[(rows ? rows[r] : r) + c * w->m];
+        for (int c = 0; c < w->n; c++) {
+            double entry = jacobian[(rows ? rows[r] : r) + c * w->m];
+            w->copy[c + r * w->n] = fabs(entry) > tolerance * whole ? entry : 0;
+        }
     return kmp_null_space(w->n, count, w->copy, tolerance, count, w->basis, w->order, &w->last);
 }
 

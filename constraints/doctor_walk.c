@@ -63,7 +63,7 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
         w->h[r] = w->plant->h[r] / s->row_scale[r];
     for (int k = 0; k < w->n; k++)
         for (int r = 0; r < w->m; r++)
-            w->jacobian[r + k * w->m] *= s->scale[k] / s->row_scale[r];
+            w->jacobian[r + k * w->m] *= w->hold && w->hold[k] ? 0 : s->scale[k] / s->row_scale[r];
 }
 
 static double largest(int count, const double *x)

@@ -11,6 +11,7 @@
 typedef struct kmp_walk {
     const kempe_system *system;
     kmp_plant *plant;
+    const bool *hold; /* n: coordinates that no correction moves; NULL: none */
     int n, m;
     double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
     double *h;        /* m, scaled */
@@ -27,7 +28,7 @@ typedef struct kmp_walk {
 kmp_walk *kmp_walk_new(const kempe_system *system);
 void kmp_walk_free(kmp_walk *walk);
 
-/** h and J, both scaled, at q. */
+/** h and J, both scaled, at q; columns of J of held coordinates are zero. */
 void kmp_walk_evaluate(kmp_walk *walk, const double *q);
 
 /** Closes q by the least (scaled) moves; false when it does not get there. J is then that of q. */

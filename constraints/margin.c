@@ -15,21 +15,27 @@
  * fallen below this part of their usual size. */
 #define MANY_ROWS 24
 #define CALLS_FOR 0.4
+/* With more places than this J is not made dense. */
+#define DENSE_MOST (1 << 14)
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
-    int m = system->m, n = system->n;
+    int m = system->m, n = system->n, large = (long)m * n > DENSE_MOST ? system->jacobian.count : 0;
     *margin = (kmp_margin){.system = system, .r = part->r, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
     margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
     if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
-    margin->a = KMP_NEW(double, m *n);
+    margin->a = large ? NULL : KMP_NEW(double, m *n);
+    margin->pivoting = large ? kmp_pivoting_new(m, n) : NULL;
+    margin->entry_row = KMP_NEW(int, large);
+    margin->entry_col = KMP_NEW(int, large);
     margin->pivots = KMP_NEW(double, m + n);
     margin->row = KMP_NEW(int, m);
     margin->col = KMP_NEW(int, n);
     margin->entry = KMP_NEW(int, system->jacobian.count);
     margin->value = KMP_NEW(double, system->jacobian.count);
-    if (!margin->a || !margin->pivots || !margin->row || !margin->col || !margin->entry || !margin->value)
+    if ((large ? !margin->pivoting : !margin->a) || !margin->entry_row || !margin->entry_col || !margin->pivots ||
+        !margin->row || !margin->col || !margin->entry || !margin->value)
         return false;
     margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
     for (int k = 0; k < m; k++)
@@ -42,6 +48,9 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 void kmp_margin_free(kmp_margin *margin)
 {
     kmp_free(margin->a);
+    kmp_pivoting_free(margin->pivoting);
+    kmp_free(margin->entry_row);
+    kmp_free(margin->entry_col);
     kmp_free(margin->pivots);
     kmp_free(margin->row);
     kmp_free(margin->col);
@@ -51,20 +60,33 @@ void kmp_margin_free(kmp_margin *margin)
     *margin = (kmp_margin){0};
 }
 
-/* The given pivot of some rows (all when `rows` is NULL) of the scaled J. */
+/* The given pivot of some rows (all when `rows` is NULL) of the scaled J; NaN when there is no memory. */
 static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *rows, int count, int which)
 {
     const kempe_system *s = margin->system;
-    memset(margin->a, 0, (size_t)(count * s->n) * sizeof *margin->a);
+    int entries = 0;
+    if (margin->a)
+        memset(margin->a, 0, (size_t)(count * s->n) * sizeof *margin->a);
     for (int e = 0, at = 0; e < s->jacobian.count; e++) { /* entries are row by row */
         int row = s->jacobian.row[e], col = s->jacobian.col[e];
         while (rows && at < count && rows[at] < row)
             at++;
         if (rows && (at == count || rows[at] != row))
             continue;
-        margin->a[(rows ? at : row) + col * count] = plant->jacobian[e] * s->scale[col] / s->row_scale[row];
+        double value = plant->jacobian[e] * s->scale[col] / s->row_scale[row];
+        if (margin->a) {
+            margin->a[(rows ? at : row) + col * count] = value;
+        } else {
+            margin->entry_row[entries] = rows ? at : row;
+            margin->entry_col[entries] = col;
+            margin->value[entries++] = value;
+        }
     }
-    kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
+    kmp_entries a = {count, s->n, entries, margin->entry_row, margin->entry_col, margin->value};
+    if (margin->a)
+        kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
+    else if (!kmp_pivoting_run(margin->pivoting, &a, NULL, margin->row, margin->col, margin->pivots))
+        return NAN;
     return margin->pivots[which];
 }
 

@@ -8,6 +8,7 @@
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "linalg/block.h"
+#include "linalg/sparse.h"
 
 typedef struct kmp_margin {
     const kempe_system *system;
@@ -15,13 +16,16 @@ typedef struct kmp_margin {
     double usual; /* the largest r-th pivot seen */
     double last;  /* the last one */
     bool near;    /* to a change point at the start */
-    double *a, *pivots;
-    int *row, *col;     /* of the pivots */
-    kmp_block *block;   /* many rows: J on those pivots, whose own pivots are quickly had */
-    int count, *entry;  /* its entries of J */
-    double *value;      /* scaled */
-    double quick_usual; /* the largest of its smallest pivots seen since it was made */
-    bool quick;         /* the last margin came from it: all is well */
+    double *a;    /* m x n; NULL when J is large */
+    double *pivots;
+    int *entry_row, *entry_col; /* of a large one's entries, with `value` */
+    kmp_pivoting *pivoting;     /* of it */
+    int *row, *col;             /* of the pivots */
+    kmp_block *block;           /* many rows: J on those pivots, whose own pivots are quickly had */
+    int count, *entry;          /* its entries of J */
+    double *value;              /* scaled */
+    double quick_usual;         /* the largest of its smallest pivots seen since it was made */
+    bool quick;                 /* the last margin came from it: all is well */
 } kmp_margin;
 
 /** At the partition's configuration. false: no memory. */

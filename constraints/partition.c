@@ -1,26 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/partition.h"
 #include "base/memory.h"
-#include "linalg/dense.h"
-#include <math.h>
+#include "constraints/pick.h"
 #include <stdlib.h>
 #include <string.h>
 
 /* A pivot below this fraction of the first is a zero: kept pivots of closed mechanisms are above 1e-2, dropped ones
  * below 1e-13 once h is closed to round-off. */
 #define RANK_TOLERANCE 1e-10
-/* Exchange v_i and u_k while |B_ik| exceeds this (a volume-maximising pivot rule; every exchange multiplies |det Jv| by
- * it). */
-#define GROWTH 1.5
 /* A wish is refused when its |B| would exceed this. */
 #define WORST_WISH 1e4
 
-static void scaled_jacobian(const kempe_system *s, const double *jacobian, double *a)
-{
-    for (int k = 0; k < s->n; k++)
-        for (int r = 0; r < s->m; r++)
-            a[r + k * s->m] = jacobian[r + k * s->m] * s->scale[k] / s->row_scale[r];
-}
+/* Up to this many places of J all is dense. */
+enum { DENSE_MOST = 1 << 14 };
 
 static int rank_of(const double *pivots, int count)
 {
@@ -41,108 +33,14 @@ static void sort(int *x, int count)
         qsort(x, (size_t)count, sizeof *x, compare_ints);
 }
 
-/* Work arrays of one choice. */
-typedef struct choice {
-    const kempe_system *s;
-    double *a, *lu, *jv, *b;
-    int *row, *col, *fixed, *pivot;
-} choice;
-
-static bool choice_init(choice *c, const kempe_system *s)
+static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
 {
-    int n = s->n, m = s->m;
-    *c = (choice){.s = s};
-    c->a = KMP_NEW(double, m *n);
-    c->lu = KMP_NEW(double, m *n);
-    c->jv = KMP_NEW(double, m *m);
-    c->b = KMP_NEW(double, m *n);
-    c->row = KMP_NEW(int, m);
-    c->col = KMP_NEW(int, n);
-    c->fixed = KMP_NEW(int, n);
-    c->pivot = KMP_NEW(int, m);
-    return c->a && c->lu && c->jv && c->b && c->row && c->col && c->fixed && c->pivot;
-}
-
-static void choice_free(choice *c)
-{
-    kmp_free(c->a);
-    kmp_free(c->lu);
-    kmp_free(c->jv);
-    kmp_free(c->b);
-    kmp_free(c->row);
-    kmp_free(c->col);
-    kmp_free(c->fixed);
-    kmp_free(c->pivot);
-}
-
-/* Scaled Jv of columns col[0..r) and rows row[0..r), factored; false when singular. */
-static bool factor_jv(choice *c, int r)
-{
-    for (int k = 0; k < r; k++)
-        for (int i = 0; i < r; i++)
-            c->jv[i + k * r] = c->a[c->row[i] + c->col[k] * c->s->m];
-    return kmp_lu_factor(r, c->jv, c->pivot) == 0;
-}
-
-/* b (r x p) = Bvu = -Jv^-1 Ju, scaled. */
-static bool compute_b(choice *c, int r)
-{
-    int p = c->s->n - r;
-    if (!factor_jv(c, r))
+    const kmp_pattern *j = &s->jacobian;
+    if (!kmp_pick_init(c, s->m, s->n, j->count, (long)s->m * s->n <= DENSE_MOST))
         return false;
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < r; i++)
-            c->b[i + k * r] = -c->a[c->row[i] + c->col[r + k] * c->s->m];
-    kmp_lu_solve(r, c->jv, c->pivot, p, c->b);
+    for (int e = 0; e < j->count; e++)
+        kmp_pick_add(c, j->row[e], j->col[e], jacobian[e] * s->scale[j->col[e]] / s->row_scale[j->row[e]]);
     return true;
-}
-
-static double largest(const double *b, int count, int *at)
-{
-    double worst = 0;
-    *at = 0;
-    for (int k = 0; k < count; k++)
-        if (fabs(b[k]) > worst) {
-            worst = fabs(b[k]);
-            *at = k;
-        }
-    return worst;
-}
-
-/* Exchanges columns until no |B| exceeds the growth bound. */
-static bool improve(choice *c, int r, kmp_partition *part, bool fixed)
-{
-    int p = c->s->n - r, at, most = part->exchanges + 4 * c->s->n;
-    for (;;) {
-        if (!compute_b(c, r))
-            return false;
-        part->max_b = largest(c->b, r * p, &at);
-        if (r == 0 || part->max_b <= GROWTH || fixed || part->exchanges >= most)
-            return true;
-        int i = at % r, k = r + at / r, swap = c->col[i];
-        c->col[i] = c->col[k];
-        c->col[k] = swap;
-        part->exchanges++;
-    }
-}
-
-/* ||Jv||_1 ||Jv^-1||_1. */
-static double condition(choice *c, int r)
-{
-    double norm = 0, inverse = 0;
-    for (int k = 0; k < r; k++) {
-        double sum = 0, sum_inverse = 0;
-        for (int i = 0; i < r; i++) {
-            sum += fabs(c->a[c->row[i] + c->col[k] * c->s->m]);
-            c->b[i] = i == k;
-        }
-        kmp_lu_solve(r, c->jv, c->pivot, 1, c->b);
-        for (int i = 0; i < r; i++)
-            sum_inverse += fabs(c->b[i]);
-        norm = fmax(norm, sum);
-        inverse = fmax(inverse, sum_inverse);
-    }
-    return r > 0 ? norm * inverse : 1;
 }
 
 static const char *coordinate(const kempe_system *s, int k)
@@ -176,9 +74,8 @@ static kempe_status check_wish(const kempe_system *s, int p, int r, const int *b
     return status;
 }
 
-static kempe_status follow_wish(choice *c, kmp_partition *part, const int *wish, int count)
+static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_system *s, const int *wish, int count)
 {
-    const kempe_system *s = c->s;
     double *pivots = KMP_NEW(double, s->m + s->n);
     int *best = KMP_NEW(int, s->n);
     kempe_status status = pivots && best ? KEMPE_OK : kmp_fail_memory(s->context);
@@ -187,9 +84,8 @@ static kempe_status follow_wish(choice *c, kmp_partition *part, const int *wish,
         sort(best, part->p);
         for (int k = 0; k < count; k++)
             c->fixed[wish[k]] = 1;
-        memcpy(c->lu, c->a, (size_t)(s->m * s->n) * sizeof *c->lu);
-        kmp_lu_complete(s->m, s->n, c->lu, c->fixed, c->row, c->col, pivots);
-        status = check_wish(s, part->p, part->r, best, wish, count, pivots);
+        status = kmp_pick_pivot(c, c->fixed, pivots) ? check_wish(s, part->p, part->r, best, wish, count, pivots)
+                                                     : kmp_fail_memory(s->context);
         part->user = true;
     }
     kmp_free(pivots);
@@ -208,7 +104,7 @@ static bool allocate(kmp_partition *part, const kempe_system *s)
     return part->u && part->v && part->rows && part->redundant && part->pivots;
 }
 
-static void keep(const choice *c, kmp_partition *part)
+static void keep(const kmp_pick *c, kmp_partition *part)
 {
     int r = part->r;
     memcpy(part->v, c->col, (size_t)r * sizeof(int));
@@ -221,26 +117,42 @@ static void keep(const choice *c, kmp_partition *part)
     sort(part->redundant, part->m - r);
 }
 
+/* As many rows and columns as `part` says, improved. KEMPE_E_FAILED without message: singular, part is untouched. */
+static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system *s, bool fixed)
+{
+    int exchanges = 0;
+    double max_b, cond;
+    switch (kmp_pick_improve(c, part->r, fixed ? 0 : 4 * s->n, &exchanges, &max_b, &cond)) {
+    case KMP_PICK_MADE:
+        part->exchanges += exchanges;
+        part->max_b = max_b;
+        part->cond = cond;
+        keep(c, part);
+        return KEMPE_OK;
+    case KMP_PICK_SINGULAR:
+        return KEMPE_E_FAILED;
+    default:
+        return kmp_fail_memory(s->context);
+    }
+}
+
 /* rank < 0: by the pivots. */
-static kempe_status choose(choice *c, kmp_partition *part, const double *jacobian, int rank, const int *wish,
+static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system *s, int rank, const int *wish,
                            int wish_count)
 {
-    const kempe_system *s = c->s;
     kempe_status status = KEMPE_OK;
-    scaled_jacobian(s, jacobian, c->a);
-    memcpy(c->lu, c->a, (size_t)(s->m * s->n) * sizeof *c->lu);
-    kmp_lu_complete(s->m, s->n, c->lu, NULL, c->row, c->col, part->pivots);
+    if (!kmp_pick_pivot(c, NULL, part->pivots))
+        return kmp_fail_memory(s->context);
     part->r = rank >= 0 ? rank : rank_of(part->pivots, s->m < s->n ? s->m : s->n);
     part->p = s->n - part->r;
     if (wish_count > 0)
-        status = follow_wish(c, part, wish, wish_count);
+        status = follow_wish(c, part, s, wish, wish_count);
     if (status != KEMPE_OK)
         return status;
-    if (!improve(c, part->r, part, part->user))
-        return kmp_fail(s->context, KEMPE_E_FAILED, "the closures are singular for every choice of coordinates");
-    part->cond = condition(c, part->r);
-    keep(c, part);
-    return KEMPE_OK;
+    status = improve(c, part, s, part->user);
+    return status == KEMPE_E_FAILED
+               ? kmp_fail(s->context, KEMPE_E_FAILED, "the closures are singular for every choice of coordinates")
+               : status;
 }
 
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
@@ -252,15 +164,15 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
 kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
                                    const int *wish, int wish_count)
 {
-    choice c;
+    kmp_pick c;
     kempe_status status;
-    bool ok = choice_init(&c, system);
+    bool ok = choice_init(&c, system, jacobian);
     ok = allocate(part, system) && ok;
     if (!ok)
         status = kmp_fail_memory(system->context);
     else
-        status = choose(&c, part, jacobian, rank, wish, wish_count);
-    choice_free(&c);
+        status = choose(&c, part, system, rank, wish, wish_count);
+    kmp_pick_free(&c);
     if (status != KEMPE_OK)
         kmp_partition_free(part);
     return status;
@@ -289,27 +201,20 @@ bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
 
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian)
 {
-    choice c;
-    kempe_status status = KEMPE_E_FAILED;
-    kmp_partition trial = *part;
-    if (!choice_init(&c, system)) {
-        choice_free(&c);
+    kmp_pick c;
+    kempe_status status;
+    if (!choice_init(&c, system, jacobian)) {
+        kmp_pick_free(&c);
         return kmp_fail_memory(system->context);
     }
-    scaled_jacobian(system, jacobian, c.a);
     memcpy(c.row, part->rows, (size_t)part->r * sizeof(int));
     memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
     memcpy(c.col, part->v, (size_t)part->r * sizeof(int));
     memcpy(c.col + part->r, part->u, (size_t)part->p * sizeof(int));
-    if (improve(&c, part->r, &trial, false)) {
-        part->exchanges = trial.exchanges;
-        part->max_b = trial.max_b;
-        part->cond = condition(&c, part->r);
+    status = improve(&c, part, system, false);
+    if (status == KEMPE_OK)
         part->user = false;
-        keep(&c, part);
-        status = KEMPE_OK;
-    }
-    choice_free(&c);
+    kmp_pick_free(&c);
     return status;
 }
 

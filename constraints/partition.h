@@ -14,14 +14,15 @@ typedef struct kmp_partition {
     int *rows;      /* r independent rows, ascending */
     int *redundant; /* m - r dropped rows, ascending */
     double *pivots; /* min(m, n): absolute pivots of the scaled J, in order */
-    double cond;    /* 1-norm condition number of the scaled Jv */
+    double cond;    /* 1-norm condition number of the scaled Jv; of a large one an estimate from below */
     double max_b;   /* max |Bvu|, scaled */
     int exchanges;  /* made to bring max_b down to 1.5 */
     bool user;      /* u is the user's wish */
 } kmp_partition;
 
-/** Chooses from J (m x n, column-major) at a closed configuration. wish: coordinates that the user wants independent
- *  (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would be. */
+/** Chooses from J at a closed configuration, given by its non-zeros (those of system->jacobian). wish: coordinates that
+ * the user wants independent (count 0: none). KEMPE_E_FAILED: the wish is not possible, with the reason and what would
+ * be. */
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count);
 
@@ -34,7 +35,7 @@ void kmp_partition_free(kmp_partition *part);
 /** A copy of its own. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 
-/** Exchanges u and v from what they are until no scaled |Bvu| of J (m x n, column-major) exceeds 1.5: each exchange
+/** Exchanges u and v from what they are until no scaled |Bvu| of J (its non-zeros) exceeds 1.5: each exchange
  * takes the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the
  * new choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian);

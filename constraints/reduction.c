@@ -8,6 +8,8 @@ enum { MAX_NEWTON = 12 };
 /* A scaled |h| that is rounding alone, and one that may be where corrections no longer shrink. */
 #define ROUNDING       4e-16
 #define MOSTLY_ROUNDED 2e-14
+/* The same of points far from the origin, in parts of how far: h is a difference of such numbers. */
+#define ROUNDED_AFAR 2e-15
 
 /* -- setting up -------------------------------------------------------------------------------------- */
 
@@ -32,23 +34,18 @@ static bool allocate(kmp_reduction *red, int entries, int m)
            red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
 }
 
-/* Position of `value` in an ascending list, -1 when absent. */
-static int position(const int *list, int count, int value)
-{
-    for (int k = 0; k < count; k++)
-        if (list[k] == value)
-            return k;
-    return -1;
-}
-
 /* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
 static bool split(kmp_reduction *red)
 {
     const kmp_pattern *pattern = &red->plant->system->jacobian;
-    int *row = KMP_NEW(int, pattern->count), *col = KMP_NEW(int, pattern->count);
-    bool ok = row && col;
+    int *row = KMP_NEW(int, pattern->count), *col = KMP_NEW(int, pattern->count), *place = KMP_NEW(int, red->n);
+    bool ok = row && col && place;
+    for (int k = 0; ok && k < red->p; k++)
+        place[red->part->u[k]] = -1 - k;
+    for (int k = 0; ok && k < red->r; k++)
+        place[red->part->v[k]] = k;
     for (int k = 0; ok && k < pattern->count; k++) {
-        int i = red->row_of[pattern->row[k]], v = position(red->part->v, red->r, pattern->col[k]);
+        int i = red->row_of[pattern->row[k]], v = place[pattern->col[k]];
         if (i < 0)
             continue;
         if (v >= 0) {
@@ -57,7 +54,7 @@ static bool split(kmp_reduction *red)
             red->jv_entry[red->jv_count++] = k;
         } else {
             red->ju_row[red->ju_count] = i;
-            red->ju_col[red->ju_count] = position(red->part->u, red->p, pattern->col[k]);
+            red->ju_col[red->ju_count] = -1 - v;
             red->ju_entry[red->ju_count++] = k;
         }
     }
@@ -67,6 +64,7 @@ static bool split(kmp_reduction *red)
     }
     kmp_free(row);
     kmp_free(col);
+    kmp_free(place);
     return ok;
 }
 
@@ -76,7 +74,9 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     unsigned long failures = kmp_memory_failures();
     bool ok = allocate(red, plant->system->jacobian.count, part->m);
     for (int i = 0; ok && i < part->m; i++)
-        red->row_of[i] = position(part->rows, part->r, i);
+        red->row_of[i] = -1;
+    for (int k = 0; ok && k < part->r; k++)
+        red->row_of[part->rows[k]] = k;
     for (int k = 0; ok && k < red->p; k++)
         red->x[part->u[k] + k * red->n] = 1;
     ok = ok && split(red);
@@ -265,7 +265,9 @@ static double noise(const kmp_reduction *red, const double *q)
 
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
 {
+    const kempe_system *s = red->plant->system;
     double last = INFINITY, weighted, floor_ = noise(red, q);
+    double rounded = fmax(MOSTLY_ROUNDED, ROUNDED_AFAR * s->reach / s->length);
     for (int k = 0; k < MAX_NEWTON; k++) {
         kmp_plant_closure(red->plant, t, q);
         if (kmp_reduction_factor(red))
@@ -275,7 +277,7 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
         double size = measure(red, w, &weighted);
         bool done = size <= floor_ || (w && weighted <= fraction) || kmp_plant_residual(red->plant) <= ROUNDING;
         if (!done && (size > 0.9 * last || size == INFINITY))
-            return size == INFINITY || kmp_plant_residual(red->plant) > MOSTLY_ROUNDED;
+            return size == INFINITY || kmp_plant_residual(red->plant) > rounded;
         for (int i = 0; i < red->r; i++)
             q[red->part->v[i]] += red->dv[i];
         if (done)

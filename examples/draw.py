@@ -393,8 +393,48 @@ def double_wishbone():
     return p
 
 
+def askew(flat, title):
+    """A plane picture as seen when its plane is upright and turned away."""
+    seen = lambda x: oblique((0.75 * x[0], 0.65 * x[0], x[1]))
+    p = Picture(title)
+    p.points = [seen(x) for x in flat.points]
+    p.shapes = [(kind, note, tuple(seen(x) for x in points)) for kind, note, points in flat.shapes]
+    return p
+
+
+def slider_crank_spatial():
+    return askew(slider_crank(), "Slider-crank with hinges in space, crank turned by 50 degrees")
+
+
+def n_four_bar_spatial():
+    return askew(n_four_bar(), "Four-bar windows with hinges in space, on their way down")
+
+
+def parallel_robot():
+    p = Picture("Planar parallel robot at the start")
+    tip = {}
+    for side, way, crank in (("l", -1, -150), ("r", 1, -30)):
+        pivot, u, v = (0.2 * way, 0), (0.0866 * way, 0.05), (-0.07 * way, 0.07)
+        elbow = at(pivot, math.radians(crank), (0.4, 0))
+        rod = math.radians(-34.1725 if way < 0 else -145.8275)
+        end = at(elbow, rod, (0.6, 0))
+        add = lambda a, b: (a[0] + b[0], a[1] + b[1])
+        p.body(f"crank {side}", pivot, elbow)
+        p.body("", add(pivot, u), add(elbow, u))
+        p.body(f"rod {side}", elbow, end)
+        p.body("", add(elbow, v), add(end, v))
+        p.body("", elbow, add(elbow, u), add(elbow, v))
+        for place, fixed in ((pivot, True), (add(pivot, u), True), (elbow, False), (add(elbow, u), False),
+                             (add(elbow, v), False), (end, False), (add(end, v), False)):
+            p.pivot(place, fixed=fixed)
+        tip[side] = (end, add(end, v))
+    p.body("platform", tip["l"][0], tip["r"][0], tip["l"][1], tip["r"][1])
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
-            peaucellier, chebyshev, jansen_leg, stephenson, double_wishbone)
+            peaucellier, chebyshev, jansen_leg, stephenson, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
+            parallel_robot)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -10,6 +10,9 @@
 
 /* A refactorisation whose reciprocal pivot growth is below this fraction of the last pivoted one's is not kept. */
 #define GROWTH_KEPT 1e-3
+/* Beyond this size the block-triangular form is left out: its matching takes n^2 in long chains, whose iteration matrix
+ * is one block. */
+enum { BLOCKS_UP_TO = 1000 };
 
 typedef struct klu {
     kmp_linear_head head; /* first */
@@ -96,5 +99,6 @@ SUNLinearSolver kmp_linear_klu(long n, SUNContext context)
         return NULL;
     k->n = n;
     klu_l_defaults(&k->common);
+    k->common.btf = n <= BLOCKS_UP_TO;
     return kmp_linear_wrap(&k->head, &ops, context);
 }

@@ -50,7 +50,6 @@ typedef struct reduced {
     double *anchor_c;     /* r: vdd there less what udd makes */
     double *udd;          /* p */
     double *qdd, *lambda; /* n, m: where closures move */
-    double *jacobian;     /* m x n, for exchanges */
     int sign;             /* of det Jv since the start or the last exchange */
     double rtol, atol, rate_scale;
     double t;      /* of the last accepted step */
@@ -399,8 +398,7 @@ static int renew(kmp_road *road, double t, double *y, double *yp)
     if (place(d, t, y) != KMP_GO || !kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
     kmp_reduction_rates(&d->red, y + d->p, d->qd);
-    kmp_plant_dense_jacobian(d->plant, d->jacobian);
-    int said = kmp_partition_exchange(&d->part, d->s, d->jacobian) == KEMPE_OK ? take_over(d, t, y) : KMP_HALT;
+    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian) == KEMPE_OK ? take_over(d, t, y) : KMP_HALT;
     if (said == KMP_GO)
         log_exchange(d, t, &before);
     kmp_partition_free(&before);
@@ -432,7 +430,6 @@ static void release(kmp_road *road)
     kmp_free(d->q);
     kmp_free(d->qd);
     kmp_free(d->weight);
-    kmp_free(d->jacobian);
     kmp_free(d->anchor_u);
     kmp_free(d->anchor_v);
     kmp_free(d->anchor_b);
@@ -452,7 +449,6 @@ static bool allocate(reduced *d)
     d->q = KMP_NEW(double, d->n);
     d->qd = KMP_NEW(double, d->n);
     d->weight = KMP_NEW(double, d->n);
-    d->jacobian = KMP_NEW(double, d->part.m * d->n);
     d->anchor_u = KMP_NEW(double, d->p);
     d->anchor_v = KMP_NEW(double, d->r);
     d->anchor_b = KMP_NEW(double, d->r * d->p);
@@ -461,8 +457,8 @@ static bool allocate(reduced *d)
     d->udd = KMP_NEW(double, d->p);
     d->qdd = KMP_NEW(double, d->n);
     d->lambda = KMP_NEW(double, d->part.m);
-    return road->y && road->atol && d->jacobian && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v &&
-           d->anchor_b && d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
+    return road->y && road->atol && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v && d->anchor_b &&
+           d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
 }
 
 static bool begin(reduced *d, const kmp_road_start *start)

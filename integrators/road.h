@@ -10,6 +10,7 @@
 #include "integrators/dae.h"
 #include "integrators/journal.h"
 #include "integrators/ode.h"
+#include "linalg/sparse.h"
 
 typedef struct kmp_road kmp_road;
 
@@ -81,19 +82,27 @@ extern const kmp_road_kind kmp_road_zone;
 #include "integrators/roads.def"
 #undef KMP_ROAD
 
-/** The saddle system [M -J'; J 0] on the independent rows, dense: accelerations, multipliers and mass-orthogonal
- * corrections (shared by the projected road and by all that need (qdd, lambda) without a choice of u). */
+/** The saddle system [M -J'; J 0] on the independent rows, dense, or sparse when it is large: accelerations,
+ * multipliers and mass-orthogonal corrections (shared by the projected road and by all that need (qdd, lambda) without
+ * a choice of u). */
 typedef struct kmp_saddle {
     kmp_plant *plant;
     const kmp_partition *part;
     int n, r;
-    double *matrix, *x;
+    double *matrix, *x; /* size x size when dense; the entries when sparse */
     int *pivot;
+    kmp_sparse *sparse; /* NULL: dense, or singular by its pattern */
+    bool large;
+    int *position; /* m: of a row among the independent ones, -1 when dropped */
+    bool *out;     /* r: independent rows that are left out for now; NULL: they never are */
     long factorizations;
 } kmp_saddle;
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
+
+/** As kmp_saddle_init, sparse whatever the size, and with `out`, none yet, to leave rows out by. */
+bool kmp_saddle_init_with_out(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);

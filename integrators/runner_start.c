@@ -23,13 +23,8 @@ static double rate_scale_of(const kmp_runner *run, const double *qd)
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
-    double *jacobian = KMP_NEW(double, s->m * s->n);
-    if (!jacobian)
-        return kmp_fail_memory(s->context);
     kmp_plant_closure(run->plant, t, q);
-    kmp_plant_dense_jacobian(run->plant, jacobian);
-    kempe_status status = kmp_partition_of_rank(&run->part, s, jacobian, rank, wish, wish_count);
-    kmp_free(jacobian);
+    kempe_status status = kmp_partition_of_rank(&run->part, s, run->plant->jacobian, rank, wish, wish_count);
     run->has_part = status == KEMPE_OK;
     return status;
 }

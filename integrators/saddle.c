@@ -4,34 +4,89 @@
 #include "linalg/dense.h"
 #include <string.h>
 
-bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+/* Beyond this size, and with fewer than one in so many places taken, sparse. */
+enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
+
+/* Entries of the sparse matrix: M with both its triangles, then J and -J' by turns, then 1 for each row that is out. */
+static int list_entries(const kmp_saddle *saddle, int *row, int *col)
 {
-    int size = part->n + part->r;
+    const kmp_pattern *mass = &saddle->plant->system->mass, *jac = &saddle->plant->system->jacobian;
+    int count = 0, n = saddle->n;
+    for (int k = 0; k < mass->count; k++)
+        for (int side = 0; side < (mass->row[k] == mass->col[k] ? 1 : 2); side++, count++) {
+            row[count] = side ? mass->col[k] : mass->row[k];
+            col[count] = side ? mass->row[k] : mass->col[k];
+        }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        for (int side = 0; at >= 0 && side < 2; side++, count++) {
+            row[count] = side ? jac->col[k] : n + at;
+            col[count] = side ? n + at : jac->col[k];
+        }
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++, count++)
+        row[count] = col[count] = n + k;
+    return count;
+}
+
+/* false: no memory; a pattern that is singular shows when factored. */
+static bool make_sparse(kmp_saddle *saddle, int most)
+{
+    unsigned long failures = kmp_memory_failures();
+    int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
+    if (row && col)
+        saddle->sparse = kmp_sparse_new(saddle->n + saddle->r, list_entries(saddle, row, col), row, col, true);
+    kmp_free(row);
+    kmp_free(col);
+    return kmp_memory_failures() == failures;
+}
+
+static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part, bool with_out)
+{
+    int size = part->n + part->r, entries = 2 * (plant->system->mass.count + plant->system->jacobian.count);
     *saddle = (kmp_saddle){.plant = plant, .part = part, .n = part->n, .r = part->r};
-    saddle->matrix = KMP_NEW(double, size *size);
+    saddle->large = with_out || (size > SPARSE_FROM && entries < (long)size * size / SPARSE_BELOW);
+    if (with_out) {
+        entries += part->r;
+        saddle->out = KMP_NEW(bool, part->r);
+        if (!saddle->out)
+            return false;
+    }
+    saddle->matrix = KMP_NEW(double, saddle->large ? entries : size *size);
     saddle->x = KMP_NEW(double, size);
     saddle->pivot = KMP_NEW(int, size);
-    return saddle->matrix && saddle->x && saddle->pivot;
+    saddle->position = KMP_NEW(int, part->m);
+    if (!saddle->matrix || !saddle->x || !saddle->pivot || !saddle->position)
+        return false;
+    for (int k = 0; k < part->m; k++)
+        saddle->position[k] = -1;
+    for (int k = 0; k < part->r; k++)
+        saddle->position[part->rows[k]] = k;
+    return !saddle->large || make_sparse(saddle, entries);
+}
+
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    return init(saddle, plant, part, false);
+}
+
+bool kmp_saddle_init_with_out(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    return init(saddle, plant, part, true);
 }
 
 void kmp_saddle_free(kmp_saddle *saddle)
 {
+    kmp_sparse_free(saddle->sparse);
     kmp_free(saddle->matrix);
     kmp_free(saddle->x);
     kmp_free(saddle->pivot);
+    kmp_free(saddle->position);
+    kmp_free(saddle->out);
     *saddle = (kmp_saddle){0};
 }
 
-/* Position of a row of h among the independent ones, -1 when dropped. */
-static int position(const kmp_partition *part, int row)
-{
-    for (int k = 0; k < part->r; k++)
-        if (part->rows[k] == row)
-            return k;
-    return -1;
-}
-
-int kmp_saddle_factor(kmp_saddle *saddle)
+static int factor_dense(kmp_saddle *saddle)
 {
     const kmp_plant *plant = saddle->plant;
     const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
@@ -40,18 +95,59 @@ int kmp_saddle_factor(kmp_saddle *saddle)
     for (int k = 0; k < mass->count; k++)
         saddle->matrix[mass->row[k] + mass->col[k] * size] = saddle->matrix[mass->col[k] + mass->row[k] * size] =
             plant->mass[k];
-    for (int k = 0, row = -1, at = -1; k < jac->count; k++) {
-        if (jac->row[k] != row) {
-            row = jac->row[k];
-            at = position(saddle->part, row);
-        }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
         if (at < 0)
             continue;
         saddle->matrix[n + at + jac->col[k] * size] = plant->jacobian[k];
         saddle->matrix[jac->col[k] + (n + at) * size] = -plant->jacobian[k];
     }
-    saddle->factorizations++;
     return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
+}
+
+static bool is_out(const kmp_saddle *saddle, int k)
+{
+    return saddle->out && saddle->out[k];
+}
+
+static int factor_sparse(kmp_saddle *saddle)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    double *value = saddle->matrix;
+    if (!saddle->sparse)
+        return 1;
+    for (int k = 0; k < mass->count; k++) {
+        *value++ = plant->mass[k];
+        if (mass->row[k] != mass->col[k])
+            *value++ = plant->mass[k];
+    }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        if (at < 0)
+            continue;
+        double entry = is_out(saddle, at) ? 0 : plant->jacobian[k];
+        *value++ = entry;
+        *value++ = -entry;
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++)
+        *value++ = saddle->out[k] ? 1 : 0;
+    return kmp_sparse_factor(saddle->sparse, saddle->matrix);
+}
+
+int kmp_saddle_factor(kmp_saddle *saddle)
+{
+    saddle->factorizations++;
+    return saddle->large ? factor_sparse(saddle) : factor_dense(saddle);
+}
+
+/* x <- its solution */
+static void solve(kmp_saddle *saddle)
+{
+    if (saddle->large)
+        kmp_sparse_solve(saddle->sparse, 1, saddle->x);
+    else
+        kmp_lu_solve(saddle->n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
 }
 
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
@@ -61,8 +157,8 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
     for (int i = 0; i < n; i++)
         saddle->x[i] = -plant->bias[i];
     for (int k = 0; k < r; k++)
-        saddle->x[n + k] = -plant->jdqd[saddle->part->rows[k]];
-    kmp_lu_solve(n + r, saddle->matrix, saddle->pivot, 1, saddle->x);
+        saddle->x[n + k] = is_out(saddle, k) ? 0 : -plant->jdqd[saddle->part->rows[k]];
+    solve(saddle);
     memcpy(qdd, saddle->x, (size_t)n * sizeof *qdd);
     if (!lambda)
         return;
@@ -76,7 +172,7 @@ void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *
     int n = saddle->n, r = saddle->r;
     memset(saddle->x, 0, (size_t)n * sizeof *saddle->x);
     for (int k = 0; k < r; k++)
-        saddle->x[n + k] = -violation[saddle->part->rows[k]];
-    kmp_lu_solve(n + r, saddle->matrix, saddle->pivot, 1, saddle->x);
+        saddle->x[n + k] = is_out(saddle, k) ? 0 : -violation[saddle->part->rows[k]];
+    solve(saddle);
     memcpy(dx, saddle->x, (size_t)n * sizeof *dx);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/tangent.h"
 #include "base/memory.h"
+#include "symbolic/partials.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -62,9 +63,11 @@ static void add_entry(gather *g, int block, int row, int col, int source)
 static kmp_ref curve(kmp_equations *eq, int row)
 {
     kmp_ref sum = eq->jdqd[row];
-    for (int k = 0; k < eq->n; k++)
-        sum = kmp_add(eq->graph, sum,
-                      kmp_mul(eq->graph, eq->jacobian[row * eq->n + k], kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
+    for (int k = 0; k < eq->n; k++) {
+        kmp_ref entry = eq->jacobian[row * eq->n + k];
+        if (entry != KMP_ZERO)
+            sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, entry, kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
+    }
     return sum;
 }
 
@@ -103,15 +106,19 @@ static bool collect_values(gather *g, unsigned values)
 
 /* -- tangents ---------------------------------------------------------------------------------------- */
 
-/* Derivatives of all values along one coordinate or rate, in one pass. */
-static kempe_status add_column(gather *g, kmp_input_kind kind, int k, kmp_ref *column)
+/* Derivatives of all values along one coordinate or rate, in one pass. false: no memory. */
+static bool add_column(gather *g, kmp_partials *partials, kmp_input_kind kind, int k)
 {
-    const int *block = kind == KMP_IN_Q ? by_q : by_qd;
-    kempe_status status = kmp_equations_partial(&g->eq, kind, k, g->value_count, g->value, column);
-    for (int v = 0; status == KEMPE_OK && v < KMP_VALUES; v++)
-        for (int i = 0; block[v] >= 0 && i < g->size[v]; i++)
-            add_entry(g, block[v], i, k, output_of(g, column[g->t->at[v] + i]));
-    return status;
+    const int *block = kind == KMP_IN_Q ? by_q : by_qd, *which;
+    const kmp_ref *column;
+    int count = kmp_partials_along(partials, kmp_input(g->eq.graph, kind, (uint32_t)k), &which, &column), v = 0;
+    for (int i = 0; i < count; i++) {
+        while (g->t->at[v] < 0 || which[i] >= g->t->at[v] + g->size[v])
+            v++;
+        if (block[v] >= 0)
+            add_entry(g, block[v], which[i] - g->t->at[v], k, output_of(g, column[i]));
+    }
+    return count >= 0;
 }
 
 static void add_mass_and_jacobian(gather *g)
@@ -119,6 +126,8 @@ static void add_mass_and_jacobian(gather *g)
     int n = g->eq.n;
     for (int i = 0; i < n; i++)
         for (int k = 0; k <= i; k++) {
+            if (g->eq.mass[i * n + k] == KMP_ZERO)
+                continue;
             int source = output_of(g, g->eq.mass[i * n + k]);
             add_entry(g, KMP_M, i, k, source);
             if (i != k)
@@ -126,7 +135,8 @@ static void add_mass_and_jacobian(gather *g)
         }
     for (int r = 0; r < g->eq.m; r++)
         for (int k = 0; k < n; k++)
-            add_entry(g, KMP_J, r, k, output_of(g, g->eq.jacobian[r * n + k]));
+            if (g->eq.jacobian[r * n + k] != KMP_ZERO)
+                add_entry(g, KMP_J, r, k, output_of(g, g->eq.jacobian[r * n + k]));
 }
 
 /* Tangents of the user's force stand after the outputs of the program: of R by q and qd, then of the power. */
@@ -145,19 +155,18 @@ static void add_effort(gather *g)
 
 static kempe_status collect_tangents(gather *g)
 {
-    kempe_status status = KEMPE_OK;
-    kmp_ref *column = KMP_NEW(kmp_ref, g->value_count);
-    if (!column)
-        return kmp_fail_memory(g->eq.context);
-    for (int k = 0; k < g->eq.n && status == KEMPE_OK; k++) {
-        status = add_column(g, KMP_IN_Q, k, column);
-        if (status == KEMPE_OK)
-            status = add_column(g, KMP_IN_QD, k, column);
+    for (int k = 0; k < g->eq.n; k++) {
+        (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);
+        (void)kmp_input(g->eq.graph, KMP_IN_QD, (uint32_t)k);
     }
-    kmp_free(column);
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->value_count, g->value);
+    bool ok = partials;
+    for (int k = 0; k < g->eq.n && ok; k++)
+        ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
+    kmp_partials_free(partials);
     add_mass_and_jacobian(g);
     add_effort(g);
-    return g->failed ? kmp_fail_memory(g->eq.context) : status;
+    return g->failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
 }
 
 static int by_place(const void *a, const void *b)

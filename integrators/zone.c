@@ -7,7 +7,10 @@
  *
  * so that the motion goes on along the tangent it has, with an error of the order of eps^2. A runner enters the zone
  * when the margin of the closures has fallen and leaves it when it has grown again; no other road may be asked to
- * cross. */
+ * cross.
+ *
+ * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps,
+ * and the saddle system of the others is solved, sparse: the same equations on the rows that stay. */
 #include "base/memory.h"
 #include "integrators/road.h"
 #include "linalg/dense.h"
@@ -18,6 +21,8 @@
 #define EPS 1e-5
 /* Nothing finer is to be had in the zone. */
 #define ZONE_RTOL 1e-9
+/* With more places than this J is not made dense. */
+#define DENSE_MOST (1 << 14)
 
 typedef struct zone {
     kmp_road road; /* first */
@@ -34,6 +39,11 @@ typedef struct zone {
     int *pivot;     /* column of A in each place */
     double *lambda; /* m: where closures move */
     double *x, *y, *z, *dx;
+    kmp_saddle saddle; /* of a large mechanism, in place of l, a, full, rr, pivot, z */
+    kmp_pivoting *pivoting;
+    bool large;
+    int *entry_row, *entry_col, *pivot_row, *pivot_col;
+    double *entry, *pivots;
 } zone;
 
 /* x <- L^-1 x, x <- L^-T x */
@@ -122,6 +132,28 @@ static void factor_columns(zone *d)
     }
 }
 
+/* Rows that are nearly dependent out of the saddle system, which is then factored. */
+static int factor_large(zone *d)
+{
+    const kmp_pattern *jac = &d->s->jacobian;
+    int nz = 0;
+    for (int k = 0; k < jac->count; k++) {
+        int row = d->saddle.position[jac->row[k]];
+        if (row < 0)
+            continue;
+        d->entry_row[nz] = row;
+        d->entry_col[nz] = jac->col[k];
+        d->entry[nz++] = d->plant->jacobian[k] * d->s->scale[jac->col[k]] / d->s->row_scale[jac->row[k]];
+    }
+    kmp_entries a = {d->r, d->n, nz, d->entry_row, d->entry_col, d->entry};
+    if (!kmp_pivoting_run(d->pivoting, &a, NULL, d->pivot_row, d->pivot_col, d->pivots))
+        return KMP_RETRY;
+    for (int k = 0; k < d->r; k++)
+        d->saddle.out[d->pivot_row[k]] = !(d->pivots[k] > EPS * d->pivots[0]);
+    d->road.factorizations++;
+    return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
+}
+
 static int row_index(const kmp_partition *part, int row)
 {
     for (int k = 0; k < part->r; k++)
@@ -134,6 +166,8 @@ static int row_index(const kmp_partition *part, int row)
 static int factor(zone *d)
 {
     const kmp_pattern *jac = &d->s->jacobian;
+    if (d->large)
+        return factor_large(d);
     kmp_plant_dense_mass(d->plant, d->l);
     if (kmp_cholesky_factor(d->n, d->l))
         return KMP_RETRY;
@@ -170,6 +204,10 @@ static void least_change(zone *d, const double *b, double *w)
 static void accelerations(zone *d, double *qdd, double *lambda)
 {
     int n = d->n, r = d->r;
+    if (d->large) {
+        kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+        return;
+    }
     for (int i = 0; i < n; i++)
         qdd[i] = -d->plant->bias[i];
     forward(d, qdd);
@@ -189,6 +227,10 @@ static void accelerations(zone *d, double *qdd, double *lambda)
 /* Mass-orthogonal dx with J dx = -violation on the kept directions. */
 static void correction(zone *d, const double *violation, double *dx)
 {
+    if (d->large) {
+        kmp_saddle_correction(&d->saddle, violation, dx);
+        return;
+    }
     memset(dx, 0, (size_t)d->n * sizeof *dx);
     least_change(d, violation, dx);
     backward(d, dx);
@@ -279,7 +321,11 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
-    double *arrays[] = {road->y, road->atol, d->l, d->a, d->full, d->rr, d->lambda, d->x, d->y, d->z, d->dx};
+    void *arrays[] = {road->y,      road->atol,   d->l,         d->a,     d->full,  d->rr,
+                      d->lambda,    d->x,         d->y,         d->z,     d->dx,    d->entry_row,
+                      d->entry_col, d->pivot_row, d->pivot_col, d->entry, d->pivots};
+    kmp_saddle_free(&d->saddle);
+    kmp_pivoting_free(d->pivoting);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_free(d->pivot);
@@ -287,23 +333,42 @@ static void release(kmp_road *road)
     kmp_free(d);
 }
 
-static bool allocate(zone *d)
+static bool allocate_large(zone *d)
+{
+    size_t nz = (size_t)d->s->jacobian.count;
+    d->entry_row = KMP_NEW(int, nz);
+    d->entry_col = KMP_NEW(int, nz);
+    d->entry = KMP_NEW(double, nz);
+    d->pivot_row = KMP_NEW(int, d->r);
+    d->pivot_col = KMP_NEW(int, d->n);
+    d->pivots = KMP_NEW(double, d->r);
+    d->pivoting = kmp_pivoting_new(d->r, d->n);
+    return d->entry_row && d->entry_col && d->entry && d->pivot_row && d->pivot_col && d->pivots && d->pivoting &&
+           kmp_saddle_init_with_out(&d->saddle, d->plant, d->part);
+}
+
+static bool allocate_small(zone *d)
 {
     size_t n = (size_t)d->n, r = (size_t)d->r;
-    d->road.y = KMP_NEW(double, d->road.size);
-    d->road.atol = KMP_NEW(double, d->road.size);
     d->l = KMP_NEW(double, n *n);
     d->a = KMP_NEW(double, n *r);
     d->full = KMP_NEW(double, n *r);
     d->rr = KMP_NEW(double, r *r);
-    d->x = KMP_NEW(double, n);
-    d->y = KMP_NEW(double, d->m);
     d->z = KMP_NEW(double, r);
-    d->dx = KMP_NEW(double, n);
     d->pivot = KMP_NEW(int, r);
+    return d->l && d->a && d->full && d->rr && d->z && d->pivot;
+}
+
+static bool allocate(zone *d)
+{
+    d->road.y = KMP_NEW(double, d->road.size);
+    d->road.atol = KMP_NEW(double, d->road.size);
+    d->x = KMP_NEW(double, d->n);
+    d->y = KMP_NEW(double, d->m);
+    d->dx = KMP_NEW(double, d->n);
     d->lambda = KMP_NEW(double, d->m);
-    return d->road.y && d->road.atol && d->l && d->a && d->full && d->rr && d->x && d->y && d->z && d->dx &&
-           d->lambda && d->pivot;
+    return d->road.y && d->road.atol && d->x && d->y && d->dx && d->lambda &&
+           (d->large ? allocate_large(d) : allocate_small(d));
 }
 
 static kmp_road *create(const kmp_road_start *start)
@@ -320,6 +385,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->n = n;
     d->m = start->part->m;
     d->r = start->part->r;
+    d->large = (long)d->m * d->n > DENSE_MOST;
     d->has_work = start->system->dissipative;
     d->road.release = release;
     d->road.row = row;

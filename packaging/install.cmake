@@ -19,13 +19,35 @@ if(KEMPE_COMMAND)
 endif()
 
 configure_package_config_file(packaging/KempeConfig.cmake.in ${PROJECT_BINARY_DIR}/KempeConfig.cmake
-    INSTALL_DESTINATION ${KEMPE_CMAKE_DIR})
+    INSTALL_DESTINATION ${KEMPE_CMAKE_DIR} PATH_VARS CMAKE_INSTALL_LIBDIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/KempeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/KempeConfig.cmake ${PROJECT_BINARY_DIR}/KempeConfigVersion.cmake
     DESTINATION ${KEMPE_CMAKE_DIR})
 
-# A static library brings the names of the libraries that it needs; a shared one knows them itself.
+# What is linked with libraries in folders of their own finds them there when it runs; the command finds a shared Kempe
+# wherever the two have been moved together.
+set_target_properties(kempe PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
+if(KEMPE_COMMAND)
+    file(RELATIVE_PATH KEMPE_TO_LIB /prefix/${CMAKE_INSTALL_BINDIR} /prefix/${CMAKE_INSTALL_LIBDIR})
+    set_target_properties(kempe_command PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
+    if(BUILD_SHARED_LIBS AND NOT APPLE)
+        set_target_properties(kempe_command PROPERTIES INSTALL_RPATH "$ORIGIN/${KEMPE_TO_LIB}")
+    endif()
+endif()
+
+# A static library brings the libraries that it needs, with the folders where the linker would not look; a shared one
+# knows them itself.
 if(NOT BUILD_SHARED_LIBS)
+    foreach(file ${KEMPE_LIBS})
+        get_filename_component(folder "${file}" DIRECTORY)
+        list(APPEND KEMPE_FOLDERS "${folder}")
+    endforeach()
+    list(REMOVE_DUPLICATES KEMPE_FOLDERS)
+    foreach(folder ${KEMPE_FOLDERS})
+        if(NOT folder IN_LIST CMAKE_C_IMPLICIT_LINK_DIRECTORIES)
+            string(APPEND KEMPE_PC_LIBS " -L${folder} -Wl,-rpath,${folder}")
+        endif()
+    endforeach()
     foreach(name ${KEMPE_LIB_NAMES} m)
         string(APPEND KEMPE_PC_LIBS " -l${name}")
     endforeach()

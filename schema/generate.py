@@ -94,10 +94,11 @@ def loop():
     kinds = dict(rows("closures.def", "KMP_CLOSURE"))
     terms = {"type": "object", "additionalProperties": ref("number"), "minProperties": 2}
     own = {"TERMS": terms, "EXPRESSION": ref("number")}
-    wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"], "TABLE": ["table"]}
+    wants = {"LENGTH": ["length"], "TWO_AXES": ["axes"]}
+    curve = {"anyOf": [ref("number"), {"type": "array", "items": ref("number"), "minItems": 1, "maxItems": 2}]}
     properties = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
     properties.update(length=ref("number"), axis=ref("axis"), axes=ref("two_axes"), table=ref("word"),
-                      equals=ref("number"), power=ref("number"))
+                      y=ref("number"), z=ref("number"), curve=curve, equals=ref("number"), power=ref("number"))
     return dict(closed(properties), oneOf=[{"required": [name, *wants.get(needs, [])]} for name, needs in kinds.items()])
 
 
@@ -123,6 +124,9 @@ def definitions():
     include = {"file": ref("word"), "prefix": ref("word"), "at": ref("word"), "offset": ref("vector"),
                "set": named(ref("number"))}
     values = {"type": ["object", "null"], "additionalProperties": ref("number")}
+    either = {"anyOf": [ref("number"), ref("vector")]}
+    goal = closed({key: either for key in keys("read_goals.c", "goal_keys")}, ["value"])
+    goals = {"type": ["object", "null"], "additionalProperties": {"anyOf": [*either["anyOf"], goal]}}
     run = {key: ref("number") for key in keys("read_run.c", "run_keys")}
     run.update({key: ref("word") for key in ("road", "form", "integrator")}, u=words, outputs=words)
     return {
@@ -144,7 +148,7 @@ def definitions():
         "force": force(),
         "table": table(),
         "include": closed(include, ["file"]),
-        "start": closed({"q": values, "qd": values, "hold": words}),
+        "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),
         "run": closed(run),
     }
 

@@ -67,6 +67,9 @@ CHANGES = [
     ("l: 0.8", "l: 0.1", 1),
     ("    mass: 1\n    inertia: {zz: 0.04}\n    points: {C: [0.7, 0, 0]}\nloops:\n  C: {ball: [coupler.C, rocker.C]}\n",
      "", 2),
+    ("  C: {ball: [coupler.C, rocker.C]}\nforces:\n  motor: {joint: A, torque: 0.2}\n"
+     "start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}\n",
+     "  C: {constraint: q(A)^2 - q(B)^3, power: 0}\nstart: {q: {A: 1, B: 1}, goals: {B: -1}}\n", 1),
 ]
 
 # Words after `kempe`, and the exit code.

@@ -55,8 +55,7 @@ def closure(printed):
             made["axis"] = printed["axes"][0]
         elif "axes" in printed:
             made["axes"] = printed["axes"]
-        if "table" in printed:
-            made["table"] = printed["table"]
+        made.update({key: printed[key] for key in ("table", "y", "z", "curve", "power") if key in printed})
         return made
     if kind == "rod":
         return {"rod": printed["points"], "length": printed["length"]}
@@ -70,7 +69,7 @@ def rewritten(printed):
         return None
     bodies = {b["name"]: {"joint": joint(b), "mass": b["mass"], "com": b["com"], "inertia": {key: x for key, x in b["inertia"].items() if x},
                           "points": points(b)} for b in printed["bodies"]}
-    start = {key: printed["start"][key] for key in ("q", "qd", "hold")}
+    start = {key: printed["start"][key] for key in ("q", "qd", "hold", "goals")}
     made = {"kempe": 1, "name": printed["name"], "gravity": printed["gravity"], "tables": printed["tables"],
             "parameters": printed["parameters"], "ground": {"points": points(printed["ground"])}, "bodies": bodies,
             "loops": loops, "start": start}

@@ -8,6 +8,11 @@ static const kmp_closure_kind *const kinds[] = {
 #undef KMP_KIND
 };
 
+int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure)
+{
+    return closure->curve_count > 0 ? closure->curve_count : kind->rows;
+}
+
 const kmp_closure_kind *kmp_closure_kind_find(const char *name)
 {
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)

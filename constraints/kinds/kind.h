@@ -10,7 +10,7 @@ enum { KMP_KIND_MAX_ROWS = 6, KMP_KIND_POWER_OF_COORDINATE = -1, KMP_KIND_POWER_
 
 typedef struct kmp_closure_kind {
     const char *name;
-    int rows;         /* declared; rows that vanish identically are dropped later */
+    int rows;         /* declared, or the most of them; rows that vanish identically are dropped later */
     int length_power; /* the unit of a row is m^length_power: rows are scaled by that power of the characteristic
                        * length; KMP_KIND_POWER_OF_COORDINATE: 0 for a rotation, 1 for a translation;
                        * KMP_KIND_POWER_GIVEN: what the closure says */
@@ -28,6 +28,9 @@ typedef struct kmp_closure_kind {
 
     int angles; /* so many of the last rows have no unit */
 } kmp_closure_kind;
+
+/** The declared rows of a closure of the kind. */
+int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure);
 
 /** NULL when there is no such kind. */
 const kmp_closure_kind *kmp_closure_kind_find(const char *name);

@@ -1,44 +1,71 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Point on curve: in the axes of P, Q stays on y = f(x), a table; z is free (a second closure may bind it).
- * h = y - f(x); the force is lambda (y - f' x), normal to the curve. */
+/* Point on curve: with x, y, z the place of Q in the axes of P, each row F(x, y, z, t) stays zero: y - f(x), z - g(x),
+ * or an expression of all three. What the rows leave free a second closure may bind. The force is the sum of lambda
+ * grad F, normal to the curve; grad F is derived over free x, y, z, for which the place is put then. */
 #include "constraints/kinds/parts.h"
-#include "symbolic/table.h"
+#include "symbolic/derivative.h"
 
 /* Q in the axes of P. */
-static int place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec axes[3], kmp_ref *x, kmp_ref *y)
+static int find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec axes[3], kmp_ref place[3])
 {
     int frame;
     kmp_vec d = kmp_point_difference(tree, closure->point[0], closure->point[1], &frame);
     kmp_point_axes(tree, closure->point[0], frame, axes);
-    *x = kmp_vec_dot(tree->graph, axes[0], d);
-    *y = kmp_vec_dot(tree->graph, axes[1], d);
+    for (int k = 0; k < 3; k++)
+        place[k] = kmp_vec_dot(tree->graph, axes[k], d);
     return frame;
 }
 
-/* f, or with `order` 1 its slope. */
-static kmp_ref curve(const kmp_tree *tree, const kmp_closure *closure, int order, kmp_ref x)
+static kmp_ref row_at(const kmp_tree *tree, const kmp_closure *closure, int row, const kmp_ref place[3])
 {
-    int table = kmp_graph_add_table(tree->graph, closure->table->table);
-    return table < 0 ? KMP_ZERO : kmp_table_derivative_at(tree->graph, table, order, x);
+    kmp_tree there = *tree;
+    int side = closure->curve_side[row];
+    there.place = place;
+    kmp_ref f = kmp_tree_expression(&there, closure->curve[row]);
+    return side ? kmp_sub(tree->graph, place[side], f) : f;
 }
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
 {
     kmp_vec axes[3];
-    kmp_ref x, y;
-    *frame = place(tree, closure, axes, &x, &y);
-    h[0] = kmp_sub(tree->graph, y, curve(tree, closure, 0, x));
+    kmp_ref place[3];
+    *frame = find_place(tree, closure, axes, place);
+    for (int k = 0; k < closure->curve_count; k++)
+        h[k] = row_at(tree, closure, k, place);
+}
+
+/* Component k of grad F at the place. */
+static kmp_ref slope(const kmp_tree *tree, const kmp_closure *closure, int row, int k, const kmp_ref place[3])
+{
+    static const kmp_ref one = KMP_ONE;
+    kmp_graph *g = tree->graph;
+    kmp_ref leaf[3];
+    for (int i = 0; i < 3; i++)
+        leaf[i] = kmp_input(g, KMP_IN_PLACE, (uint32_t)i);
+    kmp_ref f = row_at(tree, closure, row, leaf);
+    kmp_derivative *d = kmp_derivative_new(g, 1, &leaf[k], &one);
+    if (!d) {
+        kmp_graph_fail(g);
+        return KMP_ZERO;
+    }
+    f = kmp_derivative_of(d, f);
+    kmp_derivative_free(d);
+    return kmp_graph_replace(g, 3, leaf, place, f);
 }
 
 static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
 {
     kmp_graph *g = tree->graph;
-    kmp_vec axes[3];
-    kmp_ref x, y;
-    (void)place(tree, closure, axes, &x, &y);
-    kmp_ref slope = curve(tree, closure, 1, x);
-    kmp_vec normal = kmp_vec_sub(g, axes[1], kmp_vec_scale(g, slope, axes[0]));
-    return kmp_vec_scale(g, lambda[0], normal);
+    kmp_vec axes[3], force = kmp_vec_zero();
+    kmp_ref place[3];
+    (void)find_place(tree, closure, axes, place);
+    for (int row = 0; row < closure->curve_count; row++)
+        for (int k = 0; k < 3; k++) {
+            kmp_ref along = kmp_mul(g, lambda[row], slope(tree, closure, row, k, place));
+            force = kmp_vec_add(g, force, kmp_vec_scale(g, along, axes[k]));
+        }
+    return force;
 }
 
-const kmp_closure_kind kmp_kind_point_on_curve = {"point_on_curve", 1, 1, residual, reaction, NULL, 0};
+const kmp_closure_kind kmp_kind_point_on_curve = {
+    "point_on_curve", 2, KMP_KIND_POWER_GIVEN, residual, reaction, NULL, 0};

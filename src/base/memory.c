@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static _Thread_local unsigned long allocations;
+static _Thread_local unsigned long allocations, bytes;
 static _Thread_local unsigned long fail_at; /* 0: none */
 
 static _Thread_local unsigned long failures;
@@ -19,8 +19,9 @@ static bool refuse(void)
     return refused;
 }
 
-static void *given(void *p)
+static void *given(void *p, size_t n, size_t size)
 {
+    bytes += n * size;
     failures += !p;
     return p;
 }
@@ -30,8 +31,8 @@ void *kmp_calloc(size_t n, size_t size)
     if (refuse())
         return NULL;
     if (n == 0 || size == 0)
-        return given(calloc(1, 1));
-    return given(calloc(n, size));
+        return given(calloc(1, 1), 1, 1);
+    return given(calloc(n, size), n, size);
 }
 
 void *kmp_realloc(void *old, size_t n, size_t size)
@@ -39,8 +40,8 @@ void *kmp_realloc(void *old, size_t n, size_t size)
     if (refuse())
         return NULL;
     if (n == 0 || size == 0)
-        return given(realloc(old, 1));
-    return given(n > SIZE_MAX / size ? NULL : realloc(old, n * size));
+        return given(realloc(old, 1), 1, 1);
+    return given(n > SIZE_MAX / size ? NULL : realloc(old, n * size), n, size);
 }
 
 void kmp_free(void *p)
@@ -55,6 +56,11 @@ char *kmp_strdup(const char *s)
     if (copy)
         memcpy(copy, s, size);
     return copy;
+}
+
+unsigned long kmp_memory_bytes(void)
+{
+    return bytes;
 }
 
 unsigned long kmp_memory_count(void)

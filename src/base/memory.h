@@ -20,6 +20,9 @@ char *kmp_strdup(const char *s);
 /** Allocations made by this thread so far. */
 unsigned long kmp_memory_count(void);
 
+/** Bytes that they asked for. */
+unsigned long kmp_memory_bytes(void);
+
 /** Allocations that failed on this thread so far: who has nothing from below asks whether it was for want of memory. */
 unsigned long kmp_memory_failures(void);
 

@@ -7,6 +7,7 @@
 #include "dynamics/outputs.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
+#include "symbolic/partials.h"
 #include <math.h>
 #include <string.h>
 
@@ -92,7 +93,7 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         if (loops_alone && is_drive(closure))
             continue;
         kind->residual(&eq->tree, closure, h, &frame);
-        for (int k = 0; k < kind->rows; k++) {
+        for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
@@ -105,32 +106,35 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
     return status;
 }
 
-kempe_status kmp_equations_partial(kmp_equations *eq, kmp_input_kind kind, int k, int count, const kmp_ref *of,
-                                   kmp_ref *out)
+/* Of h along t. */
+static kempe_status derive_time(kmp_equations *eq)
 {
-    kmp_ref leaf = kmp_input(eq->graph, kind, (uint32_t)k), one = KMP_ONE;
+    kmp_ref leaf = kmp_input(eq->graph, KMP_IN_TIME, 0), one = KMP_ONE;
     kmp_derivative *d = kmp_derivative_new(eq->graph, 1, &leaf, &one);
     if (!d)
         return kmp_fail_memory(eq->context);
-    for (int i = 0; i < count; i++)
-        out[i] = kmp_derivative_of(d, of[i]);
+    for (int r = 0; r < eq->m; r++)
+        eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
     kmp_derivative_free(d);
     return KEMPE_OK;
 }
 
 static kempe_status derive_jacobian(kmp_equations *eq)
 {
-    kmp_ref *column = KMP_NEW(kmp_ref, eq->m);
-    kempe_status status = column ? KEMPE_OK : kmp_fail_memory(eq->context);
-    for (int k = 0; k < eq->n && status == KEMPE_OK; k++) {
-        status = kmp_equations_partial(eq, KMP_IN_Q, k, eq->m, eq->h, column);
-        for (int r = 0; r < eq->m; r++)
-            eq->jacobian[r * eq->n + k] = column[r];
+    for (int k = 0; k < eq->n; k++)
+        (void)kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k);
+    kmp_partials *partials = kmp_partials_new(eq->graph, eq->m, eq->h);
+    bool ok = partials;
+    for (int k = 0; k < eq->n && ok; k++) {
+        const int *row;
+        const kmp_ref *value;
+        int count = kmp_partials_along(partials, kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k), &row, &value);
+        for (int i = 0; i < count; i++)
+            eq->jacobian[row[i] * eq->n + k] = value[i];
+        ok = count >= 0;
     }
-    if (status == KEMPE_OK)
-        status = kmp_equations_partial(eq, KMP_IN_TIME, 0, eq->m, eq->h, eq->h_t);
-    kmp_free(column);
-    return status;
+    kmp_partials_free(partials);
+    return ok ? derive_time(eq) : kmp_fail_memory(eq->context);
 }
 
 /* hdot = J qd + h_t and gamma = its derivative at constant qd. */
@@ -153,13 +157,16 @@ static kempe_status derive_rates(kmp_equations *eq, bool second)
 /* (J' x)_k for the multipliers of one kind. */
 static void jacobian_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out)
 {
-    for (int k = 0; k < eq->n; k++) {
+    for (int k = 0; k < eq->n; k++)
         out[k] = KMP_ZERO;
+    for (int r = 0; r < eq->m; r++)
+        (void)kmp_input(eq->graph, kind, (uint32_t)r);
+    for (int k = 0; k < eq->n; k++)
         for (int r = 0; r < eq->m; r++) {
-            kmp_ref x = kmp_input(eq->graph, kind, (uint32_t)r);
-            out[k] = kmp_add(eq->graph, out[k], kmp_mul(eq->graph, eq->jacobian[r * eq->n + k], x));
+            kmp_ref entry = eq->jacobian[r * eq->n + k];
+            if (entry != KMP_ZERO)
+                out[k] = kmp_add(eq->graph, out[k], kmp_mul(eq->graph, entry, kmp_input(eq->graph, kind, (uint32_t)r)));
         }
-    }
 }
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
@@ -210,12 +217,11 @@ static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
 
 static void derive_reactions(kmp_equations *eq)
 {
-    for (int c = 0; c < eq->model->closure_count; c++) {
+    for (int c = 0, r = 0; c < eq->model->closure_count; c++) { /* rows stand in the order of closures */
         const kmp_closure *closure = &eq->model->closures[c];
         kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
-        for (int r = 0; r < eq->m; r++)
-            if (eq->rows[r].closure == c)
-                lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
+        for (; r < eq->m && eq->rows[r].closure == c; r++)
+            lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
         kmp_vec f = kmp_closure_kind_find(closure->kind)->reaction(&eq->tree, closure, lambda);
         for (int k = 0; k < 3; k++)
             eq->reaction[3 * c + k] = f.x[k];

@@ -74,8 +74,4 @@ kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *mod
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
 
-/** d of count references along q[k] (kind KMP_IN_Q) or qd[k] (KMP_IN_QD); out may be what it was computed from. */
-kempe_status kmp_equations_partial(kmp_equations *eq, kmp_input_kind kind, int k, int count, const kmp_ref *of,
-                                   kmp_ref *out);
-
 #endif

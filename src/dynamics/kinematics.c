@@ -81,6 +81,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return kmp_input(g, KMP_IN_Q, (uint32_t)e->index);
     case KMP_EXPR_QD:
         return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
+    case KMP_EXPR_PLACE:
+        return tree->place[e->index];
     case KMP_EXPR_TABLE:
         return kmp_table_at(g, kmp_graph_add_table(g, e->table->table), kmp_tree_expression(tree, e->a));
     case KMP_EXPR_NEG:

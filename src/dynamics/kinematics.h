@@ -58,7 +58,8 @@ typedef struct kmp_tree {
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
-    kmp_events *events; /* NULL: conditions are evaluated where they stand */
+    const kmp_ref *place; /* 3: what x, y, z of expressions mean; NULL: they have none */
+    kmp_events *events;   /* NULL: conditions are evaluated where they stand */
 } kmp_tree;
 
 /** Builds the links. false: no memory. */

@@ -2,6 +2,7 @@
 /* From a model to the programs of the roads. */
 #include "dynamics/system.h"
 #include "base/memory.h"
+#include "dynamics/goals.h"
 #include "model/check_mass.h"
 #include <math.h>
 #include <string.h>
@@ -60,12 +61,35 @@ static double characteristic_length(const kempe_model *model)
             if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
                 length = fmax(length, lever(model, model->closures[c].point[k]));
     }
-    for (int k = 0; length == 0 && k < model->motion_count; k++)
+    bool levers = length > 0;
+    for (int k = 0; !levers && k < model->motion_count; k++)
         if (!model->motions[k].rotation)
             length = fmax(length, fabs(model->start.q[k].value));
     for (int b = 1; length == 0 && b < model->body_count; b++)
         length = fmax(length, norm3(model->bodies[b].com));
     return length > 0 ? length : 1;
+}
+
+/* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
+ * memory. */
+static bool set_reach(kempe_system *s)
+{
+    const kempe_model *model = s->model;
+    double *reach = KMP_NEW(double, model->body_count);
+    for (int b = 1; reach && b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        reach[b] = reach[body->parent] + (body->at >= 0 ? norm3(model->points[body->at].at) : 0);
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+            reach[b] += model->motions[k].rotation ? 0 : fabs(model->start.q[k].value);
+    }
+    for (int c = 0; reach && c < model->closure_count; c++)
+        for (int k = 0; k < 2; k++)
+            if (model->closures[c].point[k] >= 0) {
+                const kmp_point *point = &model->points[model->closures[c].point[k]];
+                s->reach = fmax(s->reach, reach[point->body] + norm3(point->at));
+            }
+    kmp_free(reach);
+    return reach;
 }
 
 static void set_scales(kempe_system *s)
@@ -207,7 +231,7 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
     set_scales(s);
-    return name_rows(s);
+    return set_reach(s) && name_rows(s);
 }
 
 static kempe_status derive(kempe_system *s)
@@ -223,7 +247,7 @@ static kempe_status derive(kempe_system *s)
     if (ok)
         status = kmp_equations_init_smooth(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, &s->events);
     if (ok && status == KEMPE_OK) {
-        ok = make_judge(s, &eq) && make_changes(s, &eq);
+        ok = make_judge(s, &eq) && make_changes(s, &eq) && kmp_goals_program(&eq, &s->goals);
         kmp_equations_free(&eq);
     }
     return !ok ? kmp_fail_memory(s->context) : status;
@@ -266,6 +290,7 @@ void kempe_system_free(kempe_system *s)
     kmp_program_free(s->motion);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);
+    kmp_program_free(s->goals);
     for (int k = 0; s->event_text && k < s->events.count; k++)
         kmp_free(s->event_text[k]);
     kmp_free(s->event_text);

@@ -48,8 +48,10 @@ struct kempe_system {
     kmp_program *motion, *judge;
     kmp_events events;     /* conditions: inputs KMP_IN_MODE of both programs */
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
+    kmp_program *goals;    /* of points that goals are about (dynamics/goals.h); NULL without them */
     char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
     double length;         /* characteristic length, m */
+    double reach;          /* how far from the origin a closed point may lie, m: h rounds with it */
     double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
     double *row_scale;     /* m: size of a closure row */
     double *parameters;    /* values */

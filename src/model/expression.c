@@ -207,7 +207,10 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
     const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
     if (!p->scope->coordinate)
         return complain(p, where, "%s is not allowed here: %s is wanted", symbol,
-                        p->scope->time ? "a function of t" : "a constant");
+                        p->scope->place > 1 ? "a function of x, y, z and t"
+                        : p->scope->place   ? "a function of x and t"
+                        : p->scope->time    ? "a function of t"
+                                            : "a constant");
     if (!take(p, '('))
         return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
     skip_space(p);
@@ -295,6 +298,15 @@ static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
 }
 
+/* x, y or z. */
+static const kmp_expr *parse_place(parser *p, const char *where, int index)
+{
+    if (index >= p->scope->place)
+        return complain(p, where, "%c is not allowed here: a function of x%s is wanted", "xyz"[index],
+                        p -> scope -> place > 1 ? " and y" : "");
+    return make(p, where, (kmp_expr){.kind = KMP_EXPR_PLACE, .index = index});
+}
+
 static const kmp_expr *parse_word(parser *p)
 {
     const char *where = p->at;
@@ -309,6 +321,8 @@ static const kmp_expr *parse_word(parser *p)
         return parse_time(p, where);
     if (strcmp(name, "pi") == 0)
         return make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
+    if (p->scope->place > 0 && name[0] >= 'x' && name[0] <= 'z' && !name[1])
+        return parse_place(p, where, name[0] - 'x');
     skip_space(p);
     int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
     if (index >= 0 && *p->at == '(')

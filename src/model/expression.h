@@ -26,7 +26,8 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_AT_MOST,  /* a <= b */
     KMP_EXPR_GREATER,  /* a > b */
     KMP_EXPR_AT_LEAST, /* a >= b */
-    KMP_EXPR_TABLE     /* table(a) */
+    KMP_EXPR_TABLE,    /* table(a) */
+    KMP_EXPR_PLACE     /* x, y, z: index 0, 1, 2 of a place that its user gives */
 } kmp_expr_kind;
 
 /* Functions of the language, one row each. */
@@ -78,6 +79,7 @@ typedef struct kmp_expr_scope {
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     void (*suggest)(void *user, const char *name, bool coordinate, kmp_text *sentence);
     bool time; /* t is allowed */
+    int place; /* so many of x, y, z mean a place, whatever parameters are called */
 } kmp_expr_scope;
 
 /** How the symbols of an expression are called. */

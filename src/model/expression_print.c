@@ -59,6 +59,9 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
     case KMP_EXPR_PARAMETER:
         kmp_text_put(text, names->parameter(names->user, expr->index));
         break;
+    case KMP_EXPR_PLACE:
+        kmp_text_printf(text, "%c", "xyz"[expr->index]);
+        break;
     case KMP_EXPR_TIME:
         kmp_text_put(text, "t");
         break;

@@ -56,6 +56,7 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return t;
     case KMP_EXPR_Q:
     case KMP_EXPR_QD:
+    case KMP_EXPR_PLACE:
         break;
     }
     return NAN;
@@ -68,7 +69,8 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
 
 bool kmp_expr_is_constant(const kmp_expr *expr)
 {
-    if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD)
+    if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
+        expr->kind == KMP_EXPR_PLACE)
         return false;
     const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
     for (int k = 0; k < 3; k++)

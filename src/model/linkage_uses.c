@@ -119,6 +119,14 @@ static void search_list(search *s, const char *section, const char *key, const c
         need_node(s, list->items[k]);
 }
 
+static void search_keys(search *s, const char *section, const char *key, const char *reason)
+{
+    const kmp_node *map = kmp_node_get(kmp_node_get(s->r->root, section), key);
+    s->reason = reason;
+    for (int k = 0; map && map->kind == KMP_NODE_MAP && k < map->count; k++)
+        need_node(s, map->keys[k]);
+}
+
 static void search_outputs(search *s)
 {
     const kmp_node *list = kmp_node_get(kmp_node_get(s->r->root, "run"), "outputs");
@@ -143,6 +151,7 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
     search s = {r, g, ""};
     search_list(&s, "start", "hold", "the start holds it");
+    search_keys(&s, "start", "goals", "the start has a goal for it");
     search_list(&s, "run", "u", "it is asked for as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");

@@ -78,8 +78,11 @@ typedef struct kmp_closure {
     kmp_term *terms;            /* of a coupling */
     int term_count;             /* 0: it couples nothing */
     const kmp_number *constant; /* of a coupling; NULL: its value at the start */
-    const kmp_named_table *table; /* of a curve */
-    int power;                    /* of a constraint: its unit is m^power */
+    const kmp_named_table *table; /* of a curve that is given by one */
+    const kmp_expr *curve[2];     /* of a curve: over x, y, z of the first point's axes */
+    int curve_side[2];            /* 1: y equals it, 2: z does; 0: it is zero on the curve */
+    int curve_count;              /* so many of these: rows */
+    int power;                    /* of a constraint, and of a curve: its unit is m^power */
 } kmp_closure;
 
 /** A joint between two bodies that is a closure of the same name, and why. */
@@ -113,10 +116,19 @@ typedef struct kmp_force {
     bool has_lower, has_upper;
 } kmp_force;
 
+/** What assembly brings as near to a value as the closures let it: a coordinate, or the position of a point. */
+typedef struct kmp_goal {
+    int motion, point; /* -1: not this one */
+    int width;         /* 1, or 3: x, y, z in ground axes */
+    kmp_number value[3], weight[3];
+} kmp_goal;
+
 typedef struct kmp_start {
     kmp_number *q, *qd; /* n each, 0 where not given */
     bool *q_given, *qd_given;
     bool *hold;
+    kmp_goal *goals;
+    int goal_count;
 } kmp_start;
 
 /** A named expression of the state, for outputs. */

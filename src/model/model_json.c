@@ -194,6 +194,21 @@ static void json_terms(kmp_text *text, const kempe_model *model, const kmp_closu
     kmp_text_put(text, "}");
 }
 
+static void json_curve(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
+{
+    static const char *const keys[] = {"curve", "y", "z"};
+    bool list = closure->curve_side[0] == 0;
+    for (int k = 0; k < closure->curve_count; k++) {
+        if (!list || k == 0)
+            put_key(text, false, keys[closure->curve_side[k]]);
+        kmp_text_put(text, !list ? "" : k == 0 ? "[" : ", ");
+        kmp_model_put_quoted_expr(text, model, closure->curve[k]);
+    }
+    kmp_text_put(text, list ? "]" : "");
+    if (list)
+        put_number(text, false, "power", closure->power);
+}
+
 static void json_closures(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, ",\n\"closures\": [");
@@ -214,6 +229,8 @@ static void json_closures(kmp_text *text, const kempe_model *model)
             json_closure_axes(text, closure);
         if (closure->table)
             put_string(text, false, "table", closure->table->name);
+        else if (closure->curve_count > 0)
+            json_curve(text, model, closure);
         if (closure->function) {
             put_key(text, false, closure->point[0] < 0 ? "function" : "length");
             kmp_model_put_quoted_expr(text, model, closure->function);
@@ -307,6 +324,29 @@ static void json_values(kmp_text *text, const kempe_model *model, const char *ke
     kmp_text_put(text, "}");
 }
 
+static void json_goals(kmp_text *text, const kempe_model *model)
+{
+    put_key(text, false, "goals");
+    kmp_text_put(text, "{");
+    for (int i = 0; i < model->start.goal_count; i++) {
+        const kmp_goal *goal = &model->start.goals[i];
+        kmp_text_put(text, i > 0 ? ", \"" : "\"");
+        kmp_model_put_goal(text, model, goal);
+        kmp_text_put(text, "\": {");
+        if (goal->width == 3) {
+            put_key(text, true, "value");
+            kmp_model_put_vector(text, goal->value);
+            put_key(text, false, "weight");
+            kmp_model_put_vector(text, goal->weight);
+        } else {
+            put_number(text, true, "value", goal->value[0].value);
+            put_number(text, false, "weight", goal->weight[0].value);
+        }
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "}");
+}
+
 static void json_start(kmp_text *text, const kempe_model *model)
 {
     bool first = true;
@@ -321,7 +361,9 @@ static void json_start(kmp_text *text, const kempe_model *model)
             kmp_text_quote(text, model->motions[i].name);
             first = false;
         }
-    kmp_text_put(text, "]}");
+    kmp_text_put(text, "]");
+    json_goals(text, model);
+    kmp_text_put(text, "}");
 }
 
 /* A setting that is not given is null. */

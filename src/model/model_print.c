@@ -48,6 +48,17 @@ void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index)
     kmp_text_printf(text, "%s.%s", model->bodies[point->body].name, point->name);
 }
 
+void kmp_model_put_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal)
+{
+    if (goal->motion >= 0) {
+        kmp_text_put(text, model->motions[goal->motion].name);
+        return;
+    }
+    kmp_text_put(text, "position(");
+    kmp_model_put_point(text, model, goal->point);
+    kmp_text_put(text, ")");
+}
+
 void kmp_model_put_axis(kmp_text *text, const double axis[3])
 {
     kmp_text_put(text, "[");

@@ -16,7 +16,8 @@ void kmp_cut_print(kmp_text *text, const kmp_cut *cut);
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
 void kmp_model_put_quoted_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
 void kmp_model_put_vector(kmp_text *text, const kmp_number vector[3]);
-void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index); /* BODY.POINT */
+void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index);           /* BODY.POINT */
+void kmp_model_put_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal); /* A, position(BODY.POINT) */
 void kmp_model_put_axis(kmp_text *text, const double axis[3]);
 bool kmp_closure_has_axes(const kmp_closure *closure);
 extern const char *const kmp_inertia_names[6];

@@ -175,6 +175,10 @@ static void show_closures(kmp_text *text, const kempe_model *model)
         }
         if (closure->table)
             kmp_text_printf(text, ", table %s", closure->table->name);
+        for (int k = 0; k < closure->curve_count && !closure->table; k++) {
+            kmp_text_printf(text, ", %c = ", "0yz"[closure->curve_side[k]]);
+            kmp_model_put_expr(text, model, closure->curve[k]);
+        }
         kmp_text_put(text, "\n");
     }
 }
@@ -265,6 +269,23 @@ static void show_sensors(kmp_text *text, const kempe_model *model)
     }
 }
 
+static void show_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal)
+{
+    kmp_text_put(text, "  ");
+    kmp_model_put_goal(text, model, goal);
+    kmp_text_put(text, ": ");
+    if (goal->width == 3) {
+        kmp_model_put_vector(text, goal->value);
+        kmp_text_put(text, ", ");
+        kmp_model_put_vector(text, goal->weight);
+    } else {
+        kmp_text_number(text, goal->value[0].value);
+        kmp_text_put(text, ", ");
+        kmp_text_number(text, goal->weight[0].value);
+    }
+    kmp_text_put(text, "\n");
+}
+
 static void show_start(kmp_text *text, const kempe_model *model)
 {
     const kmp_start *start = &model->start;
@@ -276,6 +297,10 @@ static void show_start(kmp_text *text, const kempe_model *model)
         kmp_text_number(text, start->qd[i].value);
         kmp_text_put(text, start->hold[i] ? ", held\n" : "\n");
     }
+    if (start->goal_count > 0)
+        kmp_text_put(text, "goals: value, weight\n");
+    for (int i = 0; i < start->goal_count; i++)
+        show_goal(text, model, &start->goals[i]);
 }
 
 static void show_setting(kmp_text *text, const char *name, double value)

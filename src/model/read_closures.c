@@ -3,7 +3,7 @@
 #include "model/reading.h"
 #include <string.h>
 
-typedef enum needs { NOTHING, LENGTH, AXIS, SAME_AXIS, TWO_AXES, TABLE, TERMS, EXPRESSION } needs;
+typedef enum needs { NOTHING, LENGTH, AXIS, SAME_AXIS, TWO_AXES, CURVE, TERMS, EXPRESSION } needs;
 
 typedef struct closure_kind {
     const char *name;
@@ -22,7 +22,7 @@ static const char *const closure_keys[] = {
 #define KMP_CLOSURE(name, needs) #name,
 #include "model/closures.def"
 #undef KMP_CLOSURE
-    "length", "axis", "axes", "table", "equals", "power", NULL};
+    "length", "axis", "axes", "table", "y", "z", "curve", "equals", "power", NULL};
 
 /* Which kinds take a key. */
 static const struct {
@@ -31,9 +31,12 @@ static const struct {
 } takes[] = {{"length", 1u << LENGTH},
              {"axis", 1u << AXIS | 1u << SAME_AXIS},
              {"axes", 1u << SAME_AXIS | 1u << TWO_AXES},
-             {"table", 1u << TABLE},
+             {"table", 1u << CURVE},
+             {"y", 1u << CURVE},
+             {"z", 1u << CURVE},
+             {"curve", 1u << CURVE},
              {"equals", 1u << TERMS},
-             {"power", 1u << EXPRESSION}};
+             {"power", 1u << EXPRESSION | 1u << CURVE}};
 
 static void check_keys(kmp_reader *r, const kmp_node *map, const char *what, const closure_kind *kind)
 {
@@ -97,21 +100,104 @@ static void read_closure_axes(kmp_reader *r, const kmp_node *map, const char *wh
             kmp_read_axis(r, axes->items[k], what, closure->axis[k]);
 }
 
-static void read_curve(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+static void read_power(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
 {
-    const kmp_node *node = kmp_read_required(r, map, what, "table");
-    const char *name = node ? kmp_read_word(r, node, what) : NULL;
+    const kmp_node *power = kmp_node_get(map, "power");
+    kmp_number number = {.value = 1};
+    if (power)
+        kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
+    closure->power = (int)number.value;
+    if (power && (closure->power != number.value || number.value < 0 || number.value > 2))
+        kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
+}
+
+static const kmp_named_table *read_table_name(kmp_reader *r, const kmp_node *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
     if (!name)
-        return;
+        return NULL;
     kmp_nearest nearest = kmp_nearest_begin(name);
     name = kmp_reader_name(r, node->place.file, name);
     for (int k = 0; k < r->model->table_count; k++) {
         kmp_nearest_offer(&nearest, r->model->tables[k].name);
         if (strcmp(r->model->tables[k].name, name) == 0)
-            closure->table = &r->model->tables[k];
+            return &r->model->tables[k];
     }
-    if (!closure->table)
-        kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown table '%s'", what, name);
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown table '%s'", what, name);
+    return NULL;
+}
+
+static void add_curve(kmp_closure *closure, const kmp_expr *expr, int side)
+{
+    if (!expr)
+        return;
+    closure->curve_side[closure->curve_count] = side;
+    closure->curve[closure->curve_count++] = expr;
+}
+
+static bool has_condition(const kmp_expr *e)
+{
+    bool own = e && e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_if || e->function == KMP_FUNCTION_sign);
+    return e && (own || has_condition(e->a) || has_condition(e->b) || has_condition(e->c));
+}
+
+/* Rows are differentiated twice: no jumps. */
+static void read_curve_expression(kmp_reader *r, const kmp_node *node, const char *what, int side, kmp_closure *closure)
+{
+    const kmp_expr *expr = kmp_read_curve(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? 1 : 3);
+    if (has_condition(expr))
+        kmp_reader_complain(r, node->place, "%s: a curve is smooth, without 'if' and 'sign'", what);
+    add_curve(closure, expr, side);
+}
+
+/* y = table(x), as an expression. */
+static void read_curve_table(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
+{
+    kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    closure->table = read_table_name(r, node, what);
+    if (!closure->table || !x || !of)
+        return;
+    *x = (kmp_expr){.kind = KMP_EXPR_PLACE};
+    *of = (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x};
+    add_curve(closure, of, 1);
+}
+
+/* One expression that is zero on the curve (or surface), or two, of surfaces that meet in it. */
+static void read_implicit(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
+{
+    if (node->kind != KMP_NODE_LIST) {
+        read_curve_expression(r, node, what, 0, closure);
+        return;
+    }
+    if (node->count < 1 || node->count > 2) {
+        kmp_reader_complain(r, node->place, "%s: curve has one expression or two, not %d", what, node->count);
+        return;
+    }
+    for (int k = 0; k < node->count; k++)
+        read_curve_expression(r, node->items[k], what, 0, closure);
+}
+
+static void read_curve(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+{
+    const kmp_node *table = kmp_node_get(map, "table"), *y = kmp_node_get(map, "y"), *z = kmp_node_get(map, "z");
+    const kmp_node *curve = kmp_node_get(map, "curve"), *power = kmp_node_get(map, "power");
+    closure->power = 1;
+    if ((table != NULL) + (y || z) + (curve != NULL) != 1) {
+        kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is wanted", what);
+        return;
+    }
+    if (table)
+        read_curve_table(r, table, what, closure);
+    if (y)
+        read_curve_expression(r, y, kmp_reader_say(r, "%s: y", what), 1, closure);
+    if (z)
+        read_curve_expression(r, z, kmp_reader_say(r, "%s: z", what), 2, closure);
+    if (curve) {
+        read_implicit(r, curve, what, closure);
+        read_power(r, map, what, closure);
+    } else if (power) {
+        kmp_reader_complain(r, power->place, "%s: y and z are lengths: power belongs to curve", what);
+    }
 }
 
 /* {COORDINATE: factor, ...}; the factors bring the coordinates to the unit of the first one. */
@@ -146,16 +232,11 @@ static bool has_rate(const kmp_expr *e)
 
 static void read_constraint(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
 {
-    const kmp_node *node = kmp_node_get(map, "constraint"), *power = kmp_node_get(map, "power");
-    kmp_number number = {.value = 1};
+    const kmp_node *node = kmp_node_get(map, "constraint");
     closure->function = kmp_read_effort(r, node, what, KMP_DIM_ANY);
     if (has_rate(closure->function))
         kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
-    if (power)
-        kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
-    closure->power = (int)number.value;
-    if (power && (closure->power != number.value || number.value < 0 || number.value > 2))
-        kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
+    read_power(r, map, what, closure);
 }
 
 static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
@@ -181,7 +262,7 @@ static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, k
     const kmp_node *length = kind->needs == LENGTH ? kmp_read_required(r, map, what, "length") : NULL;
     if (length)
         read_length(r, length, what, closure);
-    if (kind->needs == TABLE)
+    if (kind->needs == CURVE)
         read_curve(r, map, what, closure);
 }
 

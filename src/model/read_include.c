@@ -234,6 +234,7 @@ static const kmp_node *join_start(kmp_reader *r, const kmp_node *start, const km
         return start ? start : more;
     start = with_item(r, start, "q", join_maps(r, kmp_node_get(start, "q"), kmp_node_get(more, "q"), -1));
     start = with_item(r, start, "qd", join_maps(r, kmp_node_get(start, "qd"), kmp_node_get(more, "qd"), -1));
+    start = with_item(r, start, "goals", join_maps(r, kmp_node_get(start, "goals"), kmp_node_get(more, "goals"), -1));
     return with_item(r, start, "hold", join_lists(r, kmp_node_get(start, "hold"), kmp_node_get(more, "hold")));
 }
 

@@ -5,7 +5,7 @@
 
 /* -- start --------------------------------------------------------------------------------------- */
 
-static const char *const start_keys[] = {"q", "qd", "hold", NULL};
+static const char *const start_keys[] = {"q", "qd", "hold", "goals", NULL};
 
 /* `power` of s: 0 for coordinates, -1 for rates. */
 static void read_values(kmp_reader *r, const kmp_node *map, const char *what, double power, kmp_number *values,
@@ -59,6 +59,7 @@ void kmp_read_start(kmp_reader *r)
     read_values(r, kmp_node_get(map, "q"), "start q", 0, start->q, start->q_given);
     read_values(r, kmp_node_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
     read_hold(r, kmp_node_get(map, "hold"));
+    kmp_read_goals(r, kmp_node_get(map, "goals"));
 }
 
 /* -- settings ------------------------------------------------------------------------------------ */

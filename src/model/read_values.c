@@ -115,7 +115,7 @@ static void suggest(void *user, const char *name, bool coordinate, kmp_text *sen
 }
 
 /* What may stand in an expression beside parameters. */
-typedef enum symbols { CONSTANT, OF_TIME, OF_STATE } symbols;
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_X, OF_PLACE } symbols;
 
 static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, symbols allowed)
 {
@@ -136,7 +136,10 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *wh
                             .coordinate = allowed == OF_STATE ? find_in_expression : NULL,
                             .table = find_table,
                             .suggest = suggest,
-                            .time = allowed != CONSTANT};
+                            .time = allowed != CONSTANT,
+                            .place = allowed == OF_X       ? 1
+                                     : allowed == OF_PLACE ? 3
+                                                           : 0};
     r->scope = node->text_place.file;
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
@@ -236,16 +239,28 @@ bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_
     return good;
 }
 
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted)
+/* What is constant must be finite, and what is known have the dimension. */
+static const kmp_expr *read_variable(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+                                     symbols allowed)
 {
     kmp_dimension dimension;
-    const kmp_expr *expr = parse(r, node, what, OF_STATE);
+    const kmp_expr *expr = parse(r, node, what, allowed);
     if (expr && kmp_expr_is_constant(expr) && is_known(r, expr) &&
         !check_finite(r, node, what, kmp_expr_value(expr, r->parameter_values)))
         return NULL;
     if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
     return expr;
+}
+
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted)
+{
+    return read_variable(r, node, what, wanted, OF_STATE);
+}
+
+const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, int place)
+{
+    return read_variable(r, node, what, wanted, place == 1 ? OF_X : OF_PLACE);
 }
 
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,

@@ -129,6 +129,9 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, 
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted);
 
+/** An expression of parameters, t and the first `place` of x, y, z; NULL after a complaint. */
+const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, int place);
+
 /** An expression of parameters and t; NULL after a complaint. `*first`: its value at t = 0. */
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
                                   double *first);
@@ -179,6 +182,7 @@ void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
+void kmp_read_goals(kmp_reader *r, const kmp_node *map); /* of the start, after what is held */
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
 void kmp_read_outputs(kmp_reader *r, const kmp_node *list);

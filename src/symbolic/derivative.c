@@ -16,6 +16,7 @@ struct kmp_derivative {
     uint32_t *stack;
     uint32_t stack_capacity;
     uint16_t depends; /* inputs that move */
+    bool few;         /* what stands still is in memo already, as zero */
 };
 
 /* Room in memo for ids below n. */
@@ -28,7 +29,7 @@ static bool reserve(kmp_derivative *d, uint32_t n)
     if (!memo)
         return false;
     for (uint32_t i = d->capacity; i < capacity; i++)
-        memo[i] = UNKNOWN;
+        memo[i] = d->few ? KMP_ZERO : UNKNOWN;
     d->memo = memo;
     d->capacity = capacity;
     return true;
@@ -58,6 +59,36 @@ void kmp_derivative_free(kmp_derivative *d)
     kmp_free(d->memo);
     kmp_free(d->stack);
     kmp_free(d);
+}
+
+kmp_derivative *kmp_derivative_of_few(kmp_graph *g)
+{
+    kmp_derivative *d = KMP_NEW(kmp_derivative, 1);
+    if (!d)
+        return NULL;
+    d->g = g;
+    d->few = true;
+    if (reserve(d, kmp_graph_count(g)))
+        return d;
+    kmp_derivative_free(d);
+    return NULL;
+}
+
+bool kmp_derivative_begin(kmp_derivative *d, kmp_ref leaf, kmp_ref direction, uint32_t count, const uint32_t *moved)
+{
+    if (!reserve(d, kmp_graph_count(d->g)))
+        return false;
+    for (uint32_t i = 0; i < count; i++)
+        d->memo[moved[i]] = UNKNOWN;
+    d->memo[kmp_id(leaf)] = direction;
+    d->depends = kmp_graph_node(d->g, kmp_id(leaf))->depends;
+    return true;
+}
+
+void kmp_derivative_end(kmp_derivative *d, uint32_t count, const uint32_t *moved)
+{
+    for (uint32_t i = 0; i < count && moved[i] < d->capacity; i++)
+        d->memo[moved[i]] = KMP_ZERO;
 }
 
 /* Known without looking deeper? */
@@ -205,11 +236,17 @@ static bool push(kmp_derivative *d, uint32_t *top, uint32_t id)
     return true;
 }
 
+static kmp_ref give_up(kmp_derivative *d)
+{
+    kmp_graph_fail(d->g);
+    return KMP_ZERO;
+}
+
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
 {
     uint32_t top = 0;
     if (kmp_graph_failed(d->g) || !reserve(d, kmp_graph_count(d->g)) || !push(d, &top, kmp_id(x)))
-        return KMP_ZERO;
+        return give_up(d);
     while (top) {
         uint32_t id = d->stack[top - 1], need[3] = {0};
         if (settled(d, id)) {
@@ -220,7 +257,7 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
         for (int k = 0; k < count; k++)
             if (!settled(d, need[k])) {
                 if (!push(d, &top, need[k]))
-                    return KMP_ZERO;
+                    return give_up(d);
                 open++;
             }
         if (open)

@@ -12,6 +12,12 @@ typedef struct kmp_derivative kmp_derivative;
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
 void kmp_derivative_free(kmp_derivative *d);
 
+/** For one direction after the other, of each of which the nodes are given that it moves (symbolic/partials.h): between
+ * `begin` and `end` every other node stands still. begin: false when there is no memory. */
+kmp_derivative *kmp_derivative_of_few(kmp_graph *g);
+bool kmp_derivative_begin(kmp_derivative *d, kmp_ref leaf, kmp_ref direction, uint32_t count, const uint32_t *moved);
+void kmp_derivative_end(kmp_derivative *d, uint32_t count, const uint32_t *moved);
+
 /** The derivative of x. Results are remembered: many x share one pass. */
 kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
 

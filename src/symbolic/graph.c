@@ -148,6 +148,11 @@ void kmp_graph_free(kmp_graph *g)
     kmp_free(g);
 }
 
+void kmp_graph_fail(kmp_graph *g)
+{
+    g->failed = true;
+}
+
 bool kmp_graph_failed(const kmp_graph *g)
 {
     return g->failed || kmp_rotations_failed(g->rotations);

@@ -36,6 +36,7 @@ typedef enum kmp_input_kind {
     KMP_IN_LAMBDA,
     KMP_IN_MU,
     KMP_IN_MODE,   /* 1 or 0 for each condition that stands still during a step */
+    KMP_IN_PLACE,  /* x, y, z that kmp_graph_replace puts something for: in no program */
     KMP_IN_FORCE,  /* three a body, at its centre of mass, body axes */
     KMP_IN_TORQUE, /* likewise */
     KMP_IN_COUNT
@@ -53,6 +54,9 @@ typedef struct kmp_graph kmp_graph;
 kmp_graph *kmp_graph_new(void);
 void kmp_graph_free(kmp_graph *g);
 bool kmp_graph_failed(const kmp_graph *g);
+
+/** What works on the graph has run out of memory: its references are not to be trusted either. */
+void kmp_graph_fail(kmp_graph *g);
 
 static inline uint32_t kmp_id(kmp_ref r)
 {
@@ -102,6 +106,9 @@ kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y);
 kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3]);
 /** Rebuilds a node from new operands (as many as its operation has); leaves are returned as they are. */
 kmp_ref kmp_graph_rebuild(kmp_graph *g, uint32_t id, const kmp_ref operands[3]);
+
+/** x with other references in place of `count` inputs. */
+kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x);
 
 /** How an operation is written. */
 typedef enum kmp_op_form { KMP_FORM_LEAF, KMP_FORM_INFIX, KMP_FORM_FUNCTION, KMP_FORM_APPLIED } kmp_op_form;

@@ -120,6 +120,36 @@ static kempe_status build_model(scene *s)
     return status;
 }
 
+/* A position near goals, from the text to the report. */
+static kempe_status seek_goals(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\nground: {points: {D: [0.9, 0, 0]}}\n"
+        "bodies:\n"
+        "  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {B: [0.3, 0, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.B}, mass: 1, inertia: {zz: 1}, points: {C: [0.8, 0, 0]}}\n"
+        "  c: {joint: {revolute: z, at: ground.D}, mass: 1, inertia: {zz: 1}, points: {C: [0.7, 0, 0]}}\n"
+        "loops: {C: {ball: [b.C, c.C]}}\n"
+        "start: {q: {a: 1, b: -0.7, c: 1.9}, goals: {b: -1, position(b.C): {value: [1, 1, 0], weight: 2}}}\n";
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_assembly *assembly = NULL;
+    char *report = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "goals", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = kempe_assemble(system, &assembly);
+    untouched(status, assembly);
+    if (status == KEMPE_OK)
+        status = kempe_assembly_print(assembly, KEMPE_JSON, &report);
+    kempe_text_free(report);
+    kempe_assembly_free(assembly);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 /* Joints and closures of many kinds, from the text to the programs. */
 static kempe_status derive_kinds(scene *s)
 {
@@ -133,6 +163,7 @@ static kempe_status derive_kinds(scene *s)
         "loops:\n"
         "  W: {weld: [ground.O, b.P]}\n"
         "  F: {point_on_curve: [ground.O, w.P], table: f}\n"
+        "  G: {point_on_curve: [ground.O, b.P], curve: [x - y*z, z + sin(x)]}\n"
         "  K: {couple: {a.1: 1, b.2: 2}, equals: 1}\n"
         "drives: {l: {joint: b.1, locked: yes}}\n"
         "run: {outputs: [reaction(W), moment(W)]}\n";
@@ -385,6 +416,7 @@ static const struct {
               {"print model", print_model},
               {"derive", derive},
               {"derive kinds", derive_kinds},
+              {"goals", seek_goals},
               {"print system", print_system},
               {"count", count_operations},
               {"check", check_model},

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Builds and runs consumer.c and consumer.cpp against Kempe in one of the ways that the README names.
 #
-#     SOURCE=. BUILD=build tests/packaging/consume.sh find_package | pkg_config | add_subdirectory | shared
+#     SOURCE=. BUILD=build tests/packaging/consume.sh find_package | pkg_config | add_subdirectory | shared | private
 #
 # Exit code 77: a tool that this way needs is not there.
 set -eu
@@ -25,6 +25,30 @@ by_cmake() # extra arguments of the configuration
     quietly cmake --build "$work/consumer" -j 4
     "$work/consumer/consumer_c"
     "$work/consumer/consumer_cpp"
+}
+
+# A prefix of one's own with copies of the libraries and of the headers of SUNDIALS that the build uses.
+make_private()
+{
+    mkdir -p "$work/own/lib" "$work/own/include"
+    sed -n 's/^LIB_[a-z_]*:FILEPATH=//p' "$BUILD/CMakeCache.txt" | while read -r file; do
+        case $file in *NOTFOUND) continue ;; esac
+        cp -L "$file" "$work/own/lib/"
+        real=$work/own/lib/$(basename "$file")
+        name=$(objdump -p "$real" 2>/dev/null | sed -n 's/^ *SONAME *//p')
+        test -z "$name" || test "$name" = "$(basename "$file")" || mv "$real" "$work/own/lib/$name"
+        test -e "$real" || ln -s "$name" "$real"
+    done
+    headers=$(sed -n 's/^SUNDIALS_INCLUDE:PATH=//p' "$BUILD/CMakeCache.txt")
+    for folder in "$headers"/sun* "$headers"/nvector "$headers"/ida "$headers"/kinsol "$headers"/cvode "$headers"/arkode; do
+        cp -rL "$folder" "$work/own/include/"
+    done
+}
+
+# What runs takes SUNDIALS from there.
+takes_private()
+{
+    ldd "$1" | grep 'libsundials_ida' | grep -q "$work/own/lib" || { echo "$1 takes others:"; ldd "$1"; exit 1; }
 }
 
 # What comes with the command.
@@ -87,12 +111,37 @@ add_subdirectory)
     test ! -e "$work/consumer/kempe/tests"
     ;;
 shared)
-    quietly cmake -G Ninja -S "$SOURCE" -B "$work/build" -DBUILD_SHARED_LIBS=ON -DKEMPE_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug
+    need objdump
+    make_private
+    quietly cmake -G Ninja -S "$SOURCE" -B "$work/build" -DBUILD_SHARED_LIBS=ON -DKEMPE_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug \
+        -DCMAKE_PREFIX_PATH="$work/own"
     quietly cmake --build "$work/build" -j 4
-    install_from "$work/build"
+    quietly cmake --install "$work/build" --prefix "$work/first"
+    rm -r "$work/build"
+    mv "$work/first" "$work/prefix"
+    "$work/prefix/bin/kempe" --version
+    takes_private "$(find "$work/prefix" -name libkempe.so)"
     check_symbols "$(find "$work/prefix" -name 'libkempe.so')"
     by_cmake -DCMAKE_PREFIX_PATH="$work/prefix"
     by_pkg_config
+    ;;
+private)
+    need objdump
+    make_private
+    install_from "$BUILD"
+    # the same library, described for libraries in a folder where nobody looks; a project that looks nowhere else
+    quietly cmake -G Ninja -S "$SOURCE" -B "$work/build" -DKEMPE_TESTS=OFF -DCMAKE_PREFIX_PATH="$work/own"
+    cp "$work/build/KempeConfig.cmake" "$(dirname "$(find "$work/prefix" -name KempeConfig.cmake)")"
+    cp "$work/build/kempe.pc" "$(dirname "$(find "$work/prefix" -name kempe.pc)")"
+    by_cmake -DCMAKE_PREFIX_PATH="$work/prefix"
+    takes_private "$work/consumer/consumer_c"
+    by_pkg_config
+    takes_private "$work/c"
+    # moved beside Kempe they are found there
+    cp -P "$work/own/lib"/* "$(dirname "$(find "$work/prefix" -name libkempe.a)")"
+    rm -r "$work/own" "$work/consumer"
+    by_cmake -DCMAKE_PREFIX_PATH="$work/prefix"
+    ldd "$work/consumer/consumer_c" | grep 'libsundials_ida' | grep -q "$work/prefix"
     ;;
 *)
     echo "unknown way: $way"

@@ -50,6 +50,11 @@ static inline void put_efforts(kmp_text *text, random_model *r, unsigned flags)
     }
 }
 
+/* Their squares are written down in test_equations.c. */
+static const char *const random_curves[] = {"table: f", "y: 0.4*x^2 - sin(x)", "y: 0.4*x^2 - sin(x), z: cos(x)*x",
+                                            "curve: x^2/4 + y^2 - z*x - 1, power: 2",
+                                            "curve: [x*y - z^2 + 0.3, sin(x) + y*z], power: 0"};
+
 /* What a kind takes beside its name. */
 static inline void put_needs(kmp_text *text, const kempe_model *model, const char *name, const char *needs,
                              unsigned flags)
@@ -71,8 +76,8 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
         kmp_text_printf(text, ", axis: %s", random_axes[pick(8)]);
     if (strcmp(needs, "SAME_AXIS") == 0 || strcmp(needs, "TWO_AXES") == 0)
         kmp_text_printf(text, ", axes: [%s, %s]", random_axes[pick(8)], random_axes[pick(8)]);
-    if (strcmp(needs, "TABLE") == 0)
-        kmp_text_put(text, ", table: f");
+    if (strcmp(needs, "CURVE") == 0)
+        kmp_text_printf(text, ", %s", random_curves[pick(5)]);
 }
 
 /* Two rows of closures.def, by the seed, so that all have their turn; plain ones are the first two: ball and rod. */

@@ -161,6 +161,25 @@ static void a_planar_loop_with_spatial_closures(void)
     dismiss(&p);
 }
 
+/* Cut hinges in a plane that is oblique to all axes: the rows of their axes are nothing but rounding. */
+static void rows_of_rounding_hold_nothing(void)
+{
+    static const char *const paths[] = {"examples/slider_crank_spatial/slider_crank_spatial.yaml",
+                                        "examples/n_four_bar_spatial/n_four_bar_spatial.yaml",
+                                        "examples/parallel_robot/parallel_robot_spatial.yaml"};
+    static const int redundant[] = {3, 6, 15};
+    for (int k = 0; k < 3; k++) {
+        patient p = admit(paths[k]);
+        const kmp_doctor *d = &p.check->doctor;
+        CHECK(p.system->m - p.check->part.r == redundant[k] && d->set_count == redundant[k]);
+        for (int i = 0; i < d->set_count; i++)
+            CHECK(d->sets[i].always);
+        CHECK(d->second == KMP_SECOND_UNTRIED);
+        says(&p, "holds nothing: always");
+        dismiss(&p);
+    }
+}
+
 /* -- only here --------------------------------------------------------------------------------------- */
 
 static void a_parallelogram_flat_and_upright(void)
@@ -546,6 +565,7 @@ int main(void)
     TEST(overconstrained_linkages);
     TEST(a_doubled_closure_is_named);
     TEST(a_planar_loop_with_spatial_closures);
+    TEST(rows_of_rounding_hold_nothing);
     TEST(a_parallelogram_flat_and_upright);
     TEST(stretched_bars_are_shaky);
     TEST(triple_rocker_swings);

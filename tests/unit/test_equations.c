@@ -323,6 +323,17 @@ static double square(double x)
     return x * x;
 }
 
+/* The curves of random_model.h. */
+static double curve_square(const kmp_closure *c, double x, double y, double z)
+{
+    if (c->table)
+        return square(y - kmp_table_value(c->table->table, 0, x));
+    if (c->curve_side[0] == 0)
+        return c->curve_count == 1 ? square(x * x / 4 + y * y - z * x - 1)
+                                   : square(x * y - z * z + 0.3) + square(sin(x) + y * z);
+    return square(y - 0.4 * x * x + sin(x)) + (c->curve_count == 2 ? square(z - cos(x) * x) : 0);
+}
+
 /* h.h, which does not depend on the choice of axes; negative: not known here. */
 static double plain_square(const kempe_model *model, const double *q, const kmp_closure *c)
 {
@@ -361,7 +372,7 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
     if (strcmp(kind, "point_on_plane") == 0)
         return square(dot(x.e[0], x.d));
     if (strcmp(kind, "point_on_curve") == 0)
-        return square(dot(x.axes[0][1], x.d) - kmp_table_value(c->table->table, 0, along));
+        return curve_square(c, along, dot(x.axes[0][1], x.d), dot(x.axes[0][2], x.d));
     return -1;
 }
 

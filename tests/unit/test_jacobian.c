@@ -29,15 +29,13 @@ static void bench_close(bench *b)
 /* The closed form at the assembled state, closing to rounding. */
 static bool bench_open(bench *b, const kempe_model *model)
 {
-    static double jacobian[MOST * MOST];
     double zero[MOST] = {0};
     *b = (bench){0};
     if (kempe_system_new(model, &b->system) != KEMPE_OK || kempe_assemble(b->system, &b->assembly) != KEMPE_OK)
         return false;
     b->plant = kmp_plant_new(b->system, "tape");
     kmp_plant_closure(b->plant, 0, b->assembly->q);
-    kmp_plant_dense_jacobian(b->plant, jacobian);
-    if (kmp_partition_init(&b->part, b->system, jacobian, NULL, 0) != KEMPE_OK || b->part.p == 0)
+    if (kmp_partition_init(&b->part, b->system, b->plant->jacobian, NULL, 0) != KEMPE_OK || b->part.p == 0)
         return false;
     kmp_road_start start = {.system = b->system,
                             .plant = b->plant,

@@ -32,6 +32,17 @@ static void make_matrix(int m, int n, int r, double *a)
         }
 }
 
+/* All places of an m x n matrix, column by column. */
+static kmp_pattern full(int m, int n)
+{
+    static int row[MOST * MOST], col[MOST * MOST];
+    for (int k = 0; k < m * n; k++) {
+        row[k] = k % m;
+        col[k] = k / m;
+    }
+    return (kmp_pattern){m * n, row, col};
+}
+
 static bool is_permutation(const int *a, int a_count, const int *b, int b_count)
 {
     int seen[MOST] = {0};
@@ -82,6 +93,7 @@ static void random_matrices_have_their_rank(void)
     for (int trial = 0; trial < 2000; trial++) {
         int n = 1 + pick(MOST - 1), m = 1 + pick(MOST - 1), r = pick((m < n ? m : n) + 1);
         kempe_system s = {.n = n, .m = m, .scale = ones, .row_scale = ones, .context = context};
+        s.jacobian = full(m, n);
         kmp_partition part;
         make_matrix(m, n, r, a);
         CHECK(kmp_partition_init(&part, &s, a, NULL, 0) == KEMPE_OK);
@@ -204,7 +216,6 @@ static void metres_and_millimetres_agree(void)
 static kempe_status wish(double angle, int count, const int *u, kmp_partition *part, char *message, size_t size)
 {
     char *text = file_text("examples/slider_crank/slider_crank.yaml"), start[128];
-    double jacobian[6];
     snprintf(start, sizeof start, "{crank: %.17g, rod: %.17g, slider: 0}", angle, -1.4 * angle);
     text = replaced(text, "{crank: 0, rod: 0, slider: 0}", start);
     loaded l = load_text(text);
@@ -212,8 +223,7 @@ static kempe_status wish(double angle, int count, const int *u, kmp_partition *p
     CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
     kmp_plant *plant = kmp_plant_new(l.system, "tape");
     kmp_plant_closure(plant, 0, a->q);
-    kmp_plant_dense_jacobian(plant, jacobian);
-    kempe_status status = kmp_partition_init(part, l.system, jacobian, u, count);
+    kempe_status status = kmp_partition_init(part, l.system, plant->jacobian, u, count);
     snprintf(message, size, "%s", kempe_context_message(l.context));
     kmp_plant_free(plant);
     kempe_assembly_free(a);

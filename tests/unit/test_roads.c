@@ -166,6 +166,25 @@ static void linkages_reach_their_digits(void)
     }
 }
 
+/* Planar loops with hinges in space: most rows are redundant, the digits are those in the plane. */
+static void planar_loops_in_space_reach_their_digits(void)
+{
+    static const struct {
+        const char *model;
+        double t_end, allowed[3];
+    } models[] = {{"examples/slider_crank_spatial/slider_crank_spatial.yaml", 10, {1e-8, 1e-8, 0}},
+                  {"examples/n_four_bar_spatial/n_four_bar_spatial.yaml", 20, {1e-6, 0, 0}},
+                  {"examples/parallel_robot/parallel_robot.yaml", 2, {1e-10, 1e-9, 0}},
+                  {"examples/parallel_robot/parallel_robot_spatial.yaml", 2, {1e-10, 1e-9, 0}}};
+    const double dae[3] = {1e-5, 1e-4, 0};
+    for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
+        against_reference(models[k].model, "reduced", "carried", 1e-12, models[k].t_end, models[k].allowed);
+        against_reference(models[k].model, "reduced", "closed", 1e-12, models[k].t_end, models[k].allowed);
+        against_reference(models[k].model, "projected", "none", 1e-12, models[k].t_end, models[k].allowed);
+        against_reference(models[k].model, "dae", "ah", 1e-11, models[k].t_end, dae);
+    }
+}
+
 static void andrews_starts_with_the_published_accelerations(void)
 {
     loaded l = load("examples/andrews/andrews.yaml");
@@ -434,6 +453,7 @@ int main(void)
     TEST(andrews_reaches_its_digits);
     TEST(forms_reach_their_digits);
     TEST(linkages_reach_their_digits);
+    TEST(planar_loops_in_space_reach_their_digits);
     TEST(spatial_problems_reach_their_digits);
     TEST(bennett_keeps_its_closed_form);
     TEST(a_fixed_choice_of_u_says_so);

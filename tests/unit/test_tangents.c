@@ -17,7 +17,6 @@ typedef struct bench {
 /* At random coordinates: nothing has to be closed for a residual. */
 static bool bench_open(bench *b, const random_model *r, const kmp_road_kind *kind)
 {
-    static double jacobian[DOF * DOF];
     double q[DOF] = {0}, zero[DOF] = {0};
     *b = (bench){0};
     if (kempe_system_new(r->model, &b->system) != KEMPE_OK)
@@ -26,8 +25,7 @@ static bool bench_open(bench *b, const random_model *r, const kmp_road_kind *kin
     for (int k = 0; k < b->system->n; k++)
         q[k] = between(-1, 1);
     kmp_plant_closure(b->plant, 0, q);
-    kmp_plant_dense_jacobian(b->plant, jacobian);
-    if (kmp_partition_init(&b->part, b->system, jacobian, NULL, 0) != KEMPE_OK)
+    if (kmp_partition_init(&b->part, b->system, b->plant->jacobian, NULL, 0) != KEMPE_OK)
         return false;
     kmp_road_start start = {.system = b->system,
                             .plant = b->plant,

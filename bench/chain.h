@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Chains of N windows (IFToMM A02): N + 1 uprights on the ground, each with a bar that a loop ties to the next. */
+#ifndef KEMPE_BENCH_CHAIN_H
+#define KEMPE_BENCH_CHAIN_H
+
+#include "base/text.h"
+#include <stdbool.h>
+#include <stdlib.h>
+
+/* The model, to be freed with kmp_free. Unequal: each window a little wider and the bars of different masses, so that
+ * nothing is alike. Apart: the guesses of the start are off by up to so many degrees, by turns, and nothing moves. */
+static inline char *chain_text(int n, bool unequal, double apart)
+{
+    kmp_text t = {0};
+    kmp_text_put(&t, "kempe: 1\nname: chain\ngravity: [0, -9.81, 0]\nground: {points: {");
+    for (int i = 0; i <= n; i++)
+        kmp_text_printf(&t, "%sG%d: [%.17g, 0, 0]", i ? ", " : "", i, unequal ? i * (1 + 0.001 * i) : i);
+    kmp_text_put(&t, "}}\nbodies:\n");
+    for (int i = 0; i <= 2 * n; i++) {
+        bool upright = i <= n;
+        int k = upright ? i : i - n - 1;
+        double l = upright || !unequal ? 1 : (k + 1) * (1 + 0.001 * (k + 1)) - k * (1 + 0.001 * k);
+        kmp_text_printf(&t, "  %c%d: {joint: {name: %c%d, revolute: z, at: ", upright ? 'v' : 'h', k,
+                        upright ? 'a' : 'b', k);
+        kmp_text_printf(&t, upright ? "ground.G%d" : "v%d.T", k);
+        kmp_text_printf(&t, "}, mass: %.17g, com: [%.17g, 0, 0], inertia: {zz: %.17g}, points: {T: [%.17g, 0, 0]}}\n",
+                        unequal ? 1 + 0.01 * (i % 7) : 1, l / 2, l * l / 12, l);
+    }
+    kmp_text_put(&t, "loops:\n");
+    for (int i = 0; i < n; i++)
+        kmp_text_printf(&t, "  C%d: {ball: [h%d.T, v%d.T]}\n", i, i, i + 1);
+    kmp_text_put(&t, "start:\n  q: {");
+    for (int i = 0; i <= 2 * n; i++)
+        kmp_text_printf(&t, "%s%c%d: %.17g deg", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1,
+                        (i <= n ? 90 : -90) + apart * (i % 7 - 3) / 3);
+    if (apart > 0) {
+        kmp_text_put(&t, "}\n");
+        return kmp_text_take(&t);
+    }
+    kmp_text_put(&t, "}\n  qd: {");
+    for (int i = 0; i <= 2 * n; i++)
+        kmp_text_printf(&t, "%s%c%d: %d", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1, i <= n ? -1 : 1);
+    kmp_text_put(&t, "}\n");
+    return kmp_text_take(&t);
+}
+
+#endif

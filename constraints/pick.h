@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The algebra of a choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds
+ * 1.5. Dense for a small J. A large one is pivoted with its non-zeros alone, to the same pivots, and then falls apart
+ * into the blocks that share no row and no column; each of them is small and dense, or large and sparse. */
+#ifndef KMP_CONSTRAINTS_PICK_H
+#define KMP_CONSTRAINTS_PICK_H
+
+#include <stdbool.h>
+
+typedef struct kmp_pick {
+    int m, n;
+    bool dense;
+    int *row, *col; /* permutations of the rows and columns: the first r of each are chosen */
+    int *fixed;     /* n: columns to be chosen last */
+
+    int nz; /* entries */
+    int *entry_row, *entry_col;
+    double *value;
+
+    double *a, *jv, *b; /* dense: m x n, m x m, m x n */
+    int *pivot;
+} kmp_pick;
+
+/** For up to nz entries, none yet; false: no memory, and to be freed all the same. */
+bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense);
+void kmp_pick_free(kmp_pick *c);
+void kmp_pick_add(kmp_pick *c, int row, int col, double value);
+
+/** Rows and columns in the order of complete pivoting, those that are fixed (NULL: none) last; pivots: min(m, n).
+ * false: no memory. */
+bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
+
+typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;
+
+/** Exchanges columns of the first r with others, at most so many; then the number of exchanges, max |Bvu| and the
+ * 1-norm condition number of Jv, which for large blocks is an estimate from below. */
+kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond);
+
+#endif

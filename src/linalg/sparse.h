@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What large mechanisms need of sparse matrices: the complete pivoting of dense.h at the cost of its non-zeros, and
+ * square systems by SuiteSparse KLU. Entries are (row[k], col[k]), none twice. */
+#ifndef KMP_LINALG_SPARSE_H
+#define KMP_LINALG_SPARSE_H
+
+#include <stdbool.h>
+
+/* m x n */
+typedef struct kmp_entries {
+    int m, n, nz;
+    const int *row, *col;
+    const double *value;
+} kmp_entries;
+
+/** Complete pivoting of matrices of up to m x n. NULL when there is no memory. */
+typedef struct kmp_pivoting kmp_pivoting;
+kmp_pivoting *kmp_pivoting_new(int m, int n);
+void kmp_pivoting_free(kmp_pivoting *p);
+
+/** As kmp_lu_complete, without the factors: the same r, c and pivots to the last bit. Where the order of the pivots
+ * would fill the matrix, entries down to a quarter of the largest are taken for as good, and that one which fills least
+ * goes first (threshold complete pivoting: Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and pivots are then
+ * in the order of the pivots' sizes. All pivots are NaN when an entry is not finite. Allocates only where it fills more
+ * than before. false: no memory. */
+bool kmp_pivoting_run(kmp_pivoting *p, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
+
+/** Products that the last run formed. */
+long kmp_pivoting_products(const kmp_pivoting *p);
+
+/** The same once. */
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
+
+/** A square matrix, analysed once for its pattern. */
+typedef struct kmp_sparse kmp_sparse;
+
+/** Of a symmetric pattern the block-triangular form, which takes n^2 in long chains and finds nothing in it, is left
+ * out. NULL when there is no memory or, not symmetric, the pattern is structurally singular (kmp_memory_failures tells
+ * which).
+ */
+kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
+void kmp_sparse_free(kmp_sparse *s);
+
+/** Factors for the values of the same entries in the same order: with the pivots at hand where they still suit, with
+ * new ones otherwise. 0, or 1 when singular; the factors are then unusable. */
+int kmp_sparse_factor(kmp_sparse *s, const double *values);
+
+/** x <- A^-1 x; x is n x m, leading dimension n. */
+void kmp_sparse_solve(kmp_sparse *s, int m, double *x);
+
+/** ||A||_1 and an estimate, from below and rarely by more than 3 times too small, of ||A^-1||_1 (Hager 1984; Higham,
+ * ACM TOMS 14 (1988) 381). */
+void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse);
+
+#endif

@@ -1,0 +1,533 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Complete pivoting of a sparse matrix. Rows hold their entries, columns the rows that stand in them, and a heap the
+ * rows by their largest entry; a pivot touches the rows of its column alone. Entries are formed by the operations of
+ * the dense elimination in its order, so that nothing tells the two apart: a product with a zero is left out, which
+ * changes no number.
+ *
+ * Where that takes too many products it begins again by thresholds: of all rows with an entry within the threshold one
+ * with the fewest entries, of these entries the one with the fewest rows; when there are none left, the next threshold
+ * is a part of the largest entry then. */
+#include "base/memory.h"
+#include "linalg/sparse.h"
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+/* Beyond so many products for each entry, row and column thresholds are taken, of this part of the largest entry. */
+enum { PRODUCTS_EACH = 40 };
+#define THRESHOLD 0.25
+
+typedef struct entry {
+    int col;
+    double value;
+} entry;
+
+typedef struct list {
+    int count, room;
+} list;
+
+typedef struct rank {
+    double pivot;
+    int r, c;
+    bool fixed;
+} rank;
+
+/* Made for a size, used again and again: lists keep their room. */
+struct kmp_pivoting {
+    int rows_made, columns_made;
+    int m, n; /* of the matrix at hand */
+    const int *fixed;
+    entry **entries; /* of each row, of columns that are left */
+    list *row;
+    int **rows; /* of each column; those that are gone are skipped */
+    list *column;
+    bool *row_gone, *column_gone;
+    int *best;           /* of a row: its largest entry, -1 when it has none */
+    int *heap, *heap_at; /* rows, the best first; place of a row, -1 when it is out */
+    int heap_count;
+    int *place; /* column -> 1 + its place in the row at hand, 0 when absent */
+    int *r_at, *c_at, *r, *c;
+    long products, most_products;
+    bool exhausted;
+
+    bool relaxed;                /* by thresholds; what follows is for that alone */
+    double threshold, began_at;  /* and the largest entry when it was set */
+    bool of_fixed;               /* columns that it is for */
+    int *users;                  /* of a column: rows that are left in it */
+    int *bucket, *next, *before; /* rows within the threshold by their entries: n + 1 lists; -1: none */
+    bool *in_bucket;
+    int lowest; /* no list before it has a row */
+    rank *ranks;
+};
+
+typedef kmp_pivoting work;
+
+static bool grow(void **p, list *l, size_t size)
+{
+    if (l->count < l->room)
+        return true;
+    int room = l->room ? 2 * l->room : 4;
+    void *more = kmp_realloc(*p, (size_t)room, size);
+    if (!more)
+        return false;
+    *p = more;
+    l->room = room;
+    return true;
+}
+
+static bool add_entry(work *w, int i, int j, double value)
+{
+    void *entries = w->entries[i], *rows = w->rows[j];
+    bool ok = grow(&entries, &w->row[i], sizeof **w->entries);
+    w->entries[i] = entries;
+    ok = ok && grow(&rows, &w->column[j], sizeof **w->rows);
+    w->rows[j] = rows;
+    if (!ok)
+        return false;
+    w->users[j]++;
+    w->entries[i][w->row[i].count++] = (entry){j, value};
+    w->rows[j][w->column[j].count++] = i;
+    return true;
+}
+
+static bool is_fixed(const work *w, int j)
+{
+    return w->fixed && w->fixed[j];
+}
+
+/* -- which entry goes first -------------------------------------------------------------------------- */
+
+/* A free column before a fixed one, then the larger entry, then the smaller column, then row. Zeros are no candidates.
+ */
+static bool better(const work *w, entry x, int x_row, entry y, int y_row)
+{
+    bool x_fixed = is_fixed(w, x.col), y_fixed = is_fixed(w, y.col);
+    if (x_fixed != y_fixed)
+        return y_fixed;
+    double x_size = fabs(x.value), y_size = fabs(y.value);
+    if (x_size < y_size || x_size > y_size)
+        return x_size > y_size;
+    return x.col != y.col ? x.col < y.col : x_row < y_row;
+}
+
+static void find_best(work *w, int i)
+{
+    w->best[i] = -1;
+    for (int k = 0; k < w->row[i].count; k++) {
+        entry e = w->entries[i][k];
+        if (fabs(e.value) > 0 && (w->best[i] < 0 || better(w, e, i, w->entries[i][w->best[i]], i)))
+            w->best[i] = k;
+    }
+}
+
+static bool goes_before(const work *w, int a, int b)
+{
+    return better(w, w->entries[a][w->best[a]], a, w->entries[b][w->best[b]], b);
+}
+
+static void put(work *w, int at, int i)
+{
+    w->heap[at] = i;
+    w->heap_at[i] = at;
+}
+
+/* The row at `at` to where it belongs. */
+static void settle(work *w, int at)
+{
+    int i = w->heap[at];
+    for (; at > 0 && goes_before(w, i, w->heap[(at - 1) / 2]); at = (at - 1) / 2)
+        put(w, at, w->heap[(at - 1) / 2]);
+    for (int below; (below = 2 * at + 1) < w->heap_count; at = below) {
+        if (below + 1 < w->heap_count && goes_before(w, w->heap[below + 1], w->heap[below]))
+            below++;
+        if (!goes_before(w, w->heap[below], i))
+            break;
+        put(w, at, w->heap[below]);
+    }
+    put(w, at, i);
+}
+
+static bool within(const work *w, entry e)
+{
+    return is_fixed(w, e.col) == w->of_fixed && fabs(e.value) >= w->threshold;
+}
+
+static void put_in_bucket(work *w, int i)
+{
+    int size = w->row[i].count;
+    if (!within(w, w->entries[i][w->best[i]]))
+        return;
+    w->in_bucket[i] = true;
+    w->before[i] = -1;
+    w->next[i] = w->bucket[size];
+    if (w->next[i] >= 0)
+        w->before[w->next[i]] = i;
+    w->bucket[size] = i;
+    w->lowest = size < w->lowest ? size : w->lowest;
+}
+
+/* Before the row's entries change. */
+static void take_from_bucket(work *w, int i)
+{
+    if (!w->in_bucket[i])
+        return;
+    w->in_bucket[i] = false;
+    if (w->before[i] >= 0)
+        w->next[w->before[i]] = w->next[i];
+    else
+        w->bucket[w->row[i].count] = w->next[i];
+    if (w->next[i] >= 0)
+        w->before[w->next[i]] = w->before[i];
+}
+
+static void take_out(work *w, int i)
+{
+    int at = w->heap_at[i];
+    take_from_bucket(w, i);
+    w->heap_at[i] = -1;
+    if (at < 0 || at == --w->heap_count)
+        return;
+    put(w, at, w->heap[w->heap_count]);
+    settle(w, at);
+}
+
+/* After the row's entries have changed. It must be out of the heap. */
+static void put_back(work *w, int i)
+{
+    find_best(w, i);
+    if (w->best[i] < 0)
+        return;
+    put(w, w->heap_count++, i);
+    settle(w, w->heap_count - 1);
+    if (w->relaxed)
+        put_in_bucket(w, i);
+}
+
+static entry best_of(const work *w, int i)
+{
+    return w->entries[i][w->best[i]];
+}
+
+static void set_threshold(work *w)
+{
+    entry largest = best_of(w, w->heap[0]);
+    w->began_at = fabs(largest.value);
+    w->threshold = THRESHOLD * w->began_at;
+    w->of_fixed = is_fixed(w, largest.col);
+    for (int k = 0; k < w->heap_count; k++) {
+        take_from_bucket(w, w->heap[k]);
+        put_in_bucket(w, w->heap[k]);
+    }
+}
+
+/* A row with the fewest entries of those within the threshold; there is one. */
+static int shortest_row(work *w)
+{
+    while (w->lowest <= w->n && w->bucket[w->lowest] < 0)
+        w->lowest++;
+    entry largest = best_of(w, w->heap[0]);
+    bool grown = fabs(largest.value) * THRESHOLD > w->began_at || is_fixed(w, largest.col) != w->of_fixed;
+    if (w->lowest <= w->n && !grown)
+        return w->bucket[w->lowest];
+    set_threshold(w);
+    while (w->bucket[w->lowest] < 0)
+        w->lowest++;
+    return w->bucket[w->lowest];
+}
+
+/* Of its entries within the threshold one whose column has the fewest rows. */
+static entry rarest_entry(const work *w, int i)
+{
+    entry found = best_of(w, i);
+    for (int k = 0; k < w->row[i].count; k++) {
+        entry e = w->entries[i][k];
+        if (within(w, e) && (w->users[e.col] < w->users[found.col] ||
+                             (w->users[e.col] == w->users[found.col] && better(w, e, i, found, i))))
+            found = e;
+    }
+    return found;
+}
+
+/* The next pivot; false when nothing but zeros is left. */
+static bool choose(work *w, int *i, entry *pivot)
+{
+    if (w->heap_count == 0)
+        return false;
+    *i = w->relaxed ? shortest_row(w) : w->heap[0];
+    *pivot = w->relaxed ? rarest_entry(w, *i) : best_of(w, *i);
+    return true;
+}
+
+/* -- elimination ------------------------------------------------------------------------------------- */
+
+/* Row i less its multiple of the pivot row, whose entry in column j has gone from both. */
+static bool subtract(work *w, int i, double multiple, int pivot_row)
+{
+    for (int k = 0; k < w->row[i].count; k++)
+        w->place[w->entries[i][k].col] = 1 + k;
+    bool ok = true;
+    for (int k = 0; ok && k < w->row[pivot_row].count; k++) {
+        entry u = w->entries[pivot_row][k];
+        int at = w->place[u.col];
+        w->products++;
+        if (at)
+            w->entries[i][at - 1].value -= multiple * u.value;
+        else if (fabs(u.value) > 0)
+            ok = add_entry(w, i, u.col, 0 - multiple * u.value);
+    }
+    for (int k = 0; k < w->row[i].count; k++)
+        w->place[w->entries[i][k].col] = 0;
+    return ok;
+}
+
+/* The value of column j in row i, which leaves the row; 0 when there is none. */
+static double remove_entry(work *w, int i, int j)
+{
+    for (int k = 0; k < w->row[i].count; k++)
+        if (w->entries[i][k].col == j) {
+            double value = w->entries[i][k].value;
+            w->entries[i][k] = w->entries[i][--w->row[i].count];
+            w->users[j]--;
+            return value;
+        }
+    return 0;
+}
+
+static bool eliminate(work *w, int i, int j)
+{
+    double pivot = remove_entry(w, i, j);
+    for (int k = 0; k < w->column[j].count; k++) {
+        int other = w->rows[j][k];
+        if (w->row_gone[other] || other == i)
+            continue;
+        take_out(w, other);
+        double multiple = remove_entry(w, other, j) / pivot;
+        if (fabs(multiple) > 0 && !subtract(w, other, multiple, i))
+            return false;
+        put_back(w, other);
+    }
+    w->exhausted = !w->relaxed && w->products > w->most_products;
+    return !w->exhausted;
+}
+
+/* The exchange of places that the dense elimination makes. */
+static void exchange(int *order, int *at, int k, int which)
+{
+    int from = at[which], moved = order[k];
+    order[k] = which;
+    order[from] = moved;
+    at[which] = k;
+    at[moved] = from;
+}
+
+static void retire(work *w, int k, int i, int j)
+{
+    exchange(w->r, w->r_at, k, i);
+    exchange(w->c, w->c_at, k, j);
+    take_out(w, i);
+    for (int e = 0; e < w->row[i].count; e++)
+        w->users[w->entries[i][e].col]--;
+    w->row_gone[i] = true;
+    w->column_gone[j] = true;
+}
+
+/* The first that is not gone; -1: none. `from` is where to look next time. */
+static int first_left(const bool *gone, int count, const int *fixed, bool want_fixed, int *from)
+{
+    while (*from < count && (gone[*from] || (fixed && fixed[*from]) != want_fixed))
+        ++*from;
+    return *from < count ? *from : -1;
+}
+
+static bool pivot_all(work *w, double *pivots)
+{
+    int next_row = 0, next_free = 0, next_fixed = 0;
+    for (int k = 0; k < w->m && k < w->n; k++) {
+        int free_left = first_left(w->column_gone, w->n, w->fixed, false, &next_free);
+        int i;
+        entry pivot;
+        pivots[k] = 0;
+        if (choose(w, &i, &pivot) && (free_left < 0 || !is_fixed(w, pivot.col))) {
+            pivots[k] = fabs(pivot.value);
+            retire(w, k, i, pivot.col);
+            if (pivots[k] <= DBL_MAX && !eliminate(w, i, pivot.col))
+                return false;
+            continue;
+        }
+        /* Nothing but zeros is left, of free columns if there are any. */
+        int j = free_left >= 0 ? free_left : first_left(w->column_gone, w->n, w->fixed, true, &next_fixed);
+        retire(w, k, first_left(w->row_gone, w->m, NULL, false, &next_row), j);
+    }
+    return true;
+}
+
+/* -- by size ----------------------------------------------------------------------------------------- */
+
+static int by_size(const void *a, const void *b)
+{
+    const rank *x = a, *y = b;
+    if (x->fixed != y->fixed)
+        return x->fixed ? 1 : -1;
+    if (x->pivot < y->pivot || x->pivot > y->pivot)
+        return x->pivot > y->pivot ? -1 : 1;
+    return (x->c > y->c) - (x->c < y->c);
+}
+
+static void sort_by_size(const work *w, double *pivots)
+{
+    int count = w->m < w->n ? w->m : w->n;
+    for (int k = 0; k < count; k++)
+        w->ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
+    if (count > 0)
+        qsort(w->ranks, (size_t)count, sizeof *w->ranks, by_size);
+    for (int k = 0; k < count; k++) {
+        pivots[k] = w->ranks[k].pivot;
+        w->r[k] = w->ranks[k].r;
+        w->c[k] = w->ranks[k].c;
+    }
+}
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static bool allocate(work *w)
+{
+    w->entries = KMP_NEW(entry *, w->m);
+    w->row = KMP_NEW(list, w->m);
+    w->rows = KMP_NEW(int *, w->n);
+    w->column = KMP_NEW(list, w->n);
+    w->row_gone = KMP_NEW(bool, w->m);
+    w->column_gone = KMP_NEW(bool, w->n);
+    w->best = KMP_NEW(int, w->m);
+    w->heap = KMP_NEW(int, w->m);
+    w->heap_at = KMP_NEW(int, w->m);
+    w->place = KMP_NEW(int, w->n);
+    w->r_at = KMP_NEW(int, w->m);
+    w->c_at = KMP_NEW(int, w->n);
+    w->users = KMP_NEW(int, w->n);
+    w->bucket = KMP_NEW(int, w->n + 1);
+    w->next = KMP_NEW(int, w->m);
+    w->before = KMP_NEW(int, w->m);
+    w->in_bucket = KMP_NEW(bool, w->m);
+    w->ranks = KMP_NEW(rank, w->m < w->n ? w->m : w->n);
+    return w->entries && w->row && w->rows && w->column && w->row_gone && w->column_gone && w->best && w->heap &&
+           w->heap_at && w->place && w->r_at && w->c_at && w->users && w->bucket && w->next && w->before &&
+           w->in_bucket && w->ranks;
+}
+
+kmp_pivoting *kmp_pivoting_new(int m, int n)
+{
+    work *w = KMP_NEW(work, 1);
+    if (!w)
+        return NULL;
+    w->rows_made = w->m = m;
+    w->columns_made = w->n = n;
+    if (allocate(w))
+        return w;
+    kmp_pivoting_free(w);
+    return NULL;
+}
+
+void kmp_pivoting_free(kmp_pivoting *w)
+{
+    if (!w)
+        return;
+    for (int i = 0; w->entries && i < w->rows_made; i++)
+        kmp_free(w->entries[i]);
+    for (int j = 0; w->rows && j < w->columns_made; j++)
+        kmp_free(w->rows[j]);
+    void *arrays[] = {w->entries,   w->row,   w->rows, w->column, w->row_gone, w->column_gone, w->best, w->heap,
+                      w->heap_at,   w->place, w->r_at, w->c_at,   w->users,    w->bucket,      w->next, w->before,
+                      w->in_bucket, w->ranks, w};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        kmp_free(arrays[k]);
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+static void reset_rows(work *w)
+{
+    for (int i = 0; i < w->m; i++) {
+        w->r[i] = w->r_at[i] = i;
+        w->row[i].count = 0;
+        w->row_gone[i] = w->in_bucket[i] = false;
+        w->heap_at[i] = -1;
+    }
+    w->heap_count = 0;
+}
+
+static void reset_columns(work *w)
+{
+    for (int j = 0; j < w->n; j++) {
+        w->c[j] = w->c_at[j] = j;
+        w->column[j].count = w->users[j] = w->place[j] = 0;
+        w->column_gone[j] = false;
+    }
+    for (int k = 0; k <= w->n; k++)
+        w->bucket[k] = -1;
+    w->lowest = w->n + 1;
+    w->threshold = INFINITY; /* until the first is set */
+}
+
+static bool load(work *w, const kmp_entries *a)
+{
+    bool ok = true;
+    reset_rows(w);
+    reset_columns(w);
+    for (int k = 0; ok && k < a->nz; k++)
+        if (fabs(a->value[k]) > 0)
+            ok = add_entry(w, a->row[k], a->col[k], a->value[k]);
+    for (int i = 0; ok && i < w->m; i++)
+        put_back(w, i);
+    return ok;
+}
+
+static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
+{
+    w->relaxed = relaxed;
+    w->exhausted = false;
+    if (!load(w, a) || !pivot_all(w, pivots))
+        return false;
+    if (relaxed)
+        sort_by_size(w, pivots);
+    return true;
+}
+
+static bool all_finite(const kmp_entries *a)
+{
+    for (int k = 0; k < a->nz; k++)
+        if (!isfinite(a->value[k]))
+            return false;
+    return true;
+}
+
+bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+{
+    w->m = a->m;
+    w->n = a->n;
+    w->fixed = fixed;
+    w->r = r;
+    w->c = c;
+    w->products = 0;
+    w->most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
+    if (!all_finite(a)) {
+        reset_rows(w);
+        reset_columns(w);
+        for (int k = 0; k < a->m && k < a->n; k++)
+            pivots[k] = NAN;
+        return true;
+    }
+    return run(w, a, false, pivots) || (w->exhausted && run(w, a, true, pivots));
+}
+
+long kmp_pivoting_products(const kmp_pivoting *w)
+{
+    return w->products;
+}
+
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+{
+    kmp_pivoting *w = kmp_pivoting_new(a->m, a->n);
+    bool ok = w && kmp_pivoting_run(w, a, fixed, r, c, pivots);
+    kmp_pivoting_free(w);
+    return ok;
+}

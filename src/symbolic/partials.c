@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hides who uses a node, by compressed lists; from a leaf upwards they lead to all that has to be differentiated. */
+#include "symbolic/partials.h"
+#include "base/memory.h"
+#include "symbolic/derivative.h"
+#include <stdlib.h>
+
+struct kmp_partials {
+    kmp_graph *g;
+    kmp_derivative *derivative;
+    uint32_t count;         /* nodes that there were */
+    uint32_t *first, *user; /* users of each node */
+    uint32_t *first_root;   /* expressions that are each node */
+    int *root;
+    int roots;
+    const kmp_ref *of;
+    bool *met;
+    uint32_t *found; /* nodes that depend on the leaf */
+    int *which;
+    kmp_ref *value;
+};
+
+/* Counts at first[i + 1] to where each list begins. */
+static void add_up(uint32_t *first, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        first[i + 1] += first[i];
+}
+
+/* Beginnings that have moved to the ends of their lists, back. */
+static void begin_again(uint32_t *first, uint32_t count)
+{
+    for (uint32_t i = count; i > 0; i--)
+        first[i] = first[i - 1];
+    first[0] = 0;
+}
+
+static bool list_users(kmp_partials *p)
+{
+    p->first = KMP_NEW(uint32_t, p->count + 1);
+    for (uint32_t id = 0; p->first && id < p->count; id++) {
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            p->first[kmp_id(kmp_operand(n, k)) + 1]++;
+    }
+    if (!p->first)
+        return false;
+    add_up(p->first, p->count);
+    p->user = KMP_NEW(uint32_t, p->first[p->count]);
+    if (!p->user)
+        return false;
+    for (uint32_t id = 0; id < p->count; id++) {
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            p->user[p->first[kmp_id(kmp_operand(n, k))]++] = id;
+    }
+    begin_again(p->first, p->count);
+    return true;
+}
+
+static bool list_roots(kmp_partials *p)
+{
+    p->first_root = KMP_NEW(uint32_t, p->count + 1);
+    p->root = KMP_NEW(int, p->roots);
+    if (!p->first_root || !p->root)
+        return false;
+    for (int k = 0; k < p->roots; k++)
+        p->first_root[kmp_id(p->of[k]) + 1]++;
+    add_up(p->first_root, p->count);
+    for (int k = 0; k < p->roots; k++)
+        p->root[p->first_root[kmp_id(p->of[k])]++] = k;
+    begin_again(p->first_root, p->count);
+    return true;
+}
+
+kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of)
+{
+    kmp_partials *p = KMP_NEW(kmp_partials, 1);
+    if (!p)
+        return NULL;
+    p->g = g;
+    p->count = kmp_graph_count(g);
+    p->roots = count;
+    p->of = of;
+    p->derivative = kmp_derivative_of_few(g);
+    p->met = KMP_NEW(bool, p->count);
+    p->found = KMP_NEW(uint32_t, p->count);
+    p->which = KMP_NEW(int, count);
+    p->value = KMP_NEW(kmp_ref, count);
+    if (p->derivative && p->met && p->found && p->which && p->value && list_users(p) && list_roots(p))
+        return p;
+    kmp_partials_free(p);
+    return NULL;
+}
+
+void kmp_partials_free(kmp_partials *p)
+{
+    if (!p)
+        return;
+    kmp_derivative_free(p->derivative);
+    kmp_free(p->first);
+    kmp_free(p->user);
+    kmp_free(p->first_root);
+    kmp_free(p->root);
+    kmp_free(p->met);
+    kmp_free(p->found);
+    kmp_free(p->which);
+    kmp_free(p->value);
+    kmp_free(p);
+}
+
+/* The leaf and all that depends on it into `found`; how many. */
+static uint32_t climb(kmp_partials *p, uint32_t leaf)
+{
+    uint32_t count = 0;
+    p->found[count++] = leaf;
+    p->met[leaf] = true;
+    for (uint32_t at = 0; at < count; at++)
+        for (uint32_t k = p->first[p->found[at]]; k < p->first[p->found[at] + 1]; k++)
+            if (!p->met[p->user[k]]) {
+                p->met[p->user[k]] = true;
+                p->found[count++] = p->user[k];
+            }
+    return count;
+}
+
+static int compare(const void *a, const void *b)
+{
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const kmp_ref **value)
+{
+    int count = 0;
+    *which = p->which;
+    *value = p->value;
+    if (kmp_id(leaf) >= p->count)
+        return kmp_graph_failed(p->g) ? -1 : 0;
+    uint32_t found = climb(p, kmp_id(leaf));
+    for (uint32_t i = 0; i < found; i++) {
+        uint32_t id = p->found[i];
+        p->met[id] = false;
+        for (uint32_t k = p->first_root[id]; k < p->first_root[id + 1]; k++)
+            p->which[count++] = p->root[k];
+    }
+    if (count > 1)
+        qsort(p->which, (size_t)count, sizeof *p->which, compare);
+    bool ok = kmp_derivative_begin(p->derivative, leaf, KMP_ONE, found, p->found);
+    for (int k = 0; ok && k < count; k++)
+        p->value[k] = kmp_derivative_of(p->derivative, p->of[p->which[k]]);
+    kmp_derivative_end(p->derivative, found, p->found);
+    return ok && !kmp_graph_failed(p->g) ? count : -1;
+}

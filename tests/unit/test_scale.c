@@ -1,0 +1,597 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Large mechanisms: the sparse ways give what the dense ones do, and cost as much as there are non-zeros, counted in
+ * products and in bytes. */
+#include "base/memory.h"
+#include "bench/chain.h"
+#include "check.h"
+#include "constraints/assemble.h"
+#include "constraints/diagnose.h"
+#include "constraints/pick.h"
+#include "integrators/run.h"
+#include "integrators/runner.h"
+#include "linalg/dense.h"
+#include "linalg/least.h"
+#include "linalg/sparse.h"
+#include "random.h"
+#include <kempe/workspace.h>
+
+enum { MOST = 40, MOST_NZ = MOST * MOST };
+
+/* -- matrices ---------------------------------------------------------------------------------------- */
+
+typedef struct matrix {
+    kmp_entries entries;
+    int row[MOST_NZ], col[MOST_NZ];
+    double value[MOST_NZ], dense[MOST_NZ];
+} matrix;
+
+static void clear(matrix *a, int m, int n)
+{
+    *a = (matrix){.entries = {m, n, 0, NULL, NULL, NULL}};
+    a->entries.row = a->row;
+    a->entries.col = a->col;
+    a->entries.value = a->value;
+}
+
+static void add(matrix *a, int i, int j, double value)
+{
+    int k = a->entries.nz++;
+    a->row[k] = i;
+    a->col[k] = j;
+    a->value[k] = a->dense[i + j * a->entries.m] = value;
+}
+
+/* Small whole numbers, so that there are ties and exact zeros, or any. */
+static void randomise(matrix *a, int m, int n, double filled, bool whole)
+{
+    clear(a, m, n);
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < m; i++)
+            if (between(0, 1) < filled)
+                add(a, i, j, whole ? pick(5) - 2 : between(-1, 1));
+}
+
+/* -- complete pivoting ------------------------------------------------------------------------------- */
+
+static void the_pivots_are_those_of_the_dense_matrix(void)
+{
+    static matrix a;
+    static double lu[MOST_NZ];
+    int r[MOST], c[MOST], dense_r[MOST], dense_c[MOST], fixed[MOST], different = 0;
+    double pivots[MOST], dense_pivots[MOST];
+    kmp_pivoting *again = kmp_pivoting_new(MOST, MOST);
+    random_seed(5);
+    for (int trial = 0; trial < 3000; trial++) {
+        int m = 1 + pick(MOST), n = 1 + pick(MOST), least = m < n ? m : n;
+        randomise(&a, m, n, between(0.02, 0.4), trial % 2);
+        for (int k = 0; k < n; k++)
+            fixed[k] = trial % 3 == 0 && pick(4) == 0;
+        memcpy(lu, a.dense, sizeof lu);
+        kmp_lu_complete(m, n, lu, fixed, dense_r, dense_c, dense_pivots);
+        CHECK(kmp_pivoting_run(again, &a.entries, fixed, r, c, pivots));
+        different += memcmp(r, dense_r, (size_t)m * sizeof *r) != 0 || memcmp(c, dense_c, (size_t)n * sizeof *c) != 0 ||
+                     memcmp(pivots, dense_pivots, (size_t)least * sizeof *pivots) != 0;
+    }
+    CHECK(different == 0);
+    kmp_pivoting_free(again);
+}
+
+static void what_is_not_finite_has_no_rank(void)
+{
+    static matrix a;
+    int r[3], c[3];
+    double pivots[3];
+    clear(&a, 3, 3);
+    for (int k = 0; k < 3; k++)
+        add(&a, k, k, k == 1 ? NAN : 1);
+    CHECK(kmp_sparse_complete(&a.entries, NULL, r, c, pivots));
+    CHECK(isnan(pivots[0]) && r[2] == 2 && c[2] == 2);
+}
+
+/* The closures of a chain of n windows that lie almost flat: complete pivoting takes the large rows y first, column by
+ * column, and fills the small rows x. Returns its products; the rank from the pivots. */
+static long flat_chain(int n, double small, int *rank)
+{
+    int nz = 6 * n, count = 0, *row = KMP_NEW(int, nz), *col = KMP_NEW(int, nz), *r = KMP_NEW(int, 2 * n),
+        *c = KMP_NEW(int, 2 * n + 1);
+    double *value = KMP_NEW(double, nz), *pivots = KMP_NEW(double, 2 * n);
+    kmp_pivoting *pivoting = kmp_pivoting_new(2 * n, 2 * n + 1);
+    for (int i = 0; i < n; i++)
+        for (int side = 0; side < 2; side++)
+            for (int k = 0; k < 3; k++) {
+                row[count] = 2 * i + side;
+                col[count] = k == 1 ? n + 1 + i : i + k / 2;
+                double size = k == 1 ? 1 : k == 0 ? 2 : -1;
+                value[count++] = side ? size * (1 + 0.01 * (i % 5)) : small * (k + 1 + 0.1 * (i % 3));
+            }
+    kmp_entries a = {2 * n, 2 * n + 1, nz, row, col, value};
+    CHECK(kmp_pivoting_run(pivoting, &a, NULL, r, c, pivots));
+    long products = kmp_pivoting_products(pivoting);
+    unsigned long before = kmp_memory_count();
+    CHECK(kmp_pivoting_run(pivoting, &a, NULL, r, c, pivots));
+    CHECK(kmp_memory_count() == before && kmp_pivoting_products(pivoting) == products);
+    kmp_pivoting_free(pivoting);
+    *rank = 0;
+    while (*rank < 2 * n && pivots[*rank] > 1e-10 * pivots[0])
+        ++*rank;
+    for (int k = 1; k < 2 * n; k++)
+        CHECK(pivots[k] <= pivots[k - 1] * (1 + 1e-12));
+    void *arrays[] = {row, col, r, c, value, pivots};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        kmp_free(arrays[k]);
+    return products;
+}
+
+/* Twice the chain costs twice as much, where elimination by the largest entry alone makes it four times and more. */
+static void products_grow_with_the_chain(void)
+{
+    int rank;
+    long before = flat_chain(1000, 1e-3, &rank);
+    CHECK(rank == 2000);
+    for (int n = 2000; n <= 4000; n *= 2) {
+        long now = flat_chain(n, 1e-3, &rank);
+        CHECK(rank == 2 * n);
+        CHECK((double)now < 2.3 * (double)before);
+        CHECK(now > n);
+        before = now;
+    }
+    (void)flat_chain(1000, 0, &rank);
+    CHECK(rank == 1000);
+    (void)flat_chain(1000, 1e-14, &rank);
+    CHECK(rank == 1000);
+}
+
+/* -- systems of equations ---------------------------------------------------------------------------- */
+
+static double one_norm(int n, const double *a)
+{
+    double most = 0;
+    for (int j = 0; j < n; j++) {
+        double sum = 0;
+        for (int i = 0; i < n; i++)
+            sum += fabs(a[i + j * n]);
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+static void sparse_systems_are_solved(void)
+{
+    static matrix a;
+    static double lu[MOST_NZ], inverse[MOST_NZ];
+    int pivot[MOST], poor = 0;
+    double x[MOST], norm, estimate;
+    random_seed(7);
+    for (int trial = 0; trial < 300; trial++) {
+        int n = 2 + pick(MOST - 2);
+        randomise(&a, n, n, 0.2, false);
+        for (int k = 0; k < n; k++)
+            if (a.dense[k + k * n] == 0)
+                add(&a, k, k, between(1, 2));
+        kmp_sparse *s = kmp_sparse_new(n, a.entries.nz, a.row, a.col, trial % 2);
+        CHECK(s);
+        for (int again = 0; s && again < 2; again++) { /* the second time with the pivots of the first */
+            memcpy(lu, a.dense, sizeof lu);
+            memset(inverse, 0, sizeof inverse);
+            for (int k = 0; k < n; k++)
+                inverse[k + k * n] = 1;
+            CHECK(kmp_lu_factor(n, lu, pivot) == 0 && kmp_sparse_factor(s, a.value) == 0);
+            kmp_lu_solve(n, lu, pivot, n, inverse);
+            double size = one_norm(n, inverse);
+            for (int k = 0; k < n; k++)
+                x[k] = k == 0;
+            kmp_sparse_solve(s, 1, x);
+            for (int k = 0; k < n; k++)
+                CHECK(fabs(x[k] - inverse[k]) < 1e-13 * size * size);
+            kmp_sparse_norms(s, &norm, &estimate);
+            CHECK_NEAR(norm, one_norm(n, a.dense), 1e-14);
+            CHECK(estimate <= size * (1 + 1e-9 * size));
+            poor += estimate < size / 3;
+            for (int e = 0; e < a.entries.nz; e++)
+                a.dense[a.row[e] + a.col[e] * n] = a.value[e] *= between(0.5, 1.5);
+        }
+        kmp_sparse_free(s);
+    }
+    CHECK(poor <= 6);
+}
+
+static void singular_systems_are_told(void)
+{
+    const int row[3] = {0, 1, 1}, col[3] = {0, 0, 1};
+    const double zero[3] = {1, 1, 0};
+    kmp_sparse *s = kmp_sparse_new(2, 3, row, col, false);
+    CHECK(s && kmp_sparse_factor(s, zero) != 0);
+    kmp_sparse_free(s);
+    CHECK(!kmp_sparse_new(2, 2, row, col, false)); /* nothing in the second column */
+    s = kmp_sparse_new(2, 1, row, col, true);      /* told when factored */
+    CHECK(s && kmp_sparse_factor(s, zero) != 0);
+    kmp_sparse_free(s);
+}
+
+static void sparse_least_squares_are_the_dense_ones(void)
+{
+    static matrix a;
+    static double damped[2 * MOST_NZ];
+    double b[2 * MOST], x[MOST], dense_x[MOST], given[MOST];
+    random_seed(11);
+    for (int trial = 0; trial < 300; trial++) {
+        int m = 1 + pick(12), n = m + pick(12), twin = pick(m);
+        double damping = trial % 2 ? 0 : between(0.01, 1);
+        randomise(&a, m, n, 0.4, false);
+        for (int e = 0, nz = a.entries.nz; e < nz && twin > 0 && a.entries.nz < MOST_NZ; e++)
+            if (a.row[e] == twin - 1 && a.dense[twin + a.col[e] * m] == 0)
+                add(&a, twin, a.col[e], a.value[e]);
+        for (int k = 0; k < n; k++)
+            given[k] = between(-1, 1);
+        memset(b, 0, sizeof b);
+        for (int i = 0; i < m; i++)
+            for (int k = 0; k < n; k++)
+                b[i] += a.dense[i + k * m] * given[k];
+        for (int k = 0; k < n; k++)
+            for (int i = 0; i < m + n; i++)
+                damped[i + k * (m + n)] = i < m ? a.dense[i + k * m] : i - m == k ? damping : 0;
+        CHECK(kmp_least_squares(m + n, n, damped, b, 1e-9, dense_x) >= 0);
+        CHECK(kmp_least_squares_sparse(&a.entries, b, damping, 1e-9, x) == KMP_LEAST_FOUND);
+        for (int k = 0; k < n; k++)
+            CHECK_NEAR(x[k], dense_x[k], 1e-8);
+    }
+}
+
+/* -- the choice -------------------------------------------------------------------------------------- */
+
+/* Rows, columns and values of `blocks` full blocks with one column more than rows, shuffled. */
+static void fill_blocks(kmp_pick *p, const int *shuffle, int blocks, int rows)
+{
+    for (int b = 0; b < blocks; b++)
+        for (int i = 0; i < rows; i++)
+            for (int k = 0; k <= rows; k++)
+                kmp_pick_add(p, b * rows + i, shuffle[b * (rows + 1) + k], between(-1, 1));
+}
+
+static int compare_ints(const void *a, const void *b)
+{
+    return *(const int *)a - *(const int *)b;
+}
+
+static bool same_columns(kmp_pick *a, kmp_pick *b, int r)
+{
+    qsort(a->col, (size_t)r, sizeof *a->col, compare_ints);
+    qsort(b->col, (size_t)r, sizeof *b->col, compare_ints);
+    return memcmp(a->col, b->col, (size_t)r * sizeof *a->col) == 0;
+}
+
+static void blocks_are_chosen_as_the_whole(void)
+{
+    random_seed(13);
+    int exchanged = 0;
+    for (int trial = 0; trial < 200; trial++) {
+        int blocks = 1 + pick(6), rows = 1 + pick(5), m = blocks * rows, n = blocks * (rows + 1), shuffle[36];
+        kmp_pick whole, parts;
+        double pivots[30], other[30], max_b, cond, max_parts, cond_parts;
+        int made, made_parts;
+        for (int k = 0; k < n; k++)
+            shuffle[k] = k;
+        for (int k = n - 1; k > 0; k--) {
+            int j = pick(k + 1), t = shuffle[k];
+            shuffle[k] = shuffle[j];
+            shuffle[j] = t;
+        }
+        CHECK(kmp_pick_init(&whole, m, n, m * (rows + 1), true) && kmp_pick_init(&parts, m, n, m * (rows + 1), false));
+        fill_blocks(&whole, shuffle, blocks, rows);
+        for (int e = 0; e < whole.nz; e++)
+            kmp_pick_add(&parts, whole.entry_row[e], whole.entry_col[e], whole.value[e]);
+        CHECK(kmp_pick_pivot(&whole, NULL, pivots) && kmp_pick_pivot(&parts, NULL, other));
+        CHECK(memcmp(pivots, other, (size_t)m * sizeof *pivots) == 0);
+        for (int b = 0; trial % 2 && b < blocks; b++) { /* a choice that is not good: the last column of each block */
+            for (int k = 0; k < rows; k++)
+                whole.col[b * rows + k] = parts.col[b * rows + k] = shuffle[b * (rows + 1) + k];
+            whole.col[m + b] = parts.col[m + b] = shuffle[b * (rows + 1) + rows];
+        }
+        CHECK(kmp_pick_improve(&whole, m, 100, &made, &max_b, &cond) == KMP_PICK_MADE);
+        CHECK(kmp_pick_improve(&parts, m, 100, &made_parts, &max_parts, &cond_parts) == KMP_PICK_MADE);
+        CHECK(same_columns(&whole, &parts, m) && made == made_parts);
+        CHECK_NEAR(max_parts, max_b, 1e-10);
+        CHECK_NEAR(cond_parts / cond, 1, 1e-10);
+        exchanged += made;
+        kmp_pick_free(&whole);
+        kmp_pick_free(&parts);
+    }
+    CHECK(exchanged > 100);
+}
+
+/* One long block, too large to be dense, begun with a column that moves others much. */
+static void a_long_block_is_exchanged_as_well(void)
+{
+    enum { N = 150 };
+    kmp_pick whole, parts;
+    double max_b, cond, max_parts, cond_parts;
+    int made, made_parts;
+    random_seed(17);
+    CHECK(kmp_pick_init(&whole, N, N + 4, 5 * N, true) && kmp_pick_init(&parts, N, N + 4, 5 * N, false));
+    for (int i = 0; i < N; i++)
+        for (int k = 0; k < 5; k++)
+            kmp_pick_add(&whole, i, i + k, k % 4 ? between(-0.6, 0.6) : between(0.8, 1.2));
+    for (int e = 0; e < whole.nz; e++)
+        kmp_pick_add(&parts, whole.entry_row[e], whole.entry_col[e], whole.value[e]);
+    for (int k = 0, v = 0, u = N; k < N + 4; k++) { /* u: columns 30, 32, 100, 102 */
+        bool chosen = k % 70 != 30 && k % 70 != 32;
+        int place = chosen ? v++ : u++;
+        whole.col[place] = parts.col[place] = k;
+    }
+    for (int i = 0; i < N; i++)
+        whole.row[i] = parts.row[i] = i;
+    CHECK(kmp_pick_improve(&whole, N, 1000, &made, &max_b, &cond) == KMP_PICK_MADE);
+    CHECK(kmp_pick_improve(&parts, N, 1000, &made_parts, &max_parts, &cond_parts) == KMP_PICK_MADE);
+    CHECK(made > 2 && made == made_parts && same_columns(&whole, &parts, N));
+    CHECK(max_b <= 1.5 && max_parts <= 1.5);
+    CHECK_NEAR(max_parts, max_b, 1e-9);
+    CHECK(cond_parts <= cond * (1 + 1e-9) && cond_parts >= cond / 3);
+    kmp_pick_free(&whole);
+    kmp_pick_free(&parts);
+}
+
+static void a_singular_choice_is_told(void)
+{
+    kmp_pick p;
+    double max_b, cond;
+    int made;
+    CHECK(kmp_pick_init(&p, 2, 3, 3, false));
+    kmp_pick_add(&p, 0, 0, 1); /* v = 0, 1; row 1 has column 2 alone */
+    kmp_pick_add(&p, 1, 2, 1);
+    for (int k = 0; k < 3; k++)
+        p.col[k] = k;
+    p.row[1] = 1;
+    CHECK(kmp_pick_improve(&p, 2, 10, &made, &max_b, &cond) == KMP_PICK_SINGULAR);
+    kmp_pick_free(&p);
+}
+
+/* -- chains ------------------------------------------------------------------------------------------ */
+
+typedef struct loaded {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} loaded;
+
+static loaded load(int n, bool unequal, double apart)
+{
+    loaded l = {kempe_context_new(), NULL, NULL};
+    char *text = chain_text(n, unequal, apart);
+    CHECK(kempe_model_read_text(l.context, text, "chain", &l.model) == KEMPE_OK);
+    CHECK(kempe_system_new(l.model, &l.system) == KEMPE_OK);
+    kmp_free(text);
+    return l;
+}
+
+static void unload(loaded *l)
+{
+    kempe_system_free(l->system);
+    kempe_model_free(l->model);
+    kempe_context_free(l->context);
+}
+
+typedef struct last {
+    int n;
+    double *q, angle, lambda;
+} last;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    last *l = user;
+    (void)t, (void)qd, (void)qdd, (void)work;
+    memcpy(l->q, q, (size_t)l->n * sizeof *q);
+    l->lambda = lambda[1];
+    return 0;
+}
+
+static kmp_run_report run(const loaded *l, const char *road, const char *form, double rtol, double end, last *row)
+{
+    kmp_run_report report;
+    kmp_run_spec spec = {.road = road, .form = form, .rtol = rtol, .t_end = end, .time_count = 1, .times = &end};
+    row->n = l->system->n;
+    row->q = KMP_NEW(double, row->n);
+    CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(l->system, &spec, NULL, take_row, row, &report) == KEMPE_OK);
+    if (report.reason)
+        printf("  %s: %s\n", road, report.reason);
+    kmp_free(report.reason);
+    return report;
+}
+
+static double distance(const last *a, const last *b)
+{
+    double most = 0;
+    for (int k = 0; k < a->n; k++)
+        most = fmax(most, fabs(a->q[k] - b->q[k]));
+    return most;
+}
+
+/* Long enough for every road to be sparse. */
+static void the_roads_agree_on_a_long_chain(void)
+{
+    loaded l = load(300, true, 0);
+    last carried, closed, projected, dae;
+    run(&l, "reduced", "carried", 1e-10, 0.4, &carried);
+    run(&l, "reduced", "closed", 1e-10, 0.4, &closed);
+    run(&l, "projected", NULL, 1e-10, 0.4, &projected);
+    run(&l, "dae", "ah", 1e-8, 0.4, &dae);
+    CHECK(distance(&carried, &closed) < 1e-9);
+    CHECK(distance(&carried, &projected) < 1e-9);
+    CHECK(distance(&carried, &dae) < 1e-6);
+    CHECK_NEAR(projected.lambda, carried.lambda, 1e-6);
+    CHECK_NEAR(dae.lambda, carried.lambda, 1e-4);
+    last *rows[] = {&carried, &closed, &projected, &dae};
+    for (int k = 0; k < 4; k++)
+        kmp_free(rows[k]->q);
+    unload(&l);
+}
+
+/* Equal windows move as one: with c = cos a, M = (n + 1) / 3 + n, a'' = -g ((n + 1) / 2 + n) / M cos a (bars of 1 kg
+ * and 1 m, whose loops leave the couplers level). */
+static double angle_at(int n, double t)
+{
+    double k = 9.81 * ((n + 1) / 2.0 + n) / ((n + 1) / 3.0 + n), a = acos(-1) / 2, w = -1;
+    int steps = 20000;
+    double h = t / steps;
+    for (int i = 0; i < steps; i++) { /* Runge and Kutta, order 4 */
+        double a1 = w, w1 = -k * cos(a), a2 = w + h / 2 * w1, w2 = -k * cos(a + h / 2 * a1), a3 = w + h / 2 * w2,
+               w3 = -k * cos(a + h / 2 * a2), a4 = w + h * w3, w4 = -k * cos(a + h * a3);
+        a += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+        w += h / 6 * (w1 + 2 * w2 + 2 * w3 + w4);
+    }
+    return a;
+}
+
+/* Through the flat position, where all windows could fold. */
+static void a_long_chain_passes_its_change_point(void)
+{
+    loaded l = load(80, false, 0);
+    last row;
+    for (int k = 0; k < 3; k++) {
+        const double rtol[] = {1e-7, 1e-8, 1e-10};
+        run(&l, "reduced", "carried", rtol[k], 1.3, &row);
+        for (int i = 0; i <= 80; i += 20)
+            CHECK_NEAR(row.q[i], angle_at(80, 1.3), 1e-6);
+        kmp_free(row.q);
+    }
+    unload(&l);
+}
+
+/* A hair from flat, where every window's row x is lost: accelerations in the zone are those of the rows that are left,
+ * which the workspace finds by dense elimination. */
+static void the_zone_leaves_rows_out(void)
+{
+    enum { N = 80, COORDINATES = 2 * N + 1 };
+    loaded l = load(N, true, 0);
+    kmp_plant *plant = kmp_plant_new(l.system, "tape");
+    kmp_partition part;
+    kempe_workspace *ws = NULL;
+    double q[COORDINATES], qd[COORDINATES], qdd[COORDINATES], dy[2 * COORDINATES];
+    for (int k = 0; k < COORDINATES; k++) {
+        bool upright = l.model->motions[k].name[0] == 'a';
+        q[k] = upright ? 0.9 : -0.9;
+        qd[k] = upright ? -1 : 1;
+    }
+    kmp_plant_closure(plant, 0, q);
+    CHECK(kmp_partition_init(&part, l.system, plant->jacobian, NULL, 0) == KEMPE_OK && part.r == 2 * N);
+    for (int k = 0; k < COORDINATES; k++)
+        q[k] *= 1e-13;
+    kmp_road_start start = {.system = l.system,
+                            .plant = plant,
+                            .part = &part,
+                            .q = q,
+                            .qd = qd,
+                            .rtol = 1e-8,
+                            .atol = 1e-8,
+                            .rate_scale = 1,
+                            .t_end = 1};
+    kmp_road *zone = kmp_road_zone.create(&start);
+    CHECK(zone && zone->ode.rhs(zone->ode.self, 0, zone->y, dy) == KMP_GO);
+    unsigned long before = kmp_memory_count();
+    CHECK(zone->ode.rhs(zone->ode.self, 0, zone->y, dy) == KMP_GO && kmp_memory_count() == before);
+    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
+    CHECK(kempe_forward_dynamics(ws, 0, q, qd, NULL, qdd, NULL) == KEMPE_OK);
+    for (int k = 0; k < COORDINATES; k++)
+        CHECK_NEAR(dy[COORDINATES + k], qdd[k], 1e-9);
+    kempe_workspace_free(ws);
+    zone->release(zone);
+    kmp_partition_free(&part);
+    kmp_plant_free(plant);
+    unload(&l);
+}
+
+static void a_chain_apart_is_assembled(void)
+{
+    loaded l = load(300, true, 2);
+    kempe_assembly *a = NULL;
+    CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
+    CHECK(a->residual < 1e-11 && a->iterations < 20);
+    double moved = 0;
+    for (int k = 0; k < l.system->n; k++)
+        moved = fmax(moved, fabs(a->moved[k]));
+    CHECK(moved > 1e-3 && moved < 0.2);
+    kempe_assembly_free(a);
+    unload(&l);
+}
+
+/* Bytes asked for by assembling, preparing and ten steps. */
+static double bytes_of(int n, const char *road)
+{
+    loaded l = load(n, true, 0);
+    kmp_runner *runner = NULL;
+    kmp_run_spec spec = {.road = road, .rtol = 1e-6, .t_end = 0.3};
+    double before = (double)kmp_memory_bytes();
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK && kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
+    for (int k = 0; k < 10 && kmp_runner_t(runner) < 0.3; k++)
+        CHECK(kmp_runner_step(runner) == KEMPE_OK);
+    double bytes = (double)kmp_memory_bytes() - before;
+    kmp_runner_free(runner);
+    unload(&l);
+    return bytes;
+}
+
+static double bytes_of_check(int n)
+{
+    loaded l = load(n, true, 2);
+    kempe_check *check = NULL;
+    double before = (double)kmp_memory_bytes();
+    CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
+    double bytes = (double)kmp_memory_bytes() - before;
+    kempe_check_free(check);
+    unload(&l);
+    return bytes;
+}
+
+/* Twice the chain, twice the bytes: no matrix is made dense on the way. */
+static void memory_grows_with_the_chain(void)
+{
+    const char *roads[] = {"reduced", "projected"};
+    for (int k = 0; k < 2; k++)
+        CHECK(bytes_of(600, roads[k]) < 2.3 * bytes_of(300, roads[k]));
+    CHECK(bytes_of_check(600) < 2.3 * bytes_of_check(300));
+}
+
+/* -- no memory --------------------------------------------------------------------------------------- */
+
+static void every_want_of_memory_is_told(void)
+{
+    loaded l = load(100, false, 1);
+    kempe_status status = KEMPE_E_MEMORY;
+    int told = 0;
+    for (unsigned long at = 1; status != KEMPE_OK && at < 1000000; at += 1 + at / 8) {
+        kempe_check *check = NULL;
+        unsigned long failures = kmp_memory_failures();
+        kmp_memory_fail_at(at);
+        status = kempe_check_new(l.system, &check);
+        kmp_memory_fail_at(0);
+        if (kmp_memory_failures() != failures) {
+            CHECK(status == KEMPE_E_MEMORY || status == KEMPE_OK);
+            told += status == KEMPE_E_MEMORY;
+            status = KEMPE_E_MEMORY;
+        }
+        kempe_check_free(check);
+    }
+    CHECK(status == KEMPE_OK && told > 20);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(the_pivots_are_those_of_the_dense_matrix);
+    TEST(what_is_not_finite_has_no_rank);
+    TEST(products_grow_with_the_chain);
+    TEST(sparse_systems_are_solved);
+    TEST(singular_systems_are_told);
+    TEST(sparse_least_squares_are_the_dense_ones);
+    TEST(blocks_are_chosen_as_the_whole);
+    TEST(a_long_block_is_exchanged_as_well);
+    TEST(a_singular_choice_is_told);
+    TEST(the_roads_agree_on_a_long_chain);
+    TEST(a_long_chain_passes_its_change_point);
+    TEST(the_zone_leaves_rows_out);
+    TEST(a_chain_apart_is_assembled);
+    TEST(memory_grows_with_the_chain);
+    TEST(every_want_of_memory_is_told);
+    return check_report();
+}
