@@ -8,6 +8,11 @@
 /* A last pivot below this fraction of the first at the start is near a change point; what is usual then. */
 #define NEAR_START 1e-2
 #define USUAL      0.1
+/* It is near one only when elsewhere, at some configurations with all angles turned by up to TURN, that pivot is larger
+ * by more than SMALL_HERE: lengths that differ by a thousand make small pivots everywhere. */
+#define TURN       0.5
+#define ELSEWHERE  5
+#define SMALL_HERE 0.1
 /* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
 #define LOCKED 0.1
 #define FREED  0.2
@@ -88,6 +93,51 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
     else if (!kmp_pivoting_run(margin->pivoting, &a, NULL, margin->row, margin->col, margin->pivots))
         return NAN;
     return margin->pivots[which];
+}
+
+/* -1 .. 1, always the same ones. */
+static double chance(unsigned *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (double)*state / 2147483648.0 - 1;
+}
+
+static void swap_down(double *x, int k)
+{
+    for (; k > 0 && x[k] < x[k - 1]; k--) {
+        double t = x[k];
+        x[k] = x[k - 1];
+        x[k - 1] = t;
+    }
+}
+
+bool kmp_margin_confirm(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
+{
+    const kempe_system *s = margin->system;
+    double pivot[ELSEWHERE], *other = margin->near ? KMP_NEW(double, s->n) : NULL;
+    unsigned state = 1;
+    bool lost = false;
+    if (!other)
+        return !margin->near;
+    for (int k = 0; k < ELSEWHERE; k++) {
+        for (int i = 0; i < s->n; i++) {
+            double turn = TURN * chance(&state);
+            other[i] = s->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
+        }
+        kmp_plant_closure(plant, t, other);
+        pivot[k] = pivot_of(margin, plant, NULL, s->m, margin->r - 1);
+        lost = lost || isnan(pivot[k]);
+        swap_down(pivot, k);
+    }
+    kmp_plant_closure(plant, t, q);
+    kmp_free(other);
+    if (lost)
+        return false;
+    margin->usual = fmin(margin->usual, pivot[ELSEWHERE / 2]);
+    margin->near = margin->last < SMALL_HERE * pivot[ELSEWHERE / 2];
+    if (!margin->near)
+        margin->usual = fmax(margin->usual, margin->last);
+    return true;
 }
 
 static double dense_margin(kmp_margin *margin, const kmp_plant *plant)

@@ -30,6 +30,9 @@ typedef struct kmp_margin {
 
 /** At the partition's configuration. false: no memory. */
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
+/** Whether a start that looks near a change point, at (t, q), is: `near` and `usual` by what they are at configurations
+ * about it. The plant's last closure is at (t, q) afterwards. false: no memory. */
+bool kmp_margin_confirm(kmp_margin *margin, kmp_plant *plant, double t, const double *q);
 void kmp_margin_free(kmp_margin *margin);
 
 /** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. With many rows

@@ -8,6 +8,9 @@
 /* A pivot below this fraction of the first is a zero: kept pivots of closed mechanisms are above 1e-2, dropped ones
  * below 1e-13 once h is closed to round-off. */
 #define RANK_TOLERANCE 1e-10
+/* The first is of the size of 1, smaller where lengths differ much. One of the size of the root of rounding belongs to
+ * closures that hold to second order alone, as a rod does across all that its end can do: no pivot says anything. */
+#define LEAST_FIRST 1e-6
 /* A wish is refused when its |B| would exceed this. */
 #define WORST_WISH 1e4
 
@@ -17,7 +20,7 @@ enum { DENSE_MOST = 1 << 14 };
 static int rank_of(const double *pivots, int count)
 {
     int r = 0;
-    while (r < count && pivots[r] > RANK_TOLERANCE * pivots[0])
+    while (r < count && pivots[0] > LEAST_FIRST && pivots[r] > RANK_TOLERANCE * pivots[0])
         r++;
     return r;
 }

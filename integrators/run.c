@@ -134,7 +134,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
-        return kmp_runner_give_up(run, status, "the step size became too small: the motion is singular", t);
+        return kmp_runner_give_up(
+            run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);
     return attend(run);
 }
 

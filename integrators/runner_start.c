@@ -177,11 +177,12 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         status = check_rates(run, start);
     if (status == KEMPE_OK)
         status = kmp_runner_accelerate(run, run->spec.t_start, start->q, start->qd);
-    if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
+    if (status == KEMPE_OK && (!kmp_margin_init(&run->margin, run->s, &run->part) ||
+                               !kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, start->q)))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
         return status;
-    if (run->margin.near)
+    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(
             run->s->context, KEMPE_LOG_WARNING,
             "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "

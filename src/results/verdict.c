@@ -2,12 +2,16 @@
 #include "results/verdict.h"
 #include <math.h>
 
+/* Less energy than this part of the potential's value is what is left of a mechanism at rest: rounding. */
+#define AT_REST 1e-9
+
 /* The sums over rows that the energy's drift is made of. */
 typedef struct balance {
     double first;           /* E - work of the first row */
     double drift;           /* max |E - work - first| */
     double kinetic;         /* max */
     double lowest, highest; /* potential energy */
+    double value;           /* max |potential energy|, whatever its zero */
 } balance;
 
 kmp_verdict kmp_verdict_none(void)
@@ -30,6 +34,7 @@ static void add_energy(balance *b, double kinetic, double potential, double work
     b->kinetic = larger(b->kinetic, kinetic);
     b->lowest = fmin(b->lowest, potential);
     b->highest = fmax(b->highest, potential);
+    b->value = fmax(b->value, fabs(potential));
 }
 
 static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_plant *plant)
@@ -85,7 +90,7 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp
     verdict.h_max = verdict.hdot_max = 0;
     for (int row = 0; row < table->rows; row++)
         judge_row(&verdict, &b, table, row, plant);
-    double size = fmax(b.kinetic, b.highest - b.lowest);
+    double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
     if (reference)
         compare_rows(&verdict, table, reference);
