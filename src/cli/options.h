@@ -22,6 +22,7 @@ typedef struct cli_settings {
     kempe_compare_run compare;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;
+    bool once;
     bool branches;
     double seed;
     bool help;
