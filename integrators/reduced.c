@@ -182,19 +182,27 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
     return KMP_HALT;
 }
 
+/* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
+static void judge_choice(reduced *d)
+{
+    if (d->r == 0)
+        return;
+    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
+    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : EXCHANGE_GROWTH);
+}
+
 /* |Bvu| at the step's end; what it asks for. */
 static int watch(reduced *d, double t)
 {
     if (d->r == 0)
         return KMP_GO;
-    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
+    judge_choice(d);
     bool crossed = kmp_block_sign(d->red.block) != d->sign;
     if (d->fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
     if (d->fixed && d->growth > GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
-    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : EXCHANGE_GROWTH);
     return crossed ? KMP_RETRY : KMP_GO;
 }
 
@@ -386,23 +394,30 @@ static int take_over(reduced *d, double t, double *y)
     return settle(d, t, y);
 }
 
-/* An exchange that is due. */
-static int renew(kmp_road *road, double t, double *y, double *yp)
+/* An exchange that is due, at d->q and d->qd, where the plant is. */
+static int exchange(reduced *d, double t, double *y)
 {
-    reduced *d = (reduced *)road;
     kmp_partition before;
-    (void)yp;
-    if (!d->due)
-        return KMP_GO;
     d->due = false;
-    if (place(d, t, y) != KMP_GO || !kmp_partition_copy(&before, &d->part))
+    if (!kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
-    kmp_reduction_rates(&d->red, y + d->p, d->qd);
     int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian) == KEMPE_OK ? take_over(d, t, y) : KMP_HALT;
     if (said == KMP_GO)
         log_exchange(d, t, &before);
     kmp_partition_free(&before);
-    return said == KMP_GO ? KMP_CHANGED : KMP_HALT;
+    return said;
+}
+
+static int renew(kmp_road *road, double t, double *y, double *yp)
+{
+    reduced *d = (reduced *)road;
+    (void)yp;
+    if (!d->due)
+        return KMP_GO;
+    if (place(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_reduction_rates(&d->red, y + d->p, d->qd);
+    return exchange(d, t, y) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
 static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
@@ -413,7 +428,10 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     pack(d, q, qd, y);
-    return settle(d, t, y);
+    if (settle(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    judge_choice(d);
+    return d->due ? exchange(d, t, y) : KMP_GO;
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */

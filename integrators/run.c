@@ -85,6 +85,8 @@ void kmp_runner_free(kmp_runner *run)
     kmp_free(run->yp);
     kmp_margin_free(&run->margin);
     kmp_free(run->state);
+    kmp_free(run->seen);
+    kmp_free(run->next_seen);
     kmp_free(run->qdd);
     kmp_free(run->lambda);
     kmp_free(run->moved);
@@ -139,7 +141,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
     return attend(run);
 }
 
-kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
+                                  double *work)
 {
     kempe_status status = kmp_runner_add_work(run, t);
     *work = 0;
@@ -154,6 +157,15 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, do
     return KEMPE_OK;
 }
 
+kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+{
+    kmp_runner_follow(run, t);
+    kempe_status status = kmp_runner_inner_row(run, t, q, qd, qdd, lambda, work);
+    if (status == KEMPE_OK)
+        kmp_runner_show(run, q, qd, qdd);
+    return status;
+}
+
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 {
     *report = run->before;
@@ -162,6 +174,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
+    report->centrings = run->centrings;
     report->events = run->crossing ? kmp_crossing_count(run->crossing) : 0;
 }
 

@@ -57,7 +57,7 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 }
 
 /* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
-static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
+static kempe_status check_rates(kmp_runner *run, const double *qd)
 {
     const kempe_system *s = run->s;
     double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
@@ -70,8 +70,8 @@ static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
         row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
     }
     for (int i = 0; i < s->n; i++)
-        size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
-    kmp_plant_rates(run->plant, start->qd, rate);
+        size = fmax(size, fabs(qd[i]) / s->scale[i]);
+    kmp_plant_rates(run->plant, qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
     if (worst <= RATE_GAP * size)
@@ -169,16 +169,20 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->lambda = KMP_NEW(double, run->s->m);
     run->moved = KMP_NEW(double, 3 * run->s->n + run->s->m);
     run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
-    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
+    run->seen = KMP_NEW(double, run->s->n);
+    run->next_seen = KMP_NEW(double, run->s->n);
+    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state || !run->seen || !run->next_seen)
         return kmp_fail_memory(run->s->context);
-    kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
-    kempe_status status = kmp_runner_choose(run, run->spec.t_start, start->q, -1, run->spec.u, run->spec.u_count);
+    kmp_runner_center_start(run, start);
+    const double *q = run->state, *qd = q + run->s->n;
+    kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
+    kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
-        status = check_rates(run, start);
+        status = check_rates(run, qd);
     if (status == KEMPE_OK)
-        status = kmp_runner_accelerate(run, run->spec.t_start, start->q, start->qd);
+        status = kmp_runner_accelerate(run, run->spec.t_start, q, qd);
     if (status == KEMPE_OK && (!kmp_margin_init(&run->margin, run->s, &run->part) ||
-                               !kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, start->q)))
+                               !kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, q)))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
         return status;
@@ -187,8 +191,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
             run->s->context, KEMPE_LOG_WARNING,
             "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
             "the last digits");
-    run->rate_scale = rate_scale_of(run, start->qd);
+    run->rate_scale = rate_scale_of(run, qd);
     run->way = kmp_road_find(run->spec.road, run->spec.form);
-    status = kmp_runner_make_road(run, run->way, run->spec.t_start, start->q, start->qd, run->spec.work_start);
+    status = kmp_runner_make_road(run, run->way, run->spec.t_start, q, qd, run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }

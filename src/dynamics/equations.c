@@ -279,12 +279,12 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
 }
 
 static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
-                         bool keep_parameters, kmp_events *events)
+                         bool keep_parameters, bool charted, kmp_events *events)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
-    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, keep_parameters))
+    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, keep_parameters, charted))
         status = kmp_fail_memory(eq->context);
     eq->tree.events = events;
     if (status == KEMPE_OK)
@@ -301,13 +301,13 @@ static kempe_status init(kmp_equations *eq, const kempe_model *model, unsigned s
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters)
 {
-    return init(eq, model, sets, scheme, keep_parameters, NULL);
+    return init(eq, model, sets, scheme, keep_parameters, false, NULL);
 }
 
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events)
 {
-    return init(eq, model, sets, scheme, false, events);
+    return init(eq, model, sets, scheme, false, true, events);
 }
 
 void kmp_equations_free(kmp_equations *eq)

@@ -56,7 +56,8 @@ typedef struct kmp_equations {
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_MEMORY. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
-/** The same with conditions as inputs (`events` is added to; NULL: as above). */
+/** The same for programs that integrate: with conditions as inputs (`events` is added to; NULL: as above), and with the
+ *  charts of spherical joints (model/spherical.h). */
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);

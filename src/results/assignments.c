@@ -62,7 +62,8 @@ static void choose_variables(printer *p)
 
 static void print_input(printer *p, const kmp_node *n)
 {
-    static const char *const vector[KMP_IN_COUNT] = {"", "t", "q", "qd", "qdd", "lambda", "mu", "mode", "place"};
+    static const char *const vector[KMP_IN_COUNT] = {"",       "t",  "q",    "qd",    "qdd",
+                                                     "lambda", "mu", "mode", "place", "chart"};
     const kempe_model *model = p->eq->model;
     switch ((kmp_input_kind)n->a) {
     case KMP_IN_PARAMETER:
@@ -80,6 +81,7 @@ static void print_input(printer *p, const kmp_node *n)
     case KMP_IN_MU:
     case KMP_IN_MODE:
     case KMP_IN_PLACE:
+    case KMP_IN_CHART:
     case KMP_IN_COUNT:
         break;
     }
