@@ -16,6 +16,8 @@
 /* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
 #define LOCKED 0.1
 #define FREED  0.2
+/* No step of an ordinary road ends below this margin. */
+#define DEEP 0.1
 /* With more rows than this a quick look goes before the dense decomposition, which is called for when pivots have
  * fallen below this part of their usual size. */
 #define MANY_ROWS 24
@@ -26,7 +28,8 @@
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
     int m = system->m, n = system->n, large = (long)m * n > DENSE_MOST ? system->jacobian.count : 0;
-    *margin = (kmp_margin){.system = system, .r = part->r, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
+    *margin = (kmp_margin){
+        .system = system, .r = part->r, .step_t = NAN, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
     margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
     if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
@@ -214,6 +217,18 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
     if (many && size > CALLS_FOR)
         renew_block(margin, plant);
     return size;
+}
+
+bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    margin->step_margin = kmp_margin_at(margin, plant);
+    margin->step_t = t;
+    return margin->step_margin < DEEP;
+}
+
+double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    return margin->step_t == t ? margin->step_margin : kmp_margin_at(margin, plant);
 }
 
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)

@@ -19,6 +19,7 @@ typedef struct projected {
     kmp_road road; /* first */
     const kempe_system *s;
     kmp_plant *plant;
+    kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
     bool has_work;
@@ -123,6 +124,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, d->qd, y + n))
         return KMP_RETRY;
+    if (d->part->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
+        return KMP_RETRY;
     for (int i = 0; i < n; i++) {
         y[i] = d->q[i];
         y[n + i] += d->qd[i];
@@ -218,6 +221,7 @@ static kmp_road *create(const kmp_road_start *start)
     int n = start->part->n;
     d->s = start->system;
     d->plant = start->plant;
+    d->margin = start->margin;
     d->part = start->part;
     d->n = n;
     d->m = start->part->m;

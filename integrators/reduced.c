@@ -34,6 +34,7 @@ typedef struct reduced {
     kmp_road road; /* first */
     const kempe_system *s;
     kmp_plant *plant;
+    kmp_margin *margin;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
     kmp_reduced_jacobian tangents; /* when asked for */
@@ -284,6 +285,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     int said = watch(d, t);
     if (said == KMP_GO)
         said = check_redundant(d, t);
+    if (said == KMP_GO && d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
+        said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
     remember(d, t, y);
@@ -512,6 +515,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     }
     d->s = start->system;
     d->plant = start->plant;
+    d->margin = start->margin;
     d->fixed = start->fixed;
     d->journal = start->journal;
     d->carried = carried || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */

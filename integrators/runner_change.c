@@ -2,6 +2,7 @@
 /* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
  */
 #include "base/memory.h"
+#include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
 
@@ -77,6 +78,21 @@ static kempe_status change_rows(kmp_runner *run, double t, double before)
     return KEMPE_OK;
 }
 
+/* A leap knows better than the ends of steps how near it was. */
+static void note_passage(kmp_runner *run, double t, double margin)
+{
+    double at = run->zone_t, size = run->zone_margin;
+    if (run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size) && size < run->zone_margin)
+        kmp_journal_note(run->journal, "change point", at, size, margin,
+                         "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
+                         "come within %.2g of losing a row",
+                         run->zone_t, t, size);
+    else
+        kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
+                         "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
+                         run->zone_t, run->zone_margin);
+}
+
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -88,7 +104,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         return status;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    double margin = kmp_margin_at(&run->margin, run->plant);
+    double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
     if (!run->in_zone && margin < ZONE_IN) {
@@ -97,9 +113,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         return kmp_runner_change_road(run, t, true);
     }
     if (run->in_zone && margin > ZONE_OUT) {
-        kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
-                         "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
-                         run->zone_t, run->zone_margin);
+        note_passage(run, t, margin);
         return kmp_runner_change_road(run, t, false);
     }
     double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);

@@ -2,6 +2,7 @@
 /* The start of a run: independent rows and coordinates, rates and accelerations that fit, a road and an integrator. */
 #include "base/memory.h"
 #include "constraints/massless.h"
+#include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
 
@@ -107,6 +108,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
     kmp_road_start given = {.system = run->s,
                             .plant = run->plant,
                             .part = &run->part,
+                            .margin = &run->margin,
                             .t = t,
                             .q = q,
                             .qd = qd,
@@ -125,11 +127,11 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
 }
 
 /* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
-static const char *integrator_of(const kmp_runner *run)
+static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
     bool cannot = !asked->dae && !asked->corrects && run->part.p == 0;
-    return run->in_zone || cannot ? "dop853" : asked->name;
+    return run->in_zone ? &kmp_solver_leap : cannot ? kmp_solver_find("dop853") : asked;
 }
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
@@ -140,7 +142,7 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
                               .dae = &road->dae,
                               .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
                               .linear = run->spec.linear};
-    run->kind = kmp_solver_find(integrator_of(run));
+    run->kind = integrator_of(run);
     run->y = KMP_NEW(double, road->size);
     run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
     if (!run->y || (road->yp && !run->yp))
@@ -193,6 +195,10 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
             "the last digits");
     run->rate_scale = rate_scale_of(run, qd);
     run->way = kmp_road_find(run->spec.road, run->spec.form);
-    status = kmp_runner_make_road(run, run->way, run->spec.t_start, q, qd, run->spec.work_start);
+    run->in_zone = run->margin.near;
+    run->zone_t = run->spec.t_start;
+    run->zone_margin = 1;
+    status = kmp_runner_make_road(run, run->in_zone ? &kmp_road_zone : run->way, run->spec.t_start, q, qd,
+                                  run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }
