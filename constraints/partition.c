@@ -202,7 +202,8 @@ bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
     return true;
 }
 
-kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian)
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                    double growth)
 {
     kmp_pick c;
     kempe_status status;
@@ -210,6 +211,7 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
         kmp_pick_free(&c);
         return kmp_fail_memory(system->context);
     }
+    c.growth = growth;
     memcpy(c.row, part->rows, (size_t)part->r * sizeof(int));
     memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
     memcpy(c.col, part->v, (size_t)part->r * sizeof(int));

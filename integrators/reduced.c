@@ -16,8 +16,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. */
+/* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. Closed, the right-hand
+ * side is a function of u alone, whose series end at u's dead centre: most of its error is made on the way there. */
 #define EXCHANGE_GROWTH 1.5
+#define EXCHANGE_CLOSED 1.1
 #define EXCHANGE_WISH   10.0
 /* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
 #define GROWTH_LIMIT 1e3
@@ -183,13 +185,18 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
     return KMP_HALT;
 }
 
+static double exchange_growth(const reduced *d)
+{
+    return d->carried ? EXCHANGE_GROWTH : EXCHANGE_CLOSED;
+}
+
 /* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
 static void judge_choice(reduced *d)
 {
     if (d->r == 0)
         return;
     d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
-    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : EXCHANGE_GROWTH);
+    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : exchange_growth(d));
 }
 
 /* |Bvu| at the step's end; what it asks for. */
@@ -404,7 +411,9 @@ static int exchange(reduced *d, double t, double *y)
     d->due = false;
     if (!kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
-    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian) == KEMPE_OK ? take_over(d, t, y) : KMP_HALT;
+    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian, exchange_growth(d)) == KEMPE_OK
+                   ? take_over(d, t, y)
+                   : KMP_HALT;
     if (said == KMP_GO)
         log_exchange(d, t, &before);
     kmp_partition_free(&before);

@@ -134,6 +134,7 @@ static kempe_status renew(kmp_runner *run, double t)
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
+        h = run->kind->next ? run->kind->next(run->solver) : h;
         return run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
                                 run->kind->corrects ? h : kmp_runner_first_step(run));
     default:
