@@ -8,6 +8,7 @@
  * A large J stays sparse: its steps come from [1 -J'; J damping^2]. */
 #include "constraints/assemble.h"
 #include "base/memory.h"
+#include "constraints/charts.h"
 #include "constraints/kinsol.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
@@ -17,13 +18,14 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 200, MAX_POLISH = 40 };
-#define NEAR           1e-4  /* scaled |h| from which Newton's method is trusted */
-#define DECIDED        10.0  /* a pivot of J above this many |h| is not zero on the closed mechanism */
-#define CLOSED         1e-11 /* scaled |h| of a closed mechanism */
-#define LONGEST_STEP   0.5   /* rad, or characteristic lengths */
-#define SHORTEST_STEP  1e-8
-#define PUSH           0.3
-#define RANK_TOLERANCE 1e-9
+#define NEAR            1e-4  /* scaled |h| from which Newton's method is trusted */
+#define DECIDED         10.0  /* a pivot of J above this many |h| is not zero on the closed mechanism */
+#define CLOSED          1e-11 /* scaled |h| of a closed mechanism */
+#define LONGEST_STEP    0.5   /* rad, or characteristic lengths */
+#define SHORTEST_STEP   1e-8
+#define PUSH            0.3
+#define RANK_TOLERANCE  1e-9
+#define NEARLY_SINGULAR 0.1 /* determinant of the axes of a spherical joint */
 /* With more places than this J is not made dense, and KINSOL is left out. */
 #define DENSE_MOST (1 << 14)
 
@@ -47,6 +49,8 @@ typedef struct work {
     double *h;      /* m, scaled */
     double *step;   /* free, scaled */
     double *trial;  /* n */
+    double *from;   /* n: the guess, in the charts at hand */
+    bool *fixed;    /* n: given rates */
     double *best;   /* n */
     int *part_wish; /* n */
     kmp_partition part;
@@ -202,7 +206,7 @@ static void push_aside(work *w, unsigned *state)
         int c = w->free[k];
         *state = *state * 1664525u + 1013904223u;
         double way = (double)(*state >> 8) / (1 << 23) - 1;
-        w->a->q[c] = w->guess->q[c] + PUSH * way * w->s->scale[c];
+        w->a->q[c] = w->from[c] + PUSH * way * w->s->scale[c];
     }
 }
 
@@ -321,6 +325,68 @@ static void polish(work *w)
     evaluate(w, w->a->q);
 }
 
+/* -- spherical joints -------------------------------------------------------------------------------- */
+
+/* Those whose angles are nearly singular in the guess begin in the middle of another chart; one of which only some
+ * angles are held stays as it is, and all do where the way to goals is sought. false: no memory. */
+static bool center_joints(work *w)
+{
+    int charts = kmp_charts_count(w->s), centred = 0;
+    if (w->guess->goals && w->s->model->start.goal_count > 0)
+        return true;
+    for (int c = 0; c < charts; c++) {
+        const bool *hold = w->guess->hold + w->s->chart_first[c];
+        if (hold[0] == hold[1] && hold[1] == hold[2] && kmp_chart_regular(w->s, c, w->a->q) < NEARLY_SINGULAR) {
+            kmp_chart_center(w->s, c, w->plant->chart, w->a->q, NULL, NULL);
+            centred++;
+        }
+    }
+    if (centred == 0)
+        return true;
+    kmp_plant_set_charts(w->plant, w->plant->chart);
+    w->a->inner_q = KMP_NEW(double, w->n);
+    w->a->inner_qd = KMP_NEW(double, w->n);
+    w->a->chart = KMP_NEW(double, KMP_CHART_SIZE *charts);
+    return w->a->inner_q && w->a->inner_qd && w->a->chart;
+}
+
+/* The user's angles of joint c: those of the guess where it did not move. */
+static void show_angles(work *w, int c, double angles[3])
+{
+    int k = w->s->chart_first[c];
+    const double *q = w->a->q + k, *from = w->from + k, *guess = w->guess->q + k;
+    if (memcmp(q, from, 3 * sizeof *q) == 0) {
+        memcpy(angles, guess, 3 * sizeof *q);
+        return;
+    }
+    memcpy(w->trial, w->a->q, (size_t)w->n * sizeof *w->trial);
+    (void)kmp_chart_show(w->s, c, w->plant->chart, guess, w->trial, NULL, NULL);
+    memcpy(angles, w->trial + k, 3 * sizeof *angles);
+}
+
+/* The state as the user counts it; the one in the charts at hand stays beside it. */
+static void show_state(work *w)
+{
+    kempe_assembly *a = w->a;
+    if (a->inner_q) {
+        memcpy(a->inner_q, a->q, (size_t)w->n * sizeof *a->q);
+        memcpy(a->inner_qd, a->qd, (size_t)w->n * sizeof *a->qd);
+        memcpy(a->chart, w->plant->chart, (size_t)(KMP_CHART_SIZE * w->s->chart_count) * sizeof *a->chart);
+    }
+    for (int c = 0; a->inner_q && c < kmp_charts_count(w->s); c++) {
+        double angles[3], near[3];
+        int k = w->s->chart_first[c];
+        if (kmp_chart_is_own(a->chart, c))
+            continue;
+        show_angles(w, c, angles);
+        memcpy(near, angles, sizeof near);
+        (void)kmp_chart_show(w->s, c, a->chart, near, a->q, a->qd, NULL);
+        memcpy(a->q + k, angles, sizeof angles);
+    }
+    for (int k = 0; k < w->n; k++)
+        a->moved[k] = a->q[k] - w->guess->q[k];
+}
+
 /* -- rates ------------------------------------------------------------------------------------------- */
 
 /* The least step s with J s = rate on the free columns. */
@@ -352,23 +418,40 @@ static double correct_rates(work *w, const bool *fixed)
     return largest(w->m, rate);
 }
 
+/* The model's rates, of centred joints in their charts: one of them given counts as all three. */
+static void given_rates(work *w)
+{
+    const kmp_start *start = &w->s->model->start;
+    for (int k = 0; k < w->n; k++) {
+        w->a->qd[k] = start->qd[k].value;
+        w->fixed[k] = start->qd_given[k];
+    }
+    for (int c = 0; c < kmp_charts_count(w->s); c++) {
+        int k = w->s->chart_first[c];
+        if (kmp_chart_is_own(w->plant->chart, c))
+            continue;
+        double angles[3], rates[3];
+        show_angles(w, c, angles);
+        memcpy(rates, w->a->qd + k, sizeof rates);
+        kmp_chart_enter(w->s, c, w->plant->chart, angles, rates, w->a->q, w->a->qd);
+        w->fixed[k] = w->fixed[k + 1] = w->fixed[k + 2] = w->fixed[k] || w->fixed[k + 1] || w->fixed[k + 2];
+    }
+}
+
 /* Given rates are kept when the closures allow it. */
 static void make_rates(work *w)
 {
-    const kmp_start *start = &w->s->model->start;
     double size = 0;
-    for (int k = 0; k < w->n; k++) {
-        w->a->qd[k] = start->qd[k].value;
+    given_rates(w);
+    for (int k = 0; k < w->n; k++)
         size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
-    }
     if (w->m == 0)
         return;
     evaluate(w, w->a->q);
-    if (correct_rates(w, start->qd_given) <= 1e-9 * size)
+    if (correct_rates(w, w->fixed) <= 1e-9 * size)
         return;
     w->a->rates_changed = true;
-    for (int k = 0; k < w->n; k++)
-        w->a->qd[k] = start->qd[k].value;
+    given_rates(w);
     (void)correct_rates(w, NULL);
 }
 
@@ -394,8 +477,6 @@ static void judge(work *w)
             a->culprits[k] = a->culprits[k - 1];
         a->culprits[k] = c;
     }
-    for (int k = 0; k < w->n; k++)
-        a->moved[k] = a->q[k] - w->guess->q[k];
 }
 
 /* -- all together ------------------------------------------------------------------------------------ */
@@ -418,15 +499,20 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     w->h = KMP_NEW(double, s->m);
     w->step = KMP_NEW(double, s->n);
     w->trial = KMP_NEW(double, s->n);
-    if (!w->plant || !w->free || !w->jac || !w->scaled || !w->damped || !w->entry_row || !w->entry_col || !w->entry ||
-        !w->place || !w->right || !w->best || !w->part_wish || !w->h || !w->step || !w->trial)
+    w->from = KMP_NEW(double, s->n);
+    w->fixed = KMP_NEW(bool, s->n);
+    if (!w->plant || !w->from || !w->fixed || !w->free || !w->jac || !w->scaled || !w->damped || !w->entry_row ||
+        !w->entry_col || !w->entry || !w->place || !w->right || !w->best || !w->part_wish || !w->h || !w->step ||
+        !w->trial)
         return false;
     for (int k = 0; k < s->n; k++) {
         a->q[k] = guess->q[k];
         if (!guess->hold[k])
             w->free[w->free_count++] = k;
     }
-    return true;
+    bool ok = center_joints(w);
+    memcpy(w->from, a->q, (size_t)s->n * sizeof *w->from);
+    return ok;
 }
 
 static void work_free(work *w)
@@ -448,6 +534,8 @@ static void work_free(work *w)
     kmp_free(w->h);
     kmp_free(w->step);
     kmp_free(w->trial);
+    kmp_free(w->from);
+    kmp_free(w->fixed);
 }
 
 /* A closed one goes along its branch to where the goals are nearest. false: no memory. */
@@ -480,6 +568,7 @@ static bool assemble(work *w)
     judge(w);
     if (w->a->closed)
         make_rates(w);
+    show_state(w);
     return true;
 }
 

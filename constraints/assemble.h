@@ -18,7 +18,8 @@ struct kempe_assembly {
     double *gaps;       /* gap of each closure, m, in the order of the model */
     int *culprits;      /* closures that stay open, widest first */
     int culprit_count;
-    double *moved; /* n: how far each coordinate went from the guess */
+    double *moved;                      /* n: how far each coordinate went from the guess */
+    double *inner_q, *inner_qd, *chart; /* the same state in the charts that it was found in; NULL: in the user's own */
     kmp_goals_verdict goals;
 };
 

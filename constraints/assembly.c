@@ -103,6 +103,9 @@ void kempe_assembly_free(kempe_assembly *a)
     kmp_free(a->q);
     kmp_free(a->qd);
     kmp_free(a->moved);
+    kmp_free(a->inner_q);
+    kmp_free(a->inner_qd);
+    kmp_free(a->chart);
     kmp_free(a->gaps);
     kmp_free(a->culprits);
     kmp_goals_free(&a->goals);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/branches.h"
 #include "base/memory.h"
+#include "constraints/charts.h"
 #include "linalg/dense.h"
 #include <math.h>
 #include <stdlib.h>
@@ -27,6 +28,25 @@ typedef struct search {
 
 /* -- what is kept ------------------------------------------------------------------------------------ */
 
+/* The assembled state on the walk, in the charts that it was found in, so that its J has its rank. */
+static void stand_at_start(search *s)
+{
+    const kempe_assembly *a = s->b->assembly;
+    if (a->chart)
+        kmp_plant_set_charts(s->walk->plant, a->chart);
+    kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
+}
+
+/* An angle that is the user's: not of a joint that had to be centred. */
+static bool is_own(const search *s, int k)
+{
+    const kempe_system *system = s->b->system;
+    for (int c = 0; s->b->assembly->chart && c < system->chart_count; c++)
+        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
+            return kmp_chart_is_own(s->b->assembly->chart, c);
+    return true;
+}
+
 /* What is held; else what the model wants independent; and further coordinates of a good choice, until there are as
  * many as degrees of freedom. */
 static void choose_kept(search *s)
@@ -45,11 +65,13 @@ static void choose_kept(search *s)
         fixed[model->run.u[k]] = s->b->kept[model->run.u[k]] = true;
     for (int k = count = 0; k < n; k++)
         count += s->b->kept[k];
-    kmp_walk_evaluate(s->walk, s->b->assembly->q);
+    stand_at_start(s);
     rank = kmp_walk_tangents(s->walk, n);
     memcpy(s->walk->copy, s->walk->jacobian, (size_t)(m * n) * sizeof(double));
     kmp_lu_complete(m, n, s->walk->copy, fixed, row, col, pivots);
     for (int k = n - 1; k >= rank && count < n - rank; k--) {
+        if (!is_own(s, col[k]))
+            continue;
         count += !s->b->kept[col[k]];
         s->b->kept[col[k]] = true;
     }
@@ -63,7 +85,7 @@ static void choose_blocks(search *s)
     for (int k = 0; k < system->n; k++)
         if (s->b->kept[k])
             s->order[count++] = k;
-    kmp_plant_closure(s->walk->plant, 0, s->b->assembly->q);
+    stand_at_start(s);
     if (count == 0 || kmp_partition_init(&s->part, system, s->walk->plant->jacobian, s->order, count) != KEMPE_OK)
         (void)kmp_partition_init(&s->part, system, s->walk->plant->jacobian, NULL, 0);
     s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->plant, &s->part, &s->b->arena, &s->blocks) : 0;
@@ -92,9 +114,24 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
     return least < SINGULAR * most ? '0' : sign > 0 ? '+' : '-';
 }
 
+/* Of the three rotations of a spherical joint. */
+static bool is_spherical(const kempe_system *system, int k)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
+            return true;
+    return false;
+}
+
+/* Angles of a spherical joint may say the same rotation in other words. */
 static bool same(const kempe_system *system, const double *a, const double *b)
 {
+    for (int c = 0; c < system->chart_count; c++)
+        if (!(kmp_chart_apart(system, c, a, b) < SAME))
+            return false;
     for (int k = 0; k < system->n; k++) {
+        if (is_spherical(system, k))
+            continue;
         double off = (a[k] - b[k]) / system->scale[k];
         if (system->model->motions[k].rotation)
             off = remainder(off, TWO_PI);
@@ -199,6 +236,8 @@ static kempe_status find(kempe_branches *b, int seed)
     if (s.walk && !b->arena.failed) {
         choose_kept(&s);
         choose_blocks(&s);
+        kmp_charts_reset(b->system, s.walk->plant->chart);
+        kmp_plant_set_charts(s.walk->plant, s.walk->plant->chart);
         status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s);
         sort(b);
     }

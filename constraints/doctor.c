@@ -16,13 +16,14 @@ static int declared_rows(const kempe_model *model)
 }
 
 /* All the questions. */
-static kempe_status ask(kmp_examination *x)
+static kempe_status ask(kmp_examination *x, const kmp_plant *plant)
 {
     void (*const parts[])(kmp_examination *) = {kmp_doctor_points,  kmp_doctor_dependents,   kmp_doctor_second_order,
                                                 kmp_doctor_repairs, kmp_doctor_alternatives, kmp_doctor_limits};
     x->walk = kmp_walk_new(x->system);
     if (!x->walk)
         return kmp_fail_memory(x->system->context);
+    kmp_plant_set_charts(x->walk->plant, plant->chart);
     for (int k = 0; k < (int)(sizeof parts / sizeof *parts) && !x->arena->failed; k++)
         parts[k](x);
     kmp_walk_free(x->walk);
@@ -44,7 +45,7 @@ kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const doub
         doctor->why_not = "more than 100 coordinates or 200 rows: only rank, choice and blocks were looked at";
         doctor->limits.why_not = doctor->why_not;
     } else if (doctor->block_count >= 0) {
-        status = ask(&x);
+        status = ask(&x, plant);
     }
     if (doctor->block_count < 0 && !arena->failed)
         return KEMPE_E_FAILED; /* said by the reduction */

@@ -51,6 +51,7 @@ typedef enum kmp_second_order {
 typedef struct kmp_swing {
     double low, high;
     bool moves, low_dead, high_dead; /* it turns back there */
+    bool unseen;                     /* an angle that is singular at the start: its path is not told */
     int turns;                       /* full turns in one cycle, signed; 0 for what comes back */
 } kmp_swing;
 

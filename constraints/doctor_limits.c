@@ -5,6 +5,7 @@
  * meet (a change point); both are found to round-off. The way ends where it comes back to its beginning, in angles
  * modulo a full turn, or it is walked both ways. */
 #include "base/memory.h"
+#include "constraints/charts.h"
 #include "constraints/doctor.h"
 #include <math.h>
 #include <string.h>
@@ -100,6 +101,16 @@ static void extend(kmp_swing *swing, double q, bool dead, double scale)
     }
 }
 
+/* An angle of a spherical joint that is singular at the start: followed in other angles, which nobody asks for. */
+static bool is_unseen(const way *w, int k)
+{
+    const kempe_system *s = w->x->system;
+    for (int c = 0; c < s->chart_count; c++)
+        if (k >= s->chart_first[c] && k < s->chart_first[c] + 3)
+            return !kmp_chart_is_own(w->x->walk->plant->chart, c);
+    return false;
+}
+
 static void remember(way *w, int coordinate, const double *q, double margin)
 {
     kmp_limits *l = w->limits;
@@ -109,6 +120,7 @@ static void remember(way *w, int coordinate, const double *q, double margin)
     if (!copy_q)
         return;
     memcpy(copy_q, q, (size_t)w->n * sizeof *copy_q);
+    kmp_charts_show(w->x->system, w->x->walk->plant->chart, q, copy_q, NULL);
     l->landmark[l->landmark_count++] = (kmp_landmark){coordinate, copy_q, margin};
 }
 
@@ -178,7 +190,7 @@ static void notice(way *w)
 {
     for (int k = 0; k < w->n; k++) {
         double one = w->here.tangent[k], two = w->next.tangent[k];
-        if ((one > 0) != (two > 0) && fmax(fabs(one), fabs(two)) > 1e-9)
+        if ((one > 0) != (two > 0) && fmax(fabs(one), fabs(two)) > 1e-9 && !is_unseen(w, k))
             dead_centre(w, k);
         extend(&w->limits->swing[k], w->next.q[k], false, 1);
     }
@@ -274,6 +286,8 @@ static void finish(way *w)
             s->turns = (int)lround((w->next.q[k] - w->start.q[k]) / TWO_PI);
         if (w->limits->cycle && !w->x->system->model->motions[k].rotation)
             s->turns = 0;
+        if (is_unseen(w, k))
+            *s = (kmp_swing){.low = NAN, .high = NAN, .moves = s->moves, .unseen = true};
     }
 }
 

@@ -14,6 +14,7 @@
  */
 #include "constraints/goals.h"
 #include "base/memory.h"
+#include "constraints/charts.h"
 #include "constraints/doctor_walk.h"
 #include "dynamics/goals.h"
 #include "linalg/least.h"
@@ -374,6 +375,20 @@ static void place_free(place *p)
     kmp_free(p->projected);
 }
 
+/* With the user's own charts, which an assembly with goals keeps. */
+static bool start_points(search *w)
+{
+    double *chart = KMP_NEW(double, KMP_CHART_SIZE * w->s->chart_count);
+    if (!chart)
+        return false;
+    kmp_charts_reset(w->s, chart);
+    kmp_machine_set(w->points, KMP_IN_CHART, chart);
+    kmp_machine_set(w->points, KMP_IN_PARAMETER, w->s->parameters);
+    (void)kmp_machine_run(w->points, 0);
+    kmp_free(chart);
+    return true;
+}
+
 static bool search_init(search *w, const kempe_system *s, const bool *hold, kmp_goals_verdict *verdict)
 {
     int n = s->n, m = s->m, count = verdict->count;
@@ -386,12 +401,8 @@ static bool search_init(search *w, const kempe_system *s, const bool *hold, kmp_
     }
     if (!ok)
         return false;
-    if (w->points) {
-        kmp_machine_set(w->points, KMP_IN_PARAMETER, s->parameters);
-        (void)kmp_machine_run(w->points, 0);
-    }
     set_factors(w);
-    return true;
+    return !w->points || start_points(w);
 }
 
 /* What the search needs beyond a measurement. */

@@ -8,9 +8,16 @@
 /* A last pivot below this fraction of the first at the start is near a change point; what is usual then. */
 #define NEAR_START 1e-2
 #define USUAL      0.1
+/* It is near one only when elsewhere, at some configurations with all angles turned by up to TURN, that pivot is larger
+ * by more than SMALL_HERE: lengths that differ by a thousand make small pivots everywhere. */
+#define TURN       0.5
+#define ELSEWHERE  5
+#define SMALL_HERE 0.1
 /* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
 #define LOCKED 0.1
 #define FREED  0.2
+/* No step of an ordinary road ends below this margin. */
+#define DEEP 0.1
 /* With more rows than this a quick look goes before the dense decomposition, which is called for when pivots have
  * fallen below this part of their usual size. */
 #define MANY_ROWS 24
@@ -21,7 +28,8 @@
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
     int m = system->m, n = system->n, large = (long)m * n > DENSE_MOST ? system->jacobian.count : 0;
-    *margin = (kmp_margin){.system = system, .r = part->r, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
+    *margin = (kmp_margin){
+        .system = system, .r = part->r, .step_t = NAN, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
     margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
     if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
@@ -88,6 +96,51 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
     else if (!kmp_pivoting_run(margin->pivoting, &a, NULL, margin->row, margin->col, margin->pivots))
         return NAN;
     return margin->pivots[which];
+}
+
+/* -1 .. 1, always the same ones. */
+static double chance(unsigned *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (double)*state / 2147483648.0 - 1;
+}
+
+static void swap_down(double *x, int k)
+{
+    for (; k > 0 && x[k] < x[k - 1]; k--) {
+        double t = x[k];
+        x[k] = x[k - 1];
+        x[k - 1] = t;
+    }
+}
+
+bool kmp_margin_confirm(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
+{
+    const kempe_system *s = margin->system;
+    double pivot[ELSEWHERE], *other = margin->near ? KMP_NEW(double, s->n) : NULL;
+    unsigned state = 1;
+    bool lost = false;
+    if (!other)
+        return !margin->near;
+    for (int k = 0; k < ELSEWHERE; k++) {
+        for (int i = 0; i < s->n; i++) {
+            double turn = TURN * chance(&state);
+            other[i] = s->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
+        }
+        kmp_plant_closure(plant, t, other);
+        pivot[k] = pivot_of(margin, plant, NULL, s->m, margin->r - 1);
+        lost = lost || isnan(pivot[k]);
+        swap_down(pivot, k);
+    }
+    kmp_plant_closure(plant, t, q);
+    kmp_free(other);
+    if (lost)
+        return false;
+    margin->usual = fmin(margin->usual, pivot[ELSEWHERE / 2]);
+    margin->near = margin->last < SMALL_HERE * pivot[ELSEWHERE / 2];
+    if (!margin->near)
+        margin->usual = fmax(margin->usual, margin->last);
+    return true;
 }
 
 static double dense_margin(kmp_margin *margin, const kmp_plant *plant)
@@ -164,6 +217,18 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
     if (many && size > CALLS_FOR)
         renew_block(margin, plant);
     return size;
+}
+
+bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    margin->step_margin = kmp_margin_at(margin, plant);
+    margin->step_t = t;
+    return margin->step_margin < DEEP;
+}
+
+double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    return margin->step_t == t ? margin->step_margin : kmp_margin_at(margin, plant);
 }
 
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)

@@ -26,15 +26,27 @@ typedef struct kmp_margin {
     double *value;              /* scaled */
     double quick_usual;         /* the largest of its smallest pivots seen since it was made */
     bool quick;                 /* the last margin came from it: all is well */
+    double step_margin;         /* at the end of the last step asked about, at step_t */
+    double step_t;
 } kmp_margin;
 
 /** At the partition's configuration. false: no memory. */
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
+/** Whether a start that looks near a change point, at (t, q), is: `near` and `usual` by what they are at configurations
+ * about it. The plant's last closure is at (t, q) afterwards. false: no memory. */
+bool kmp_margin_confirm(kmp_margin *margin, kmp_plant *plant, double t, const double *q);
 void kmp_margin_free(kmp_margin *margin);
 
 /** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. With many rows
  * the dense decomposition is put off while a sparse one of the rows and columns of the last says that all is well. */
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
+
+/** Whether a step that ends at t, at the plant's last closure, runs too deep into the surroundings of a change point,
+ * where a road that keeps all rows loses its digits: it is then to be made shorter. */
+bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t);
+
+/** As kmp_margin_at; what kmp_margin_too_deep has found for the same t is not computed again. */
+double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t);
 
 /** After kmp_margin_at: how good the independent rows of `part` still are, their last pivot over that of all rows. 1
  * when no row is redundant. */

@@ -8,6 +8,9 @@
 /* A pivot below this fraction of the first is a zero: kept pivots of closed mechanisms are above 1e-2, dropped ones
  * below 1e-13 once h is closed to round-off. */
 #define RANK_TOLERANCE 1e-10
+/* The first is of the size of 1, smaller where lengths differ much. One of the size of the root of rounding belongs to
+ * closures that hold to second order alone, as a rod does across all that its end can do: no pivot says anything. */
+#define LEAST_FIRST 1e-6
 /* A wish is refused when its |B| would exceed this. */
 #define WORST_WISH 1e4
 
@@ -17,7 +20,7 @@ enum { DENSE_MOST = 1 << 14 };
 static int rank_of(const double *pivots, int count)
 {
     int r = 0;
-    while (r < count && pivots[r] > RANK_TOLERANCE * pivots[0])
+    while (r < count && pivots[0] > LEAST_FIRST && pivots[r] > RANK_TOLERANCE * pivots[0])
         r++;
     return r;
 }
@@ -199,7 +202,8 @@ bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
     return true;
 }
 
-kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian)
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                    double growth)
 {
     kmp_pick c;
     kempe_status status;
@@ -207,6 +211,7 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
         kmp_pick_free(&c);
         return kmp_fail_memory(system->context);
     }
+    c.growth = growth;
     memcpy(c.row, part->rows, (size_t)part->r * sizeof(int));
     memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
     memcpy(c.col, part->v, (size_t)part->r * sizeof(int));

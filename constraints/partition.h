@@ -38,6 +38,7 @@ bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 /** Exchanges u and v from what they are until no scaled |Bvu| of J (its non-zeros) exceeds 1.5: each exchange
  * takes the largest and multiplies |det Jv| by it, so that they end. Rows stay. Afterwards max_b and cond are of the
  * new choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
-kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian);
+kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                    double growth);
 
 #endif

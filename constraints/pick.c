@@ -9,7 +9,7 @@
 
 bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense)
 {
-    *c = (kmp_pick){.m = m, .n = n, .dense = dense};
+    *c = (kmp_pick){.m = m, .n = n, .dense = dense, .growth = KMP_PICK_GROWTH};
     c->row = KMP_NEW(int, m);
     c->col = KMP_NEW(int, n);
     c->fixed = KMP_NEW(int, n);
@@ -98,7 +98,7 @@ static bool exchange(kmp_pick *c, int r, int most, int *exchanges, double *max_b
         if (!compute_b(c, r))
             return false;
         *max_b = largest(c->b, r * p, &at);
-        if (r == 0 || *max_b <= KMP_PICK_GROWTH || *exchanges >= most)
+        if (r == 0 || *max_b <= c->growth || *exchanges >= most)
             return true;
         kmp_pick_swap(c, at % r, r + at / r);
     }

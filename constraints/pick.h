@@ -10,6 +10,7 @@
 typedef struct kmp_pick {
     int m, n;
     bool dense;
+    double growth;  /* |Bvu| above which columns are exchanged */
     int *row, *col; /* permutations of the rows and columns: the first r of each are chosen */
     int *fixed;     /* n: columns to be chosen last */
 

@@ -144,7 +144,7 @@ static kmp_pick_outcome exchange_all(kmp_pick *c, int r, int most, int *exchange
             return jv ? KMP_PICK_NO_MEMORY : KMP_PICK_SINGULAR;
         }
         double max_b = t->p > 0 ? t->most[worst_column(t)] : 0, norm, inverse;
-        if (max_b <= KMP_PICK_GROWTH || done >= most) {
+        if (max_b <= c->growth || done >= most) {
             *exchanges = done;
             kmp_sparse_norms(jv, &norm, &inverse);
             quality->max_b = fmax(quality->max_b, max_b);
@@ -155,7 +155,7 @@ static kmp_pick_outcome exchange_all(kmp_pick *c, int r, int most, int *exchange
         }
         kmp_sparse_free(jv);
         double size = 0;
-        for (int k; done < most && size < LONG_DUE && t->most[k = worst_column(t)] > KMP_PICK_GROWTH; done++) {
+        for (int k; done < most && size < LONG_DUE && t->most[k = worst_column(t)] > c->growth; done++) {
             int i = t->at[k];
             size = t->most[k];
             exchange(t, i, k);
@@ -301,6 +301,7 @@ static bool extract(const split *s, const kmp_pick *c, int which, kmp_pick *part
     int nz = s->first_entry[which + 1] - s->first_entry[which], *local_row = s->local, *local_col = s->local + c->m;
     if (!kmp_pick_init(part, m, n, nz, (double)m * n <= DENSE_BLOCK))
         return false;
+    part->growth = c->growth;
     for (int i = 0; i < m; i++)
         local_row[s->rows[s->first_row[which] + i]] = part->row[i] = i;
     for (int k = 0; k < n; k++)

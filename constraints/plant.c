@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/plant.h"
 #include "base/memory.h"
+#include "constraints/charts.h"
 #include <math.h>
 #include <string.h>
 
@@ -73,6 +74,27 @@ void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds)
     set_modes(plant);
 }
 
+/* -- charts ------------------------------------------------------------------------------------------ */
+
+/* All that stands still during steps. */
+static void run_constants(kmp_plant *plant)
+{
+    kmp_machine *machines[] = {plant->motion, plant->judge, plant->changes};
+    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++) {
+        if (!machines[k])
+            continue;
+        kmp_machine_set(machines[k], KMP_IN_CHART, plant->chart);
+        (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
+    }
+}
+
+void kmp_plant_set_charts(kmp_plant *plant, const double *chart)
+{
+    memmove(plant->chart, chart, (size_t)(KMP_CHART_SIZE * plant->system->chart_count) * sizeof *chart);
+    plant->chart_version++;
+    run_constants(plant);
+}
+
 /* -- making one -------------------------------------------------------------------------------------- */
 
 static bool prepare(kmp_plant *plant, const kmp_backend *backend)
@@ -82,17 +104,17 @@ static bool prepare(kmp_plant *plant, const kmp_backend *backend)
     if (plant->system->changes)
         plant->changes = kmp_machine_new(plant->system->changes, backend);
     plant->mode = KMP_NEW(double, plant->system->events.count);
-    if (!plant->motion || !plant->judge || !plant->mode || (plant->system->changes && !plant->changes))
+    plant->chart = KMP_NEW(double, KMP_CHART_SIZE * plant->system->chart_count);
+    if (!plant->motion || !plant->judge || !plant->mode || !plant->chart || (plant->system->changes && !plant->changes))
         return false;
     kmp_machine_set(plant->motion, KMP_IN_PARAMETER, plant->system->parameters);
     kmp_machine_set(plant->judge, KMP_IN_PARAMETER, plant->system->parameters);
-    (void)kmp_machine_run(plant->motion, KMP_STAGE_PARAMETERS);
-    (void)kmp_machine_run(plant->judge, KMP_STAGE_PARAMETERS);
     if (plant->changes) {
         kmp_machine_set(plant->changes, KMP_IN_PARAMETER, plant->system->parameters);
-        (void)kmp_machine_run(plant->changes, KMP_STAGE_PARAMETERS);
         set_modes(plant);
     }
+    kmp_charts_reset(plant->system, plant->chart);
+    run_constants(plant);
     return true;
 }
 
@@ -127,6 +149,7 @@ void kmp_plant_free(kmp_plant *plant)
     kmp_machine_free(plant->judge);
     kmp_machine_free(plant->changes);
     kmp_free(plant->mode);
+    kmp_free(plant->chart);
     kmp_free(plant->q);
     kmp_free(plant->with_force);
     kmp_free(plant->effort);

@@ -9,8 +9,10 @@
 typedef struct kmp_plant {
     const kempe_system *system;
     kmp_machine *motion, *judge, *changes;
-    double *mode; /* the conditions (1 or 0) */
-    bool frozen;  /* they stay as they are; otherwise they follow the state */
+    double *chart;      /* of the system's spherical joints: nine numbers each, 1 at first */
+    long chart_version; /* how often they have changed */
+    double *mode;       /* the conditions (1 or 0) */
+    bool frozen;        /* they stay as they are; otherwise they follow the state */
     int n, m;
     const double *h;        /* m; these four since the last kmp_plant_closure */
     const double *jacobian; /* system->jacobian.count values */
@@ -31,6 +33,9 @@ void kmp_plant_free(kmp_plant *plant);
 void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
+
+/** Sets the charts of the spherical joints (constraints/charts.h); what was evaluated before no longer holds. */
+void kmp_plant_set_charts(kmp_plant *plant, const double *chart);
 
 /** first - second of each condition at (t, q, qd); NULL when the model has none. A condition holds where it is
  * negative. */

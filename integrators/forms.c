@@ -207,7 +207,15 @@ static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
         if (d->form.mu)
             d->mu[d->part->rows[i]] = multipliers[at_mu(d) + i];
     }
-    return (kmp_instant){t, y, y + at_v(d), yp + at_v(d), d->lambda, d->form.mu ? d->mu : NULL, d->plant->mode};
+    return (kmp_instant){.t = t,
+                         .q = y,
+                         .qd = y + at_v(d),
+                         .qdd = yp + at_v(d),
+                         .lambda = d->lambda,
+                         .mu = d->form.mu ? d->mu : NULL,
+                         .mode = d->plant->mode,
+                         .chart = d->plant->chart,
+                         .chart_version = d->plant->chart_version};
 }
 
 /* Group g of closure rows, row `row` of h. */

@@ -28,6 +28,15 @@ typedef struct kmp_ode {
 
     /** j = df/dy (n x n, column-major, zeroed before), exact. NULL: there is none. For implicit integrators. */
     int (*jacobian)(void *self, double t, const double *y, double *j);
+
+    /** For an integrator that chooses where to evaluate (leap.h): brings y onto what the solution keeps to, unless
+     *  `as_it_is`, then dy = f(t, y) with nothing left out, and the distance from where f is singular, as a part of the
+     *  usual one. dy or distance may be NULL. NULL: there is none. */
+    int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
+    /** What such an integrator has found where f is singular: that the solution turns close to the place (true), or no
+     *  such thing. */
+    void (*turns)(void *self, bool found);
+    int positions; /* y[positions + i] is the derivative of y[i] for i < positions, then */
 } kmp_ode;
 
 typedef struct kmp_ode_work {

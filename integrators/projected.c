@@ -9,12 +9,17 @@
 
 #define CORRECTION_LIMIT 1.0 /* error weights */
 #define RATE_ROUNDING    1e-9
-#define REDUNDANT_LIMIT  1e3
+#define RATE_NOISE       1e-6
+#define NOISE_FADES      0.9
+/* Rounding of h is no reason to refuse a step: where levers differ much, its correction exceeds fine tolerances. */
+#define ROUNDING        4e-15
+#define REDUNDANT_LIMIT 1e3
 
 typedef struct projected {
     kmp_road road; /* first */
     const kempe_system *s;
     kmp_plant *plant;
+    kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
     bool has_work;
@@ -24,6 +29,9 @@ typedef struct projected {
     double *dx;        /* n */
     double *q, *qd;    /* n */
     double rtol, atol;
+    double t;                       /* of the last accepted step */
+    double refused_h, refused_size; /* of the last step refused from there for its rates; 0: none */
+    double noise;                   /* of rates, as part of the fastest */
 } projected;
 
 /* Plant and factors at (t, q, qd). */
@@ -77,16 +85,23 @@ static bool is_small(int n, const double *dx, const double *w)
     return true;
 }
 
-/* Rates are corrected freely within this part of the fastest one: where a light body between heavy ones whips through
- * its dead centre, rounding of J qd alone comes to that. */
-static bool is_rounding(const projected *d, const double *dqd, const double *qd)
+/* Rates are corrected freely within RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
+ * through its dead centre, rounding of J qd alone comes to that. Beyond it, up to RATE_NOISE, a correction is rounding
+ * when a step of at most half the length from the same state asked for no less; what was rounding once is so in the
+ * next steps. */
+static bool is_rounding(projected *d, double t, const double *dqd, const double *qd)
 {
-    double most = 0, fastest = 0;
+    double most = 0, fastest = 0, h = t - d->t;
     for (int i = 0; i < d->n; i++) {
         most = isfinite(dqd[i]) ? fmax(most, fabs(dqd[i]) / d->s->scale[i]) : INFINITY;
         fastest = fmax(fastest, fabs(qd[i]) / d->s->scale[i]);
     }
-    return most <= RATE_ROUNDING * fastest;
+    bool stays = d->refused_h > 0 && h <= 0.5 * d->refused_h && most > 0.5 * d->refused_size;
+    d->refused_h = h;
+    d->refused_size = most;
+    if (stays && most <= RATE_NOISE * fastest)
+        d->noise = fmax(d->noise, 4 * most / fastest);
+    return most <= fmax(RATE_ROUNDING, fmin(d->noise, RATE_NOISE)) * fastest;
 }
 
 /* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
@@ -99,19 +114,25 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     if (check_redundant(d, t) != KMP_GO)
         return KMP_HALT;
     kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
-    if (!is_small(n, d->dx, w))
+    bool small = is_small(n, d->dx, w);
+    if (!small && kmp_plant_residual(d->plant) > ROUNDING)
         return KMP_RETRY;
     for (int i = 0; i < n; i++)
-        d->q[i] = y[i] + d->dx[i];
+        d->q[i] = y[i] + (small ? d->dx[i] : 0);
     kmp_plant_closure(d->plant, t, d->q);
     kmp_plant_rates(d->plant, y + n, d->violation);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
-    if (!is_small(n, d->qd, w + n) && !is_rounding(d, d->qd, y + n))
+    if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, d->qd, y + n))
+        return KMP_RETRY;
+    if (d->part->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
         return KMP_RETRY;
     for (int i = 0; i < n; i++) {
         y[i] = d->q[i];
         y[n + i] += d->qd[i];
     }
+    d->t = t;
+    d->refused_h = 0;
+    d->noise *= NOISE_FADES;
     d->road.factorizations = d->saddle.factorizations;
     return KMP_GO;
 }
@@ -154,8 +175,9 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                   double *y, double *yp)
 {
-    const projected *d = (const projected *)road;
-    (void)t, (void)qdd, (void)lambda, (void)yp;
+    projected *d = (projected *)road;
+    d->t = t;
+    (void)qdd, (void)lambda, (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
     return KMP_GO;
@@ -199,12 +221,14 @@ static kmp_road *create(const kmp_road_start *start)
     int n = start->part->n;
     d->s = start->system;
     d->plant = start->plant;
+    d->margin = start->margin;
     d->part = start->part;
     d->n = n;
     d->m = start->part->m;
     d->has_work = start->system->dissipative;
     d->rtol = start->rtol;
     d->atol = start->atol;
+    d->t = start->t;
     d->road.release = release;
     d->road.row = row;
     d->road.position = position;

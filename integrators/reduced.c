@@ -16,8 +16,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. */
+/* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. Closed, the right-hand
+ * side is a function of u alone, whose series end at u's dead centre: most of its error is made on the way there. */
 #define EXCHANGE_GROWTH 1.5
+#define EXCHANGE_CLOSED 1.1
 #define EXCHANGE_WISH   10.0
 /* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
 #define GROWTH_LIMIT 1e3
@@ -34,6 +36,7 @@ typedef struct reduced {
     kmp_road road; /* first */
     const kempe_system *s;
     kmp_plant *plant;
+    kmp_margin *margin;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
     kmp_reduced_jacobian tangents; /* when asked for */
@@ -182,19 +185,32 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
     return KMP_HALT;
 }
 
+static double exchange_growth(const reduced *d)
+{
+    return d->carried ? EXCHANGE_GROWTH : EXCHANGE_CLOSED;
+}
+
+/* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
+static void judge_choice(reduced *d)
+{
+    if (d->r == 0)
+        return;
+    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
+    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : exchange_growth(d));
+}
+
 /* |Bvu| at the step's end; what it asks for. */
 static int watch(reduced *d, double t)
 {
     if (d->r == 0)
         return KMP_GO;
-    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
+    judge_choice(d);
     bool crossed = kmp_block_sign(d->red.block) != d->sign;
     if (d->fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
     if (d->fixed && d->growth > GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
-    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : EXCHANGE_GROWTH);
     return crossed ? KMP_RETRY : KMP_GO;
 }
 
@@ -276,6 +292,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     int said = watch(d, t);
     if (said == KMP_GO)
         said = check_redundant(d, t);
+    if (said == KMP_GO && d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
+        said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
     remember(d, t, y);
@@ -386,23 +404,32 @@ static int take_over(reduced *d, double t, double *y)
     return settle(d, t, y);
 }
 
-/* An exchange that is due. */
-static int renew(kmp_road *road, double t, double *y, double *yp)
+/* An exchange that is due, at d->q and d->qd, where the plant is. */
+static int exchange(reduced *d, double t, double *y)
 {
-    reduced *d = (reduced *)road;
     kmp_partition before;
-    (void)yp;
-    if (!d->due)
-        return KMP_GO;
     d->due = false;
-    if (place(d, t, y) != KMP_GO || !kmp_partition_copy(&before, &d->part))
+    if (!kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
-    kmp_reduction_rates(&d->red, y + d->p, d->qd);
-    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian) == KEMPE_OK ? take_over(d, t, y) : KMP_HALT;
+    int said = kmp_partition_exchange(&d->part, d->s, d->plant->jacobian, exchange_growth(d)) == KEMPE_OK
+                   ? take_over(d, t, y)
+                   : KMP_HALT;
     if (said == KMP_GO)
         log_exchange(d, t, &before);
     kmp_partition_free(&before);
-    return said == KMP_GO ? KMP_CHANGED : KMP_HALT;
+    return said;
+}
+
+static int renew(kmp_road *road, double t, double *y, double *yp)
+{
+    reduced *d = (reduced *)road;
+    (void)yp;
+    if (!d->due)
+        return KMP_GO;
+    if (place(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_reduction_rates(&d->red, y + d->p, d->qd);
+    return exchange(d, t, y) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
 static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
@@ -413,7 +440,10 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     pack(d, q, qd, y);
-    return settle(d, t, y);
+    if (settle(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    judge_choice(d);
+    return d->due ? exchange(d, t, y) : KMP_GO;
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -494,6 +524,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     }
     d->s = start->system;
     d->plant = start->plant;
+    d->margin = start->margin;
     d->fixed = start->fixed;
     d->journal = start->journal;
     d->carried = carried || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */

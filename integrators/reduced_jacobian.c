@@ -103,7 +103,8 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
     int p = red->p;
     kmp_reduction_accelerations(red, udd, jacobian->qdd);
     kmp_reduction_multipliers(red, jacobian->qdd, jacobian->lambda);
-    kmp_instant at = {t, q, qd, jacobian->qdd, jacobian->lambda, NULL, red->plant->mode};
+    const kmp_plant *plant = red->plant;
+    kmp_instant at = {t, q, qd, jacobian->qdd, jacobian->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
     const double *d = kmp_tangents_derivatives(&jacobian->tangents, &at);
     for (int c = 0; c < 2 * p; c++) {
         const double *dq = c < p ? jacobian->dq : jacobian->zero;

@@ -309,3 +309,8 @@ kmp_solver_work kmp_rk_solver_work(const void *solver)
     kmp_ode_work w = kmp_rk_work(solver);
     return (kmp_solver_work){.steps = w.steps, .rejected = w.rejected, .refused = w.refused, .rhs = w.rhs};
 }
+
+double kmp_rk_solver_next(const void *solver)
+{
+    return ((const kmp_rk *)solver)->h;
+}

@@ -90,6 +90,7 @@ double kmp_rk_solver_t(const void *solver);
 double kmp_rk_solver_t_old(const void *solver);
 kempe_status kmp_rk_solver_dense(void *solver, double t, double *y, double *yp);
 kmp_solver_work kmp_rk_solver_work(const void *solver);
+double kmp_rk_solver_next(const void *solver);
 
 #define KMP_RK_SOLVER(id, is_standard)                                                                                 \
     static void *create(const kmp_solver_setup *setup)                                                                 \
@@ -106,6 +107,7 @@ kmp_solver_work kmp_rk_solver_work(const void *solver);
                                              .t = kmp_rk_solver_t,                                                     \
                                              .t_old = kmp_rk_solver_t_old,                                             \
                                              .dense = kmp_rk_solver_dense,                                             \
-                                             .work = kmp_rk_solver_work}
+                                             .work = kmp_rk_solver_work,                                               \
+                                             .next = kmp_rk_solver_next}
 
 #endif

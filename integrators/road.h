@@ -5,6 +5,7 @@
 #define KMP_INTEGRATORS_ROAD_H
 
 #include "constraints/assemble.h"
+#include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "integrators/dae.h"
@@ -19,6 +20,7 @@ typedef struct kmp_road_start {
     const kempe_system *system;
     kmp_plant *plant;
     const kmp_partition *part; /* at the start */
+    kmp_margin *margin;        /* of the run */
     double t;
     const double *q, *qd; /* consistent */
     const double *qdd, *lambda;

@@ -85,6 +85,8 @@ void kmp_runner_free(kmp_runner *run)
     kmp_free(run->yp);
     kmp_margin_free(&run->margin);
     kmp_free(run->state);
+    kmp_free(run->seen);
+    kmp_free(run->next_seen);
     kmp_free(run->qdd);
     kmp_free(run->lambda);
     kmp_free(run->moved);
@@ -134,11 +136,13 @@ kempe_status kmp_runner_step(kmp_runner *run)
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
-        return kmp_runner_give_up(run, status, "the step size became too small: the motion is singular", t);
+        return kmp_runner_give_up(
+            run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);
     return attend(run);
 }
 
-kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
+                                  double *work)
 {
     kempe_status status = kmp_runner_add_work(run, t);
     *work = 0;
@@ -153,6 +157,15 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, do
     return KEMPE_OK;
 }
 
+kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work)
+{
+    kmp_runner_follow(run, t);
+    kempe_status status = kmp_runner_inner_row(run, t, q, qd, qdd, lambda, work);
+    if (status == KEMPE_OK)
+        kmp_runner_show(run, q, qd, qdd);
+    return status;
+}
+
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 {
     *report = run->before;
@@ -161,6 +174,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
+    report->centrings = run->centrings;
     report->events = run->crossing ? kmp_crossing_count(run->crossing) : 0;
 }
 

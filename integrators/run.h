@@ -31,7 +31,7 @@ typedef struct kmp_run_report {
     char *reason;      /* sentence, NULL when all went well; the caller frees it (kmp_free) */
     double t;          /* reached */
     double rate_scale; /* 1/s: how the absolute tolerance of rates follows from that of coordinates */
-    long steps, rejected, refused, rhs, newton, factorizations, exchanges, events;
+    long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings, events;
     double cpu_s, build_s; /* integration alone; preparing this run (deriving for the dae road included) */
 } kmp_run_report;
 

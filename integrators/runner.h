@@ -24,8 +24,11 @@ struct kmp_runner {
     double zone_t, zone_margin; /* entered at; least margin seen in it */
     const kmp_solver_kind *kind;
     void *solver;
-    kmp_run_report before;  /* work of roads and solvers that are gone */
-    double *state;          /* q, qd, qdd, lambda at a change of road */
+    kmp_run_report before; /* work of roads and solvers that are gone */
+    double *state;         /* q, qd, qdd, lambda at a change of road */
+    double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, at a time */
+    double *next_seen;     /* n */
+    long centrings;
     kmp_crossing *crossing; /* NULL when the model has no conditions */
     bool at_event;
     double event_t;       /* where the last step ends when at_event */
@@ -71,6 +74,30 @@ kempe_status kmp_runner_change(kmp_runner *run, double t);
 /** Takes the step that could not be made: an implicit integrator from a state made consistent; the reduced road, when
  * nobody asked for it, gives way to the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
+
+/** Goes on at t with another road, from the state that the old one completes. */
+kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone);
+
+/** The same from a state of the charts at hand (q, qd, qdd in run->state); first_step: as for an integrator's start. */
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step);
+
+/* runner_center.c */
+
+/** q and qd of the start in run->state, spherical joints centred where their angles are nearly singular. */
+void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start);
+
+/** Centres the spherical joints whose angles came near to their singular position in the step that ended at t. */
+kempe_status kmp_runner_center(kmp_runner *run, double t);
+
+/** Follows the user's coordinates of centred joints up to t within the last step, not back. */
+void kmp_runner_follow(kmp_runner *run, double t);
+
+/** A row at the time that they were followed to, in the user's coordinates. */
+void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd);
+
+/** Row at a time within the last step, in the coordinates of the charts at hand. */
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
+                                  double *work);
 
 /* runner_explain.c */
 

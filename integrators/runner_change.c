@@ -2,6 +2,7 @@
 /* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
  */
 #include "base/memory.h"
+#include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
 
@@ -35,17 +36,12 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     return status;
 }
 
-/* Goes on at t with another road, from the state that the old one completes. */
-static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
+kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
 {
-    int n = run->s->n;
-    double *q = run->state, *qd = q + n, work;
-    kempe_status status = kmp_runner_row(run, t, q, qd, run->qdd, run->lambda, &work);
-    if (status != KEMPE_OK)
-        return status;
+    double *q = run->state, *qd = q + run->s->n;
     release_road(run);
     run->in_zone = to_zone;
-    status = choose_again(run, t, q);
+    kempe_status status = choose_again(run, t, q);
     if (status == KEMPE_OK && run->way->dae && !to_zone)
         status = kmp_runner_project(run, t, q, qd);
     if (status == KEMPE_OK && run->way->dae && !to_zone)
@@ -56,14 +52,22 @@ static kempe_status change_road(kmp_runner *run, double t, bool to_zone)
         status = kmp_runner_make_solver(run);
     run->work = work;
     run->work_t = t;
-    return status == KEMPE_OK ? run->kind->start(run->solver, t, run->road->y, run->road->yp, run->spec.t_end,
-                                                 kmp_runner_first_step(run))
-                              : status;
+    if (status != KEMPE_OK)
+        return status;
+    return run->kind->start(run->solver, t, run->road->y, run->road->yp, run->spec.t_end,
+                            run->kind->corrects ? first_step : kmp_runner_first_step(run));
+}
+
+kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
+{
+    double *q = run->state, work;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 
 static kempe_status change_rows(kmp_runner *run, double t, double before)
 {
-    kempe_status status = change_road(run, t, run->in_zone);
+    kempe_status status = kmp_runner_change_road(run, t, run->in_zone);
     if (status != KEMPE_OK)
         return status;
     double after = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
@@ -72,6 +76,21 @@ static kempe_status change_rows(kmp_runner *run, double t, double before)
                      "rows",
                      before, after);
     return KEMPE_OK;
+}
+
+/* A leap knows better than the ends of steps how near it was. */
+static void note_passage(kmp_runner *run, double t, double margin)
+{
+    double at = run->zone_t, size = run->zone_margin;
+    if (run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size) && size < run->zone_margin)
+        kmp_journal_note(run->journal, "change point", at, size, margin,
+                         "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
+                         "come within %.2g of losing a row",
+                         run->zone_t, t, size);
+    else
+        kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
+                         "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
+                         run->zone_t, run->zone_margin);
 }
 
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
@@ -85,19 +104,17 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         return status;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    double margin = kmp_margin_at(&run->margin, run->plant);
+    double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
     if (!run->in_zone && margin < ZONE_IN) {
         run->zone_t = t;
         run->zone_margin = margin;
-        return change_road(run, t, true);
+        return kmp_runner_change_road(run, t, true);
     }
     if (run->in_zone && margin > ZONE_OUT) {
-        kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
-                         "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
-                         run->zone_t, run->zone_margin);
-        return change_road(run, t, false);
+        note_passage(run, t, margin);
+        return kmp_runner_change_road(run, t, false);
     }
     double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
     return rows < ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
@@ -117,6 +134,7 @@ static kempe_status renew(kmp_runner *run, double t)
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
+        h = run->kind->next ? run->kind->next(run->solver) : h;
         return run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
                                 run->kind->corrects ? h : kmp_runner_first_step(run));
     default:
@@ -140,7 +158,10 @@ static kempe_status pass_event(kmp_runner *run, double t)
 
 kempe_status kmp_runner_change(kmp_runner *run, double t)
 {
+    kmp_runner_follow(run, t);
     kempe_status status = pass_event(run, t);
+    if (status == KEMPE_OK)
+        status = kmp_runner_center(run, t);
     if (status == KEMPE_OK)
         status = watch_margin(run, t);
     return status == KEMPE_OK ? renew(run, t) : status;
@@ -165,7 +186,7 @@ static kempe_status take_projected(kmp_runner *run, double t)
     run->way = kmp_road_find("projected", NULL);
     run->spec.fixed_u = false;
     kmp_context_clear(run->s->context);
-    kempe_status status = change_road(run, t, false);
+    kempe_status status = kmp_runner_change_road(run, t, false);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)
@@ -188,7 +209,7 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     run->rescues++;
     run->rescue_t = t;
     kmp_context_clear(run->s->context); /* of the integrator that is given up */
-    kempe_status status = change_road(run, t, false);
+    kempe_status status = kmp_runner_change_road(run, t, false);
     if (status == KEMPE_OK)
         status = run->kind->step(run->solver);
     if (status == KEMPE_OK)

@@ -2,6 +2,7 @@
 /* The start of a run: independent rows and coordinates, rates and accelerations that fit, a road and an integrator. */
 #include "base/memory.h"
 #include "constraints/massless.h"
+#include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
 
@@ -57,7 +58,7 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 }
 
 /* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
-static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
+static kempe_status check_rates(kmp_runner *run, const double *qd)
 {
     const kempe_system *s = run->s;
     double *rate = run->lambda, size = 1 / run->spec.t_end, worst = 0;
@@ -70,8 +71,8 @@ static kempe_status check_rates(kmp_runner *run, const kempe_assembly *start)
         row = fabs(rate[r]) > 0 ? r : row; /* what moves is to blame */
     }
     for (int i = 0; i < s->n; i++)
-        size = fmax(size, fabs(start->qd[i]) / s->scale[i]);
-    kmp_plant_rates(run->plant, start->qd, rate);
+        size = fmax(size, fabs(qd[i]) / s->scale[i]);
+    kmp_plant_rates(run->plant, qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
     if (worst <= RATE_GAP * size)
@@ -107,6 +108,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
     kmp_road_start given = {.system = run->s,
                             .plant = run->plant,
                             .part = &run->part,
+                            .margin = &run->margin,
                             .t = t,
                             .q = q,
                             .qd = qd,
@@ -125,11 +127,11 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
 }
 
 /* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
-static const char *integrator_of(const kmp_runner *run)
+static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
     bool cannot = !asked->dae && !asked->corrects && run->part.p == 0;
-    return run->in_zone || cannot ? "dop853" : asked->name;
+    return run->in_zone ? &kmp_solver_leap : cannot ? kmp_solver_find("dop853") : asked;
 }
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
@@ -140,7 +142,7 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
                               .dae = &road->dae,
                               .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
                               .linear = run->spec.linear};
-    run->kind = kmp_solver_find(integrator_of(run));
+    run->kind = integrator_of(run);
     run->y = KMP_NEW(double, road->size);
     run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
     if (!run->y || (road->yp && !run->yp))
@@ -169,25 +171,34 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->lambda = KMP_NEW(double, run->s->m);
     run->moved = KMP_NEW(double, 3 * run->s->n + run->s->m);
     run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
-    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state)
+    run->seen = KMP_NEW(double, run->s->n);
+    run->next_seen = KMP_NEW(double, run->s->n);
+    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state || !run->seen || !run->next_seen)
         return kmp_fail_memory(run->s->context);
-    kmp_plant_freeze(run->plant, run->spec.t_start, start->q, start->qd);
-    kempe_status status = kmp_runner_choose(run, run->spec.t_start, start->q, -1, run->spec.u, run->spec.u_count);
+    kmp_runner_center_start(run, start);
+    const double *q = run->state, *qd = q + run->s->n;
+    kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
+    kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK)
-        status = check_rates(run, start);
+        status = check_rates(run, qd);
     if (status == KEMPE_OK)
-        status = kmp_runner_accelerate(run, run->spec.t_start, start->q, start->qd);
-    if (status == KEMPE_OK && !kmp_margin_init(&run->margin, run->s, &run->part))
+        status = kmp_runner_accelerate(run, run->spec.t_start, q, qd);
+    if (status == KEMPE_OK && (!kmp_margin_init(&run->margin, run->s, &run->part) ||
+                               !kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, q)))
         status = kmp_fail_memory(run->s->context);
     if (status != KEMPE_OK)
         return status;
-    if (run->margin.near)
+    if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(
             run->s->context, KEMPE_LOG_WARNING,
             "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
             "the last digits");
-    run->rate_scale = rate_scale_of(run, start->qd);
+    run->rate_scale = rate_scale_of(run, qd);
     run->way = kmp_road_find(run->spec.road, run->spec.form);
-    status = kmp_runner_make_road(run, run->way, run->spec.t_start, start->q, start->qd, run->spec.work_start);
+    run->in_zone = run->margin.near;
+    run->zone_t = run->spec.t_start;
+    run->zone_margin = 1;
+    status = kmp_runner_make_road(run, run->in_zone ? &kmp_road_zone : run->way, run->spec.t_start, q, qd,
+                                  run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }

@@ -49,6 +49,9 @@ typedef struct kmp_solver_kind {
     /** y (and y' when yp is not NULL, of a DAE) at t_old <= t <= t. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);
     kmp_solver_work (*work)(const void *solver);
+
+    /** The step it would try next, for a start from the same place in other unknowns. NULL: the last one will do. */
+    double (*next)(const void *solver);
 } kmp_solver_kind;
 
 /** Row k of the table, NULL after the last; by name, NULL when there is none. */

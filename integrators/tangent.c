@@ -204,8 +204,7 @@ static bool make_machines(gather *g, const double *parameters)
         return false;
     kmp_machine_set(t->value, KMP_IN_PARAMETER, parameters);
     kmp_machine_set(t->tangent, KMP_IN_PARAMETER, parameters);
-    (void)kmp_machine_run(t->value, 0);
-    (void)kmp_machine_run(t->tangent, 0);
+    t->value_charts = t->tangent_charts = -1; /* stage 0 runs when the charts are known */
     return true;
 }
 
@@ -260,8 +259,13 @@ void kmp_tangents_free(kmp_tangents *tangents)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-static const double *run(kmp_machine *machine, const kmp_instant *at)
+static const double *run(kmp_machine *machine, const kmp_instant *at, long *charts)
 {
+    if (*charts != at->chart_version) {
+        kmp_machine_set(machine, KMP_IN_CHART, at->chart);
+        (void)kmp_machine_run(machine, 0);
+        *charts = at->chart_version;
+    }
     kmp_machine_set(machine, KMP_IN_TIME, &at->t);
     kmp_machine_set(machine, KMP_IN_Q, at->q);
     kmp_machine_set(machine, KMP_IN_QD, at->qd);
@@ -283,7 +287,7 @@ static void copy_outputs(double *room, const double *outputs, const kmp_program 
 
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 {
-    const double *outputs = run(tangents->value, at);
+    const double *outputs = run(tangents->value, at, &tangents->value_charts);
     kmp_effort *effort = &tangents->effort;
     double *out = tangents->with_effort;
     int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
@@ -302,7 +306,7 @@ const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at)
 {
-    const double *outputs = run(tangents->tangent, at);
+    const double *outputs = run(tangents->tangent, at, &tangents->tangent_charts);
     kmp_effort *effort = &tangents->effort;
     int n = effort->n;
     if (!effort->system)

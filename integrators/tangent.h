@@ -46,6 +46,7 @@ typedef struct kmp_tangent {
 typedef struct kmp_tangents {
     kmp_program *value_program, *tangent_program;
     kmp_machine *value, *tangent;
+    long value_charts, tangent_charts; /* versions of the charts that they have */
     int n, m;
     int at[KMP_VALUES];                /* first output of each value, -1 when it was not asked for */
     int start[KMP_TANGENT_BLOCKS + 1]; /* entries by block, in each by column and row */
@@ -59,7 +60,9 @@ typedef struct kmp_tangents {
 typedef struct kmp_instant {
     double t;
     const double *q, *qd, *qdd, *lambda, *mu;
-    const double *mode; /* of the conditions, NULL when there are none */
+    const double *mode;  /* of the conditions, NULL when there are none */
+    const double *chart; /* of the spherical joints, and how often they have changed */
+    long chart_version;
 } kmp_instant;
 
 /** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */

@@ -17,8 +17,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Directions below this fraction of the strongest are left out. */
-#define EPS 1e-5
+/* Directions below this fraction of the strongest are left out: where the motion goes straight on, and where it turns
+ * near the change point, which their reactions make it do. */
+#define EPS       1e-5
+#define EPS_TURNS 1e-7
+/* Away from the change point none is left out but what is nothing. */
+#define NOTHING 1e-13
+/* A state is closed by so many corrections; one below this part of the margin, or of a scaled |h| that is rounding
+ * alone, is the last. */
+#define LAST_CORRECTION 1e-8
+#define ROUNDED         4e-15
+enum { CLOSE_PASSES = 8 };
 /* Nothing finer is to be had in the zone. */
 #define ZONE_RTOL 1e-9
 /* With more places than this J is not made dense. */
@@ -29,9 +38,12 @@ typedef struct zone {
     const kempe_system *s;
     kmp_plant *plant;
     const kmp_partition *part;
+    kmp_margin *margin;
+    double eps, eps_march; /* at hand; of the right-hand side */
     bool has_work;
     int n, m, r;
     int kept;       /* columns */
+    double last;    /* the last one kept, of the first */
     double *l;      /* n x n Cholesky factor of M */
     double *a;      /* n x r: A, then Q in its kept columns */
     double *full;   /* n x r: A as it was */
@@ -118,7 +130,7 @@ static void factor_columns(zone *d)
         }
         double size = sqrt(dot(n, q, q));
         first = k == 0 ? size : first;
-        if (!(size > EPS * first))
+        if (!(size > d->eps * first))
             return;
         d->rr[k + k * r] = size;
         for (int i = 0; i < n; i++)
@@ -148,8 +160,13 @@ static int factor_large(zone *d)
     kmp_entries a = {d->r, d->n, nz, d->entry_row, d->entry_col, d->entry};
     if (!kmp_pivoting_run(d->pivoting, &a, NULL, d->pivot_row, d->pivot_col, d->pivots))
         return KMP_RETRY;
-    for (int k = 0; k < d->r; k++)
-        d->saddle.out[d->pivot_row[k]] = !(d->pivots[k] > EPS * d->pivots[0]);
+    d->kept = 0;
+    for (int k = 0; k < d->r; k++) {
+        bool keep = d->pivots[k] > d->eps * d->pivots[0];
+        d->saddle.out[d->pivot_row[k]] = !keep;
+        d->kept += keep;
+    }
+    d->last = d->r > 0 ? d->pivots[d->r - 1] / d->pivots[0] : 1;
     d->road.factorizations++;
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
 }
@@ -181,6 +198,7 @@ static int factor(zone *d)
         forward(d, d->a + k * d->n);
     memcpy(d->full, d->a, (size_t)(d->n * d->r) * sizeof *d->a);
     factor_columns(d);
+    d->last = d->kept > 0 ? d->rr[(d->kept - 1) * (d->r + 1)] / d->rr[0] : 1;
     d->road.factorizations++;
     return KMP_GO;
 }
@@ -238,10 +256,21 @@ static void correction(zone *d, const double *violation, double *dx)
 
 static int place(zone *d, double t, const double *q, const double *qd)
 {
+    d->eps = d->eps_march;
     kmp_plant_closure(d->plant, t, q);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, qd);
     return factor(d);
+}
+
+/* dy from the factors and the plant's last bias. */
+static void give(zone *d, double t, const double *y, double *dy)
+{
+    int n = d->n;
+    memcpy(dy, y + n, (size_t)n * sizeof *dy);
+    accelerations(d, dy + n, d->s->rheonomic ? d->lambda : NULL);
+    if (d->has_work)
+        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
 }
 
 static int rhs(void *self, double t, const double *y, double *dy)
@@ -250,14 +279,74 @@ static int rhs(void *self, double t, const double *y, double *dy)
     int n = d->n;
     if (place(d, t, y, y + n) != KMP_GO)
         return KMP_RETRY;
-    memcpy(dy, y + n, (size_t)n * sizeof *dy);
-    accelerations(d, dy + n, d->s->rheonomic ? d->lambda : NULL);
+    give(d, t, y, dy);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
-    if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
+}
+
+/* dx in coordinate scales. */
+static double size_of(const zone *d, const double *dx)
+{
+    double size = 0;
+    for (int i = 0; i < d->n; i++)
+        size = isfinite(dx[i]) ? fmax(size, fabs(dx[i]) / d->s->scale[i]) : INFINITY;
+    return size;
+}
+
+/* M and J at (t, q) factored with nothing left out, q brought onto the closures before. */
+static int close_positions(zone *d, double t, double *q, bool as_it_is)
+{
+    bool last = as_it_is;
+    for (int pass = 0; pass < CLOSE_PASSES; pass++) {
+        kmp_plant_closure(d->plant, t, q);
+        kmp_plant_mass(d->plant);
+        if (factor(d) != KMP_GO)
+            return KMP_RETRY;
+        if (last)
+            return KMP_GO;
+        if (d->kept < d->r)
+            return KMP_RETRY;
+        correction(d, d->plant->h, d->dx);
+        double size = size_of(d, d->dx);
+        last = size <= LAST_CORRECTION * d->last || kmp_plant_residual(d->plant) <= ROUNDED;
+        for (int i = 0; i < d->n; i++)
+            q[i] += d->dx[i];
+        if (!(size < INFINITY))
+            return KMP_RETRY;
+    }
+    return KMP_RETRY;
+}
+
+static void turns(void *self, bool found)
+{
+    ((zone *)self)->eps_march = found ? EPS_TURNS : EPS;
+}
+
+/* For the integrator that leaps: the state closed, and its accelerations with all directions. */
+static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
+{
+    zone *d = self;
+    int n = d->n;
+    d->eps = NOTHING;
+    if (!dy)
+        kmp_plant_closure(d->plant, t, y);
+    else if (close_positions(d, t, y, as_it_is) != KMP_GO)
+        return KMP_RETRY;
+    if (dy && !as_it_is) {
+        kmp_plant_rates(d->plant, y + n, d->y);
+        correction(d, d->y, d->x);
+        for (int i = 0; i < n; i++)
+            y[n + i] += d->x[i];
+    }
+    if (dy) {
+        kmp_plant_bias(d->plant, y + n);
+        give(d, t, y, dy);
+    }
+    if (distance)
+        *distance = kmp_margin_at(d->margin, d->plant);
+    return dy && !(size_of(d, dy + n) < INFINITY) ? KMP_RETRY : KMP_GO;
 }
 
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
@@ -382,6 +471,8 @@ static kmp_road *create(const kmp_road_start *start)
     d->s = start->system;
     d->plant = start->plant;
     d->part = start->part;
+    d->margin = start->margin;
+    d->eps_march = EPS;
     d->n = n;
     d->m = start->part->m;
     d->r = start->part->r;
@@ -393,7 +484,8 @@ static kmp_road *create(const kmp_road_start *start)
     d->road.resume = resume;
     d->road.size = 2 * n + d->has_work;
     d->road.rtol = fmax(start->rtol, ZONE_RTOL);
-    d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
+    d->road.ode = (kmp_ode){
+        .n = d->road.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .turns = turns, .positions = n};
     if (!allocate(d)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->road);

@@ -184,13 +184,16 @@ typedef struct kempe_run {
     const char *reference;  /* CSV file to measure errors against */
     const char *checkpoint; /* file that a long run leaves its rows in, every few seconds and at its end */
     const char *resume;     /* such a file to go on from */
+    int once;               /* no other run at another tolerance, which warns when this one has not converged */
 } kempe_run;
 
 KEMPE_API kempe_run kempe_run_default(void);
 
 typedef struct kempe_trajectory kempe_trajectory;
 
-/** Runs one road. On KEMPE_E_FAILED and KEMPE_STOPPED `*trajectory` is given too, up to where it came. */
+/** Runs one road, and when it came to its end once more at another tolerance, unless `once`: a warning is logged when q
+ * comes out otherwise by more than errors of steps explain. On KEMPE_E_FAILED and KEMPE_STOPPED `*trajectory` is given
+ * too, up to where it came. */
 KEMPE_API kempe_status kempe_simulate(const kempe_system *system, const kempe_run *run, kempe_trajectory **trajectory);
 KEMPE_API void kempe_trajectory_free(kempe_trajectory *trajectory);
 

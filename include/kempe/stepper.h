@@ -25,9 +25,10 @@ extern "C" {
 
 typedef struct kempe_stepper kempe_stepper;
 
-/** What has been done so far. `rejected` by the error test, `refused` by the mechanism or for want of convergence. */
+/** What has been done so far. `rejected` by the error test, `refused` by the mechanism or for want of convergence;
+ * `centrings` of spherical joints. */
 typedef struct kempe_work {
-    long steps, rejected, refused, rhs, newton, factorizations, exchanges;
+    long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings;
 } kempe_work;
 
 /** Assembles and stands at t = 0; `every`, `reference` and checkpoints of the run do not matter here. The system must

@@ -10,6 +10,7 @@ struct kempe_context {
     kmp_text message;
     kempe_log_fn *log;
     void *user;
+    bool quiet;
     atomic_int interrupted;
 };
 
@@ -120,9 +121,14 @@ kempe_status kmp_complain(kempe_context *context, const char *file, int line, in
     return context->message.failed ? KEMPE_E_MEMORY : KEMPE_E_INPUT;
 }
 
+void kmp_context_quiet(kempe_context *context, bool quiet)
+{
+    context->quiet = quiet;
+}
+
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 {
-    if (!context->log)
+    if (!context->log || (context->quiet && level != KEMPE_LOG_PROGRESS))
         return;
     kmp_text line = {0};
     va_list arguments;

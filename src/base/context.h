@@ -24,6 +24,9 @@ kempe_status kmp_fail_memory(kempe_context *context);
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
+/** While quiet nothing but progress is logged. */
+void kmp_context_quiet(kempe_context *context, bool quiet);
+
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 bool kmp_interrupted(const kempe_context *context);
 

@@ -271,6 +271,7 @@ static kempe_status simulate(const job *j)
     kempe_trajectory *result = NULL;
     kempe_run run = j->settings->run;
     run.fixed_u = j->settings->fixed_u;
+    run.once = j->settings->once;
     kempe_status status = kempe_simulate(j->system, &run, &result);
     tell_failure(j, status, result != NULL);
     if (result) {

@@ -38,6 +38,7 @@ static const option options[] = {
     {CLI_SIMULATE, "every", 0, OPTION_NUMBER, AT(run.every), "T", "time between rows of the table, s"},
     {CLI_SIMULATE, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..", "independent coordinates to begin with"},
     {CLI_SIMULATE, "fixed-u", 0, OPTION_FLAG, AT(fixed_u), NULL, "keep them: fail where they go bad, do not exchange"},
+    {CLI_SIMULATE, "once", 0, OPTION_FLAG, AT(once), NULL, "do not run again at another tolerance as a check"},
     {CLI_SIMULATE, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV", "measure errors against this table"},
     {CLI_SIMULATE, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",
      "leave the rows there every 10 s and at the end"},

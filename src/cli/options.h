@@ -32,6 +32,7 @@ typedef struct cli_settings {
     bool keep_parameters, body_inputs, count;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;
+    bool once;
     bool branches;
     double seed;
     bool help;

@@ -299,7 +299,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
-    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, scene->keep))
+    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, scene->keep, scene->charted))
         status = kmp_fail_memory(eq->context);
     eq->tree.events = scene->events;
     if (status == KEMPE_OK && scene->body_inputs)
@@ -326,7 +326,7 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events)
 {
-    const kmp_scene scene = {.sets = sets, .scheme = scheme, .events = events};
+    const kmp_scene scene = {.sets = sets, .scheme = scheme, .events = events, .charted = true};
     return kmp_equations_derive(eq, model, &scene);
 }
 

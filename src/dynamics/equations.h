@@ -31,6 +31,7 @@ typedef struct kmp_scene {
     kmp_keep keep;
     bool body_inputs;   /* forces and torques on the bodies as inputs */
     bool loops_alone;   /* no rows of drives */
+    bool charted;       /* spherical joints have charts as inputs (model/spherical.h) */
     kmp_events *events; /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
 } kmp_scene;
 
@@ -67,9 +68,11 @@ typedef struct kmp_equations {
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_MEMORY. */
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
-/** The same for scenes that say no more; and with conditions as inputs. */
+/** The same for scenes that say no more. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
+/** The same for programs that integrate: with conditions as inputs (`events` is added to; NULL: as above), and with the
+ *  charts of spherical joints (model/spherical.h). */
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);

@@ -2,6 +2,7 @@
 /* Links from bodies and motions, welded bodies joined to those that carry them; vectors between link axes. */
 #include "dynamics/kinematics.h"
 #include "base/memory.h"
+#include "model/spherical.h"
 #include "symbolic/rotation.h"
 #include "symbolic/table.h"
 #include <float.h>
@@ -176,6 +177,23 @@ static void identity(double m[3][3])
             m[i][j] = i == j;
 }
 
+/* A chart as a rotation of references. */
+static kmp_ref chart_entry(kmp_graph *g, int chart, int row, int column)
+{
+    return kmp_input(g, KMP_IN_CHART, (uint32_t)(9 * chart + 3 * row + column));
+}
+
+static kmp_vec apply_chart(kmp_graph *g, int chart, bool transposed, kmp_vec v)
+{
+    kmp_vec r = kmp_vec_zero();
+    for (int i = 0; chart >= 0 && i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            kmp_ref c = transposed ? chart_entry(g, chart, j, i) : chart_entry(g, chart, i, j);
+            r.x[i] = kmp_add(g, r.x[i], kmp_mul(g, c, v.x[j]));
+        }
+    return chart >= 0 ? r : v;
+}
+
 static kmp_vec apply(kmp_graph *g, double m[3][3], bool transposed, kmp_vec v)
 {
     kmp_vec r = kmp_vec_zero();
@@ -262,16 +280,65 @@ static void relate_axes(kmp_link *link, kmp_link *parent, double r[3][3])
     link->turned = !is_identity(link->g);
 }
 
+/* The same with the charts of both: columns of a_parent' C_parent r C_link a_link. */
+static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double r[3][3])
+{
+    if (link->before < 0 && parent->after < 0)
+        return;
+    for (int k = 0; k < 3; k++) {
+        kmp_vec e = kmp_vec_zero();
+        for (int i = 0; i < 3; i++)
+            e.x[i] = kmp_const(g, link->a[i][k]);
+        e = apply(g, r, false, apply_chart(g, link->before, false, e));
+        e = apply(g, parent->a, true, apply_chart(g, parent->after, false, e));
+        for (int i = 0; i < 3; i++)
+            link->chart[i][k] = e.x[i];
+    }
+    link->turned = true;
+}
+
+kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)
+{
+    const kmp_link *link = &tree->links[i];
+    if (link->before >= 0 || tree->links[link->parent].after >= 0)
+        return link->chart[row][column];
+    return kmp_const(tree->graph, link->g[row][column]);
+}
+
+/* v_parent = g v_link, or back. */
+static kmp_vec apply_axes(const kmp_tree *tree, int i, bool transposed, kmp_vec v)
+{
+    kmp_vec r = kmp_vec_zero();
+    for (int k = 0; k < 3; k++)
+        for (int j = 0; j < 3; j++) {
+            kmp_ref g = transposed ? kmp_link_axes(tree, i, j, k) : kmp_link_axes(tree, i, k, j);
+            r.x[k] = kmp_add(tree->graph, r.x[k], kmp_mul(tree->graph, g, v.x[j]));
+        }
+    return r;
+}
+
 kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
     kmp_mount *mount = &tree->mounts[body];
     kmp_link *link = &tree->links[mount->link];
     if (mount->turned)
         v = apply(tree->graph, mount->r, false, v);
+    v = apply_chart(tree->graph, link->after, false, v);
     return link->axis == 2 && link->a[2][2] != 1 ? apply(tree->graph, link->a, true, v) : v;
 }
 
 /* -- the tree ---------------------------------------------------------------------------------------- */
+
+/* A vector along axis k of a body's link, in the body's axes. */
+static kmp_vec link_axis(const kmp_tree *tree, int body, int k)
+{
+    kmp_mount *mount = &tree->mounts[body];
+    kmp_link *link = &tree->links[mount->link];
+    kmp_vec e;
+    for (int i = 0; i < 3; i++)
+        e.x[i] = kmp_const(tree->graph, link->a[i][k]);
+    return apply(tree->graph, mount->r, true, apply_chart(tree->graph, link->after, true, e));
+}
 
 /* A body's tensor in link axes: b' I b with v_body = b v_link, by columns. */
 static kmp_tensor body_inertia(const kmp_tree *tree, int body)
@@ -284,9 +351,14 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     for (int k = 0; k < 6; k++)
         t.x[k] = kmp_tree_number(tree, &number[k]);
     multiply(mount->r, true, tree->links[mount->link].a, b);
-    if (is_identity(b))
+    bool charted = tree->links[mount->link].after >= 0;
+    if (is_identity(b) && !charted)
         return t;
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; charted && k < 6; k++) {
+        kmp_vec ie = kmp_tensor_apply(tree->graph, t, link_axis(tree, body, column[k]));
+        r.x[k] = kmp_body_vector(tree, body, ie).x[row[k]];
+    }
+    for (int k = 0; !charted && k < 6; k++) {
         kmp_vec e = kmp_vec_zero();
         for (int j = 0; j < 3; j++)
             e.x[j] = kmp_const(tree->graph, b[j][column[k]]);
@@ -361,6 +433,7 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
     link->p = base->p;
     choose_axes(link, motion->axis);
     relate_axes(link, &tree->links[link->parent], base->r);
+    relate_chart(tree->graph, link, &tree->links[link->parent], base->r);
     link->q = kmp_input(tree->graph, KMP_IN_Q, (uint32_t)k);
     link->qd = kmp_input(tree->graph, KMP_IN_QD, (uint32_t)k);
     if (link->reversed) {
@@ -410,13 +483,82 @@ static void set_body(kmp_tree *tree, int b)
     add_body(tree, b);
 }
 
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep)
+/* Whether a body moves with b: b itself, or welded to what does. */
+static bool moves_with(const kempe_model *model, int body, int b)
 {
-    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .count = model->motion_count + 1};
+    while (body != b && body > 0 && model->bodies[body].motion_count == 0)
+        body = model->bodies[body].parent;
+    return body == b;
+}
+
+/* Whether no rotation stands between the ground and motion k. */
+static bool is_upright(const kempe_model *model, int k)
+{
+    for (int b = model->motions[k].body; b > 0; b = model->bodies[b].parent)
+        for (int i = model->bodies[b].first_motion; i < model->bodies[b].first_motion + model->bodies[b].motion_count;
+             i++)
+            if (i < k && model->motions[i].rotation)
+                return false;
+    return true;
+}
+
+/* Points that move with body b and whose places closures and forces ask for. */
+static int points_asked_for(const kempe_model *model, int b)
+{
+    int count = 0;
+    for (int k = 0; k < 2; k++) {
+        for (int c = 0; c < model->closure_count; c++) {
+            int point = model->closures[c].point[k];
+            count += point >= 0 && moves_with(model, model->points[point].body, b);
+        }
+        for (int f = 0; f < model->force_count; f++) {
+            const kmp_force *force = &model->forces[f];
+            bool asks = force->kind == KMP_FORCE_SPRING || (force->kind == KMP_FORCE_POINT && k == 0);
+            count += asks && moves_with(model, model->points[force->point[k]].body, b);
+        }
+    }
+    return count;
+}
+
+static int bodies_carried(const kempe_model *model, int b)
+{
+    int count = 0;
+    for (int c = b + 1; c < model->body_count; c++)
+        count += model->bodies[c].motion_count > 0 && moves_with(model, model->bodies[c].parent, b);
+    return count;
+}
+
+bool kmp_tree_chart_before(const kempe_model *model, int first)
+{
+    enum { POINT = 80, TURNING_BASE = 150, OWN_DATA = 90, CARRIED = 70 }; /* operations added, about, as counted */
+    int b = model->motions[first].body;
+    if (first + 3 < model->bodies[b].first_motion + model->bodies[b].motion_count)
+        return true; /* motions follow them */
+    int before = POINT * points_asked_for(model, b) + (is_upright(model, first) ? 0 : TURNING_BASE);
+    return before <= OWN_DATA + CARRIED * bodies_carried(model, b);
+}
+
+static bool place_charts(kmp_tree *tree)
+{
+    int *first = KMP_NEW(int, tree->count), count = first && tree->charted ? kmp_spherical_find(tree->model, first) : 0;
+    for (int i = 0; i < tree->count; i++)
+        tree->links[i].before = tree->links[i].after = -1;
+    for (int c = 0; c < count; c++)
+        if (kmp_tree_chart_before(tree->model, first[c]))
+            tree->links[first[c] + 1].before = c;
+        else
+            tree->links[first[c] + 3].after = c;
+    kmp_free(first);
+    return first && count >= 0;
+}
+
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+{
+    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     tree->links = KMP_NEW(kmp_link, tree->count);
     tree->mounts = KMP_NEW(kmp_mount, model->body_count);
     tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
-    if (!tree->links || !tree->mounts || !tree->symbols) {
+    if (!tree->links || !tree->mounts || !tree->symbols || !place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }
@@ -468,14 +610,14 @@ kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v)
 {
     kmp_link *link = &tree->links[i];
     turn(tree, link, link->q, &v);
-    return link->turned ? apply(tree->graph, link->g, false, v) : v;
+    return link->turned ? apply_axes(tree, i, false, v) : v;
 }
 
 kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v)
 {
     kmp_link *link = &tree->links[i];
     if (link->turned)
-        v = apply(tree->graph, link->g, true, v);
+        v = apply_axes(tree, i, true, v);
     turn(tree, link, kmp_neg(link->q), &v);
     return v;
 }

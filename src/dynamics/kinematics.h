@@ -14,13 +14,15 @@ typedef struct kmp_link {
     int parent; /* link; -1 for the ground */
     int body;   /* the body that it carries, welded ones aside; -1 for an intermediate link */
     bool rotation;
-    int axis;       /* 0, 1, 2 of the link's axes */
-    kmp_ref q, qd;  /* of the motion, signed when the axis is a negative coordinate axis */
-    bool reversed;  /* the sign */
-    bool turned;    /* g is not the identity */
-    double g[3][3]; /* v_parent = g v_link at q = 0 */
-    double a[3][3]; /* v_model = a v_link: axes of the model's body at hand */
-    kmp_vec p;      /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
+    int axis;            /* 0, 1, 2 of the link's axes */
+    kmp_ref q, qd;       /* of the motion, signed when the axis is a negative coordinate axis */
+    bool reversed;       /* the sign */
+    bool turned;         /* g is not the identity */
+    double g[3][3];      /* v_parent = g v_link at q = 0 */
+    double a[3][3];      /* v_model = a v_link: axes of the model's body at hand */
+    int before, after;   /* charts: rotations in model axes before its motion and after it, -1 for none */
+    kmp_ref chart[3][3]; /* g with the chart before it and the one after its parent, when there are any */
+    kmp_vec p;           /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
     kmp_tensor inertia; /* I^i about the com, link axes */
@@ -54,6 +56,7 @@ typedef struct kmp_tree {
     const kempe_model *model;
     kmp_keep keep;
     double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
+    bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
     int count;       /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
@@ -62,8 +65,13 @@ typedef struct kmp_tree {
     kmp_events *events;   /* NULL: conditions are evaluated where they stand */
 } kmp_tree;
 
+/** Where the chart of a spherical joint stands: true for before its three rotations, false for after them, whichever
+ *  is likely to cost less: after them it turns the data of the body once and each vector that goes on to a body
+ * carried; before them each vector that passes the joint, where the base itself turns or a point is asked for. */
+bool kmp_tree_chart_before(const kempe_model *model, int first);
+
 /** Builds the links. false: no memory. */
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep);
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted);
 
 /** Gives every body that has motions of its own three force inputs at the centre of mass (of all that is welded to it)
  *  and three torque inputs: KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. */
@@ -88,6 +96,9 @@ kmp_ref kmp_tree_event(const kmp_tree *tree, int k);
 /** Components of v in the parent's axes, from link i's, and back. */
 kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v);
 kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v);
+
+/** Entry (row, column) of the constant rotation g of link i, charts included. */
+kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column);
 
 /** The displacement of a translation along its axis, link axes; zero for a rotation (z^i of the paper). */
 kmp_vec kmp_link_slide(const kmp_tree *tree, int i);

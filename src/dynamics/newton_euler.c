@@ -247,18 +247,19 @@ static kmp_tensor rotated(kmp_graph *g, int k, kmp_ref angle, kmp_tensor t)
 }
 
 /* A constant rotation of a tensor, by its columns: g T g'. */
-static kmp_tensor turned(kmp_graph *g, double r[3][3], kmp_tensor t)
+static kmp_tensor turned(const kmp_tree *tree, int i, kmp_tensor t)
 {
+    kmp_graph *g = tree->graph;
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column_[6] = {0, 1, 2, 1, 2, 2};
     kmp_tensor out;
     for (int k = 0; k < 6; k++) {
         kmp_vec e;
         for (int j = 0; j < 3; j++)
-            e.x[j] = kmp_const(g, r[column_[k]][j]);
+            e.x[j] = kmp_link_axes(tree, i, column_[k], j);
         kmp_vec te = kmp_tensor_apply(g, t, e);
         out.x[k] = KMP_ZERO;
         for (int j = 0; j < 3; j++)
-            out.x[k] = kmp_add(g, out.x[k], kmp_mul(g, kmp_const(g, r[row[k]][j]), te.x[j]));
+            out.x[k] = kmp_add(g, out.x[k], kmp_mul(g, kmp_link_axes(tree, i, row[k], j), te.x[j]));
     }
     return out;
 }
@@ -272,7 +273,7 @@ static void add_to_parent(const kmp_tree *tree, int i, composite c, composite *p
     if (link->rotation)
         c.inertia = rotated(g, link->axis, link->q, c.inertia);
     if (link->turned)
-        c.inertia = turned(g, link->g, c.inertia);
+        c.inertia = turned(tree, i, c.inertia);
     c = shifted(g, c, link->p);
     parent->mass = kmp_add(g, parent->mass, c.mass);
     parent->moment = kmp_vec_add(g, parent->moment, c.moment);

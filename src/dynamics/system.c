@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "dynamics/goals.h"
 #include "model/check_mass.h"
+#include "model/spherical.h"
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -218,6 +219,17 @@ static bool name_rows(kempe_system *s)
     return true;
 }
 
+static bool take_charts(kempe_system *s)
+{
+    s->chart_first = KMP_NEW(int, s->n);
+    s->chart_before = KMP_NEW(bool, s->n);
+    if (!s->chart_first || !s->chart_before || (s->chart_count = kmp_spherical_find(s->model, s->chart_first)) < 0)
+        return false;
+    for (int c = 0; c < s->chart_count; c++)
+        s->chart_before[c] = kmp_tree_chart_before(s->model, s->chart_first[c]);
+    return true;
+}
+
 static bool take_rows(kempe_system *s, const kmp_equations *eq)
 {
     s->n = eq->n;
@@ -231,7 +243,7 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
     set_scales(s);
-    return set_reach(s) && name_rows(s);
+    return set_reach(s) && name_rows(s) && take_charts(s);
 }
 
 static kempe_status derive(kempe_system *s)
@@ -295,6 +307,8 @@ void kempe_system_free(kempe_system *s)
         kmp_free(s->event_text[k]);
     kmp_free(s->event_text);
     kmp_free((void *)s->events.condition);
+    kmp_free(s->chart_first);
+    kmp_free(s->chart_before);
     kmp_free(s->scale);
     kmp_free(s->row_scale);
     kmp_free(s->parameters);

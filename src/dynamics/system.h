@@ -50,6 +50,9 @@ struct kempe_system {
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
     kmp_program *goals;    /* of points that goals are about (dynamics/goals.h); NULL without them */
     char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
+    int chart_count;       /* joints with inputs KMP_IN_CHART, nine each */
+    int *chart_first;      /* their first rotations */
+    bool *chart_before;    /* the chart stands before them, otherwise after */
     double length;         /* characteristic length, m */
     double reach;          /* how far from the origin a closed point may lie, m: h rounds with it */
     double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */

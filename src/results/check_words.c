@@ -151,6 +151,10 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
         kmp_text_put(text, "does not move");
         return;
     }
+    if (s->unseen) {
+        kmp_text_put(text, "moves; begin where the joint's angles are not singular to see how far");
+        return;
+    }
     if (s->turns != 0) {
         int times = s->turns < 0 ? -s->turns : s->turns;
         kmp_text_put(text, "turns fully");

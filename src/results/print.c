@@ -65,6 +65,7 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
     kmp_json_whole(json, "newton", report->newton);
     kmp_json_whole(json, "factorizations", report->factorizations);
     kmp_json_whole(json, "exchanges", report->exchanges);
+    kmp_json_whole(json, "centrings", report->centrings);
     kmp_json_whole(json, "events", report->events);
     kmp_json_end(json);
 }

@@ -147,7 +147,8 @@ kempe_work kempe_stepper_work(const kempe_stepper *stepper)
                         .rhs = r.rhs,
                         .newton = r.newton,
                         .factorizations = r.factorizations,
-                        .exchanges = r.exchanges};
+                        .exchanges = r.exchanges,
+                        .centrings = r.centrings};
 }
 
 const char *kempe_stepper_reason(const kempe_stepper *stepper)

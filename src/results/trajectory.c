@@ -15,6 +15,8 @@ enum { DEFAULT_ROWS = 200, CHECKPOINT_SECONDS = 10 };
 
 /* Part of the energy's size; coarse runs keep it too. */
 #define TRUSTED_DRIFT 0.05
+/* Times the tolerances; forms that let positions drift keep it. */
+#define TRUSTED_GAP 1e4
 
 /* All that a simulation needs until it is done. */
 typedef struct job {
@@ -318,9 +320,13 @@ static void judge_last_row(kempe_trajectory *t, kmp_plant *plant)
         memcpy(t->shown, kmp_trajectory_shown(t, plant, last), (size_t)shown * sizeof(double));
 }
 
-/* A run may end well and be wrong: its energy balance knows. */
-static void warn_of_balance(const kempe_trajectory *t)
+/* A run may end well and be wrong: its closures and its energy balance know. */
+static void warn_of_verdict(const kempe_trajectory *t)
 {
+    if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
+        kmp_log(t->system->context, KEMPE_LOG_WARNING,
+                "the closures are open by %.2g (scaled): do not trust this run; take a smaller rtol, or compare roads",
+                t->verdict.h_max);
     if (t->verdict.drift_rel > TRUSTED_DRIFT)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "
@@ -334,7 +340,7 @@ static kempe_status judge(kempe_trajectory *t, const job *j)
     if (!plant)
         return KEMPE_E_MEMORY;
     t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
-    warn_of_balance(t);
+    warn_of_verdict(t);
     judge_last_row(t, plant);
     kmp_plant_free(plant);
     return KEMPE_OK;
@@ -381,6 +387,15 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     return status;
 }
 
+/* A wrong answer that ends well shows in another tolerance. */
+static kempe_status run_again(kempe_trajectory *t, const job *j)
+{
+    kempe_status status = kmp_convergence_of(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
+    if (status == KEMPE_OK)
+        kmp_convergence_warn(j->system, &t->again);
+    return status;
+}
+
 static kempe_status run(job *j, kempe_trajectory **trajectory)
 {
     kempe_trajectory *t = trajectory_new(j);
@@ -393,6 +408,8 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     }
     kempe_status judged = has_result(status) ? judge(t, j) : KEMPE_OK;
     status = judged == KEMPE_OK ? status : judged;
+    if (status == KEMPE_OK && !j->run->once)
+        status = run_again(t, j);
     if (has_result(status))
         *trajectory = t;
     else

@@ -4,6 +4,7 @@
 #define KMP_RESULTS_TRAJECTORY_H
 
 #include "integrators/run.h"
+#include "results/convergence.h"
 #include "results/verdict.h"
 
 struct kempe_trajectory {
@@ -15,6 +16,7 @@ struct kempe_trajectory {
     char *source; /* the reference's path, NULL when none was given */
     kmp_samples table;
     kmp_verdict verdict;
+    kmp_convergence again;
     kmp_run_report report; /* its reason has moved to `reason` */
     kmp_journal journal;   /* what happened on the way */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */

@@ -106,10 +106,13 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
     kmp_text_put(text, " of its size\n");
     show_error(text, t);
+    kmp_convergence_show(text, t->system, &t->again);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
-    kmp_text_printf(text, "          factorizations %ld, exchanges %ld, events %ld; %d rows\n", r->factorizations,
-                    r->exchanges, r->events, t->table.rows);
+    kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
+    if (t->system->chart_count > 0)
+        kmp_text_printf(text, "centrings %ld, ", r->centrings);
+    kmp_text_printf(text, "events %ld; %d rows\n", r->events, t->table.rows);
     kmp_text_printf(text, "cpu       %.4g ms integrating, %.4g ms preparing\n", 1e3 * r->cpu_s,
                     1e3 * (r->build_s + t->system->build_s));
 }
@@ -250,6 +253,7 @@ static void json(kmp_text *text, const kempe_trajectory *t)
     kmp_print_verdict(&j, &t->verdict);
     kmp_json_string(&j, "reference", t->source);
     kmp_print_errors(&j, &t->verdict);
+    kmp_convergence_json(&j, t->system, &t->again);
     kmp_print_work(&j, &t->report);
     json_notes(&j, &t->journal);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);

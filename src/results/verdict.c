@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "results/verdict.h"
+#include "base/memory.h"
+#include "constraints/charts.h"
 #include <math.h>
+#include <string.h>
+
+/* Less energy than this part of the potential's value is what is left of a mechanism at rest: rounding. */
+#define AT_REST 1e-9
 
 /* The sums over rows that the energy's drift is made of. */
 typedef struct balance {
@@ -8,6 +14,7 @@ typedef struct balance {
     double drift;           /* max |E - work - first| */
     double kinetic;         /* max */
     double lowest, highest; /* potential energy */
+    double value;           /* max |potential energy|, whatever its zero */
 } balance;
 
 kmp_verdict kmp_verdict_none(void)
@@ -30,6 +37,7 @@ static void add_energy(balance *b, double kinetic, double potential, double work
     b->kinetic = larger(b->kinetic, kinetic);
     b->lowest = fmin(b->lowest, potential);
     b->highest = fmax(b->highest, potential);
+    b->value = fmax(b->value, fabs(potential));
 }
 
 static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_plant *plant)
@@ -59,20 +67,52 @@ static bool same(double a, double b)
     return a <= b && a >= b;
 }
 
-/* Both tables ascend: one walk along the two. */
-static void compare_rows(kmp_verdict *verdict, const kmp_samples *table, const kmp_reference *reference)
+/* Angles of spherical joints that differ by more are other words for some orientation. */
+#define OTHER_WORDS 1.0
+
+/* q, qd, qdd of a row (3 n, copied into `row`), with the angles of spherical joints in the words of the reference: that
+ * two runs went round a singular position on either side is no error of theirs. */
+static void use_words_of(const kempe_system *system, const double *ref, double *own, double *row)
 {
+    int n = system->n;
+    kmp_charts_reset(system, own);
+    for (int c = 0; c < system->chart_count; c++) {
+        int first = system->chart_first[c];
+        double off = 0; /* stays 0 where the reference has not all three */
+        for (int k = first; k < first + 3; k++)
+            off = isnan(ref[k]) || isnan(off) ? NAN : fmax(off, fabs(row[k] - ref[k]));
+        if (off > OTHER_WORDS)
+            (void)kmp_chart_show(system, c, own, ref + first, row, row + n, row + 2 * n);
+    }
+}
+
+static void compare_row(kmp_verdict *verdict, const kmp_samples *table, int row, const kmp_reference *reference, int r,
+                        const double *values)
+{
+    for (int k = 0; k < KMP_QUANTITIES; k++) {
+        int width = k == KMP_QUANTITY_LAMBDA ? table->m : table->n;
+        const double *x = values && k != KMP_QUANTITY_LAMBDA ? values + (ptrdiff_t)k * table->n
+                                                             : kmp_samples_get(table, (kmp_quantity)k, row);
+        compare_entries(&verdict->error[k], width, x, reference->value[k] + (size_t)r * (size_t)width);
+    }
+}
+
+/* Both tables ascend: one walk along the two. `room`: for a row and the charts, NULL where there are none. */
+static void compare_rows(kmp_verdict *verdict, const kmp_samples *table, const kmp_reference *reference,
+                         const kempe_system *system, double *room)
+{
+    size_t n = (size_t)table->n;
     for (int row = 0, r = 0; row < table->rows; row++) {
         double t = kmp_samples_time(table, row);
         while (r < reference->rows && reference->t[r] < t)
             r++;
         if (r == reference->rows || !same(reference->t[r], t))
             continue;
-        for (int k = 0; k < KMP_QUANTITIES; k++) {
-            int width = k == KMP_QUANTITY_LAMBDA ? table->m : table->n;
-            compare_entries(&verdict->error[k], width, kmp_samples_get(table, (kmp_quantity)k, row),
-                            reference->value[k] + (size_t)r * (size_t)width);
+        if (room) {
+            memcpy(room, kmp_samples_get(table, KMP_QUANTITY_Q, row), 3 * n * sizeof *room);
+            use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
+        compare_row(verdict, table, row, reference, r, room);
     }
 }
 
@@ -85,9 +125,14 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp
     verdict.h_max = verdict.hdot_max = 0;
     for (int row = 0; row < table->rows; row++)
         judge_row(&verdict, &b, table, row, plant);
-    double size = fmax(b.kinetic, b.highest - b.lowest);
+    double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
-    if (reference)
-        compare_rows(&verdict, table, reference);
+    if (reference) {
+        const kempe_system *system = plant->system;
+        int charts = kmp_charts_count(system);
+        double *room = charts > 0 ? KMP_NEW(double, 3 * system->n + KMP_CHART_SIZE * charts) : NULL;
+        compare_rows(&verdict, table, reference, system, room);
+        kmp_free(room);
+    }
     return verdict;
 }

@@ -37,6 +37,7 @@ typedef enum kmp_input_kind {
     KMP_IN_MU,
     KMP_IN_MODE,   /* 1 or 0 for each condition that stands still during a step */
     KMP_IN_PLACE,  /* x, y, z that kmp_graph_replace puts something for: in no program */
+    KMP_IN_CHART,  /* constant rotations that change between steps, 9 numbers each, row by row */
     KMP_IN_FORCE,  /* three a body, at its centre of mass, body axes */
     KMP_IN_TORQUE, /* likewise */
     KMP_IN_COUNT

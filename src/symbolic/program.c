@@ -10,11 +10,12 @@
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
 
-/* Nodes of parameters only go to stage 0, whoever needs them. */
+/* Nodes of what stands still during steps go to stage 0, whoever needs them. */
 static void hoist_parameters(const kmp_graph *g, uint8_t *mark)
 {
+    const unsigned still = 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART;
     for (uint32_t id = 0; id < kmp_graph_count(g); id++)
-        if (mark[id] && (kmp_graph_node(g, id)->depends & ~(1u << KMP_IN_PARAMETER)) == 0)
+        if (mark[id] && (kmp_graph_node(g, id)->depends & ~still) == 0)
             mark[id] = PARAMETER_STAGE;
 }
 

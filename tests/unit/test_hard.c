@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The quick part of the hard battery (bench/hard runs all of it): every case on every road within its bars. Cases known
- * not to reach theirs must still take the right branch. */
+/* The quick part of the hard battery (bench/hard runs all of it): every case on every road within its bars. A case
+ * known to miss its bar must miss it by no more than is known. */
 #include "bench/battery.h"
+#include "bench/inconsistent.h"
 #include "check.h"
 
 static void run_roads(const hard_case *c, hard_scene *s)
 {
     for (int k = 0; k < HARD_ROADS; k++) {
         hard_result r = hard_run(s, KEMPE_ROOT, c, &hard_roads[k], 0);
-        bool passed = r.passed || (c->open && r.status == KEMPE_OK && r.error < 1e-3);
+        bool passed = r.passed || hard_is_known(c, &r);
         if (!r.passed)
             printf("  %s on %s/%s: error %.1e, drift %.1e %s\n", c->name, hard_roads[k].road, hard_roads[k].form,
                    r.error, r.drift, r.report.reason ? r.report.reason : "");
@@ -116,8 +117,75 @@ static void bennett_turns_on_the_dae_road(void)
     }
 }
 
+/* What judges the cases without published digits has those of the four-bar of equal masses that is published. */
+static void the_four_bar_by_hand_has_published_digits(void)
+{
+    long double x = 0.70768825906445110L, y = 0.67306477719335330L;
+    by_hand f = {.length = {0.3L, 0.8L, 0.7L},
+                 .com = {0.15L, 0.4L, 0.35L},
+                 .mass = {1, 1, 1},
+                 .inertia = {0.09L / 12, 0.64L / 12, 0.49L / 12},
+                 .base = 0.9L,
+                 .q = {acosl(0), atan2l(y - 0.3L, x), atan2l(y, x - 0.9L)},
+                 .qd = {20, 0, 0}};
+    long double h[2], j[2][3], bend[2], start = f.q[2];
+    by_hand_closure(&f, f.q, f.qd, h, j, bend);
+    long double det = j[0][1] * j[1][2] - j[0][2] * j[1][1];
+    f.qd[1] = -20 * (j[0][0] * j[1][2] - j[0][2] * j[1][0]) / det;
+    f.qd[2] = -20 * (j[0][1] * j[1][0] - j[0][0] * j[1][1]) / det;
+    by_hand_run(&f, 0.5, 2e-5);
+    CHECK_NEAR((double)(f.q[0] - acosl(0)), 12.0215266393912654, 1e-10);
+    CHECK_NEAR((double)f.qd[0], 25.2325947151726093, 1e-10);
+    CHECK_NEAR((double)(f.q[2] - start), -0.169628495287701880, 1e-9);
+    CHECK_NEAR((double)f.qd[2], 5.22401674806358261, 1e-10);
+}
+
+static double near_delta;
+
+static double near_rule(const kempe_system *s, const kmp_samples *table, const kmp_plant *plant)
+{
+    (void)plant;
+    return hard_near(s, table, near_delta);
+}
+
+/* A parallelogram whose ground is too long by `delta` comes within about its root of a change point and turns there. */
+static void near_change_points_turn(void)
+{
+    static const struct {
+        const char *delta;
+        double allowed;
+    } cases[] = {{"1e-8", 1e-6}, {"1e-10", 1e-5}, {"1e-11", 1e-4}};
+    for (int k = 0; k < 3; k++) {
+        hard_case c = {.name = "near",
+                       .model = "tests/models/near_parallelogram.yaml",
+                       .rule = near_rule,
+                       .t_end = 1,
+                       .set = {"delta", cases[k].delta}};
+        hard_scene s;
+        near_delta = strtod(cases[k].delta, NULL);
+        CHECK(hard_load(&s, KEMPE_ROOT, &c));
+        for (int road = 0; road < 3; road += 2) {
+            hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_roads[road], 1e-11);
+            CHECK(r.status == KEMPE_OK && r.error < cases[k].allowed);
+            if (!(r.error < cases[k].allowed))
+                printf("  delta %s on %s: error %.1e\n", cases[k].delta, hard_roads[road].road, r.error);
+            kmp_free(r.report.reason);
+        }
+        hard_unload(&s);
+    }
+}
+
+static void inconsistent_starts_are_made_good(void)
+{
+    for (int k = 0; k < PUSH_CASES; k++)
+        CHECK(push_run(KEMPE_ROOT, &push_cases[k]));
+}
+
 int main(void)
 {
+    TEST(inconsistent_starts_are_made_good);
+    TEST(the_four_bar_by_hand_has_published_digits);
+    TEST(near_change_points_turn);
     TEST(cases_keep_their_bars);
     TEST(tracers_keep_their_way);
     TEST(a_lock_is_named);

@@ -422,6 +422,7 @@ static void a_change_of_mobility_swallows_no_energy(void)
     unload(&l);
 }
 
+/* u stays: an exchange makes its reduction anew. */
 static void stepping_allocates_nothing(void)
 {
     loaded l = load("examples/andrews/andrews.yaml");
@@ -436,7 +437,8 @@ static void stepping_allocates_nothing(void)
                              .rtol = 1e-8,
                              .t_end = 0.03,
                              .time_count = 3,
-                             .times = times};
+                             .times = times,
+                             .fixed_u = strcmp(way.road, "reduced") == 0};
         row = (last_row){.s = l.system};
         CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
         CHECK(kmp_run(l.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);

@@ -1,0 +1,455 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* With w the angular velocity in the axes before the joint, R1 = R_a(q1) and R12 = R_a(q1) R_b(q2),
+ *
+ *     w = a q1' + R1 b q2' + R12 c q3'
+ *     w' = a q1'' + R1 b q2'' + R12 c q3'' + (a q1') x R1 b q2' + (a q1' + R1 b q2') x R12 c q3'
+ *
+ * turned by C when C stands before (Davenport's angles: Shuster and Markley, J. Astronautical Sci. 51 (2003) 123, for
+ * axes across each other). The angles of a rotation R: v = R c makes the angle psi with a, and q2 = phi +- psi where
+ * R_b(phi) c = a; then q1 turns R_b(q2) c onto v about a, and q3 is what is left about c. */
+#include "constraints/charts.h"
+#include <math.h>
+#include <string.h>
+
+#define TWO_PI 6.283185307179586
+/* Below this part of the largest pivot the axes are dependent: rounding of their components. */
+#define DEPENDENT 1e-14
+/* Below this sine the first angle is not determined. */
+#define NO_ANGLE 1e-15
+/* rad: so near to its singular position the first angle is not followed, but gone past. */
+#define TOUCH 1e-8
+/* Square of the part of the angular velocity across an axis from which on its direction there counts. */
+#define LEAST_TURN 1e-12
+
+typedef double matrix[3][3];
+
+typedef struct joint {
+    const double *a, *b, *c;
+    int first;
+    bool before;
+} joint;
+
+/* Angular velocity and acceleration before the joint. */
+typedef struct spin {
+    double w[3], wd[3];
+} spin;
+
+static joint joint_of(const kempe_system *s, int c)
+{
+    const kmp_motion *m = &s->model->motions[s->chart_first[c]];
+    return (joint){m[0].axis, m[1].axis, m[2].axis, s->chart_first[c], s->chart_before[c]};
+}
+
+/* -- three numbers ----------------------------------------------------------------------------------- */
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int i = 0; i < 3; i++)
+        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static void add_scaled(double *x, double factor, const double y[3])
+{
+    for (int i = 0; i < 3; i++)
+        x[i] += factor * y[i];
+}
+
+static void apply(matrix m, bool transposed, const double v[3], double out[3])
+{
+    double r[3];
+    for (int i = 0; i < 3; i++)
+        r[i] = transposed ? m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2] : dot(m[i], v);
+    memcpy(out, r, sizeof r);
+}
+
+/* out = a b, or a b' */
+static void multiply(matrix a, matrix b, bool transposed, matrix out)
+{
+    matrix r;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            r[i][j] = 0;
+            for (int k = 0; k < 3; k++)
+                r[i][j] += a[i][k] * (transposed ? b[j][k] : b[k][j]);
+        }
+    memcpy(out, r, sizeof r);
+}
+
+/* Rodrigues: v turned about the unit axis e. */
+static void turn(const double e[3], double angle, const double v[3], double out[3])
+{
+    double ev[3], s = sin(angle), c = cos(angle), along = dot(e, v), r[3];
+    cross(e, v, ev);
+    for (int i = 0; i < 3; i++)
+        r[i] = c * v[i] + s * ev[i] + (1 - c) * along * e[i];
+    memcpy(out, r, sizeof r);
+}
+
+static void rotation(const joint *j, const double q[3], matrix r)
+{
+    static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int k = 0; k < 3; k++) {
+        double v[3];
+        turn(j->c, q[2], unit[k], v);
+        turn(j->b, q[1], v, v);
+        turn(j->a, q[0], v, v);
+        for (int i = 0; i < 3; i++)
+            r[i][k] = v[i];
+    }
+}
+
+/* Rows made orthonormal again. */
+static void clean(matrix m)
+{
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < 3; i++) {
+            for (int k = 0; k < i; k++)
+                add_scaled(m[i], -dot(m[i], m[k]), m[k]);
+            double size = sqrt(dot(m[i], m[i]));
+            for (int k = 0; k < 3; k++)
+                m[i][k] /= size;
+        }
+}
+
+/* -- axes and rates ---------------------------------------------------------------------------------- */
+
+/* Columns a, R1 b, R12 c. */
+static void axes_at(const joint *j, const double q[3], matrix e)
+{
+    memcpy(e[0], j->a, sizeof e[0]);
+    turn(j->a, q[0], j->b, e[1]);
+    turn(j->b, q[1], j->c, e[2]);
+    turn(j->a, q[0], e[2], e[2]);
+}
+
+/* What wd has beside the axes times qdd. */
+static void bias(matrix e, const double qd[3], double out[3])
+{
+    double w[3] = {0}, x[3];
+    memset(out, 0, 3 * sizeof *out);
+    for (int k = 0; k < 3; k++) {
+        cross(w, e[k], x);
+        add_scaled(out, qd[k], x);
+        add_scaled(w, qd[k], e[k]);
+    }
+}
+
+static spin spin_of(const joint *j, const double q[3], const double *qd, const double *qdd)
+{
+    spin s = {{0}, {0}};
+    matrix e;
+    axes_at(j, q, e);
+    if (qd)
+        bias(e, qd, s.wd);
+    for (int k = 0; k < 3; k++) {
+        if (qd)
+            add_scaled(s.w, qd[k], e[k]);
+        if (qdd)
+            add_scaled(s.wd, qdd[k], e[k]);
+    }
+    return s;
+}
+
+static void swap(double *a, double *b)
+{
+    double t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* x with e' x = right, by complete pivoting; where the axes are dependent the least one that fits best. */
+static void solve(matrix e, const double right[3], double x[3])
+{
+    double m[3][4], last[3] = {0}, size = 0;
+    int order[3] = {0, 1, 2};
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++)
+            m[i][k] = e[k][i];
+        m[i][3] = right[i];
+    }
+    for (int p = 0; p < 3; p++) {
+        int row = p, col = p;
+        for (int i = p; i < 3; i++)
+            for (int k = p; k < 3; k++)
+                if (fabs(m[i][k]) > fabs(m[row][col]) * (1 + 1e-12)) {
+                    row = i;
+                    col = k;
+                }
+        for (int k = 0; k < 4; k++)
+            swap(&m[p][k], &m[row][k]);
+        for (int i = 0; i < 3; i++)
+            swap(&m[i][p], &m[i][col]);
+        int t = order[p];
+        order[p] = order[col];
+        order[col] = t;
+        size = fmax(size, fabs(m[p][p]));
+        if (p == 2 && !(fabs(m[p][p]) > DEPENDENT * size)) {
+            m[2][2] = 1; /* the last unknown is free: 0 first, then along the null vector `last` */
+            m[2][3] = 0;
+            last[2] = 1;
+        }
+        for (int i = p + 1; i < 3; i++)
+            for (int k = 3; k >= p; k--)
+                m[i][k] -= m[i][p] / m[p][p] * m[p][k];
+    }
+    double y[3];
+    for (int i = 2; i >= 0; i--) {
+        double sum = m[i][3], null = i == 2 ? last[2] : 0;
+        for (int k = i + 1; k < 3; k++) {
+            sum -= m[i][k] * y[k];
+            null -= m[i][k] * last[k];
+        }
+        y[i] = sum / m[i][i];
+        last[i] = i == 2 ? null : null / m[i][i];
+    }
+    double square = dot(last, last), part = square > 0 ? dot(last, y) / square : 0;
+    for (int i = 0; i < 3; i++)
+        x[order[i]] = y[i] - part * last[i];
+}
+
+/* qd and qdd of the angles q that make the spin. */
+static void rates_of(const joint *j, const double q[3], const spin *s, double *qd, double *qdd)
+{
+    matrix e;
+    double rate[3], left[3], carried[3];
+    axes_at(j, q, e);
+    solve(e, s->w, rate);
+    bias(e, rate, carried);
+    for (int i = 0; i < 3; i++)
+        left[i] = s->wd[i] - carried[i];
+    if (qd)
+        memcpy(qd, rate, sizeof rate);
+    if (qdd)
+        solve(e, left, qdd);
+}
+
+/* -- charts ------------------------------------------------------------------------------------------ */
+
+static void get(const double *chart, int c, matrix m)
+{
+    memcpy(m, chart + (ptrdiff_t)KMP_CHART_SIZE * c, sizeof(matrix));
+}
+
+static void put(double *chart, int c, matrix m)
+{
+    memcpy(chart + (ptrdiff_t)KMP_CHART_SIZE * c, m, sizeof(matrix));
+}
+
+/* Rotation and spin of the whole joint. */
+static void whole(const joint *j, matrix chart, const double *q, const double *qd, const double *qdd, matrix r, spin *s)
+{
+    rotation(j, q, r);
+    *s = spin_of(j, q, qd, qdd);
+    if (!j->before) {
+        multiply(r, chart, false, r);
+        return;
+    }
+    multiply(chart, r, false, r);
+    apply(chart, false, s->w, s->w);
+    apply(chart, false, s->wd, s->wd);
+}
+
+int kmp_charts_count(const kempe_system *system)
+{
+    return system->force ? 0 : system->chart_count;
+}
+
+void kmp_charts_reset(const kempe_system *system, double *chart)
+{
+    for (int k = 0; k < KMP_CHART_SIZE * system->chart_count; k++)
+        chart[k] = k % KMP_CHART_SIZE % 4 == 0;
+}
+
+bool kmp_chart_is_own(const double *chart, int c)
+{
+    const double *m = chart + (ptrdiff_t)KMP_CHART_SIZE * c;
+    for (int k = 0; k < KMP_CHART_SIZE; k++)
+        if (m[k] != (k % 4 == 0))
+            return false;
+    return true;
+}
+
+/* Angle of b at which it turns c onto a. */
+static double fold(const joint *j)
+{
+    double ca[3];
+    cross(j->c, j->a, ca);
+    return atan2(dot(j->b, ca), dot(j->c, j->a));
+}
+
+double kmp_chart_regular(const kempe_system *system, int c, const double *q)
+{
+    joint j = joint_of(system, c);
+    return fabs(sin(q[j.first + 1] - fold(&j)));
+}
+
+double kmp_chart_apart(const kempe_system *system, int c, const double *a, const double *b)
+{
+    joint j = joint_of(system, c);
+    matrix one, two;
+    double most = 0;
+    rotation(&j, a + j.first, one);
+    rotation(&j, b + j.first, two);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            most = fmax(most, fabs(one[i][k] - two[i][k]));
+    return most;
+}
+
+/* The middle of the range nearer to zero, the positive one of two as near. */
+static double middle(const joint *j)
+{
+    double up = remainder(fold(j) + TWO_PI / 4, TWO_PI), down = remainder(fold(j) - TWO_PI / 4, TWO_PI);
+    if (fabs(fabs(up) - fabs(down)) < 1e-9)
+        return fmax(up, down);
+    double best = fabs(up) < fabs(down) ? up : down;
+    return fabs(best) < 1e-15 ? 0 : best;
+}
+
+/* Turn about the unit axis e that takes x to y, in the plane across e. */
+static double angle_about(const double e[3], const double x[3], const double y[3])
+{
+    double xy[3];
+    cross(x, y, xy);
+    return atan2(dot(e, xy), dot(x, y) - dot(e, x) * dot(e, y));
+}
+
+/* Where the angles begin in a new chart: the second in its middle, and of the outer ones that which C can make up for
+ * such that the body now turns about a and c alone. The second angle then leaves its middle late. w: angular velocity
+ * in the axes on C's far side, those of the body when C stands before. */
+static void begin_angles(const joint *j, const double w[3], double q[3])
+{
+    double level[3], along = 0;
+    const double *axis = j->before ? j->c : j->a;
+    cross(axis, j->b, level);
+    if (dot(w, w) - dot(axis, w) * dot(axis, w) > LEAST_TURN * dot(w, w))
+        along = remainder(angle_about(axis, w, level), TWO_PI / 2);
+    q[0] = j->before ? 0 : -along;
+    q[1] = middle(j);
+    q[2] = j->before ? along : 0;
+}
+
+void kmp_chart_center(const kempe_system *system, int c, double *chart, double *q, double *qd, double *qdd)
+{
+    joint j = joint_of(system, c);
+    double center[3], w[3];
+    matrix own, total, r, inverse;
+    spin s;
+    get(chart, c, own);
+    whole(&j, own, q + j.first, qd ? qd + j.first : NULL, qdd ? qdd + j.first : NULL, total, &s);
+    memcpy(w, s.w, sizeof w);
+    if (j.before)
+        apply(total, true, w, w);
+    begin_angles(&j, w, center);
+    rotation(&j, center, r);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            inverse[i][k] = r[k][i];
+    if (j.before)
+        multiply(total, inverse, false, own);
+    else
+        multiply(inverse, total, false, own);
+    clean(own);
+    put(chart, c, own);
+    memcpy(q + j.first, center, sizeof center);
+    if (j.before) {
+        apply(own, true, s.w, s.w);
+        apply(own, true, s.wd, s.wd);
+    }
+    rates_of(&j, center, &s, qd ? qd + j.first : NULL, qdd ? qdd + j.first : NULL);
+}
+
+void kmp_chart_enter(const kempe_system *system, int c, const double *chart, const double angles[3],
+                     const double rates[3], const double *q, double *qd)
+{
+    joint j = joint_of(system, c);
+    spin s = spin_of(&j, angles, rates, NULL);
+    matrix own;
+    get(chart, c, own);
+    if (j.before)
+        apply(own, true, s.w, s.w);
+    rates_of(&j, q + j.first, &s, qd + j.first, NULL);
+}
+
+/* -- what the user sees ------------------------------------------------------------------------------ */
+
+/* By full turns, whose number is all that `near` decides. */
+static double nearest(double angle, double near)
+{
+    return angle + TWO_PI * nearbyint((near - angle) / TWO_PI);
+}
+
+/* The angles of r on one side of the fold, nearest to `near`; how far they are. Below `least` the sine of the angle to
+ * the fold leaves the first angle as it is. */
+static double angles_on(const joint *j, matrix r, const double near[3], double side, double least, double out[3])
+{
+    double v[3], av[3], w[3], left[3], far = 0;
+    apply(r, false, j->c, v);
+    cross(j->a, v, av);
+    double sine = sqrt(dot(av, av)), psi = atan2(sine, dot(j->a, v));
+    out[1] = nearest(fold(j) + side * psi, near[1]);
+    turn(j->b, out[1], j->c, w);
+    out[0] = sine > least ? nearest(angle_about(j->a, w, v), near[0]) : near[0];
+    apply(r, false, j->b, left); /* R b, then what R12' makes of it */
+    turn(j->a, -out[0], left, left);
+    turn(j->b, -out[1], left, left);
+    out[2] = nearest(angle_about(j->c, j->b, left), near[2]);
+    for (int k = 0; k < 3; k++)
+        far = fmax(far, fabs(out[k] - near[k]));
+    return far;
+}
+
+/* On the side of the fold where `near` is, or on either one. */
+static double angles_near(const joint *j, matrix r, const double near[3], bool sided, double least, double out[3])
+{
+    double side = sin(near[1] - fold(j)) < 0 ? -1 : 1, other[3];
+    double far = angles_on(j, r, near, side, least, out);
+    double otherwise = sided ? INFINITY : angles_on(j, r, near, -side, least, other);
+    if (!(otherwise < far))
+        return far;
+    memcpy(out, other, sizeof other);
+    return otherwise;
+}
+
+double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double near[3], bool sided,
+                        const double *q, double angles[3])
+{
+    joint j = joint_of(system, c);
+    matrix own, total;
+    spin s;
+    bool touches = fabs(sin(near[1] - fold(&j))) < TOUCH;
+    get(chart, c, own);
+    whole(&j, own, q + j.first, NULL, NULL, total, &s);
+    return angles_near(&j, total, near, sided && !touches, TOUCH, angles);
+}
+
+double kmp_chart_show(const kempe_system *system, int c, const double *chart, const double near[3], double *q,
+                      double *qd, double *qdd)
+{
+    joint j = joint_of(system, c);
+    matrix own, total;
+    spin s;
+    double angles[3];
+    get(chart, c, own);
+    whole(&j, own, q + j.first, qd ? qd + j.first : NULL, qdd ? qdd + j.first : NULL, total, &s);
+    double far = angles_near(&j, total, near, false, NO_ANGLE, angles);
+    memcpy(q + j.first, angles, sizeof angles);
+    if (qd)
+        rates_of(&j, angles, &s, qd + j.first, qdd ? qdd + j.first : NULL);
+    return far;
+}
+
+void kmp_charts_show(const kempe_system *system, const double *chart, const double *near, double *q, double *qd)
+{
+    for (int c = 0; c < kmp_charts_count(system); c++) {
+        double from[3];
+        memcpy(from, near + system->chart_first[c], sizeof from);
+        if (!kmp_chart_is_own(chart, c))
+            (void)kmp_chart_show(system, c, chart, from, q, qd, NULL);
+    }
+}

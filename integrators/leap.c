@@ -1,0 +1,508 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Across a singular place in one step. The solution is smooth there, only its right-hand side is 0/0: so dy/dt is taken
+ * as a polynomial through Gauss's nodes, none of which lies at the place, and the solution is its integral,
+ *
+ *     dy/dt (x) = sum a_k P_k(x),   y(x) = y0 + h/2 sum a_k I_k(x),   I_k = (P_k+1 - P_k-1) / (2 k + 1),  I_0 = x + 1
+ *
+ * for x from -1 to 1, the nodes evaluated on what the solution keeps to and the polynomial found by Picard's iteration
+ * (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.7: collocation of order 2 s). The
+ * last coefficients tell whether the solution is smooth: where it turns close by instead of going straight on they do
+ * not vanish, and where a node is too near to the place they are noise; then nothing is leapt over, and DOP853 goes on.
+ */
+#include "integrators/leap.h"
+#include "base/memory.h"
+#include "integrators/rk.h"
+#include <math.h>
+#include <string.h>
+
+enum { NODES = 12, MOST_SWEEPS = 40, PROBES = 60, ROUGHLY = 12, FINELY = 60 };
+
+/* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
+static const double LANDINGS[] = {0.22, 0.06};
+/* Relative size of the last terms of the polynomial at which it is taken for smooth. */
+#define SMOOTH 1e-9
+/* Part of it to which Picard's iteration is carried, the least that it must shrink by, and the noise in which it may
+ * end. */
+#define SETTLED 1e-4
+#define SHRINKS 0.7
+#define NOISE   10.0
+/* Beyond so much, or so many times the change of the last iteration, it is given up early. */
+#define ROUGH 100.0
+/* After a leap that failed the next is tried at this part of its distance, and none below LEAST. */
+#define CLOSER 0.1
+#define LEAST  1e-3
+/* A landing may lie this much beyond the one aimed at. */
+#define BEYOND 1.3
+
+typedef struct leap {
+    kmp_ode ode;
+    kmp_tolerance tolerance;
+    kmp_rk *rk;
+    bool marching; /* rk is at (t, y) */
+    bool leapt;    /* the last step was a leap */
+    double t, t_old, t_end;
+    double tried; /* distance at which the last leap failed; 0: none did */
+    double nearest, nearest_t;
+    double *y;        /* n */
+    double *y0, *dy0; /* n: start of the leap */
+    double *first;    /* n: slope of the first way there */
+    double *trial;    /* n */
+    double *node;     /* NODES x n: y there, as the polynomial has it */
+    double *slope;    /* NODES x n: dy/dt there */
+    double *a;        /* NODES x n: coefficients */
+    double h;
+    double x[NODES], weight[NODES];
+    double p[NODES][NODES];        /* P_k at node j: p[k][j] */
+    double integral[NODES][NODES]; /* I_k at node j */
+    double *memory;
+    long steps, refused, rhs;
+} leap;
+
+/* -- Legendre's polynomials ------------------------------------------------------------------------- */
+
+/* P_0 .. P_count-1 at x. */
+static void legendre(int count, double x, double *p)
+{
+    p[0] = 1;
+    p[1] = x;
+    for (int k = 2; k < count; k++)
+        p[k] = ((2 * k - 1) * x * p[k - 1] - (k - 1) * p[k - 2]) / k;
+}
+
+/* I_0 .. I_NODES-1 at x. */
+static void integrals(double x, double *i)
+{
+    double p[NODES + 1];
+    legendre(NODES + 1, x, p);
+    i[0] = x + 1;
+    for (int k = 1; k < NODES; k++)
+        i[k] = (p[k + 1] - p[k - 1]) / (2 * k + 1);
+}
+
+/* Roots of P_NODES by Newton's method, ascending, and Gauss's weights. */
+static void find_nodes(leap *s)
+{
+    const double pi = 3.14159265358979323846;
+    for (int j = 0; j < NODES; j++) {
+        double p[NODES + 1], i[NODES], x = -cos(pi * (j + 0.75) / (NODES + 0.5)), slope = 1;
+        for (int pass = 0; pass < 8; pass++) {
+            legendre(NODES + 1, x, p);
+            slope = NODES * (x * p[NODES] - p[NODES - 1]) / (x * x - 1);
+            x -= p[NODES] / slope;
+        }
+        s->x[j] = x;
+        s->weight[j] = 2 / ((1 - x * x) * slope * slope);
+        legendre(NODES + 1, x, p);
+        integrals(x, i);
+        for (int k = 0; k < NODES; k++) {
+            s->p[k][j] = p[k];
+            s->integral[k][j] = i[k];
+        }
+    }
+}
+
+/* The coefficients from the slopes. */
+static void fit(leap *s)
+{
+    int n = s->ode.n;
+    memset(s->a, 0, (size_t)(NODES * n) * sizeof *s->a);
+    for (int k = 0; k < NODES; k++)
+        for (int j = 0; j < NODES; j++) {
+            double part = 0.5 * (2 * k + 1) * s->weight[j] * s->p[k][j];
+            for (int i = 0; i < n; i++)
+                s->a[k * n + i] += part * s->slope[j * n + i];
+        }
+}
+
+/* y = y0 + h/2 sum a_k integral_k */
+static void combine(const leap *s, const double *integral, double *y)
+{
+    int n = s->ode.n;
+    for (int i = 0; i < n; i++) {
+        double sum = 0;
+        for (int k = NODES - 1; k >= 0; k--)
+            sum += integral[k] * s->a[k * n + i];
+        y[i] = s->y0[i] + 0.5 * s->h * sum;
+    }
+}
+
+static void at(const leap *s, double t, double *y)
+{
+    double integral[NODES];
+    integrals(2 * (t - s->t_old) / s->h - 1, integral);
+    combine(s, integral, y);
+}
+
+/* -- where to --------------------------------------------------------------------------------------- */
+
+/* Largest |x| in error weights. */
+static double weighted(const leap *s, const double *x)
+{
+    double most = 0;
+    for (int i = 0; i < s->ode.n; i++) {
+        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * fmin(1, SMOOTH / s->tolerance.rtol);
+        most = isfinite(x[i]) ? fmax(most, fabs(x[i]) / w) : INFINITY;
+    }
+    return most;
+}
+
+/* y a time after (q, qd): along the slope and its change. */
+static void extrapolate(const leap *s, const double *y, const double *dy, double tau, double *to)
+{
+    int n = s->ode.n, m = s->ode.positions;
+    for (int i = 0; i < n; i++)
+        to[i] = y[i] + tau * (dy[i] + (i < m ? 0.5 * tau * dy[i + m] : 0));
+}
+
+static double distance(leap *s, double t, double *y)
+{
+    double d = 0;
+    return s->ode.closed(s->ode.self, t, y, true, NULL, &d) == KMP_GO ? d : INFINITY;
+}
+
+/* Along the extrapolation. */
+static double ahead(leap *s, double tau)
+{
+    extrapolate(s, s->y0, s->dy0, tau, s->trial);
+    return distance(s, s->t + tau, s->trial);
+}
+
+/* Along the polynomial. */
+static double within(leap *s, double tau)
+{
+    at(s, s->t_old + tau, s->trial);
+    return distance(s, s->t_old + tau, s->trial);
+}
+
+/* The place of the least distance between two times, by so many golden sections. */
+static double least(leap *s, double (*of)(leap *, double), double from, double to, int sections, double *size)
+{
+    const double golden = 0.61803398874989485;
+    double x[2] = {to - golden * (to - from), from + golden * (to - from)}, d[2] = {of(s, x[0]), of(s, x[1])};
+    for (int k = 0; k < sections; k++) {
+        if (d[0] < d[1]) {
+            to = x[1];
+            x[1] = x[0];
+            d[1] = d[0];
+            x[0] = to - golden * (to - from);
+            d[0] = of(s, x[0]);
+        } else {
+            from = x[0];
+            x[0] = x[1];
+            d[0] = d[1];
+            x[1] = from + golden * (to - from);
+            d[1] = of(s, x[1]);
+        }
+    }
+    *size = fmin(d[0], d[1]);
+    return 0.5 * (from + to);
+}
+
+/* The time after which the distance has grown to `landing`, at most to the end; the singular place lies `place` after
+ * the start (0: behind it). 0 when the way does not lead from below to the landing. */
+static double look_ahead(leap *s, double now, double landing, double *place)
+{
+    double left = s->t_end - s->t, tau = 1e-7 * left, before = 0, last = now, lowest = 0, low = now, after = tau;
+    for (int k = 0; k < PROBES && !(low < landing && last >= landing) && before < left; k++) {
+        double d = ahead(s, tau);
+        after = d < low || lowest == before ? tau : after;
+        lowest = d < low ? tau : lowest;
+        low = fmin(low, d);
+        before = tau;
+        last = d;
+        tau = fmin(1.5 * tau, left);
+    }
+    *place = 0;
+    if (low >= landing)
+        return 0;
+    double size, from = lowest / 1.5, to = before;
+    if (lowest > 0)
+        *place = least(s, ahead, from, fmin(1.01 * after, left), ROUGHLY, &size);
+    for (from = before / 1.5; last >= landing && to - from > 1e-2 * to;) {
+        double half = 0.5 * (from + to);
+        *(ahead(s, half) < landing ? &from : &to) = half;
+    }
+    return to;
+}
+
+/* A length near the one wanted, at most `most`, such that the singular place falls between nodes. */
+static double length_of(const leap *s, double wanted, double most, double place)
+{
+    double best = fmin(wanted, most), miss = INFINITY;
+    if (place <= 0.25 * (1 + s->x[0]) * best)
+        return best;
+    for (int j = 0; j < NODES - 1; j++) {
+        double h = place / (0.25 * (2 + s->x[j] + s->x[j + 1])), off = fabs(log(h / wanted));
+        if (h <= fmin(BEYOND * wanted, most) && off < miss) {
+            miss = off;
+            best = h;
+        }
+    }
+    return best;
+}
+
+/* -- the leap --------------------------------------------------------------------------------------- */
+
+static int evaluate(leap *s, int j)
+{
+    int n = s->ode.n;
+    s->rhs++;
+    memcpy(s->trial, s->node + j * n, (size_t)n * sizeof *s->trial);
+    return s->ode.closed(s->ode.self, s->t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
+}
+
+/* Nodes one after the other, each from the one before. */
+static int predict(leap *s)
+{
+    int n = s->ode.n, said = KMP_GO;
+    const double *y = s->y0, *dy = s->dy0;
+    for (int j = 0; said == KMP_GO && j < NODES; j++) {
+        extrapolate(s, y, dy, 0.5 * s->h * (s->x[j] - (j ? s->x[j - 1] : -1)), s->node + j * n);
+        said = evaluate(s, j);
+        y = s->node + j * n;
+        dy = s->slope + j * n;
+    }
+    return said;
+}
+
+/* One Picard iteration; *change: of the nodes, in error weights. */
+static int sweep(leap *s, double *change)
+{
+    int n = s->ode.n, said = KMP_GO;
+    *change = 0;
+    fit(s);
+    for (int j = 0; said == KMP_GO && j < NODES; j++) {
+        double integral[NODES];
+        for (int k = 0; k < NODES; k++)
+            integral[k] = s->integral[k][j];
+        combine(s, integral, s->trial);
+        for (int i = 0; i < n; i++) {
+            double moved = s->trial[i] - s->node[j * n + i];
+            s->node[j * n + i] = s->trial[i];
+            s->trial[i] = moved;
+        }
+        *change = fmax(*change, weighted(s, s->trial));
+        said = evaluate(s, j);
+    }
+    return said;
+}
+
+/* The last terms of the polynomial, in error weights. */
+static double roughness(leap *s)
+{
+    int n = s->ode.n;
+    for (int i = 0; i < n; i++)
+        s->trial[i] =
+            0.5 * s->h *
+            (fabs(s->a[(NODES - 2) * n + i]) / (2 * NODES - 3) + fabs(s->a[(NODES - 1) * n + i]) / (2 * NODES - 1));
+    return weighted(s, s->trial);
+}
+
+/* What became of the polynomial. */
+typedef enum outcome { SMOOTHLY, TURNS, UNSETTLED } outcome;
+
+/* Picard's iteration to its end. */
+static outcome settle(leap *s)
+{
+    double change = INFINITY, last = INFINITY;
+    if (predict(s) != KMP_GO)
+        return UNSETTLED;
+    for (int k = 0; k < MOST_SWEEPS && !(change <= SETTLED); k++) {
+        if (sweep(s, &change) != KMP_GO)
+            return UNSETTLED;
+        if (k > 2 && change > SHRINKS * last)
+            break; /* noise, or no convergence */
+        if (k > 1 && roughness(s) > ROUGH * fmax(1, change))
+            return TURNS; /* more than what is still to come may mend */
+        last = change;
+    }
+    fit(s);
+    return change > NOISE ? UNSETTLED : roughness(s) > 1 ? TURNS : SMOOTHLY;
+}
+
+/* From the start with its slope at hand to a landing. */
+static outcome leap_to(leap *s, double now, double landing)
+{
+    int n = s->ode.n;
+    double place, end, left = s->t_end - s->t, wanted = look_ahead(s, now, landing, &place), ones[NODES] = {2};
+    s->h = length_of(s, wanted, left, place);
+    end = s->h == left ? s->t_end : s->t + s->h;
+    outcome what = end > s->t ? settle(s) : UNSETTLED;
+    if (what != SMOOTHLY)
+        return what;
+    combine(s, ones, s->y); /* I_k(1) = 0 but for k = 0 */
+    s->rhs++;
+    if (s->ode.closed(s->ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
+        memcpy(s->y, s->y0, (size_t)n * sizeof *s->y);
+        return UNSETTLED;
+    }
+    s->t_old = s->t;
+    s->t = end;
+    return SMOOTHLY;
+}
+
+/* Tries to; with the slope at the start as it is, then without what is lost in noise there. */
+static bool try(leap *s)
+{
+    int n = s->ode.n;
+    double now = 0, *first = s->first;
+    bool turn = true;
+    memcpy(s->y0, s->y, (size_t)n * sizeof *s->y0);
+    memcpy(s->trial, s->y, (size_t)n * sizeof *s->y0);
+    if (s->ode.closed(s->ode.self, s->t, s->trial, true, NULL, &now) != KMP_GO)
+        return false;
+    if (s->tried > 0 && (now > CLOSER * s->tried || now < LEAST))
+        return false;
+    for (int way = 0; way < 2; way++) {
+        s->rhs++;
+        memcpy(s->trial, s->y, (size_t)n * sizeof *s->y0);
+        int said = way ? s->ode.rhs(s->ode.self, s->t, s->y0, s->dy0)
+                       : s->ode.closed(s->ode.self, s->t, s->trial, true, s->dy0, NULL);
+        if (way && memcmp(first, s->dy0, (size_t)n * sizeof *first) == 0)
+            break;
+        memcpy(first, s->dy0, (size_t)n * sizeof *first);
+        for (size_t k = 0; said == KMP_GO && k < sizeof LANDINGS / sizeof *LANDINGS; k++) {
+            outcome what = leap_to(s, now, LANDINGS[k]);
+            if (what == SMOOTHLY)
+                return true;
+            turn = turn && what == TURNS;
+        }
+    }
+    s->ode.turns(s->ode.self, turn);
+    s->tried = now;
+    s->refused++;
+    return false;
+}
+
+/* -- behind the socket ------------------------------------------------------------------------------ */
+
+static void release(void *solver)
+{
+    leap *s = solver;
+    if (!s)
+        return;
+    kmp_rk_free(s->rk);
+    kmp_free(s->memory);
+    kmp_free(s);
+}
+
+static void *create(const kmp_solver_setup *setup)
+{
+    enum { SINGLE = 5, VECTORS = SINGLE + 3 * NODES };
+    int n = setup->ode->n;
+    leap *s = KMP_NEW(leap, 1);
+    if (s) {
+        s->ode = *setup->ode;
+        s->tolerance = setup->tolerance;
+        s->rk = kmp_rk_new(&kmp_dop853, setup->ode, setup->tolerance);
+        s->memory = KMP_NEW(double, VECTORS *n);
+    }
+    if (!s || !s->rk || !s->memory) {
+        (void)kmp_fail_memory(setup->context);
+        release(s);
+        return NULL;
+    }
+    double **vector[SINGLE] = {&s->y, &s->y0, &s->dy0, &s->first, &s->trial};
+    for (int k = 0; k < SINGLE; k++)
+        *vector[k] = s->memory + k * n;
+    s->node = s->memory + SINGLE * n;
+    s->slope = s->node + NODES * n;
+    s->a = s->slope + NODES * n;
+    find_nodes(s);
+    return s;
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    leap *s = solver;
+    (void)yp, (void)h0;
+    s->t = s->t_old = t;
+    s->t_end = t_end;
+    s->tried = 0;
+    s->marching = s->leapt = false;
+    s->nearest = INFINITY;
+    memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
+    return KEMPE_OK;
+}
+
+static int march(leap *s)
+{
+    int said = s->marching ? KMP_GO : kmp_rk_start(s->rk, s->t, s->y, s->t_end, 0);
+    s->marching = said == KMP_GO;
+    said = said == KMP_GO ? kmp_rk_step(s->rk) : said;
+    if (said != KMP_GO)
+        return said;
+    s->t = kmp_rk_t(s->rk);
+    s->t_old = kmp_rk_t_old(s->rk);
+    memcpy(s->y, kmp_rk_y(s->rk), (size_t)s->ode.n * sizeof *s->y);
+    return KMP_GO;
+}
+
+static kempe_status step(void *solver)
+{
+    leap *s = solver;
+    if (!(s->t < s->t_end))
+        return KEMPE_OK;
+    s->leapt = try(s);
+    if (!s->leapt)
+        return march(s) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+    s->marching = false;
+    s->tried = 0;
+    s->steps++;
+    double size, tau = least(s, within, 0, s->h, FINELY, &size);
+    s->nearest_t = size < s->nearest ? s->t_old + tau : s->nearest_t;
+    s->nearest = fmin(s->nearest, size);
+    return KEMPE_OK;
+}
+
+static double t(const void *solver)
+{
+    return ((const leap *)solver)->t;
+}
+
+static double t_old(const void *solver)
+{
+    return ((const leap *)solver)->t_old;
+}
+
+static kempe_status dense(void *solver, double time, double *y, double *yp)
+{
+    leap *s = solver;
+    (void)yp;
+    if (time == s->t)
+        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+    else if (s->leapt)
+        at(s, time, y);
+    else
+        return kmp_rk_dense(s->rk, time, y) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+    return KEMPE_OK;
+}
+
+static kmp_solver_work work(const void *solver)
+{
+    const leap *s = solver;
+    kmp_ode_work w = kmp_rk_work(s->rk);
+    return (kmp_solver_work){
+        .steps = w.steps + s->steps, .rejected = w.rejected, .refused = w.refused + s->refused, .rhs = w.rhs + s->rhs};
+}
+
+bool kmp_leap_nearest(const void *solver, double *time, double *size)
+{
+    const leap *s = solver;
+    if (!(s->nearest < INFINITY))
+        return false;
+    *time = s->nearest_t;
+    *size = s->nearest;
+    return true;
+}
+
+const kmp_solver_kind kmp_solver_leap = {.name = "leap",
+                                         .corrects = true,
+                                         .create = create,
+                                         .release = release,
+                                         .start = start,
+                                         .step = step,
+                                         .t = t,
+                                         .t_old = t_old,
+                                         .dense = dense,
+                                         .work = work};

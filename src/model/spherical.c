@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/spherical.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+/* Cosine of the angle between unit axes that stand across each other, but for the rounding of their components. */
+#define ACROSS 1e-14
+
+/* -- coordinates that somebody asks for -------------------------------------------------------------- */
+
+static void mark_expression(const kmp_expr *e, bool *used)
+{
+    if (!e)
+        return;
+    if (e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD)
+        used[e->index] = true;
+    mark_expression(e->a, used);
+    mark_expression(e->b, used);
+    mark_expression(e->c, used);
+}
+
+static void mark_closure(const kmp_closure *closure, bool *used)
+{
+    if (closure->motion >= 0)
+        used[closure->motion] = true;
+    if (closure->motion >= 0 && strcmp(closure->kind, "screw") == 0)
+        used[closure->motion + 1] = true;
+    for (int k = 0; k < closure->term_count; k++)
+        used[closure->terms[k].motion] = true;
+    mark_expression(closure->function, used);
+    for (int k = 0; k < closure->curve_count; k++)
+        mark_expression(closure->curve[k], used);
+}
+
+static void mark_force(const kmp_force *force, bool *used)
+{
+    if (force->motion >= 0)
+        used[force->motion] = true;
+    mark_expression(force->effort, used);
+    for (int k = 0; k < 3; k++)
+        mark_expression(force->vector[k], used);
+}
+
+static void mark_used(const kempe_model *model, bool *used)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        mark_closure(&model->closures[c], used);
+    for (int k = 0; k < model->force_count; k++)
+        mark_force(&model->forces[k], used);
+    for (int k = 0; k < model->start.goal_count; k++)
+        if (model->start.goals[k].motion >= 0)
+            used[model->start.goals[k].motion] = true;
+    for (int k = 0; k < model->sensor_count; k++)
+        mark_expression(model->sensors[k].expr, used);
+}
+
+/* -- joints ------------------------------------------------------------------------------------------ */
+
+static bool is_across(const kmp_motion *a, const kmp_motion *b)
+{
+    return fabs(a->axis[0] * b->axis[0] + a->axis[1] * b->axis[1] + a->axis[2] * b->axis[2]) <= ACROSS;
+}
+
+/* Rotations of one body from motion k on. */
+static int run_length(const kempe_model *model, int k)
+{
+    const kmp_motion *m = model->motions;
+    int end = k;
+    while (end < model->motion_count && m[end].rotation && m[end].body == m[k].body)
+        end++;
+    return end - k;
+}
+
+int kmp_spherical_find(const kempe_model *model, int *first)
+{
+    int count = 0, length;
+    bool *used = KMP_NEW(bool, model->motion_count);
+    if (!used)
+        return -1;
+    mark_used(model, used);
+    for (int k = 0; k<model->motion_count; k += length> 0 ? length : 1) {
+        const kmp_motion *m = &model->motions[k];
+        length = run_length(model, k);
+        if (length == 3 && is_across(&m[0], &m[1]) && is_across(&m[1], &m[2]) && !used[k] && !used[k + 1] &&
+            !used[k + 2])
+            first[count++] = k;
+    }
+    kmp_free(used);
+    return count;
+}

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* No run ends well with a wrong answer and without a word: what makes errors grow warns, what does not keeps silent. */
+#include "check.h"
+#include <kempe/kempe.h>
+#include <math.h>
+#include <string.h>
+
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+    int warnings;
+    char words[1024]; /* of the last warning */
+} scene;
+
+static void listen(void *user, kempe_level level, const char *line)
+{
+    scene *s = user;
+    if (level != KEMPE_LOG_WARNING)
+        return;
+    s->warnings++;
+    snprintf(s->words, sizeof s->words, "%s", line);
+}
+
+static scene *open_scene(scene *s, const char *text, const char *path)
+{
+    *s = (scene){.context = kempe_context_new()};
+    CHECK(s->context != NULL);
+    kempe_context_set_log(s->context, listen, s);
+    kempe_status status = text ? kempe_model_read_text(s->context, text, "model", &s->model)
+                               : kempe_model_read(s->context, path, &s->model);
+    CHECK(status == KEMPE_OK);
+    CHECK(kempe_system_new(s->model, &s->system) == KEMPE_OK);
+    return s;
+}
+
+static void close_scene(scene *s)
+{
+    kempe_system_free(s->system);
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+static kempe_status run(scene *s, const kempe_run *options, kempe_trajectory **trajectory)
+{
+    s->warnings = 0;
+    s->words[0] = '\0';
+    return kempe_simulate(s->system, options, trajectory);
+}
+
+/* The second run as the JSON report has it. */
+static void check_json(const kempe_trajectory *trajectory, const char *wanted)
+{
+    char *text = NULL;
+    CHECK(kempe_trajectory_print(trajectory, KEMPE_JSON, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, wanted) != NULL);
+    kempe_text_free(text);
+}
+
+static const char *const roads[] = {"reduced", "projected", "dae"};
+
+/* -- motions that amplify ---------------------------------------------------------------------------- */
+
+#define DOUBLE_PENDULUM(run)                                                                                           \
+    "kempe: 1\nname: double\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"                      \
+    "  a:\n    joint: {name: a, revolute: z, at: ground.O}\n    mass: 1\n    com: [0.5, 0, 0]\n"                       \
+    "    inertia: {zz: 0.1}\n    points: {P: [1, 0, 0]}\n"                                                             \
+    "  b:\n    joint: {name: b, revolute: z, at: a.P}\n    mass: 1\n    com: [0.5, 0, 0]\n    inertia: {zz: 0.1}\n"    \
+    "start: {q: {a: 2, b: 0.5}}\nrun: " run "\n"
+
+static void chaos_is_told(void)
+{
+    scene s;
+    open_scene(&s, DOUBLE_PENDULUM("{t_end: 60, every: 0.5, rtol: 1e-8}"), NULL);
+    for (int k = 0; k < 3; k++) {
+        kempe_trajectory *trajectory = NULL;
+        kempe_run options = {.road = roads[k]};
+        CHECK(run(&s, &options, &trajectory) == KEMPE_OK);
+        CHECK(s.warnings == 1 && strstr(s.words, "do not trust this run beyond t = "));
+        check_json(trajectory, "\"verdict\": \"not converged\"");
+        kempe_trajectory_free(trajectory);
+    }
+    close_scene(&s);
+}
+
+/* The same before errors have grown, and once only. */
+static void a_short_run_keeps_silent(void)
+{
+    scene s;
+    open_scene(&s, DOUBLE_PENDULUM("{t_end: 1, rtol: 1e-8}"), NULL);
+    for (int once = 0; once < 2; once++)
+        for (int k = 0; k < 3; k++) {
+            kempe_trajectory *trajectory = NULL;
+            kempe_run options = {.road = roads[k], .once = once};
+            CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
+            check_json(trajectory, once ? "\"again\": null" : "\"verdict\": \"converged\"");
+            kempe_trajectory_free(trajectory);
+        }
+    close_scene(&s);
+}
+
+/* The second run of a coarse one is finer. */
+static void coarse_runs_are_checked_by_finer_ones(void)
+{
+    scene s;
+    kempe_trajectory *trajectory = NULL;
+    open_scene(&s, DOUBLE_PENDULUM("{t_end: 1}"), NULL);
+    kempe_run options = {.rtol = 1e-4};
+    CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
+    check_json(trajectory, "\"rtol\": 1e-06");
+    kempe_trajectory_free(trajectory);
+    close_scene(&s);
+}
+
+/* -- lengths that differ by a thousand --------------------------------------------------------------- */
+
+/* Small pivots everywhere are no change point: no warning, no zone with its 1e-9, closures shut and energy kept. */
+static void long_levers_are_no_change_point(void)
+{
+    scene s;
+    double end[6];
+    open_scene(&s, NULL, KEMPE_ROOT "/tests/models/levers.yaml");
+    for (int k = 0; k < 3; k++) {
+        kempe_trajectory *trajectory = NULL;
+        kempe_run options = {.road = roads[k], .rtol = 1e-12};
+        CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
+        int last = kempe_trajectory_row_count(trajectory) - 1;
+        const double *q = kempe_trajectory_q(trajectory, last);
+        for (int i = 0; i < 6; i++)
+            if (k == 0)
+                end[i] = q[i];
+            else
+                CHECK_NEAR(q[i], end[i], (k == 1 ? 1e-11 : 1e-9) * fmax(1, fabs(end[i])));
+        kempe_trajectory_free(trajectory);
+    }
+    close_scene(&s);
+}
+
+/* Where rounding of h and of J qd asks for corrections beyond the tolerance the projected road goes on. */
+static void rounding_refuses_no_step(void)
+{
+    const struct {
+        const char *path;
+        double t_end;
+    } cases[] = {{KEMPE_ROOT "/tests/models/long_slider.yaml", 0.02},
+                 {KEMPE_ROOT "/tests/models/long_whip.yaml", 0.02}};
+    for (int k = 0; k < 2; k++) {
+        scene s;
+        kempe_trajectory *trajectory = NULL;
+        kempe_run options = {.road = "projected", .rtol = 1e-12, .t_end = cases[k].t_end};
+        open_scene(&s, NULL, cases[k].path);
+        CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
+        kempe_trajectory_free(trajectory);
+        close_scene(&s);
+    }
+}
+
+/* -- closures that hold nothing ---------------------------------------------------------------------- */
+
+/* A rod across the only direction in which its end moves: its gradient vanishes wherever it is closed, and what is left
+ * of it is rounding. No road may end well with the rod broken. */
+static void a_rod_across_is_named(void)
+{
+    scene s;
+    open_scene(&s,
+               "kempe: 1\nname: across\ngravity: [0, -9.81, 0]\n"
+               "ground: {points: {A: [-0.75107224411441575, -0.44013173241939274, 0],\n"
+               "  B: [0.12027312264528445, -0.5175687335724628, 0]}}\nbodies:\n"
+               "  a:\n    joint: {name: a, prismatic: y, at: ground.A}\n    mass: 1\n"
+               "    points: {P: [0.46892225298556345, -0.43677254954843181, 0]}\n"
+               "  b:\n    joint: {name: b, prismatic: y, at: a.P}\n    mass: 2\n"
+               "    points: {P: [-0.097576886225863246, 0.58673024208423863, 0]}\n"
+               "loops:\n  L: {rod: [b.P, ground.B], length: 0.5}\n"
+               "start: {q: {a: 0.060607, b: -0.295587}, qd: {a: 0.7}}\nrun: {t_end: 0.5, rtol: 1e-10}\n",
+               NULL);
+    for (int k = 0; k < 3; k++) {
+        kempe_trajectory *trajectory = NULL;
+        kempe_run options = {.road = roads[k]};
+        kempe_status status = run(&s, &options, &trajectory);
+        if (status == KEMPE_OK)
+            CHECK(s.warnings > 0 && strstr(s.words, "the closures are open by"));
+        else
+            CHECK(status == KEMPE_E_FAILED && strstr(kempe_context_message(s.context), "closure row 'L.1'"));
+        kempe_trajectory_free(trajectory);
+    }
+    close_scene(&s);
+}
+
+/* A structure has no energy but rounding: its balance is not off. */
+static void a_structure_at_rest_keeps_silent(void)
+{
+    scene s;
+    open_scene(&s,
+               "kempe: 1\nname: truss\ngravity: [0, -9.81, 0]\n"
+               "ground: {points: {A: [0, 0, 0], B: [0.7, 0.1, 0]}}\nbodies:\n"
+               "  a:\n    joint: {name: a, revolute: z, at: ground.A}\n    mass: 1\n    com: [0.3, 0, 0]\n"
+               "    inertia: {zz: 0.1}\n    points: {P: [0.61, 0, 0]}\n"
+               "  b:\n    joint: {name: b, revolute: z, at: ground.B}\n    mass: 1\n    com: [0.2, 0, 0]\n"
+               "    inertia: {zz: 0.1}\n    points: {P: [0.53, 0, 0]}\n"
+               "loops: {C: {ball: [a.P, b.P]}}\nstart: {q: {a: 0.8, b: 1.9}}\nrun: {t_end: 0.5}\n",
+               NULL);
+    for (int k = 0; k < 3; k++) {
+        kempe_trajectory *trajectory = NULL;
+        kempe_run options = {.road = roads[k], .rtol = 1e-10};
+        CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
+        kempe_trajectory_free(trajectory);
+    }
+    close_scene(&s);
+}
+
+int main(void)
+{
+    TEST(chaos_is_told);
+    TEST(a_short_run_keeps_silent);
+    TEST(coarse_runs_are_checked_by_finer_ones);
+    TEST(long_levers_are_no_change_point);
+    TEST(rounding_refuses_no_step);
+    TEST(a_rod_across_is_named);
+    TEST(a_structure_at_rest_keeps_silent);
+    return check_report();
+}
