@@ -33,10 +33,12 @@ static void unload(loaded *l)
     kempe_context_free(l->context);
 }
 
+enum { LARGEST = 32 };
+
 /* The last row of a run, and how many came. */
 typedef struct last_row {
     const kempe_system *s;
-    double t, q[16], qd[16], qdd[16], lambda[16];
+    double t, q[LARGEST], qd[LARGEST], qdd[LARGEST], lambda[LARGEST];
     int rows;
     unsigned long allocations[2]; /* at the first and at the last row */
     const kmp_reference *reference;
@@ -67,6 +69,8 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     last_row *r = user;
     (void)work;
     r->t = t;
+    if (r->s->n > LARGEST || r->s->m > LARGEST)
+        return 1;
     for (int i = 0; i < r->s->n; i++) {
         r->q[i] = q[i];
         r->qd[i] = qd[i];
