@@ -87,6 +87,7 @@ CALLS = [
     ("simulate model.yaml -o nowhere/out.csv", 1),
     ("show model.yaml", 3),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
+    (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]
 
 

@@ -33,7 +33,8 @@ LAYERS = {
 }
 FOLDERS = [  # first match wins
     ("src/dynamics/kinematics.", "kinematics"),
-    ("src/dynamics/vector.", "kinematics"),  # symbolic 3-vectors, what kinematics is written in
+    ("src/dynamics/vector.", "kinematics"),  # symbolic 3-vectors and tensors, what kinematics is written in
+    ("src/dynamics/tensor.", "kinematics"),
     ("constraints/kinds/", "kinds"),
     ("constraints/", "constraints"),
     ("integrators/", "integrators"),

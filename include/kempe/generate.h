@@ -13,10 +13,12 @@ extern "C" {
 
 /** What to derive, and how. NULL and 0 take the default. */
 typedef struct kempe_generation {
-    const char *sets;    /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J */
+    const char *sets;    /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
+                          * qdd: the accelerations without closure forces, in O(N) */
     const char *scheme;  /* how M is made: composite (default), ner */
     int keep_parameters; /* every number of the model that is not zero stays a symbol, instead of being folded in */
     int body_inputs;     /* three forces and three torques on every body are inputs */
+    int optimize;        /* look for the fewest operations joint by joint, not among some patterns alone: slower */
 } kempe_generation;
 
 typedef struct kempe_count kempe_count;

@@ -128,7 +128,8 @@ KEMPE_API const char *kempe_system_row_name(const kempe_system *system, int k);
 typedef enum kempe_view {
     KEMPE_VIEW_EQUATIONS, /* M, C, h, J, jdqd as named scalar assignments */
     KEMPE_VIEW_PROGRAM,   /* the staged straight-line program of the reduced road */
-    KEMPE_VIEW_STATS      /* operation counts by set and stage */
+    KEMPE_VIEW_STATS,     /* operation counts by set and stage; what each simplification gains */
+    KEMPE_VIEW_PASSES /* the equations before the passes and after each one that changes them; as text, then stats */
 } kempe_view;
 
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,

@@ -206,6 +206,11 @@ static kempe_status print_stats(const void *object, kempe_format format, char **
     return kempe_system_print(object, KEMPE_VIEW_STATS, format, text);
 }
 
+static kempe_status print_passes(const void *object, kempe_format format, char **text)
+{
+    return kempe_system_print(object, KEMPE_VIEW_PASSES, format, text);
+}
+
 /* Says what went wrong, and leaves a JSON object also when there is no result to print. */
 static void tell_failure(const job *j, kempe_status status, bool has_result)
 {
@@ -301,7 +306,9 @@ static kempe_status show(const job *j)
 {
     const cli_settings *s = j->settings;
     kempe_status status;
-    if (s->show_model)
+    if (s->show_equations && s->show_stats)
+        status = report(j, print_passes, j->system);
+    else if (s->show_model)
         status = report(j, print_model, j->model);
     else if (s->show_equations)
         status = report(j, print_equations, j->system);
@@ -318,6 +325,7 @@ static kempe_status generate(const job *j)
     kempe_generation generation = j->settings->generation;
     generation.keep_parameters = j->settings->keep_parameters;
     generation.body_inputs = j->settings->body_inputs;
+    generation.optimize = j->settings->optimize;
     kempe_status status = kempe_count_new(j->model, &generation, &result);
     tell_failure(j, status, result != NULL);
     if (result)

@@ -24,7 +24,8 @@ static const command commands[] = {
      "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --roads reduced,dae --csv table.csv\n"},
     {CLI_SHOW, "show", "FILE --model | --equations | --program | --stats", "print what Kempe made of the model",
      "  kempe show examples/andrews/andrews.yaml --stats\n"
-     "  kempe show examples/four_bar/four_bar.yaml --equations\n"},
+     "  kempe show examples/four_bar/four_bar.yaml --equations\n"
+     "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n"},
     {CLI_GENERATE, "generate", "FILE --count [options]", "sets of equations, and what they cost",
      "  kempe generate examples/andrews/andrews.yaml --count\n"
      "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n"},
@@ -69,9 +70,11 @@ static int complain_unknown(const char *word)
     return CLI_USAGE;
 }
 
-/* `show` prints one thing at a time. */
+/* `show` prints one thing at a time; equations and stats together are the passes. */
 static bool one_view(const cli_settings *s)
 {
+    if (s->show_equations && s->show_stats && !s->show_model && !s->show_program)
+        return true;
     if (s->show_model + s->show_equations + s->show_program + s->show_stats == 1)
         return true;
     fputs("kempe: show needs one of --model, --equations, --program, --stats\n", stderr);

@@ -3,11 +3,14 @@
 #include "dynamics/equations.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/articulated.h"
 #include "dynamics/forces.h"
+#include "dynamics/gap.h"
 #include "dynamics/outputs.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
+#include "symbolic/shorten.h"
 #include <math.h>
 #include <string.h>
 
@@ -171,10 +174,16 @@ static void jacobian_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref 
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
+/* The links as the dynamics see them. */
+static const kmp_tree *frames(const kmp_equations *eq)
+{
+    return eq->staying.count ? &eq->staying : &eq->tree;
+}
+
 /* Newton/Euler with given accelerations, less the efforts. */
 static kempe_status derive_efforts(kmp_equations *eq, const kmp_forces *forces, const kmp_ref *qdd, kmp_ref *out)
 {
-    if (!kmp_newton_euler(&eq->tree, qdd, forces->applied, out))
+    if (!kmp_newton_euler(frames(eq), qdd, forces->applied, out))
         return kmp_fail_memory(eq->context);
     for (int k = 0; k < eq->n; k++)
         out[k] = kmp_sub(eq->graph, out[k], forces->effort[k]);
@@ -213,6 +222,45 @@ static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
     return status;
 }
 
+/* -- accelerations ----------------------------------------------------------------------------------- */
+
+static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
+{
+    kmp_ref sum = KMP_ZERO;
+    for (int k = 0; k < eq->n; k++)
+        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + k], x[k]));
+    return sum;
+}
+
+/* The closure forces J' lambda as efforts of the same recursion, one multiplier at a time: what a row asks of all
+ * others. lambda = - mobility^-1 drift is left to the numbers. */
+static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
+{
+    int n = eq->n, m = eq->m;
+    for (int r = 0; r < m; r++) {
+        kmp_articulated_solve(bodies, eq->jacobian + r * n, NULL, eq->compliance + r * n);
+        for (int s = 0; s <= r; s++)
+            eq->mobility[r * m + s] = row_times(eq, r, eq->compliance + s * n);
+        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, eq->free_qdd), eq->jdqd[r]);
+    }
+}
+
+static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces)
+{
+    kmp_articulated bodies;
+    kmp_wrench *share = KMP_NEW(kmp_wrench, eq->tree.count);
+    kempe_status status = kmp_articulated_init(&bodies, frames(eq));
+    if (status == KEMPE_OK && (!share || !kmp_newton_euler_shares(frames(eq), forces->applied, share)))
+        status = kmp_fail_memory(eq->context);
+    if (status == KEMPE_OK) {
+        kmp_articulated_solve(&bodies, forces->effort, share, eq->free_qdd);
+        derive_compliance(eq, &bodies);
+    }
+    kmp_articulated_free(&bodies);
+    kmp_free(share);
+    return status;
+}
+
 /* -- what the scene shows ---------------------------------------------------------------------------- */
 
 static void derive_reactions(kmp_equations *eq)
@@ -248,13 +296,20 @@ static bool allocate(kmp_equations *eq)
     eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
     eq->position = KMP_NEW(kmp_ref, 3 * model->output_count);
     eq->shown = KMP_NEW(kmp_ref, kmp_outputs_width(model));
-    return eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
+    eq->free_qdd = KMP_NEW(kmp_ref, n);
+    eq->compliance = KMP_NEW(kmp_ref, rows * n);
+    eq->mobility = KMP_NEW(kmp_ref, rows * rows);
+    eq->drift = KMP_NEW(kmp_ref, rows);
+    bool fast = eq->free_qdd && eq->compliance && eq->mobility && eq->drift;
+    return fast && eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
            eq->inverse && eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
 }
 
 static kempe_status derive_closures(kmp_equations *eq, const kmp_scene *scene)
 {
     unsigned sets = scene->sets;
+    if (sets & KMP_SET_ACCELERATION)
+        sets |= KMP_SET_CLOSURE | KMP_SET_JDQD;
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing))
         return KEMPE_OK;
@@ -263,6 +318,8 @@ static kempe_status derive_closures(kmp_equations *eq, const kmp_scene *scene)
         status = derive_jacobian(eq);
     if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))
         status = derive_rates(eq, sets & KMP_SET_JDQD);
+    if (status == KEMPE_OK && !kmp_gaps_shorten(eq, sets, !scene->ways))
+        status = kmp_fail_memory(eq->context);
     if (status == KEMPE_OK && sets & KMP_SET_REACTION)
         derive_reactions(eq);
     return status;
@@ -273,12 +330,13 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     kempe_status status = KEMPE_OK;
     kmp_forces forces;
     kmp_mass_scheme *mass = scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
-    if (sets & KMP_SET_MASS && !mass(&eq->tree, eq->mass))
+    if (sets & KMP_SET_MASS && !mass(frames(eq), eq->mass))
         return kmp_fail_memory(eq->context);
     bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
-    if (!(sets & (KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE)) && !energy)
+    const unsigned dynamic = KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION;
+    if (!(sets & dynamic) && !energy)
         return !(sets & KMP_SET_OUTPUT) || kmp_outputs_derive(eq, NULL) ? KEMPE_OK : kmp_fail_memory(eq->context);
-    if (!kmp_forces_init(&forces, &eq->tree, energy))
+    if (!kmp_forces_init(&forces, frames(eq), energy))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
         status = derive_bias(eq, &forces);
@@ -286,6 +344,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
         status = derive_residual(eq, &forces);
     if (status == KEMPE_OK && sets & KMP_SET_INVERSE)
         status = derive_inverse(eq, &forces, eq->inverse);
+    if (status == KEMPE_OK && sets & KMP_SET_ACCELERATION)
+        status = derive_accelerations(eq, &forces);
     if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
         status = kmp_fail_memory(eq->context);
     eq->potential = forces.potential;
@@ -294,16 +354,52 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     return status;
 }
 
-kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
+static bool add_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree, const bool *stay)
+{
+    if (!kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted, stay))
+        return false;
+    tree->events = scene->events;
+    if (scene->body_inputs)
+        kmp_tree_add_inputs(tree);
+    return true;
+}
+
+/* A copy of the scene's ways, or room for them; a second tree when the dynamics are written otherwise. */
+static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
+{
+    size_t n = (size_t)eq->n, closures = 4 * (size_t)eq->model->closure_count;
+    eq->ways = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
+    bool other = false;
+    if (!eq->ways.stay || !eq->ways.about || !eq->ways.way)
+        return false;
+    if (!scene->ways)
+        return true;
+    memcpy(eq->ways.way, scene->ways->way, closures);
+    memcpy(eq->ways.stay, scene->ways->stay, n * sizeof(bool));
+    memcpy(eq->ways.about, scene->ways->about, n * sizeof(bool));
+    for (int k = 0; k < eq->n; k++)
+        other = other || eq->ways.stay[k] || eq->ways.about[k];
+    if (!other)
+        return true;
+    if (!add_tree(eq, scene, &eq->staying, eq->ways.stay))
+        return false;
+    for (int k = 0; k < eq->n; k++)
+        eq->staying.links[k + 1].about = eq->ways.about[k];
+    return true;
+}
+
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
-    if (!eq->graph || !allocate(eq) || !kmp_tree_init(&eq->tree, eq->graph, model, scene->keep, scene->charted))
+    if (eq->graph)
+        kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
+    eq->run = KMP_NEW(int, eq->n);
+    if (!eq->graph || !eq->run || !allocate(eq) || !add_tree(eq, scene, &eq->tree, NULL) || !add_ways(eq, scene))
         status = kmp_fail_memory(eq->context);
-    eq->tree.events = scene->events;
-    if (status == KEMPE_OK && scene->body_inputs)
-        kmp_tree_add_inputs(&eq->tree);
+    else
+        kmp_tree_runs(&eq->tree, eq->run);
     if (status == KEMPE_OK)
         status = derive_closures(eq, scene);
     if (status == KEMPE_OK)
@@ -330,9 +426,20 @@ kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *mod
     return kmp_equations_derive(eq, model, &scene);
 }
 
+bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs)
+{
+    const kmp_parallel parallel = {eq->run, eq->n};
+    return kmp_shorten(eq->graph, &parallel, count, outputs);
+}
+
 void kmp_equations_free(kmp_equations *eq)
 {
     kmp_tree_free(&eq->tree);
+    kmp_tree_free(&eq->staying);
+    kmp_free(eq->run);
+    kmp_free(eq->ways.stay);
+    kmp_free(eq->ways.about);
+    kmp_free(eq->ways.way);
     kmp_graph_free(eq->graph);
     kmp_free(eq->rows);
     kmp_free(eq->mass);
@@ -348,5 +455,9 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_free(eq->reaction);
     kmp_free(eq->position);
     kmp_free(eq->shown);
+    kmp_free(eq->free_qdd);
+    kmp_free(eq->compliance);
+    kmp_free(eq->mobility);
+    kmp_free(eq->drift);
     *eq = (kmp_equations){0};
 }

@@ -16,23 +16,34 @@ enum {
     KMP_SET_JDQD = 8,    /* gamma */
     KMP_SET_RESIDUAL =
         16, /* implicit dynamics of the dae road: R = Newton/Euler(q, qd, qdd) - J' lambda, J' mu, J qd + h_t */
-    KMP_SET_ENERGY = 32,   /* potential energy and the power of non-conservative forces */
-    KMP_SET_REACTION = 64, /* closure forces from lambda */
-    KMP_SET_OUTPUT = 128,  /* what the model asks for beside the table */
-    KMP_SET_INVERSE = 512  /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
+    KMP_SET_ENERGY = 32,        /* potential energy and the power of non-conservative forces */
+    KMP_SET_REACTION = 64,      /* closure forces from lambda */
+    KMP_SET_OUTPUT = 128,       /* what the model asks for beside the table */
+    KMP_SET_ACCELERATION = 256, /* accelerations by the O(N) scheme, and what closures need of it */
+    KMP_SET_INVERSE = 512       /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
+
+/** Ways to the same values, by which operations are saved. */
+typedef struct kmp_ways {
+    bool *stay;   /* a motion: the link's axes do not turn with it (dynamics alone) */
+    bool *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
+    uint8_t *way; /* four a closure: how its two points are followed, for h and J, and for their rates (gap.h) */
+} kmp_ways;
 
 /** What of a model to derive, and how. */
 typedef struct kmp_scene {
     unsigned sets;
     kmp_scheme scheme;
     kmp_keep keep;
-    bool body_inputs;   /* forces and torques on the bodies as inputs */
-    bool loops_alone;   /* no rows of drives */
-    bool charted;       /* spherical joints have charts as inputs (model/spherical.h) */
-    kmp_events *events; /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
+    bool body_inputs;     /* forces and torques on the bodies as inputs */
+    bool loops_alone;     /* no rows of drives */
+    bool charted;         /* spherical joints have charts as inputs (model/spherical.h) */
+    unsigned without;     /* rules of the graph that shall not hold (symbolic/graph.h) */
+    bool optimize;        /* look longer for the choice with the fewest operations: joint by joint */
+    const kmp_ways *ways; /* NULL: the one with the fewest operations of some */
+    kmp_events *events;   /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
 } kmp_scene;
 
 /** A closure row that is kept. */
@@ -46,7 +57,10 @@ typedef struct kmp_equations {
     kempe_context *context;
     const kempe_model *model;
     kmp_graph *graph;
-    kmp_tree tree;
+    kmp_tree tree;    /* what closures, outputs and users see */
+    kmp_tree staying; /* for the dynamics, when some axes stay */
+    kmp_ways ways;
+    int *run; /* n: rotations about parallel axes */
     int n, m;
     kmp_row *rows;     /* m */
     kmp_ref *mass;     /* n x n, entry (i, k) at i n + k for k <= i */
@@ -62,12 +76,19 @@ typedef struct kmp_equations {
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
     int position_count;
-    kmp_ref *shown; /* all outputs beside the table, in order */
+    kmp_ref *free_qdd;   /* n: accelerations without closure forces */
+    kmp_ref *compliance; /* n a row: M^-1 J' of row r at r n, so that qdd = free_qdd + compliance' lambda */
+    kmp_ref *mobility;   /* m x m: J M^-1 J', entry (r, s) at r m + s for s <= r */
+    kmp_ref *drift;      /* m: J free_qdd + jdqd = - mobility lambda */
+    kmp_ref *shown;      /* all outputs beside the table, in order */
     int shown_count;
 } kmp_equations;
 
-/** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_MEMORY. */
+/** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves), KEMPE_E_FAILED when accelerations
+ *  are asked for and a coordinate moves no mass, KEMPE_E_MEMORY. */
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
+/** The same by the scene's ways; without them no axes stay, and closures are followed by the shortest ways. */
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
 /** The same for scenes that say no more. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
@@ -76,5 +97,8 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
+
+/** The passes over outputs of these equations (symbolic/shorten.h). false: no memory. */
+bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);
 
 #endif

@@ -317,7 +317,14 @@ static kmp_vec apply_axes(const kmp_tree *tree, int i, bool transposed, kmp_vec 
     return r;
 }
 
-kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
+static void turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v)
+{
+    if (link->rotation)
+        kmp_rotate(tree->graph, angle, &v->x[(link->axis + 1) % 3], &v->x[(link->axis + 2) % 3]);
+}
+
+/* v in axes that turn with the body's link, whether or not the link's own do. */
+static kmp_vec turning_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
     kmp_mount *mount = &tree->mounts[body];
     kmp_link *link = &tree->links[mount->link];
@@ -325,6 +332,14 @@ kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
         v = apply(tree->graph, mount->r, false, v);
     v = apply_chart(tree->graph, link->after, false, v);
     return link->axis == 2 && link->a[2][2] != 1 ? apply(tree->graph, link->a, true, v) : v;
+}
+
+kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
+{
+    const kmp_link *link = &tree->links[tree->mounts[body].link];
+    v = turning_vector(tree, body, v);
+    turn(tree, link, link->lag, &v);
+    return v;
 }
 
 /* -- the tree ---------------------------------------------------------------------------------------- */
@@ -346,17 +361,18 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     const kmp_number *number = tree->model->bodies[body].inertia;
     kmp_mount *mount = &tree->mounts[body];
+    const kmp_link *link = &tree->links[mount->link];
     double b[3][3];
     kmp_tensor t, r;
     for (int k = 0; k < 6; k++)
         t.x[k] = kmp_tree_number(tree, &number[k]);
     multiply(mount->r, true, tree->links[mount->link].a, b);
-    bool charted = tree->links[mount->link].after >= 0;
+    bool charted = link->after >= 0;
     if (is_identity(b) && !charted)
-        return t;
+        return kmp_tensor_turn(tree->graph, link->axis, link->lag, t);
     for (int k = 0; charted && k < 6; k++) {
         kmp_vec ie = kmp_tensor_apply(tree->graph, t, link_axis(tree, body, column[k]));
-        r.x[k] = kmp_body_vector(tree, body, ie).x[row[k]];
+        r.x[k] = turning_vector(tree, body, ie).x[row[k]];
     }
     for (int k = 0; !charted && k < 6; k++) {
         kmp_vec e = kmp_vec_zero();
@@ -365,7 +381,7 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
         kmp_vec ie = apply(tree->graph, b, true, kmp_tensor_apply(tree->graph, t, e));
         r.x[k] = ie.x[row[k]];
     }
-    return r;
+    return kmp_tensor_turn(tree->graph, link->axis, link->lag, r);
 }
 
 /* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 and what the masses at d = c2 - c1 from each
@@ -421,6 +437,16 @@ static kmp_mount find_base(const kmp_tree *tree, int b)
     return base;
 }
 
+/* Axes that stay turn what is fixed to the body by the joint's angle; with those of a parent that stays about the same
+ * axis, by the sum. */
+static void stay_behind(kmp_link *link, const kmp_link *parent, kmp_graph *g, bool stay)
+{
+    link->stays = stay && link->rotation;
+    link->follows = link->stays && parent->stays && parent->axis == link->axis && !link->turned;
+    if (link->stays)
+        link->lag = link->follows ? kmp_angle_add(g, parent->lag, link->q) : link->q;
+}
+
 static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
 {
     const kmp_motion *motion = &tree->model->motions[k];
@@ -440,6 +466,7 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
         link->q = kmp_neg(link->q);
         link->qd = kmp_neg(link->qd);
     }
+    stay_behind(link, &tree->links[link->parent], tree->graph, tree->stay && tree->stay[k]);
     *base = (kmp_mount){.link = k + 1, .p = kmp_vec_zero()};
     identity(base->r);
 }
@@ -552,9 +579,11 @@ static bool place_charts(kmp_tree *tree)
     return first && count >= 0;
 }
 
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted,
+                   const bool *stay)
 {
-    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
+    *tree = (kmp_tree){
+        .graph = g, .model = model, .keep = keep, .charted = charted, .stay = stay, .count = model->motion_count + 1};
     tree->links = KMP_NEW(kmp_link, tree->count);
     tree->mounts = KMP_NEW(kmp_mount, model->body_count);
     tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
@@ -600,32 +629,83 @@ void kmp_tree_free(kmp_tree *tree)
 
 /* -- vectors between links --------------------------------------------------------------------------- */
 
-static void turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v)
-{
-    if (link->rotation)
-        kmp_rotate(tree->graph, angle, &v->x[(link->axis + 1) % 3], &v->x[(link->axis + 2) % 3]);
-}
-
 kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v)
 {
-    kmp_link *link = &tree->links[i];
-    turn(tree, link, link->q, &v);
-    return link->turned ? apply_axes(tree, i, false, v) : v;
+    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
+    if (link->follows)
+        return v;
+    if (!link->stays)
+        turn(tree, link, link->q, &v);
+    if (link->turned)
+        v = apply_axes(tree, i, false, v);
+    turn(tree, parent, parent->lag, &v);
+    return v;
 }
 
 kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v)
 {
-    kmp_link *link = &tree->links[i];
+    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
+    if (link->follows)
+        return v;
+    turn(tree, parent, kmp_neg(parent->lag), &v);
     if (link->turned)
         v = apply_axes(tree, i, true, v);
-    turn(tree, link, kmp_neg(link->q), &v);
+    if (!link->stays)
+        turn(tree, link, kmp_neg(link->q), &v);
     return v;
+}
+
+/* g of v_parent = g v_link. */
+static kmp_matrix link_matrix(const kmp_tree *tree, int i)
+{
+    kmp_matrix m;
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+            m.x[row][column] = kmp_link_axes(tree, i, row, column);
+    return m;
+}
+
+kmp_tensor kmp_link_tensor_to_parent(const kmp_tree *tree, int i, kmp_tensor t)
+{
+    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
+    if (link->follows)
+        return t;
+    if (link->rotation && !link->stays)
+        t = kmp_tensor_turn(tree->graph, link->axis, link->q, t);
+    if (link->turned)
+        t = kmp_tensor_turn_by(tree->graph, link_matrix(tree, i), t);
+    return kmp_tensor_turn(tree->graph, parent->axis, parent->lag, t);
+}
+
+kmp_matrix kmp_link_matrix_to_parent(const kmp_tree *tree, int i, kmp_matrix m)
+{
+    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
+    if (link->follows)
+        return m;
+    if (link->rotation && !link->stays)
+        m = kmp_matrix_turn(tree->graph, link->axis, link->q, m);
+    if (link->turned)
+        m = kmp_matrix_turn_by(tree->graph, link_matrix(tree, i), m);
+    return kmp_matrix_turn(tree->graph, parent->axis, parent->lag, m);
 }
 
 kmp_vec kmp_link_slide(const kmp_tree *tree, int i)
 {
     const kmp_link *link = &tree->links[i];
     return link->rotation ? kmp_vec_zero() : kmp_vec_axis(link->q, link->axis);
+}
+
+void kmp_tree_runs(const kmp_tree *tree, int *run)
+{
+    for (int i = 1; i < tree->count; i++) {
+        const kmp_link *link = &tree->links[i];
+        int before = link->parent;
+        bool same = !link->turned;
+        for (; before > 0 && !tree->links[before].rotation; before = tree->links[before].parent)
+            same = same && !tree->links[before].turned;
+        same = same && before > 0 && tree->links[before].axis == link->axis;
+        run[i - 1] = !link->rotation ? -1 : same ? run[before - 1] : i - 1;
+    }
 }
 
 int kmp_tree_common(const kmp_tree *tree, int i, int j)

@@ -7,7 +7,7 @@
 #ifndef KMP_DYNAMICS_KINEMATICS_H
 #define KMP_DYNAMICS_KINEMATICS_H
 
-#include "dynamics/vector.h"
+#include "dynamics/tensor.h"
 #include "model/model.h"
 
 typedef struct kmp_link {
@@ -19,12 +19,16 @@ typedef struct kmp_link {
     bool reversed;       /* the sign */
     bool turned;         /* g is not the identity */
     double g[3][3];      /* v_parent = g v_link at q = 0 */
+    bool stays;          /* the link's axes do not turn with the joint: what is fixed to its body does, by `lag` */
+    bool follows;        /* its parent's do not either, about the same axis: both have the same axes */
+    kmp_ref lag;         /* the angle about `axis` from the link's axes to its body's; zero unless it stays */
     double a[3][3];      /* v_model = a v_link: axes of the model's body at hand */
     int before, after;   /* charts: rotations in model axes before its motion and after it, -1 for none */
     kmp_ref chart[3][3]; /* g with the chart before it and the one after its parent, when there are any */
     kmp_vec p;           /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
+    bool about;         /* its own moments are written about the link's origin: fewer operations where that stands */
     kmp_tensor inertia; /* I^i about the com, link axes */
     kmp_vec push;       /* body inputs: a force at the com and a torque, link axes; zero where there are none */
     kmp_vec twist;
@@ -55,9 +59,10 @@ typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
     kmp_keep keep;
-    double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
-    bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
-    int count;       /* links, ground included: motion k is link k + 1 */
+    double *symbols;  /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
+    bool charted;     /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
+    const bool *stay; /* rotations at which the links' axes stay, a motion; NULL: none */
+    int count;        /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
@@ -70,8 +75,10 @@ typedef struct kmp_tree {
  * carried; before them each vector that passes the joint, where the base itself turns or a point is asked for. */
 bool kmp_tree_chart_before(const kempe_model *model, int first);
 
-/** Builds the links. false: no memory. */
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted);
+/** Builds the links. `stay` (a motion; NULL: none) says at which rotations the link's axes stay behind: vectors need
+ * not be turned there, but all that is fixed to the body is. false: no memory. */
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted,
+                   const bool *stay);
 
 /** Gives every body that has motions of its own three force inputs at the centre of mass (of all that is welded to it)
  *  and three torque inputs: KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. */
@@ -100,11 +107,19 @@ kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v);
 /** Entry (row, column) of the constant rotation g of link i, charts included. */
 kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column);
 
+/** Tensors and matrices likewise: R t R'. */
+kmp_tensor kmp_link_tensor_to_parent(const kmp_tree *tree, int i, kmp_tensor t);
+kmp_matrix kmp_link_matrix_to_parent(const kmp_tree *tree, int i, kmp_matrix m);
+
 /** The displacement of a translation along its axis, link axes; zero for a rotation (z^i of the paper). */
 kmp_vec kmp_link_slide(const kmp_tree *tree, int i);
 
 /** v of a body's axes in the axes of its link. */
 kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v);
+
+/** A number for each coordinate, the same for rotations one behind the other about parallel axes; -1 for
+ *  translations. */
+void kmp_tree_runs(const kmp_tree *tree, int *run);
 
 /** Nearest common ancestor of two links. */
 int kmp_tree_common(const kmp_tree *tree, int i, int j);

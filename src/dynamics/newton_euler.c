@@ -3,7 +3,6 @@
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/newton_euler.h"
 #include "base/memory.h"
-#include "symbolic/rotation.h"
 
 /* Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13) and alpha = acceleration - g (10). */
 typedef struct motion {
@@ -58,37 +57,71 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, motion *m)
         return;
     }
     set_beta(g, mi);
-    kmp_ref two = kmp_const(g, 2);
-    kmp_vec coriolis = kmp_vec_scale(g, two, kmp_vec_cross(g, mi->w, rate));
+    kmp_vec coriolis = kmp_vec_cross(g, mi->w, kmp_vec_scale(g, kmp_const(g, 2), rate));
     mi->alpha = kmp_vec_add(g, mi->alpha, apply_beta(g, mi, kmp_link_slide(tree, i))); /* (14) */
     mi->alpha = kmp_vec_add(g, mi->alpha, coriolis);
     mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
 }
 
-/* Own share of (25) and (27). */
+/* Mass, first moment and second moment about the link's origin of a subtree as if frozen. */
+typedef struct composite {
+    kmp_ref mass;
+    kmp_vec moment;
+    kmp_tensor inertia;
+} composite;
+
+/* I wd + w x (I w), written with beta, whose products of rates are there already:
+ *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and so on around. */
+static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const motion *m)
+{
+    kmp_vec r;
+    for (int x = 0; x < 3; x++) {
+        int y = (x + 1) % 3, z = (x + 2) % 3;
+        kmp_ref wy = m->w.x[y], wz = m->w.x[z];
+        kmp_ref xy = inertia.x[kmp_tensor_at[x][y]], xz = inertia.x[kmp_tensor_at[x][z]];
+        kmp_ref squares = kmp_sub(g, kmp_mul(g, wy, wy), kmp_mul(g, wz, wz));
+        kmp_ref difference = kmp_sub(g, inertia.x[z], inertia.x[y]);
+        kmp_ref sum = kmp_add(g, kmp_mul(g, inertia.x[x], m->wd.x[x]), kmp_mul(g, difference, kmp_mul(g, wy, wz)));
+        sum = kmp_sub(g, sum, kmp_mul(g, xy, m->beta[z][x]));
+        sum = kmp_add(g, sum, kmp_mul(g, xz, m->beta[y][x]));
+        r.x[x] = kmp_add(g, sum, kmp_mul(g, inertia.x[kmp_tensor_at[y][z]], squares));
+    }
+    return r;
+}
+
+static composite own_composite(const kmp_tree *tree, int i);
+
+/* Own share of (25) and (27): with f = m (alpha + beta l) - F and l x f, or by the first moment b = m l and the second
+ * moments about the origin with f = m alpha + beta b - F and b x alpha - l x F. */
 static void body_wrench(const kmp_tree *tree, int i, const motion *m, const kmp_wrench *applied, kmp_wrench *w)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
-    kmp_vec a = kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com));
-    kmp_vec f = kmp_vec_sub(g, kmp_vec_scale(g, link->mass, a), link->push);
-    kmp_vec spin = kmp_tensor_apply(g, link->inertia, m->w);
-    kmp_vec moment = kmp_vec_cross(g, link->com, f);
-    moment = kmp_vec_add(g, moment, kmp_tensor_apply(g, link->inertia, m->wd));
-    moment = kmp_vec_sub(g, kmp_vec_add(g, moment, kmp_vec_cross(g, m->w, spin)), link->twist);
+    kmp_vec f, moment;
+    if (link->about) {
+        composite own = own_composite(tree, i);
+        f = kmp_vec_add(g, kmp_vec_scale(g, link->mass, m->alpha), apply_beta(g, m, own.moment));
+        moment = kmp_vec_add(g, kmp_vec_cross(g, own.moment, m->alpha), gyroscopic(g, own.inertia, m));
+        moment = kmp_vec_sub(g, moment, kmp_vec_cross(g, link->com, link->push));
+    } else {
+        f = kmp_vec_scale(g, link->mass, kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com)));
+        moment = kmp_vec_cross(g, link->com, kmp_vec_sub(g, f, link->push));
+        moment = kmp_vec_add(g, moment, gyroscopic(g, link->inertia, m));
+    }
+    f = kmp_vec_sub(g, f, link->push);
+    moment = kmp_vec_sub(g, moment, link->twist);
     w->force = kmp_vec_add(g, w->force, kmp_vec_sub(g, f, applied->force));
     w->moment = kmp_vec_add(g, w->moment, kmp_vec_sub(g, moment, applied->moment));
 }
 
-/* Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
-static void pass_down(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent)
+void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent)
 {
     kmp_graph *g = tree->graph;
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, i), w.force));
     kmp_vec force = kmp_link_to_parent(tree, i, w.force);
-    kmp_vec moment = kmp_link_to_parent(tree, i, w.moment);
-    moment = kmp_vec_add(g, moment, kmp_vec_cross(g, tree->links[i].p, force));
     parent->force = kmp_vec_add(g, parent->force, force);
+    kmp_vec moment = kmp_vec_cross(g, tree->links[i].p, force);
+    moment = kmp_vec_add(g, kmp_link_to_parent(tree, i, w.moment), moment);
     parent->moment = kmp_vec_add(g, parent->moment, moment);
 }
 
@@ -96,6 +129,21 @@ static void pass_down(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *par
 static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
 {
     return signed_for(link, link->rotation ? w->moment.x[link->axis] : w->force.x[link->axis]);
+}
+
+bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
+{
+    motion *m = KMP_NEW(motion, tree->count);
+    if (m) {
+        m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
+        for (int i = 1; i < tree->count; i++) {
+            share[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+            forward(tree, i, KMP_ZERO, m);
+            body_wrench(tree, i, &m[i], &applied[i], &share[i]);
+        }
+    }
+    kmp_free(m);
+    return m && !kmp_graph_failed(tree->graph);
 }
 
 bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
@@ -107,10 +155,11 @@ bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
         m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
         for (int i = 1; i < tree->count; i++)
             forward(tree, i, qdd[i - 1], m);
-        for (int i = tree->count - 1; i > 0; i--) {
+        for (int i = 1; i < tree->count; i++)
             body_wrench(tree, i, &m[i], &applied[i], &w[i]);
+        for (int i = tree->count - 1; i > 0; i--) {
             effort[i - 1] = project(&tree->links[i], &w[i]);
-            pass_down(tree, i, w[i], &w[tree->links[i].parent]);
+            kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
         }
     }
     kmp_free(m);
@@ -171,7 +220,7 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
         w[i].moment = kmp_vec_add(tree->graph, w[i].moment, own.moment);
         m[(i - 1) * n + k - 1] = project(&tree->links[i], &w[i]); /* (38) */
         if (i > k)
-            pass_down(tree, i, w[i], &w[tree->links[i].parent]);
+            kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
 }
 
@@ -197,13 +246,6 @@ bool kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
 
 /* -- M by composite bodies --------------------------------------------------------------------------- */
 
-/* Mass, first moment and second moment about the link's origin of a subtree as if frozen. */
-typedef struct composite {
-    kmp_ref mass;
-    kmp_vec moment;
-    kmp_tensor inertia;
-} composite;
-
 static composite own_composite(const kmp_tree *tree, int i)
 {
     kmp_graph *g = tree->graph;
@@ -215,66 +257,43 @@ static composite own_composite(const kmp_tree *tree, int i)
     return c;
 }
 
-/* The same body about a point d before its origin: moments grow by what the mass and the first moment add. */
+static bool is_number(const kmp_graph *g, kmp_ref r)
+{
+    return kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
+}
+
+/* The same body about a point d before its origin. With b the first moment and b' = b + m d the new one, what is added
+ * is (d.(b + b')) 1 - (d b' + b d'), which is symmetric; where m and d are numbers b is kept apart from m d, which
+ * becomes one number with what else is constant: 2 d.b 1 - (d b' + b d') and m (d.d 1 - d d'). */
 static composite shifted(kmp_graph *g, composite c, kmp_vec d)
 {
+    kmp_vec b = c.moment;
+    kmp_ref s[3];
     if (kmp_vec_is_zero(d))
         return c;
-    kmp_tensor cross = kmp_tensor_steiner(g, kmp_const(g, 2), d, c.moment);
-    c.inertia = kmp_tensor_add(g, c.inertia, kmp_tensor_add(g, cross, kmp_tensor_steiner(g, c.mass, d, d)));
-    c.moment = kmp_vec_add(g, c.moment, kmp_vec_scale(g, c.mass, d));
-    return c;
-}
-
-/* R T R' about axis k by `angle`: the two mixed entries turn as a pair; with w = s (xx - yy) + 2 c xy the others are
- * xx - s w, yy + s w, c w - xy. */
-static kmp_tensor rotated(kmp_graph *g, int k, kmp_ref angle, kmp_tensor t)
-{
-    static const int mixed[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-    int i = (k + 1) % 3, j = (k + 2) % 3;
-    kmp_vec pair = kmp_vec_zero();
-    pair.x[i] = t.x[mixed[k][i]];
-    pair.x[j] = t.x[mixed[k][j]];
-    kmp_ref s = kmp_sin(g, angle), c = kmp_cos(g, angle), xy = t.x[mixed[i][j]];
-    kmp_ref w = kmp_add(g, kmp_mul(g, s, kmp_sub(g, t.x[i], t.x[j])), kmp_mul(g, kmp_mul(g, kmp_const(g, 2), xy), c));
-    kmp_rotate(g, angle, &pair.x[i], &pair.x[j]);
-    t.x[mixed[k][i]] = pair.x[i];
-    t.x[mixed[k][j]] = pair.x[j];
-    t.x[i] = kmp_sub(g, t.x[i], kmp_mul(g, s, w));
-    t.x[j] = kmp_add(g, t.x[j], kmp_mul(g, s, w));
-    t.x[mixed[i][j]] = kmp_sub(g, kmp_mul(g, c, w), xy);
-    return t;
-}
-
-/* A constant rotation of a tensor, by its columns: g T g'. */
-static kmp_tensor turned(const kmp_tree *tree, int i, kmp_tensor t)
-{
-    kmp_graph *g = tree->graph;
-    static const int row[6] = {0, 1, 2, 0, 0, 1}, column_[6] = {0, 1, 2, 1, 2, 2};
-    kmp_tensor out;
-    for (int k = 0; k < 6; k++) {
-        kmp_vec e;
-        for (int j = 0; j < 3; j++)
-            e.x[j] = kmp_link_axes(tree, i, column_[k], j);
-        kmp_vec te = kmp_tensor_apply(g, t, e);
-        out.x[k] = KMP_ZERO;
-        for (int j = 0; j < 3; j++)
-            out.x[k] = kmp_add(g, out.x[k], kmp_mul(g, kmp_link_axes(tree, i, row[k], j), te.x[j]));
+    bool numbers = is_number(g, c.mass) && is_number(g, d.x[0]) && is_number(g, d.x[1]) && is_number(g, d.x[2]);
+    c.moment = kmp_vec_add(g, b, kmp_vec_scale(g, c.mass, d));
+    kmp_vec other = numbers ? b : c.moment;
+    for (int i = 0; i < 3; i++)
+        s[i] = kmp_mul(g, d.x[i], kmp_add(g, b.x[i], other.x[i]));
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        kmp_ref *mixed = &c.inertia.x[kmp_tensor_at[i][j]], *own = &c.inertia.x[i];
+        *mixed = kmp_sub(g, *mixed, kmp_add(g, kmp_mul(g, d.x[i], other.x[j]), kmp_mul(g, b.x[i], d.x[j])));
+        *own = kmp_add(g, *own, kmp_add(g, s[j], s[(i + 2) % 3]));
     }
-    return out;
+    if (numbers)
+        c.inertia = kmp_tensor_add(g, c.inertia, kmp_tensor_steiner(g, c.mass, d, d));
+    return c;
 }
 
 static void add_to_parent(const kmp_tree *tree, int i, composite c, composite *parent)
 {
     kmp_graph *g = tree->graph;
-    kmp_link *link = &tree->links[i];
     c = shifted(g, c, kmp_link_slide(tree, i));
     c.moment = kmp_link_to_parent(tree, i, c.moment);
-    if (link->rotation)
-        c.inertia = rotated(g, link->axis, link->q, c.inertia);
-    if (link->turned)
-        c.inertia = turned(tree, i, c.inertia);
-    c = shifted(g, c, link->p);
+    c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
+    c = shifted(g, c, tree->links[i].p);
     parent->mass = kmp_add(g, parent->mass, c.mass);
     parent->moment = kmp_vec_add(g, parent->moment, c.moment);
     parent->inertia = kmp_tensor_add(g, parent->inertia, c.inertia);
@@ -304,7 +323,7 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
         for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
             kmp_wrench below = {kmp_vec_zero(), kmp_vec_zero()};
             int h = tree->links[k].parent;
-            pass_down(tree, k, w, &below);
+            kmp_wrench_to_parent(tree, k, w, &below);
             w = below;
             m[(i - 1) * n + h - 1] = project(&tree->links[h], &w);
         }

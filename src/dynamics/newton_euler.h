@@ -14,6 +14,12 @@ typedef struct kmp_wrench {
  * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. false: no memory. */
 bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
 
+/** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin. */
+bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share);
+
+/** Adds link i's wrench about its origin to its parent's: the sums of (25) and (27). */
+void kmp_wrench_to_parent(const kmp_tree *tree, int i, kmp_wrench w, kmp_wrench *parent);
+
 /** M[i, k] for k <= i as m[i * n + k]; entries off the tree are zero. */
 typedef bool kmp_mass_scheme(const kmp_tree *tree, kmp_ref *m);
 

@@ -106,37 +106,41 @@ static void set_scales(kempe_system *s)
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-static bool program_of(kempe_system *s, kmp_equations *eq, int *count, kmp_ref *const out[3])
+/* Closure, mass and bias outputs, one after the other; count[k] of stage k + 1. */
+static bool collect_outputs(kempe_system *s, kmp_equations *eq, int count[3], kmp_ref *out)
 {
-    if (!kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, out[0] + s->m) ||
-        !kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, out[1]))
+    memcpy(out, eq->h, (size_t)s->m * sizeof(kmp_ref));
+    if (!kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, out + s->m))
         return false;
-    memcpy(out[0], eq->h, (size_t)s->m * sizeof(kmp_ref));
     count[0] = s->m + s->jacobian.count;
     for (int r = 0; r < s->m; r++)
         s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
     if (s->rheonomic) {
-        memcpy(out[0] + count[0], eq->h_t, (size_t)s->m * sizeof(kmp_ref));
+        memcpy(out + count[0], eq->h_t, (size_t)s->m * sizeof(kmp_ref));
         count[0] += s->m;
     }
+    if (!kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, out + count[0]))
+        return false;
     count[1] = s->mass.count;
-    memcpy(out[2], eq->bias, (size_t)s->n * sizeof(kmp_ref));
-    memcpy(out[2] + s->n, eq->jdqd, (size_t)s->m * sizeof(kmp_ref));
+    out += count[0] + count[1];
+    memcpy(out, eq->bias, (size_t)s->n * sizeof(kmp_ref));
+    memcpy(out + s->n, eq->jdqd, (size_t)s->m * sizeof(kmp_ref));
     count[2] = s->n + s->m;
-    const kmp_ref *groups[3] = {out[0], out[1], out[2]};
-    s->motion = kmp_program_new(eq->graph, 3, count, groups);
-    return s->motion;
+    return true;
 }
 
 static bool make_motion(kempe_system *s, kmp_equations *eq)
 {
     int count[3];
-    kmp_ref *out[3] = {KMP_NEW(kmp_ref, s->m * (s->n + 2)), KMP_NEW(kmp_ref, s->n * s->n),
-                       KMP_NEW(kmp_ref, s->n + s->m)};
-    bool ok = out[0] && out[1] && out[2] && program_of(s, eq, count, out);
-    for (int k = 0; k < 3; k++)
-        kmp_free(out[k]);
-    return ok;
+    kmp_ref *out = KMP_NEW(kmp_ref, s->m * (s->n + 3) + s->n * (s->n + 1));
+    bool ok =
+        out && collect_outputs(s, eq, count, out) && kmp_equations_shorten(eq, count[0] + count[1] + count[2], out);
+    if (ok) {
+        const kmp_ref *groups[3] = {out, out + count[0], out + count[0] + count[1]};
+        s->motion = kmp_program_new(eq->graph, 3, count, groups);
+    }
+    kmp_free(out);
+    return ok && s->motion;
 }
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)

@@ -79,7 +79,7 @@ static kempe_status read_scheme(kempe_count *c, const char *name, kmp_scheme *sc
 
 static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generation *g)
 {
-    kmp_scene scene = {.body_inputs = g->body_inputs, .loops_alone = true};
+    kmp_scene scene = {.body_inputs = g->body_inputs, .loops_alone = true, .optimize = g->optimize};
     clock_t begin = clock();
     c->kept = g->keep_parameters;
     c->inputs = g->body_inputs;

@@ -75,6 +75,7 @@ static int set_size(const kmp_equations *eq, kmp_eq_set set)
         return eq->n * (eq->n + 1) / 2;
     case KMP_EQ_C:
     case KMP_EQ_INVDYN:
+    case KMP_EQ_QDD:
         return eq->n;
     case KMP_EQ_J:
         return eq->m * eq->n;
@@ -111,6 +112,9 @@ static void put_set(kmp_assignment *a, const kmp_equations *eq, kmp_eq_set set)
         break;
     case KMP_EQ_INVDYN:
         put_vector(a, name, eq->n, eq->inverse);
+        break;
+    case KMP_EQ_QDD:
+        put_vector(a, name, eq->n, eq->free_qdd);
         break;
     case KMP_EQ_H:
         put_vector(a, name, eq->m, eq->h);
@@ -153,7 +157,8 @@ kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned wanted)
         kmp_sets_put(eq, wanted, entries);
         for (int k = 0; k < count; k++)
             outputs[k] = entries[k].value;
-        program = kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&outputs);
+        if (kmp_equations_shorten(eq, count, outputs))
+            program = kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&outputs);
     }
     kmp_free(entries);
     kmp_free(outputs);

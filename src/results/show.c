@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Looking into a system: its equations, its program, its operation counts. */
 #include "base/memory.h"
+#include "results/gains.h"
 #include "results/print.h"
 #include "results/sets.h"
+#include "symbolic/shorten.h"
+#include <math.h>
 #include <string.h>
 
 /* What a mechanism's motion needs. */
@@ -25,7 +28,39 @@ static void legend(kmp_text *text, const kempe_system *system)
     kmp_text_put(text, "\n");
 }
 
-static kempe_status show_equations(kmp_text *text, const kempe_system *system)
+static bool put_equations(kmp_text *text, const kmp_equations *eq, int count, kmp_assignment *assignments,
+                          const kmp_ref *value)
+{
+    for (int k = 0; value && k < count; k++)
+        assignments[k].value = value[k];
+    return kmp_assignments_print(eq, count, assignments, text);
+}
+
+/* After each pass that changed something, with what it took and takes. */
+static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignment *assignments)
+{
+    const kmp_parallel parallel = {eq->run, eq->n};
+    int pass_count;
+    const kmp_pass *pass = kmp_passes(&pass_count);
+    kmp_ref *now = KMP_NEW(kmp_ref, count), *before = KMP_NEW(kmp_ref, count);
+    bool ok = now && before;
+    for (int k = 0; ok && k < count; k++)
+        now[k] = assignments[k].value;
+    for (int p = 0; ok && p < pass_count; p++) {
+        if (count)
+            memcpy(before, now, (size_t)count * sizeof *now);
+        ok = pass[p].run(eq->graph, &parallel, count, now);
+        if (!ok || count == 0 || memcmp(before, now, (size_t)count * sizeof *now) == 0)
+            continue;
+        kmp_text_printf(text, "\n# after '%s'\n", pass[p].name);
+        ok = put_equations(text, eq, count, assignments, now);
+    }
+    kmp_free(now);
+    kmp_free(before);
+    return ok;
+}
+
+static kempe_status show_equations(kmp_text *text, const kempe_system *system, bool passes)
 {
     kmp_equations eq;
     kempe_status status = kmp_equations_init(&eq, system->model, kmp_sets_derive(shown), KMP_SCHEME_COMPOSITE, false);
@@ -36,7 +71,8 @@ static kempe_status show_equations(kmp_text *text, const kempe_system *system)
     if (assignments)
         kmp_sets_put(&eq, shown, assignments);
     legend(text, system);
-    if (!assignments || !kmp_assignments_print(&eq, count, assignments, text))
+    if (!assignments || !put_equations(text, &eq, count, assignments, NULL) ||
+        (passes && !put_passes(text, &eq, count, assignments)))
         status = kmp_fail_memory(system->context);
     kmp_free(assignments);
     kmp_equations_free(&eq);
@@ -99,6 +135,49 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
                        "program needs\n");
 }
 
+/* Percent of what it was before. */
+static double gain_of(const kmp_gains *gains, int k)
+{
+    long before = k > 0 ? gains->steps[k - 1].operations : -1, after = gains->steps[k].operations;
+    return before > 0 && after >= 0 ? 100.0 * (double)(before - after) / (double)before : NAN;
+}
+
+static double useless_share(const kmp_gains *gains)
+{
+    return gains->made ? 100.0 * (double)(gains->made - gains->needed) / (double)gains->made : 0;
+}
+
+static void show_gains(kmp_text *text, const kmp_gains *gains)
+{
+    kmp_text_printf(text, "\n%-28s %10s %8s\n", "simplification", "+ - * /", "gain");
+    for (int k = 0; k < gains->count; k++) {
+        double gain = gain_of(gains, k);
+        kmp_text_printf(text, "  %-26s ", gains->steps[k].name);
+        if (gains->steps[k].operations >= 0)
+            kmp_text_printf(text, "%10ld", gains->steps[k].operations);
+        else
+            kmp_text_printf(text, "%10s", "-");
+        kmp_text_printf(text, isfinite(gain) ? " %6.1f %%\n" : "\n", gain);
+    }
+    kmp_text_printf(text, "useless equations: %ld of %ld operations made are not needed, %.0f %%\n",
+                    gains->made - gains->needed, gains->made, useless_share(gains));
+    kmp_text_put(text, "M, C, h, J, jdqd as one program, numbers kept as symbols; each with those before it\n");
+}
+
+static void json_gains(kmp_json *json, const kmp_gains *gains)
+{
+    kmp_json_array(json, "simplifications");
+    for (int k = 0; k < gains->count; k++) {
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "name", gains->steps[k].name);
+        kmp_json_whole(json, "operations", gains->steps[k].operations);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_whole(json, "made", gains->made);
+    kmp_json_whole(json, "needed", gains->needed);
+}
+
 static void json_counts(kmp_json *json, const char *key, const kmp_counts *c)
 {
     kmp_json_object(json, key);
@@ -157,37 +236,51 @@ static void json_lines(kmp_json *json, kmp_text *view)
 static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe_format format)
 {
     kmp_tally t[KMP_EQ_SETS];
+    kmp_gains gains;
     kempe_status status = tally_sets(system, t);
+    if (status == KEMPE_OK)
+        status = kmp_gains_find(system->model, &gains);
     if (status != KEMPE_OK)
         return status;
     if (format == KEMPE_TEXT) {
         show_stats(out, system, t);
+        show_gains(out, &gains);
         return KEMPE_OK;
     }
     kmp_json json = kmp_json_begin(out);
     kmp_print_head(&json, system, KEMPE_OK, "", system->build_s);
     kmp_json_string(&json, "view", "stats");
     json_stats(&json, system, t);
+    json_gains(&json, &gains);
     kmp_json_end(&json);
     return KEMPE_OK;
 }
 
+static const char *const view_names[] = {[KEMPE_VIEW_EQUATIONS] = "equations",
+                                         [KEMPE_VIEW_PROGRAM] = "program",
+                                         [KEMPE_VIEW_STATS] = "stats",
+                                         [KEMPE_VIEW_PASSES] = "passes"};
+
 static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe_view view, kempe_format format)
 {
     kmp_text lines = {0};
-    bool equations = view == KEMPE_VIEW_EQUATIONS;
-    kempe_status status = equations ? show_equations(&lines, system) : show_program(&lines, system);
+    kempe_status status = view == KEMPE_VIEW_PROGRAM ? show_program(&lines, system)
+                                                     : show_equations(&lines, system, view == KEMPE_VIEW_PASSES);
     if (status == KEMPE_OK && format == KEMPE_TEXT) {
         kmp_text_put(out, lines.s ? lines.s : "");
     } else if (status == KEMPE_OK) {
         kmp_json json = kmp_json_begin(out);
         kmp_print_head(&json, system, KEMPE_OK, "", system->build_s);
-        kmp_json_string(&json, "view", equations ? "equations" : "program");
+        kmp_json_string(&json, "view", view_names[view]);
         json_lines(&json, &lines);
         kmp_json_end(&json);
     }
     out->failed = out->failed || lines.failed;
     kmp_text_free(&lines);
+    if (status == KEMPE_OK && view == KEMPE_VIEW_PASSES && format == KEMPE_TEXT) {
+        kmp_text_put(out, "\n");
+        status = write_stats(out, system, format);
+    }
     return status;
 }
 

@@ -21,6 +21,7 @@ struct kmp_graph {
     int table_count;
     kmp_implicit **implicits;
     int implicit_count;
+    unsigned rules;
     bool failed;
 };
 
@@ -54,7 +55,7 @@ static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
 
 static bool grow_table(kmp_graph *g)
 {
-    uint32_t size = g->table_size ? 2 * g->table_size : 1024;
+    uint32_t size = g->table_size ? 2 * g->table_size : 4096;
     uint32_t *table = KMP_NEW(uint32_t, size);
     if (!table)
         return false;
@@ -78,7 +79,7 @@ static bool reserve(kmp_graph *g)
         return false;
     if (g->count < g->capacity)
         return true;
-    uint32_t capacity = g->capacity ? 2 * g->capacity : 512;
+    uint32_t capacity = g->capacity ? 2 * g->capacity : 2048;
     kmp_node *nodes = kmp_realloc(g->nodes, capacity, sizeof *nodes);
     if (!nodes)
         return false;
@@ -107,8 +108,9 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
         return KMP_ZERO;
     }
     uint32_t k = hash_node(g, &n) & (g->table_size - 1);
+    bool shared = g->rules & KMP_RULE_SHARE || n.op == KMP_OP_CONST || n.op == KMP_OP_INPUT;
     for (; g->table[k]; k = (k + 1) & (g->table_size - 1))
-        if (same_node(g, &g->nodes[g->table[k] - 1], &n))
+        if (shared && same_node(g, &g->nodes[g->table[k] - 1], &n))
             return (g->table[k] - 1) << 1;
     n.depends = depends_of(g, &n);
     g->nodes[g->count] = n;
@@ -121,6 +123,7 @@ kmp_graph *kmp_graph_new(void)
     kmp_graph *g = KMP_NEW(kmp_graph, 1);
     if (!g)
         return NULL;
+    g->rules = KMP_RULE_ALL;
     g->rotations = kmp_rotations_new();
     (void)kmp_const(g, 0.0);
     (void)kmp_const(g, 1.0);
@@ -129,6 +132,16 @@ kmp_graph *kmp_graph_new(void)
         return NULL;
     }
     return g;
+}
+
+void kmp_graph_set_rules(kmp_graph *g, unsigned rules)
+{
+    g->rules = rules;
+}
+
+bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule)
+{
+    return g->rules & rule;
 }
 
 void kmp_graph_free(kmp_graph *g)
@@ -284,24 +297,44 @@ static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
     }
 }
 
-kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
+/* Zeros and numbers. */
+static bool add_numbers(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
 {
     double x, y;
-    kmp_ref r;
     if (a == KMP_ZERO)
-        return b;
-    if (b == KMP_ZERO)
-        return a;
-    if (a == kmp_neg(b))
-        return KMP_ZERO;
-    if (kmp_is_const(g, a, &x) && kmp_is_const(g, b, &y))
-        return kmp_const(g, x + y);
+        *result = b;
+    else if (b == KMP_ZERO)
+        *result = a;
+    else if (kmp_is_const(g, a, &x) && kmp_is_const(g, b, &y))
+        *result = kmp_const(g, x + y);
+    else
+        return false;
+    return true;
+}
+
+/* Terms that cancel or have the same base; squares of a sine and a cosine. */
+static bool merge_terms(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref *result)
+{
+    double x, y;
     kmp_ref p = split_coefficient(g, a, &x), q = split_coefficient(g, b, &y);
-    if (p == q)
-        return kmp_mul(g, kmp_const(g, x + y), p);
-    if (x == y && is_pythagoras(g, p, q))
-        return kmp_const(g, x);
-    if (add_to_sum(g, a, b, &r) || add_to_sum(g, b, a, &r))
+    bool cancel = g->rules & KMP_RULE_CANCEL;
+    if (cancel && p == q)
+        *result = kmp_mul(g, kmp_const(g, x + y), p);
+    else if (g->rules & KMP_RULE_TRIG && x == y && is_pythagoras(g, p, q))
+        *result = kmp_const(g, x);
+    else
+        return cancel && (add_to_sum(g, a, b, result) || add_to_sum(g, b, a, result));
+    return true;
+}
+
+kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    kmp_ref r;
+    if (g->rules & KMP_RULE_ZERO && add_numbers(g, a, b, &r))
+        return r;
+    if (g->rules & KMP_RULE_CANCEL && a == kmp_neg(b))
+        return KMP_ZERO;
+    if (merge_terms(g, a, b, &r))
         return r;
     order(g, &a, &b);
     kmp_ref sign = a & 1;
@@ -328,27 +361,40 @@ static bool collect_square(kmp_graph *g, kmp_ref product, kmp_ref w, kmp_ref *re
     return true;
 }
 
-kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
+/* Zeros, ones and numbers; a and b without sign. */
+static bool multiply_numbers(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref sign, kmp_ref *result)
 {
     double x, y;
+    if (a == KMP_ZERO || b == KMP_ZERO) {
+        *result = KMP_ZERO;
+        return true;
+    }
+    if (a == KMP_ONE || b == KMP_ONE) {
+        *result = (a == KMP_ONE ? b : a) ^ sign;
+        return true;
+    }
+    if (!kmp_is_const(g, a, &x))
+        return false;
+    if (kmp_is_const(g, b, &y)) {
+        *result = kmp_const(g, sign ? -x * y : x * y);
+        return true;
+    }
+    kmp_ref base = split_coefficient(g, b, &y);
+    if (base == b)
+        return false;
+    *result = kmp_mul(g, kmp_const(g, sign ? -x * y : x * y), base);
+    return true;
+}
+
+kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    if (a == KMP_ZERO || b == KMP_ZERO)
-        return KMP_ZERO;
-    if (a == KMP_ONE)
-        return b ^ sign;
-    if (b == KMP_ONE)
-        return a ^ sign;
     order(g, &a, &b);
-    if (kmp_is_const(g, a, &x)) {
-        if (kmp_is_const(g, b, &y))
-            return kmp_const(g, sign ? -x * y : x * y);
-        kmp_ref base = split_coefficient(g, b, &y);
-        if (base != b)
-            return kmp_mul(g, kmp_const(g, sign ? -x * y : x * y), base);
-    }
-    if (collect_square(g, a, b, &r) || collect_square(g, b, a, &r)) {
+    if (g->rules & KMP_RULE_ZERO && multiply_numbers(g, a, b, sign, &r))
+        return r;
+    if (g->rules & KMP_RULE_SHARE && (collect_square(g, a, b, &r) || collect_square(g, b, a, &r))) {
         if (g->failed)
             return KMP_ZERO;
         return sign ? kmp_neg(r) : r;
@@ -362,14 +408,14 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    if (kmp_is_const(g, b, &y)) {
+    if (g->rules & KMP_RULE_ZERO && kmp_is_const(g, b, &y)) {
         if (kmp_is_const(g, a, &x))
             return kmp_const(g, sign ? -x / y : x / y);
         return kmp_mul(g, a, kmp_const(g, sign ? -1 / y : 1 / y));
     }
-    if (a == KMP_ZERO)
+    if (g->rules & KMP_RULE_ZERO && a == KMP_ZERO)
         return KMP_ZERO;
-    if (a == b)
+    if (g->rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;
     return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
 }

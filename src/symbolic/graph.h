@@ -52,7 +52,19 @@ typedef struct kmp_node {
 
 typedef struct kmp_graph kmp_graph;
 
+/** What is simplified at a node's birth. */
+enum {
+    KMP_RULE_ZERO = 1,   /* zeros and ones, arithmetic of numbers */
+    KMP_RULE_CANCEL = 2, /* a - a, a + b - a, terms with the same base */
+    KMP_RULE_SHARE = 4,  /* equal nodes are one: what occurs twice is an auxiliary variable; squares are collected */
+    KMP_RULE_TRIG = 8,   /* cos^2 + sin^2, rotations of what was rotated about the same axis */
+    KMP_RULE_ALL = 15
+};
+
 kmp_graph *kmp_graph_new(void);
+/** For seeing what each rule gains: all of them hold in a new graph. */
+void kmp_graph_set_rules(kmp_graph *g, unsigned rules);
+bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule);
 void kmp_graph_free(kmp_graph *g);
 bool kmp_graph_failed(const kmp_graph *g);
 

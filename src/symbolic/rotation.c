@@ -145,7 +145,8 @@ kmp_ref kmp_angle_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
 {
     kmp_rotations *r = kmp_graph_rotations(g);
-    if (*y == KMP_ZERO && *z == KMP_ZERO)
+    bool collapse = kmp_graph_has_rule(g, KMP_RULE_TRIG);
+    if (*y == KMP_ZERO && *z == KMP_ZERO && kmp_graph_has_rule(g, KMP_RULE_ZERO))
         return;
     /* A pair beginning with zero is stored under its quarter turn: (0, z) turned back is (z, 0). */
     kmp_ref first = *y, second = *z;
@@ -154,7 +155,7 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
         first = *z;
         second = KMP_ZERO;
     }
-    if (r->size) {
+    if (r->size && collapse) {
         const entry *e = &r->entries[slot(r, first, second)];
         if (e->first != KMP_ZERO) {
             *y = turned ? kmp_neg(e->z) : e->y;
@@ -167,6 +168,8 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     kmp_ref y0 = *y, z0 = *z, c = kmp_cos(g, angle), s = kmp_sin(g, angle);
     *y = kmp_sub(g, kmp_mul(g, y0, c), kmp_mul(g, z0, s));
     *z = kmp_add(g, kmp_mul(g, y0, s), kmp_mul(g, z0, c));
+    if (!collapse)
+        return;
     remember(r, *y, *z, y0, z0, angle);
     remember(r, kmp_neg(*z), *y, kmp_neg(z0), y0, angle);
     remember(r, kmp_neg(*y), kmp_neg(*z), kmp_neg(y0), kmp_neg(z0), angle);

@@ -447,6 +447,17 @@ class Show(Case):
             self.assertNotEqual(self.expect(0, "show", ANDREWS, view).stdout, "")
             self.object(0, "show", ANDREWS, view)
 
+    def test_passes(self):
+        text = self.expect(0, "show", ANDREWS, "--equations", "--stats").stdout
+        self.assertRegex(text, r"\n# after '[a-z ]+'\n")
+        self.assertRegex(text, r"zero elimination +\d+ +\d+\.\d %")
+        self.assertEqual(self.object(0, "show", ANDREWS, "--equations", "--stats")["view"], "passes")
+        found = self.object(0, "show", ANDREWS, "--stats")
+        counts = [step["operations"] for step in found["simplifications"]]
+        self.assertEqual(counts, sorted(counts, reverse=True), "no step costs anything")
+        self.assertGreater(counts[0], 10 * counts[-1])
+        self.assertGreater(found["made"], found["needed"])
+
     def test_same_bytes_twice(self):
         for view in ("--equations", "--program"):
             first, second = (self.expect(0, "show", ANDREWS, view).stdout for _ in range(2))
@@ -456,6 +467,13 @@ class Show(Case):
 class Generate(Case):
     def count(self, *words, model=ANDREWS):
         return self.object(0, "generate", "--count", model, *words)
+
+    def test_optimize(self):
+        plain, long = (self.count("--keep-parameters", *more)["sets"] for more in ([], ["--optimize"]))
+        self.assertLessEqual(long["M_C"]["paper"], plain["M_C"]["paper"])
+
+    def test_accelerations(self):
+        self.assertGreater(self.count("--sets", "qdd")["sets"]["qdd"]["paper"], 0)
 
     def test_keys(self):
         found = self.count()

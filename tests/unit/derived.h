@@ -10,7 +10,7 @@
 #include "symbolic/program.h"
 #include <string.h>
 
-enum { STATE_MAX = 128, DERIVED_SETS = 14 };
+enum { STATE_MAX = 128, DERIVED_SETS = 18 };
 
 typedef struct state {
     double t, q[STATE_MAX], qd[STATE_MAX], qdd[STATE_MAX], lambda[STATE_MAX], mu[STATE_MAX];
@@ -24,7 +24,7 @@ typedef struct derived {
     int n, m;
     /* owned by the machine; entries of M above the diagonal are zero */
     const double *mass, *bias, *h, *h_t, *jacobian, *jdqd, *residual, *jt_mu, *hdot, *potential, *power, *reaction,
-        *position, *shown;
+        *position, *shown, *free_qdd, *compliance, *mobility, *drift;
 } derived;
 
 static inline state random_state_vectors(void)
@@ -63,32 +63,44 @@ static inline int derived_list(derived *d, derived_set *set)
                                {&eq->power, 1, &d->power},
                                {eq->reaction, 3 * eq->model->closure_count, &d->reaction},
                                {eq->position, 3 * eq->position_count, &d->position},
-                               {eq->shown, eq->shown_count, &d->shown}};
+                               {eq->shown, eq->shown_count, &d->shown},
+                               {eq->free_qdd, n, &d->free_qdd},
+                               {eq->compliance, m * n, &d->compliance},
+                               {eq->mobility, m * m, &d->mobility},
+                               {eq->drift, m, &d->drift}};
     memcpy(set, all, sizeof all);
     return (int)(sizeof all / sizeof *all);
+}
+
+/* All of d->eq as one program on its machine. */
+static inline void derived_finish(derived *d)
+{
+    derived_set set[DERIVED_SETS] = {{0}};
+    const kempe_model *model = d->eq.model;
+    d->n = d->eq.n;
+    d->m = d->eq.m;
+    int total = 0, sets_count = derived_list(d, set);
+    for (int k = 0; k < sets_count; k++)
+        total += set[k].count;
+    kmp_ref *every = KMP_NEW(kmp_ref, total);
+    for (int k = 0, i = 0; k < sets_count; i += set[k].count, k++)
+        if (set[k].count)
+            memcpy(every + i, set[k].of, (size_t)set[k].count * sizeof *every);
+    const kmp_ref *group = every;
+    d->program = kmp_program_new(d->eq.graph, 1, &total, &group);
+    d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
+    kmp_free(every);
+    for (int k = 0; k < model->parameter_count && k < 8; k++)
+        d->parameters[k] = model->parameters[k].number.value;
 }
 
 /* false: the model has a closure that can never be met. */
 static inline bool derived_init(derived *d, const kempe_model *model, unsigned sets, kmp_scheme scheme, bool keep)
 {
-    derived_set set[DERIVED_SETS] = {{0}};
-    *d = (derived){.n = model->motion_count};
+    *d = (derived){0};
     if (kmp_equations_init(&d->eq, model, sets, scheme, keep) != KEMPE_OK)
         return false;
-    d->m = d->eq.m;
-    int total = 0, sets_count = derived_list(d, set);
-    for (int k = 0; k < sets_count; k++)
-        total += set[k].count;
-    kmp_ref *all = KMP_NEW(kmp_ref, total);
-    for (int k = 0, i = 0; k < sets_count; i += set[k].count, k++)
-        if (set[k].count)
-            memcpy(all + i, set[k].of, (size_t)set[k].count * sizeof *all);
-    const kmp_ref *group = all;
-    d->program = kmp_program_new(d->eq.graph, 1, &total, &group);
-    d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
-    kmp_free(all);
-    for (int k = 0; k < model->parameter_count && k < 8; k++)
-        d->parameters[k] = model->parameters[k].number.value;
+    derived_finish(d);
     return true;
 }
 

@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A sum is laid out as monomials, factors in order of their numbers. The partner that a rule needs is sought by its
+ * factors; every rule takes a term away, so that it ends. Squares go first: they leave less to do. */
+#include "symbolic/collapse.h"
+#include "symbolic/cost.h"
+#include "symbolic/rewrite.h"
+#include "symbolic/rotation.h"
+#include <string.h>
+
+enum { MOST_TERMS = 64, MOST_FACTORS = 16 };
+
+typedef struct monomial {
+    double coefficient;
+    kmp_ref factor[MOST_FACTORS]; /* without sign, in order */
+    int count;
+} monomial;
+
+typedef struct sum {
+    kmp_graph *g;
+    const kmp_parallel *parallel;
+    monomial term[MOST_TERMS];
+    int count;
+} sum;
+
+static kmp_op op_of(const kmp_graph *g, kmp_ref r)
+{
+    return (kmp_op)kmp_graph_node(g, kmp_id(r))->op;
+}
+
+static bool is_trig(const kmp_graph *g, kmp_ref r)
+{
+    return op_of(g, r) == KMP_OP_SIN || op_of(g, r) == KMP_OP_COS;
+}
+
+static kmp_ref angle_of(const kmp_graph *g, kmp_ref r)
+{
+    return kmp_graph_node(g, kmp_id(r))->a;
+}
+
+/* -- monomials --------------------------------------------------------------------------------------- */
+
+static bool put_factor(monomial *m, kmp_ref f)
+{
+    int k = m->count;
+    if (k == MOST_FACTORS)
+        return false;
+    for (; k > 0 && m->factor[k - 1] > f; k--)
+        m->factor[k] = m->factor[k - 1];
+    m->factor[k] = f;
+    m->count++;
+    return true;
+}
+
+static void remove_factor(monomial *m, int k)
+{
+    memmove(m->factor + k, m->factor + k + 1, (size_t)(--m->count - k) * sizeof *m->factor);
+}
+
+/* The factors of x, shared products too; numbers go to the coefficient. */
+static bool add_factors(const kmp_graph *g, kmp_ref x, monomial *m)
+{
+    double number;
+    const kmp_node *n = kmp_graph_node(g, kmp_id(x));
+    m->coefficient *= kmp_is_negative(x) ? -1 : 1;
+    x &= ~(kmp_ref)1;
+    if (kmp_is_const(g, x, &number)) {
+        m->coefficient *= number;
+        return true;
+    }
+    if (n->op != KMP_OP_MUL)
+        return put_factor(m, x);
+    kmp_ref a = n->a, b = n->b;
+    return add_factors(g, a, m) && add_factors(g, b, m);
+}
+
+static bool same_factors(const monomial *a, const monomial *b)
+{
+    return a->count == b->count && memcmp(a->factor, b->factor, (size_t)a->count * sizeof *a->factor) == 0;
+}
+
+/* Another term with these factors, -1: none. */
+static int find(const sum *s, const monomial *m, int except)
+{
+    for (int k = 0; k < s->count; k++)
+        if (k != except && same_factors(&s->term[k], m))
+            return k;
+    return -1;
+}
+
+static void remove_term(sum *s, int k)
+{
+    memmove(s->term + k, s->term + k + 1, (size_t)(--s->count - k) * sizeof *s->term);
+}
+
+/* Adds it to the term with the same factors. */
+static bool put_term(sum *s, const monomial *m)
+{
+    int k = find(s, m, -1);
+    if (k < 0 && s->count == MOST_TERMS)
+        return false;
+    if (k < 0) {
+        s->term[s->count++] = *m;
+        return true;
+    }
+    s->term[k].coefficient += m->coefficient;
+    if (s->term[k].coefficient == 0)
+        remove_term(s, k);
+    return true;
+}
+
+/* -- rules ------------------------------------------------------------------------------------------- */
+
+/* sin for cos of the same angle and back; the node may be new. */
+static kmp_ref other(kmp_graph *g, kmp_ref f)
+{
+    kmp_ref angle = angle_of(g, f);
+    return op_of(g, f) == KMP_OP_SIN ? kmp_cos(g, angle) : kmp_sin(g, angle);
+}
+
+/* Takes the terms away and puts what they are together. */
+static void replace(sum *s, int i, int j, const monomial *by)
+{
+    remove_term(s, i > j ? i : j);
+    remove_term(s, i > j ? j : i);
+    (void)put_term(s, by);
+}
+
+/* x cos^2 a + x sin^2 a */
+static bool drop_square(sum *s, int i)
+{
+    for (int k = 0; k + 1 < s->term[i].count; k++) {
+        kmp_ref f = s->term[i].factor[k];
+        if (s->term[i].factor[k + 1] != f || !is_trig(s->g, f))
+            continue;
+        monomial rest = s->term[i], partner;
+        remove_factor(&rest, k);
+        remove_factor(&rest, k);
+        partner = rest;
+        (void)put_factor(&partner, other(s->g, f));
+        (void)put_factor(&partner, other(s->g, f));
+        int j = find(s, &partner, i);
+        if (j < 0 || s->term[j].coefficient != s->term[i].coefficient)
+            continue;
+        replace(s, i, j, &rest);
+        return true;
+    }
+    return false;
+}
+
+/* The run that an angle's coordinates belong to, -1 when they do not belong together. */
+static int run_of(const sum *s, kmp_ref angle)
+{
+    const kmp_node *n = kmp_graph_node(s->g, kmp_id(angle));
+    if (n->op == KMP_OP_INPUT)
+        return n->a == KMP_IN_Q && s->parallel && (int)n->b < s->parallel->count ? s->parallel->run[n->b] : -1;
+    if (n->op != KMP_OP_ADD)
+        return -1;
+    int a = run_of(s, n->a), b = run_of(s, n->b);
+    return a == b ? a : -1;
+}
+
+/* k f(a) g(b) + l f'(a) g'(b) with cosines and sines exchanged, |k| = |l|. */
+static bool add_angles(sum *s, int i, int p, int q)
+{
+    kmp_graph *g = s->g;
+    kmp_ref f = s->term[i].factor[p], h = s->term[i].factor[q], a = angle_of(g, f), b = angle_of(g, h);
+    if (a == b || run_of(s, a) < 0 || run_of(s, a) != run_of(s, b))
+        return false;
+    monomial rest = s->term[i], partner;
+    remove_factor(&rest, q);
+    remove_factor(&rest, p);
+    partner = rest;
+    (void)put_factor(&partner, other(g, f));
+    (void)put_factor(&partner, other(g, h));
+    int j = find(s, &partner, i);
+    double k = s->term[i].coefficient, l = j < 0 ? 0 : s->term[j].coefficient;
+    if (l != k && l != -k)
+        return false;
+    bool alike = op_of(g, f) == op_of(g, h);
+    if (op_of(g, f) != KMP_OP_COS && alike) { /* from the cosines' side */
+        rest.coefficient = l;
+        double swap = k;
+        k = l;
+        l = swap;
+    }
+    if (!alike && op_of(g, f) == KMP_OP_COS) { /* sin a cos b first */
+        kmp_ref swap = a;
+        a = b;
+        b = swap;
+    }
+    bool plus = alike ? l == -k : l == k;
+    kmp_ref angle = kmp_angle_add(g, a, plus ? b : kmp_neg(b)), made = alike ? kmp_cos(g, angle) : kmp_sin(g, angle);
+    if (!add_factors(g, made, &rest))
+        return false;
+    replace(s, i, j, &rest);
+    return true;
+}
+
+static bool apply_rules(sum *s)
+{
+    for (int i = 0; i < s->count; i++)
+        if (drop_square(s, i))
+            return true;
+    for (int i = 0; i < s->count; i++)
+        for (int q = 0; q < s->term[i].count; q++)
+            for (int p = 0; p < q; p++)
+                if (is_trig(s->g, s->term[i].factor[p]) && is_trig(s->g, s->term[i].factor[q]) &&
+                    add_angles(s, i, p, q))
+                    return true;
+    return false;
+}
+
+/* -- sums -------------------------------------------------------------------------------------------- */
+
+static kmp_ref value_of(const sum *s)
+{
+    kmp_graph *g = s->g;
+    kmp_ref r = KMP_ZERO;
+    for (int k = 0; k < s->count; k++) {
+        kmp_ref product = KMP_ONE;
+        for (int i = 0; i < s->term[k].count; i++)
+            product = kmp_mul(g, product, s->term[k].factor[i]);
+        r = kmp_add(g, r, kmp_mul(g, kmp_const(g, s->term[k].coefficient), product));
+    }
+    return r;
+}
+
+static kmp_ref rewrite_sum(const kmp_rewrite *r, const kmp_parallel *parallel, uint32_t id)
+{
+    kmp_ref list[KMP_MOST_TERMS], sign = 0;
+    sum s = {.g = r->graph, .parallel = parallel};
+    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, true, list, 0, &sign), squares = 0;
+    bool laid_out = count <= MOST_TERMS;
+    for (int k = 0; laid_out && k < count; k++) {
+        monomial m = {.coefficient = 1};
+        laid_out = add_factors(r->graph, kmp_rewritten(r, list[k]), &m) && put_term(&s, &m);
+        for (int i = 0; i < m.count; i++)
+            squares += is_trig(r->graph, m.factor[i]);
+    }
+    if (!laid_out || squares < 4 || !apply_rules(&s))
+        return kmp_rewrite_node(r, id);
+    while (apply_rules(&s))
+        ;
+    return value_of(&s);
+}
+
+bool kmp_collapse_trig(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+{
+    kmp_rewrite r;
+    if (!kmp_rewrite_init(&r, g, count, outputs))
+        return false;
+    for (uint32_t id = 0; id < r.count; id++)
+        if (r.uses[id])
+            r.now[id] =
+                kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite_sum(&r, parallel, id) : kmp_rewrite_node(&r, id);
+    bool ok = kmp_rewrite_finish(&r, KMP_COST_ADDITION, count, outputs);
+    kmp_rewrite_free(&r);
+    return ok;
+}

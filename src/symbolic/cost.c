@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reference counts: a node costs while somebody uses it, and uses its operands as long. */
+#include "symbolic/cost.h"
+#include "base/memory.h"
+
+/* Room for the nodes that the graph has by now. */
+static bool reserve(kmp_cost *cost)
+{
+    uint32_t nodes = kmp_graph_count(cost->graph);
+    if (nodes <= cost->nodes)
+        return true;
+    uint32_t room = nodes + nodes / 2;
+    uint32_t *uses = kmp_realloc(cost->uses, room, sizeof *uses);
+    if (!uses) {
+        cost->failed = true;
+        return false;
+    }
+    for (uint32_t id = cost->nodes; id < room; id++)
+        uses[id] = 0;
+    cost->uses = uses;
+    cost->nodes = room;
+    return true;
+}
+
+bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price)
+{
+    *cost = (kmp_cost){.graph = g, .sum_price = sum_price};
+    return reserve(cost);
+}
+
+void kmp_cost_free(kmp_cost *cost)
+{
+    kmp_free(cost->uses);
+    kmp_free(cost->stack);
+    *cost = (kmp_cost){0};
+}
+
+static long price(const kmp_cost *cost, const kmp_node *n)
+{
+    const kmp_graph *g = cost->graph;
+    switch ((kmp_op)n->op) {
+    case KMP_OP_ADD:
+    case KMP_OP_MUL:
+    case KMP_OP_DIV:
+        return 1;
+    case KMP_OP_SIN:
+    case KMP_OP_COS:
+        return kmp_graph_node(g, kmp_id(n->a))->op == KMP_OP_ADD ? cost->sum_price : 0;
+    default:
+        return 0;
+    }
+}
+
+static void push(kmp_cost *cost, uint32_t *top, uint32_t id)
+{
+    if (*top == cost->capacity) {
+        uint32_t capacity = cost->capacity ? 2 * cost->capacity : 256;
+        uint32_t *stack = kmp_realloc(cost->stack, capacity, sizeof *stack);
+        if (!stack) {
+            cost->failed = true;
+            return;
+        }
+        cost->stack = stack;
+        cost->capacity = capacity;
+    }
+    cost->stack[(*top)++] = id;
+}
+
+/* Counts one use of r up or down, and those of its operands when it comes into use or goes out of it. */
+static void count_use(kmp_cost *cost, kmp_ref r, bool up)
+{
+    uint32_t top = 0;
+    if (!reserve(cost))
+        return;
+    push(cost, &top, kmp_id(r));
+    while (top) {
+        uint32_t id = cost->stack[--top];
+        bool turns = up ? cost->uses[id]++ == 0 : --cost->uses[id] == 0;
+        if (!turns)
+            continue;
+        const kmp_node *n = kmp_graph_node(cost->graph, id);
+        cost->operations += up ? price(cost, n) : -price(cost, n);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            push(cost, &top, kmp_id(kmp_operand(n, k)));
+    }
+}
+
+void kmp_cost_add(kmp_cost *cost, int count, const kmp_ref *outputs)
+{
+    for (int k = 0; k < count && !cost->failed; k++)
+        count_use(cost, outputs[k], true);
+}
+
+void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs)
+{
+    for (int k = 0; k < count && !cost->failed; k++)
+        count_use(cost, outputs[k], false);
+}

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Each sum is laid out as terms, each term that it alone needs as factors. The factor of most terms is taken out of
+ * them, and what is left goes on as a sum by itself, until no factor is common to two terms. */
+#include "symbolic/factor.h"
+#include "symbolic/rewrite.h"
+#include <string.h>
+
+enum { MOST_FACTORS = 12 };
+
+/* A term of a sum: a product, or one reference. */
+typedef struct term {
+    kmp_ref whole, sign; /* what it became, as long as nothing is taken out of it; the sign of the factors */
+    kmp_ref factor[MOST_FACTORS];
+    int count;           /* 0: not taken apart */
+    bool reduced, taken; /* a factor is out; it is in the sum already */
+} term;
+
+static bool has(const term *t, kmp_ref factor)
+{
+    for (int k = 0; k < t->count; k++)
+        if (t->factor[k] == factor)
+            return true;
+    return false;
+}
+
+static void drop(term *t, kmp_ref factor)
+{
+    int k = 0;
+    while (t->factor[k] != factor)
+        k++;
+    t->factor[k] = t->factor[--t->count];
+}
+
+static kmp_ref value_of(kmp_graph *g, const term *t)
+{
+    if (!t->reduced)
+        return t->whole;
+    kmp_ref r = KMP_ONE;
+    for (int k = t->count; k-- > 0;)
+        r = kmp_mul(g, r, t->factor[k]);
+    return r ^ t->sign;
+}
+
+/* How many terms have it, itself not looked at more than once. */
+static int occurrences(const term *terms, int count, kmp_ref factor)
+{
+    int n = 0;
+    for (int i = 0; i < count; i++)
+        n += !terms[i].taken && has(&terms[i], factor);
+    return n;
+}
+
+/* The factor that most terms have, the first of several; KMP_ZERO when none is in two. */
+static kmp_ref common_factor(const kmp_graph *g, const term *terms, int count)
+{
+    kmp_ref best = KMP_ZERO;
+    int most = 1;
+    double number;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; !terms[i].taken && k < terms[i].count; k++) {
+            kmp_ref f = terms[i].factor[k];
+            int n = occurrences(terms, count, f);
+            if (n > most && !kmp_is_const(g, f, &number)) {
+                most = n;
+                best = f;
+            }
+        }
+    return best;
+}
+
+/* The sum of the terms, factors taken out while two terms share one. */
+static kmp_ref sum_of(kmp_graph *g, term *terms, int count)
+{
+    kmp_ref sum = KMP_ZERO, f;
+    while ((f = common_factor(g, terms, count)) != KMP_ZERO) {
+        kmp_ref inner = KMP_ZERO;
+        for (int i = 0; i < count; i++)
+            if (!terms[i].taken && has(&terms[i], f)) {
+                terms[i].taken = true;
+                drop(&terms[i], f);
+                terms[i].reduced = true;
+                inner = kmp_add(g, inner, value_of(g, &terms[i]));
+            }
+        sum = kmp_add(g, sum, kmp_mul(g, f, inner));
+    }
+    for (int i = 0; i < count; i++)
+        if (!terms[i].taken)
+            sum = kmp_add(g, sum, value_of(g, &terms[i]));
+    return sum;
+}
+
+/* Term x of the sum as it became. */
+static term term_of(const kmp_rewrite *r, kmp_ref x)
+{
+    kmp_ref list[KMP_MOST_TERMS];
+    term t = {.sign = x & 1, .whole = kmp_rewritten(r, x)};
+    const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
+    if (n->op != KMP_OP_MUL || r->uses[kmp_id(x)] != 1)
+        return t;
+    int count = kmp_rewrite_flatten(r, KMP_OP_MUL, x & ~(kmp_ref)1, true, list, 0, &t.sign);
+    if (count > MOST_FACTORS)
+        return t;
+    for (int k = 0; k < count; k++) {
+        kmp_ref now = kmp_rewritten(r, list[k]);
+        t.sign ^= now & 1;
+        t.factor[t.count++] = now & ~(kmp_ref)1;
+    }
+    return t;
+}
+
+static kmp_ref rewrite_sum(const kmp_rewrite *r, uint32_t id, term *terms)
+{
+    kmp_ref list[KMP_MOST_TERMS], sign = 0;
+    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, true, list, 0, &sign);
+    for (int k = 0; k < count; k++)
+        terms[k] = term_of(r, list[k]);
+    if (common_factor(r->graph, terms, count) == KMP_ZERO)
+        return kmp_rewrite_node(r, id);
+    return sum_of(r->graph, terms, count);
+}
+
+bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs)
+{
+    kmp_rewrite r;
+    term terms[KMP_MOST_TERMS];
+    if (!kmp_rewrite_init(&r, g, count, outputs))
+        return false;
+    for (uint32_t id = 0; id < r.count; id++)
+        if (r.uses[id])
+            r.now[id] = kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite_sum(&r, id, terms) : kmp_rewrite_node(&r, id);
+    bool ok = kmp_rewrite_finish(&r, 0, count, outputs);
+    kmp_rewrite_free(&r);
+    return ok;
+}

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Factors taken out of sums: a b + a c = a (b + c). */
+#ifndef KMP_SYMBOLIC_FACTOR_H
+#define KMP_SYMBOLIC_FACTOR_H
+
+#include "symbolic/graph.h"
+
+/** Rewrites the outputs in place where it takes fewer operations. Products that others need too are left alone. false:
+ *  no memory. */
+bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs);
+
+#endif

@@ -1,0 +1,316 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sums (products) are laid out as lists of terms (factors), going into those that nothing else needs. Pairs that stand
+ * in two lists or more are made once, the most frequent first; then again with what has become of the lists. */
+#include "symbolic/pairs.h"
+#include "base/memory.h"
+#include "symbolic/rewrite.h"
+#include <stdlib.h>
+#include <string.h>
+
+enum { LONGEST = 24, PASSES = 4 };
+
+typedef struct list {
+    uint32_t id; /* of the node */
+    int first, count;
+    bool changed;
+} list;
+
+/* Two items, the first positive and with the smaller number. */
+typedef struct pair {
+    kmp_ref a, b;
+    int count, first; /* lists that have it; where they stand in `member` */
+    uint32_t made;    /* number of the item that stands for it, 0: none yet */
+} pair;
+
+typedef struct sharing {
+    kmp_rewrite r;
+    kmp_op op;
+    list *lists;
+    int list_count;
+    kmp_ref *items; /* of all lists; numbers from r.count on are pairs that were made */
+    int item_count;
+    pair *pairs;
+    uint32_t *table, table_size; /* 1 + number of a pair, 0: free */
+    int pair_count, pair_room;
+    int *member;
+    kmp_ref (*made)[2]; /* operands of pairs that were made */
+    uint32_t made_count, made_room;
+    bool failed;
+} sharing;
+
+/* -- lists ------------------------------------------------------------------------------------------- */
+
+/* Whether the node is the head of a list: not part of another one. */
+static void collect(sharing *s, const uint8_t *inside)
+{
+    for (uint32_t id = 0; id < s->r.count && !s->failed; id++) {
+        if (!s->r.uses[id] || inside[id] || kmp_graph_node(s->r.graph, id)->op != s->op)
+            continue;
+        kmp_ref found[KMP_MOST_TERMS], sign = 0;
+        int count = kmp_rewrite_flatten(&s->r, s->op, id << 1, true, found, 0, &sign);
+        if (count > LONGEST)
+            continue;
+        s->lists[s->list_count++] = (list){id, s->item_count, count, false};
+        memcpy(s->items + s->item_count, found, (size_t)count * sizeof *found);
+        s->item_count += count;
+    }
+}
+
+static void mark_inside(const sharing *s, uint8_t *inside)
+{
+    for (uint32_t id = 0; id < s->r.count; id++) {
+        const kmp_node *n = kmp_graph_node(s->r.graph, id);
+        for (int k = 0; s->r.uses[id] && n->op == s->op && k < 2; k++) {
+            uint32_t below = kmp_id(kmp_operand(n, k));
+            inside[below] = s->r.uses[below] == 1 && kmp_graph_node(s->r.graph, below)->op == s->op;
+        }
+    }
+}
+
+/* -- pairs ------------------------------------------------------------------------------------------- */
+
+static void order(kmp_ref *a, kmp_ref *b)
+{
+    kmp_ref sign, x = *a, y = *b;
+    if (kmp_id(y) < kmp_id(x)) {
+        x = *b;
+        y = *a;
+    }
+    sign = x & 1;
+    *a = x ^ sign;
+    *b = y ^ sign;
+}
+
+static bool grow(sharing *s)
+{
+    uint32_t size = s->table_size ? 2 * s->table_size : 1024;
+    uint32_t *table = KMP_NEW(uint32_t, size);
+    if (!table)
+        return false;
+    for (int i = 0; i < s->pair_count; i++) {
+        uint32_t k = (s->pairs[i].a * 0x9e3779b1u ^ s->pairs[i].b * 0x85ebca6bu);
+        for (k = (k ^ k >> 15) & (size - 1); table[k]; k = (k + 1) & (size - 1))
+            ;
+        table[k] = (uint32_t)i + 1;
+    }
+    kmp_free(s->table);
+    s->table = table;
+    s->table_size = size;
+    return true;
+}
+
+/* The pair with its place in the table; NULL: no memory. */
+static pair *find(sharing *s, kmp_ref a, kmp_ref b)
+{
+    if (2 * (s->pair_count + 1) > (int)s->table_size && !grow(s))
+        return NULL;
+    uint32_t k = (a * 0x9e3779b1u ^ b * 0x85ebca6bu);
+    for (k = (k ^ k >> 15) & (s->table_size - 1); s->table[k]; k = (k + 1) & (s->table_size - 1)) {
+        pair *p = &s->pairs[s->table[k] - 1];
+        if (p->a == a && p->b == b)
+            return p;
+    }
+    if (s->pair_count == s->pair_room) {
+        int room = s->pair_room ? 2 * s->pair_room : 512;
+        pair *pairs = kmp_realloc(s->pairs, (size_t)room, sizeof *pairs);
+        if (!pairs)
+            return NULL;
+        s->pairs = pairs;
+        s->pair_room = room;
+    }
+    s->table[k] = (uint32_t)s->pair_count + 1;
+    s->pairs[s->pair_count] = (pair){a, b, 0, 0, 0};
+    return &s->pairs[s->pair_count++];
+}
+
+typedef void visit(sharing *s, int number, pair *p);
+
+static void each_pair(sharing *s, visit *see)
+{
+    for (int l = 0; l < s->list_count && !s->failed; l++) {
+        const kmp_ref *item = s->items + s->lists[l].first;
+        for (int i = 0; i < s->lists[l].count; i++)
+            for (int j = 0; j < i && !s->failed; j++) {
+                kmp_ref a = item[i], b = item[j];
+                order(&a, &b);
+                pair *p = find(s, a, b);
+                s->failed = !p;
+                if (p)
+                    see(s, l, p);
+            }
+    }
+}
+
+static void count_one(sharing *s, int number, pair *p)
+{
+    (void)s, (void)number;
+    p->count++;
+}
+
+static void enter(sharing *s, int number, pair *p)
+{
+    if (p->first >= 0)
+        s->member[p->first++] = number;
+}
+
+static int by_count(const void *x, const void *y)
+{
+    const pair *a = x, *b = y;
+    if (a->count != b->count)
+        return a->count > b->count ? -1 : 1;
+    if (a->a != b->a)
+        return a->a < b->a ? -1 : 1;
+    return (a->b > b->b) - (a->b < b->b);
+}
+
+/* -- sharing ----------------------------------------------------------------------------------------- */
+
+/* Where the pair stands in a list; *sign: of its first item there. */
+static bool stands(const sharing *s, const list *l, const pair *p, int at[2], kmp_ref *sign)
+{
+    const kmp_ref *item = s->items + l->first;
+    for (int i = 0; i < l->count; i++)
+        for (int j = 0; j < l->count; j++) {
+            *sign = item[i] ^ p->a;
+            if (i != j && *sign <= 1 && item[j] == (p->b ^ *sign)) {
+                at[0] = i < j ? i : j;
+                at[1] = i < j ? j : i;
+                return true;
+            }
+        }
+    return false;
+}
+
+static bool make(sharing *s, pair *p)
+{
+    if (s->made_count == s->made_room) {
+        uint32_t room = s->made_room ? 2 * s->made_room : 128;
+        kmp_ref(*made)[2] = kmp_realloc(s->made, room, sizeof *made);
+        if (!made)
+            return false;
+        s->made = made;
+        s->made_room = room;
+    }
+    s->made[s->made_count][0] = p->a;
+    s->made[s->made_count][1] = p->b;
+    p->made = s->r.count + s->made_count++;
+    return true;
+}
+
+/* Puts what stands for the pair into all lists that still have it, when there are two. */
+static bool share(sharing *s, pair *p, const int *member)
+{
+    int at[2], found = 0;
+    kmp_ref sign;
+    for (int k = 0; k < p->count; k++)
+        found += stands(s, &s->lists[member[k]], p, at, &sign);
+    if (found < 2)
+        return false;
+    if (!make(s, p)) {
+        s->failed = true;
+        return false;
+    }
+    for (int k = 0; k < p->count; k++) {
+        list *l = &s->lists[member[k]];
+        kmp_ref *item = s->items + l->first;
+        if (!stands(s, l, p, at, &sign))
+            continue;
+        item[at[0]] = p->made << 1 | sign;
+        memmove(item + at[1], item + at[1] + 1, (size_t)(l->count - at[1] - 1) * sizeof *item);
+        l->count--;
+        l->changed = true;
+    }
+    return true;
+}
+
+/* One round; whether anything was shared. */
+static bool share_all(sharing *s)
+{
+    bool any = false;
+    s->pair_count = 0;
+    memset(s->table, 0, s->table_size * sizeof *s->table);
+    each_pair(s, count_one);
+    int members = 0;
+    for (int k = 0; k < s->pair_count; k++) {
+        s->pairs[k].first = s->pairs[k].count > 1 ? members : -1;
+        members += s->pairs[k].count > 1 ? s->pairs[k].count : 0;
+    }
+    s->member = KMP_NEW(int, members);
+    s->failed = s->failed || !s->member;
+    if (!s->failed) {
+        each_pair(s, enter);
+        if (s->pair_count)
+            qsort(s->pairs, (size_t)s->pair_count, sizeof *s->pairs, by_count);
+    }
+    for (int k = 0; k < s->pair_count && !s->failed && s->pairs[k].count > 1; k++)
+        any = share(s, &s->pairs[k], s->member + s->pairs[k].first - s->pairs[k].count) || any;
+    kmp_free(s->member);
+    s->member = NULL;
+    return any;
+}
+
+/* -- the graph again --------------------------------------------------------------------------------- */
+
+static kmp_ref combine(const sharing *s, kmp_ref a, kmp_ref b)
+{
+    return s->op == KMP_OP_ADD ? kmp_add(s->r.graph, a, b) : kmp_mul(s->r.graph, a, b);
+}
+
+static kmp_ref item_now(const sharing *s, kmp_ref item)
+{
+    uint32_t id = kmp_id(item);
+    if (id < s->r.count)
+        return kmp_rewritten(&s->r, item);
+    const kmp_ref *of = s->made[id - s->r.count];
+    kmp_ref r = combine(s, item_now(s, of[0]), item_now(s, of[1]));
+    return kmp_is_negative(item) ? kmp_neg(r) : r;
+}
+
+static void rebuild(sharing *s)
+{
+    kmp_graph *g = s->r.graph;
+    int next = 0;
+    for (uint32_t id = 0; id < s->r.count; id++) {
+        if (!s->r.uses[id])
+            continue;
+        bool head = next < s->list_count && s->lists[next].id == id;
+        const list *l = head ? &s->lists[next++] : NULL;
+        if (!l || !l->changed) {
+            s->r.now[id] = kmp_rewrite_node(&s->r, id);
+            continue;
+        }
+        kmp_ref r = item_now(s, s->items[l->first]);
+        for (int k = 1; k < l->count; k++)
+            r = combine(s, r, item_now(s, s->items[l->first + k]));
+        s->r.now[id] = r;
+    }
+    s->failed = s->failed || kmp_graph_failed(g);
+}
+
+bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs)
+{
+    sharing s = {.op = op};
+    if (!kmp_rewrite_init(&s.r, g, count, outputs))
+        return false;
+    uint8_t *inside = KMP_NEW(uint8_t, s.r.count);
+    s.lists = KMP_NEW(list, s.r.count);
+    s.items = KMP_NEW(kmp_ref, 2 * s.r.count);
+    s.failed = !inside || !s.lists || !s.items || !grow(&s);
+    if (!s.failed) {
+        mark_inside(&s, inside);
+        collect(&s, inside);
+    }
+    for (int pass = 0; pass < PASSES && !s.failed && share_all(&s); pass++)
+        ;
+    if (!s.failed)
+        rebuild(&s);
+    bool ok = !s.failed && kmp_rewrite_finish(&s.r, 0, count, outputs);
+    kmp_rewrite_free(&s.r);
+    kmp_free(inside);
+    kmp_free(s.lists);
+    kmp_free(s.items);
+    kmp_free(s.pairs);
+    kmp_free(s.table);
+    kmp_free(s.made);
+    return ok;
+}

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "symbolic/rewrite.h"
+#include "base/memory.h"
+#include "symbolic/cost.h"
+#include <string.h>
+
+bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
+{
+    uint32_t nodes = kmp_graph_count(g), top = 0;
+    *r = (kmp_rewrite){g, nodes, KMP_NEW(uint32_t, nodes), KMP_NEW(kmp_ref, nodes)};
+    if (!r->uses || !r->now) {
+        kmp_rewrite_free(r);
+        return false;
+    }
+    for (int k = 0; k < count; k++) {
+        uint32_t id = kmp_id(outputs[k]);
+        r->uses[id]++;
+        top = id >= top ? id + 1 : top;
+    }
+    for (uint32_t id = top; id-- > 0;) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        for (int k = 0; r->uses[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+            r->uses[kmp_id(kmp_operand(n, k))]++;
+    }
+    return true;
+}
+
+void kmp_rewrite_free(kmp_rewrite *r)
+{
+    kmp_free(r->uses);
+    kmp_free(r->now);
+    *r = (kmp_rewrite){0};
+}
+
+kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
+{
+    kmp_node n = *kmp_graph_node(r->graph, id);
+    kmp_ref operands[3] = {0};
+    int arity = kmp_op_arity((kmp_op)n.op);
+    bool same = true;
+    for (int k = 0; k < arity; k++) {
+        operands[k] = kmp_rewritten(r, kmp_operand(&n, k));
+        same = same && operands[k] == kmp_operand(&n, k);
+    }
+    return same ? id << 1 : kmp_graph_rebuild(r->graph, id, operands);
+}
+
+static long price(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs, bool *ok)
+{
+    kmp_cost cost;
+    long operations = 0;
+    *ok = kmp_cost_init(&cost, g, sum_price);
+    if (*ok) {
+        kmp_cost_add(&cost, count, outputs);
+        operations = cost.operations;
+        *ok = !cost.failed;
+        kmp_cost_free(&cost);
+    }
+    return operations;
+}
+
+bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs)
+{
+    kmp_ref *now = KMP_NEW(kmp_ref, count);
+    bool ok = now && !kmp_graph_failed(r->graph), counted[2] = {false, false};
+    for (int k = 0; ok && k < count; k++)
+        now[k] = kmp_rewritten(r, outputs[k]);
+    if (ok) {
+        long before = price(r->graph, sum_price, count, outputs, &counted[0]);
+        long after = price(r->graph, sum_price, count, now, &counted[1]);
+        if (after < before)
+            memcpy(outputs, now, (size_t)count * sizeof *now);
+        ok = counted[0] && counted[1];
+    }
+    kmp_free(now);
+    return ok;
+}
+
+int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, kmp_ref *list, int count, kmp_ref *sign)
+{
+    const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
+    if (count >= KMP_MOST_TERMS)
+        return count;
+    if (op == KMP_OP_MUL) {
+        *sign ^= x & 1;
+        x &= ~(kmp_ref)1;
+    }
+    bool inside = kmp_id(x) < r->count && (top || r->uses[kmp_id(x)] == 1) && n->op == op;
+    if (!inside || count + 2 > KMP_MOST_TERMS) {
+        list[count] = x;
+        return count + 1;
+    }
+    count = kmp_rewrite_flatten(r, op, n->a ^ (x & 1), false, list, count, sign);
+    return kmp_rewrite_flatten(r, op, n->b ^ (x & 1), false, list, count, sign);
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The passes by which outputs get shorter when all of them are known; what can be seen at a node's birth is done there
+ * (graph.c). */
+#ifndef KMP_SYMBOLIC_SHORTEN_H
+#define KMP_SYMBOLIC_SHORTEN_H
+
+#include "symbolic/collapse.h"
+
+/** Rewrites the outputs in place; `parallel` (NULL: no coordinates) as in collapse.h. false: no memory. */
+typedef bool kmp_pass_fn(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
+
+typedef struct kmp_pass {
+    const char *name;
+    kmp_pass_fn *run;
+} kmp_pass;
+
+/** The passes in order; *count of them. */
+const kmp_pass *kmp_passes(int *count);
+
+/** All of them. The same values but for rounding. */
+kmp_pass_fn kmp_shorten;
+
+#endif

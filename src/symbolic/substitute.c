@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Depth first by a stack, so that a small change in a large graph costs what it touches. */
+#include "symbolic/substitute.h"
+#include "base/memory.h"
+
+typedef struct rewriting {
+    kmp_graph *g;
+    uint32_t *id; /* of visited nodes, open addressing; UINT32_MAX: free */
+    kmp_ref *now; /* what they become */
+    uint32_t size, count;
+    uint32_t *stack, top, capacity;
+    bool failed;
+} rewriting;
+
+static uint32_t slot(const rewriting *w, uint32_t id)
+{
+    uint32_t k = id * 0x9e3779b1u;
+    for (k = (k ^ k >> 15) & (w->size - 1); w->id[k] != UINT32_MAX && w->id[k] != id; k = (k + 1) & (w->size - 1))
+        ;
+    return k;
+}
+
+static bool grow(rewriting *w)
+{
+    rewriting old = *w;
+    uint32_t size = old.size ? 2 * old.size : 64;
+    uint32_t *ids = KMP_NEW(uint32_t, size);
+    kmp_ref *results = KMP_NEW(kmp_ref, size);
+    if (!ids || !results) {
+        kmp_free(ids);
+        kmp_free(results);
+        return false;
+    }
+    w->size = size;
+    w->id = ids;
+    w->now = results;
+    for (uint32_t k = 0; k < size; k++)
+        ids[k] = UINT32_MAX;
+    for (uint32_t k = 0; k < old.size; k++)
+        if (old.id[k] != UINT32_MAX) {
+            uint32_t s = slot(w, old.id[k]);
+            w->id[s] = old.id[k];
+            w->now[s] = old.now[k];
+        }
+    kmp_free(old.id);
+    kmp_free(old.now);
+    return true;
+}
+
+static void set(rewriting *w, uint32_t id, kmp_ref now)
+{
+    if (2 * (w->count + 1) > w->size && !grow(w)) {
+        w->failed = true;
+        return;
+    }
+    uint32_t k = slot(w, id);
+    w->count += w->id[k] == UINT32_MAX;
+    w->id[k] = id;
+    w->now[k] = now;
+}
+
+static bool known(const rewriting *w, uint32_t id)
+{
+    return w->size && w->id[slot(w, id)] == id;
+}
+
+static kmp_ref now(const rewriting *w, kmp_ref r)
+{
+    kmp_ref n = w->now[slot(w, kmp_id(r))];
+    return kmp_is_negative(r) ? kmp_neg(n) : n;
+}
+
+static void push(rewriting *w, uint32_t id)
+{
+    if (w->top == w->capacity) {
+        uint32_t capacity = w->capacity ? 2 * w->capacity : 64;
+        uint32_t *stack = kmp_realloc(w->stack, capacity, sizeof *stack);
+        if (!stack) {
+            w->failed = true;
+            return;
+        }
+        w->stack = stack;
+        w->capacity = capacity;
+    }
+    w->stack[w->top++] = id;
+}
+
+static kmp_ref rewrite(rewriting *w, kmp_ref output, uint16_t *through)
+{
+    for (push(w, kmp_id(output)); w->top && !w->failed;) {
+        uint32_t id = w->stack[w->top - 1], before = w->top;
+        kmp_node n = *kmp_graph_node(w->g, id);
+        int arity = kmp_op_arity((kmp_op)n.op);
+        for (int k = 0; !known(w, id) && k < arity; k++)
+            if (!known(w, kmp_id(kmp_operand(&n, k))))
+                push(w, kmp_id(kmp_operand(&n, k)));
+        if (w->top > before)
+            continue;
+        w->top--;
+        if (known(w, id))
+            continue;
+        kmp_ref operands[3] = {0}, result = id << 1;
+        for (int k = 0; k < arity; k++)
+            operands[k] = now(w, kmp_operand(&n, k));
+        if (arity > 0)
+            result = kmp_graph_rebuild(w->g, id, operands);
+        else
+            *through |= n.depends;
+        set(w, id, result);
+    }
+    return w->failed ? KMP_ZERO : now(w, output);
+}
+
+bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref *to, int output_count, kmp_ref *outputs,
+                    uint16_t *through)
+{
+    rewriting w = {.g = g};
+    *through = 0;
+    for (int k = 0; k < count; k++)
+        set(&w, kmp_id(from[k]), kmp_is_negative(from[k]) ? kmp_neg(to[k]) : to[k]);
+    for (int k = 0; k < output_count && !w.failed; k++)
+        outputs[k] = rewrite(&w, outputs[k], through);
+    kmp_free(w.id);
+    kmp_free(w.now);
+    kmp_free(w.stack);
+    return !w.failed && !kmp_graph_failed(g);
+}

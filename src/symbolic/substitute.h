@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Nodes exchanged for others. */
+#ifndef KMP_SYMBOLIC_SUBSTITUTE_H
+#define KMP_SYMBOLIC_SUBSTITUTE_H
+
+#include "symbolic/graph.h"
+
+/** Rewrites the outputs in place with from[i] (`count` references, no sign) read as to[i]; what stands below a from[i]
+ *  is not looked at. *through: the bits (kmp_input_kind) of inputs that the outputs reach beside them. false: no
+ *  memory. */
+bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref *to, int output_count, kmp_ref *outputs,
+                    uint16_t *through);
+
+#endif

@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The formalisms against each other on random trees, with and without loops: implicit and semi-explicit recursive
+ * Newton/Euler, composite bodies, the O(N) scheme, and the classical virtual power. */
+#include "bench/classical.h"
+#include "check.h"
+#include "derived.h"
+#include "dynamics/forces.h"
+#include "random_model.h"
+
+enum { MODELS = 96, MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };
+
+/* |a - b| in units of the largest of b, at least 1. */
+static double distance(int n, const double *a, const double *b)
+{
+    double off = 0, size = 1;
+    for (int k = 0; k < n; k++) {
+        off = fmax(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
+        size = fmax(size, fabs(b[k]));
+    }
+    return off / size;
+}
+
+static void check_close(int number, const char *what, double off, double tolerance)
+{
+    if (!(off <= tolerance)) {
+        check_failures++;
+        printf("model %d: %s: off by %.3g, allowed %.3g\n", number, what, off, tolerance);
+    }
+}
+
+/* Chains and trees of every kind of joint, with forces and symbols; odd ones with loops. */
+static random_model model_number(int k)
+{
+    return random_model_new((uint64_t)(1000 + k), 1 + k % 6, (unsigned)k % 16);
+}
+
+/* -- the O(N) scheme ----------------------------------------------------------------------------------- */
+
+/* M x + C - J' lambda; in units of what is added up. */
+static double balance(const derived *d, const double *x, const double *lambda, const double *bias)
+{
+    double mx[STATE_MAX], jt[STATE_MAX], worst = 0, size = 1;
+    derived_mass_times(d, x, mx);
+    derived_transposed(d, lambda, jt);
+    for (int k = 0; k < d->n; k++) {
+        worst = fmax(worst, fabs(mx[k] + bias[k] - jt[k]));
+        for (int i = 0; i < d->n; i++)
+            size = fmax(size, fabs(d->mass[(i > k ? i : k) * d->n + (i > k ? k : i)] * x[i]));
+        size = fmax(size, fabs(bias[k]));
+    }
+    return isfinite(worst) ? worst / size : INFINITY;
+}
+
+/* qdd = free + (M^-1 J') lambda for any lambda, as the residual by implicit Newton/Euler has it too. */
+static void check_accelerations(int number, derived *fast, derived *full, state *s)
+{
+    double zero[STATE_MAX] = {0}, qdd[STATE_MAX], drift[STATE_MAX];
+    int n = full->n, m = full->m;
+    derived_eval(fast, s);
+    derived_eval(full, s);
+    check_close(number, "free accelerations", balance(full, fast->free_qdd, zero, full->bias), 1e-12);
+    for (int k = 0; k < n; k++) {
+        qdd[k] = fast->free_qdd[k];
+        for (int r = 0; r < m; r++)
+            qdd[k] += fast->compliance[r * n + k] * s->lambda[r];
+    }
+    check_close(number, "accelerations with lambda", balance(full, qdd, s->lambda, full->bias), 1e-11);
+    derived_jacobian_times(full, qdd, drift);
+    for (int r = 0; r < m; r++) {
+        double sum = fast->drift[r], size = fabs(fast->drift[r]);
+        for (int k = 0; k < m; k++) {
+            double entry = fast->mobility[r > k ? r * m + k : k * m + r] * s->lambda[k];
+            sum += entry;
+            size = fmax(size, fabs(entry));
+        }
+        check_close(number, "rows", fabs(sum - drift[r] - full->jdqd[r]) / fmax(size, 1), 1e-11);
+    }
+    memcpy(s->qdd, qdd, (size_t)n * sizeof *qdd);
+    derived_eval(full, s);
+    double size = 1;
+    for (int k = 0; k < n; k++)
+        size = fmax(size, fabs(full->bias[k]));
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i <= k; i++)
+            size = fmax(size, fabs(full->mass[k * n + i] * qdd[i]));
+    check_close(number, "implicit residual", distance(n, full->residual, zero) / size, 1e-12);
+}
+
+static void check_scheme(int number, const kempe_model *model, int *used)
+{
+    derived fast, full;
+    if (!derived_init(&fast, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false))
+        return;
+    CHECK(derived_init(&full, model, MOTION, number % 2 ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE, false));
+    state s = random_state_vectors();
+    check_accelerations(number, &fast, &full, &s);
+    derived_free(&fast);
+    derived_free(&full);
+    ++*used;
+}
+
+static void accelerations_in_order_n(void)
+{
+    int used = 0;
+    for (int number = 0; number < MODELS; number++) {
+        random_model r = model_number(number);
+        CHECK(r.model != NULL);
+        if (r.model)
+            check_scheme(number, r.model, &used);
+        random_model_free(&r);
+    }
+    CHECK(10 * used >= 7 * MODELS);
+    printf("   %d of %d models\n", used, MODELS);
+}
+
+/* -- the classical form -------------------------------------------------------------------------------- */
+
+/* M and C of virtual power as a program of their own: n x n and n outputs. */
+static bool classical_init(derived *d, const kempe_model *model)
+{
+    *d = (derived){.n = model->motion_count};
+    if (kmp_equations_init(&d->eq, model, 0, KMP_SCHEME_COMPOSITE, false) != KEMPE_OK)
+        return false;
+    kmp_forces forces;
+    CHECK(kmp_forces_init(&forces, &d->eq.tree, false));
+    CHECK(classical_derive(&d->eq.tree, forces.applied, d->eq.mass, d->eq.bias));
+    for (int k = 0; k < d->n; k++)
+        d->eq.bias[k] = kmp_sub(d->eq.graph, d->eq.bias[k], forces.effort[k]);
+    kmp_forces_free(&forces);
+    const int count[2] = {d->n * d->n, d->n};
+    const kmp_ref *const groups[2] = {d->eq.mass, d->eq.bias};
+    d->program = kmp_program_new(d->eq.graph, 2, count, groups);
+    d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
+    return true;
+}
+
+static void check_classical(int number, const kempe_model *model)
+{
+    derived plain, full;
+    if (!derived_init(&full, model, KMP_SET_MASS | KMP_SET_BIAS, KMP_SCHEME_COMPOSITE, false))
+        return;
+    CHECK(classical_init(&plain, model));
+    state s = random_state_vectors();
+    derived_eval(&full, &s);
+    kmp_machine_set(plain.machine, KMP_IN_TIME, &s.t);
+    kmp_machine_set(plain.machine, KMP_IN_Q, s.q);
+    kmp_machine_set(plain.machine, KMP_IN_QD, s.qd);
+    (void)kmp_machine_run(plain.machine, 0);
+    check_close(number, "mass", distance(full.n * full.n, kmp_machine_run(plain.machine, 1), full.mass), 1e-12);
+    check_close(number, "bias", distance(full.n, kmp_machine_run(plain.machine, 2), full.bias), 1e-12);
+    derived_free(&plain);
+    derived_free(&full);
+}
+
+static void virtual_power(void)
+{
+    for (int number = 0; number < MODELS; number++) {
+        random_model r = model_number(number);
+        if (r.model)
+            check_classical(number, r.model);
+        random_model_free(&r);
+    }
+}
+
+static kempe_model *model_of(kempe_context *context, const char *bodies)
+{
+    kmp_text text = {0};
+    kempe_model *model = NULL;
+    kmp_text_printf(&text, "kempe: 1\nname: m\ngravity: [0, 0, -9.81]\nbodies:\n%s", bodies);
+    if (kempe_model_read_text(context, text.s, "m.yaml", &model) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(model);
+    kmp_text_free(&text);
+    return model;
+}
+
+/* -- ways to write it ---------------------------------------------------------------------------------- */
+
+/* Axes that stay and moments about joints, wherever. */
+static void check_ways(int number, const kempe_model *model)
+{
+    enum { SETS = MOTION | KMP_SET_INVERSE | KMP_SET_ACCELERATION };
+    bool stay[STATE_MAX], about[STATE_MAX];
+    uint8_t way[64];
+    for (int k = 0; k < STATE_MAX; k++) {
+        stay[k] = pick(2);
+        about[k] = pick(2);
+    }
+    for (int k = 0; k < 64; k++)
+        way[k] = (uint8_t)pick(3);
+    const kmp_ways ways = {stay, about, way};
+    const bool keep = number % 2;
+    kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .ways = &ways};
+    scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
+    derived other = {0}, plain;
+    if (kmp_equations_derive_once(&other.eq, model, &scene) != KEMPE_OK)
+        return;
+    derived_finish(&other);
+    CHECK(derived_init(&plain, model, SETS, KMP_SCHEME_COMPOSITE, keep));
+    state s = random_state_vectors();
+    int n = plain.n, m = plain.m;
+    derived_eval(&other, &s);
+    derived_eval(&plain, &s);
+    check_close(number, "M", distance(n * n, other.mass, plain.mass), 1e-12);
+    check_close(number, "C", distance(n, other.bias, plain.bias), 1e-12);
+    check_close(number, "residual", distance(n, other.residual, plain.residual), 1e-12);
+    check_close(number, "h", distance(m, other.h, plain.h), 1e-12);
+    check_close(number, "J", distance(m * n, other.jacobian, plain.jacobian), 1e-12);
+    check_close(number, "jdqd", distance(m, other.jdqd, plain.jdqd), 1e-12);
+    double none[STATE_MAX] = {0};
+    check_close(number, "qdd", balance(&plain, other.free_qdd, none, plain.bias), 1e-12);
+    derived_free(&other);
+    derived_free(&plain);
+}
+
+static void ways_agree(void)
+{
+    for (int number = 0; number < MODELS; number++) {
+        random_model r = model_number(number);
+        if (r.model)
+            check_ways(number, r.model);
+        random_model_free(&r);
+    }
+}
+
+/* In the plane nothing is turned twice: chains of parallel axes are written in axes that stay. */
+static void parallel_axes_stay(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = model_of(context, "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 2, 0], "
+                                           "inertia: {zz: 2}, points: {P: [3, 1, 0]}}\n"
+                                           "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [1, 2, 0], "
+                                           "inertia: {zz: 2}, points: {P: [3, 2, 0]}}\n"
+                                           "  c: {joint: {revolute: z, at: b.P}, mass: 1, com: [0, 2, 0], "
+                                           "inertia: {zz: 2}, points: {P: [3, 2, 0]}}\n"
+                                           "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [3, 2, 0], "
+                                           "inertia: {zz: 2}}\n");
+    long count[2] = {0, 0};
+    bool nowhere[4] = {false};
+    for (int k = 0; model && k < 2; k++) {
+        uint8_t way[4] = {0};
+        const kmp_ways plain = {nowhere, nowhere, way};
+        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .ways = k ? NULL : &plain};
+        kmp_equations eq;
+        CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
+        const int sizes[2] = {eq.n * eq.n, eq.n};
+        const kmp_ref *const groups[2] = {eq.mass, eq.bias};
+        kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
+        count[k] = kmp_program_count(p, 0, 2).paper;
+        CHECK(eq.ways.stay[3] == (k == 1));
+        kmp_program_free(p);
+        kmp_equations_free(&eq);
+    }
+    printf("   %ld operations, %ld in turning axes\n", count[1], count[0]);
+    CHECK(10 * count[1] < 9 * count[0]);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* -- what it refuses ----------------------------------------------------------------------------------- */
+
+static void refused(const char *bodies, const char *sentence)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = model_of(context, bodies);
+    kmp_equations eq = {0};
+    if (model) {
+        kempe_status status = kmp_equations_init(&eq, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false);
+        CHECK(status == KEMPE_E_FAILED);
+        CHECK_TEXT(kempe_context_message(context), sentence);
+    }
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+static void massless_ends(void)
+{
+    refused(
+        "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}\n"
+        "  b: {joint: {revolute: y, at: a}}\n",
+        "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'b' of body 'b' moves none; "
+        "give the bodies behind it an inertia about its axis, or take M and C");
+    refused(
+        "  a: {joint: {prismatic: x, at: ground}}\n",
+        "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves none; "
+        "give the bodies behind it a mass, or take M and C");
+    /* two joints about one axis: what is left behind the second is nothing about it */
+    refused(
+        "  a: {joint: {revolute: z, at: ground}}\n"
+        "  b: {joint: {revolute: z, at: a}, mass: 1, com: [1, 0, 0]}\n",
+        "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves none; "
+        "give the bodies behind it an inertia about its axis, or take M and C");
+}
+
+/* -- growth -------------------------------------------------------------------------------------------- */
+
+static kempe_model *chain(kempe_context *context, int bodies)
+{
+    kmp_text text = {0};
+    for (int b = 1; b <= bodies; b++) {
+        kmp_text_printf(&text, "  b%d: {joint: {%s: %s", b, b % 2 ? "revolute" : "prismatic", b % 4 < 2 ? "z" : "x");
+        kmp_text_printf(&text, b > 1 ? ", at: b%d.P" : ", at: ground", b - 1);
+        kmp_text_put(&text, "}, mass: 1.5, com: [0.1, 0.2, 0.3], inertia: {xx: 0.4, yy: 0.5, zz: 0.6}, "
+                            "points: {P: [0.3, 0.1, 0.2]}}\n");
+    }
+    kempe_model *model = model_of(context, text.s);
+    kmp_text_free(&text);
+    return model;
+}
+
+static long operations(kempe_context *context, int bodies)
+{
+    kempe_model *model = chain(context, bodies);
+    kmp_equations eq;
+    long count = -1;
+    if (model && kmp_equations_init(&eq, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false) == KEMPE_OK) {
+        const kmp_ref *group = eq.free_qdd;
+        kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &group);
+        count = kmp_program_count(p, 1, 1).paper;
+        kmp_program_free(p);
+        kmp_equations_free(&eq);
+    }
+    kempe_model_free(model);
+    return count;
+}
+
+/* The same number of operations for each further pair of bodies. */
+static void operations_grow_linearly(void)
+{
+    kempe_context *context = kempe_context_new();
+    long twenty = operations(context, 20), forty = operations(context, 40), sixty = operations(context, 60);
+    printf("   %ld, %ld, %ld operations\n", twenty, forty, sixty);
+    CHECK(twenty > 0 && sixty - forty == forty - twenty);
+    kempe_context_free(context);
+}
+
+int main(void)
+{
+    TEST(accelerations_in_order_n);
+    TEST(virtual_power);
+    TEST(ways_agree);
+    TEST(parallel_axes_stay);
+    TEST(massless_ends);
+    TEST(operations_grow_linearly);
+    return check_report();
+}
