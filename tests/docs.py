@@ -123,6 +123,15 @@ class Tables(unittest.TestCase):
         self.assertEqual(set(re.findall(r"KMP_ROAD\((\w+)\)", text)) - words(page), set())
 
 
+    def test_languages(self):
+        page = (ROOT / "docs/generate.md").read_text()
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/languages.def").read_text(), flags=re.S)
+        for language in re.findall(r"KMP_LANGUAGE\((\w+)\)", text):
+            self.assertIn(f"--lang {language} ", page)
+        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/results/sets.def").read_text(), flags=re.S)
+        self.assertEqual(set(re.findall(r'"(\w+)"', sets)) - words(page), set())
+
+
 class Pages(unittest.TestCase):
     def test_links(self):
         linked = set()

@@ -26,6 +26,7 @@ LAYERS = {
     "constraints": "base linalg symbolic model kinematics kinds dynamics backend",
     "integrators": "base linalg symbolic model kinematics kinds dynamics backend constraints",
     "results": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators",
+    "generate": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators results",
     "cli": "",
     "examples": "",
     "api": "check",
@@ -41,7 +42,8 @@ FOLDERS = [  # first match wins
     ("examples/", "examples"),
     ("tests/api/", "api"),
     ("tests/check.h", "check"),
-    *((f"src/{name}/", name) for name in ("base", "linalg", "symbolic", "model", "dynamics", "backend", "results", "cli")),
+    *((f"src/{name}/", name) for name in ("base", "linalg", "symbolic", "model", "dynamics", "backend", "results", "generate",
+                                              "cli")),
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
 MAY_SOLVE = {"linalg", "constraints", "integrators"}

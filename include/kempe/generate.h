@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * What the equations of a model cost: sets of them derived one by one, and how many operations each takes.
+ * Sets of equations of a model: what they cost, derived one by one, and their text in other languages.
  */
 #ifndef KEMPE_GENERATE_H
 #define KEMPE_GENERATE_H
@@ -14,11 +14,16 @@ extern "C" {
 /** What to derive, and how. NULL and 0 take the default. */
 typedef struct kempe_generation {
     const char *sets;    /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
-                          * qdd: the accelerations without closure forces, in O(N) */
+                          * qdd: the accelerations without closure forces, in O(N); with + between several as one program:
+                          * M_C+h_J+jdqd */
     const char *scheme;  /* how M is made: composite (default), ner */
     int keep_parameters; /* every number of the model that is not zero stays a symbol, instead of being folded in */
     int body_inputs;     /* three forces and three torques on every body are inputs */
     int optimize;        /* look for the fewest operations joint by joint, not among some patterns alone: slower */
+    /* for kempe_code alone */
+    const char *language; /* c (default), octave, python */
+    const char *form;     /* names of variables: legible (default), compact */
+    int vectorised;       /* array languages: all that can be done at once is one statement */
 } kempe_generation;
 
 typedef struct kempe_count kempe_count;
@@ -32,6 +37,26 @@ KEMPE_API void kempe_count_free(kempe_count *count);
 /** Operations by two rules: `paper` + - * /, `robotran` those, unary minus, and one for each sine, cosine or other
  *  function. */
 KEMPE_API kempe_status kempe_count_print(const kempe_count *count, kempe_format format, char **text);
+
+typedef struct kempe_code kempe_code;
+
+/** Derives each of the asked sets alone and writes them in a language: a function each, self-contained, with the
+ *  constants in all their digits; the same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, language or
+ * form that does not exist, or an operation that the language has not; KEMPE_E_INPUT: a closure that can never be met.
+ */
+KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *generation, kempe_code **code);
+KEMPE_API void kempe_code_free(kempe_code *code);
+
+/** The files: their names, and what stands in them. */
+KEMPE_API int kempe_code_file_count(const kempe_code *code);
+KEMPE_API const char *kempe_code_file_name(const kempe_code *code, int k);
+KEMPE_API const char *kempe_code_file_text(const kempe_code *code, int k);
+
+/** Writes all of them into a folder, which is made when it is not there; each whole or not at all. */
+KEMPE_API kempe_status kempe_code_write(const kempe_code *code, const char *folder);
+
+/** What was made: routines with their operations, files. */
+KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text);
 
 #ifdef __cplusplus
 }

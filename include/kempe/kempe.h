@@ -135,7 +135,8 @@ typedef enum kempe_view {
 KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format,
                                           char **text);
 
-/* What sets of equations cost: kempe/generate.h, which this header includes at its end. */
+/* What sets of equations cost, and their text in other languages: kempe/generate.h, which this header includes at its
+ * end. */
 
 /* The equations at a state of your choice: kempe/workspace.h; forces by a function of yours: kempe/extend.h. This
  * header includes both at its end. */

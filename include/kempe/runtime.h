@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What code emitted by Kempe calls, and nothing else: stands alone, C11 or C++11, no library but libm.
+/* What code emitted by Kempe calls, and nothing else: stands alone, C99 or C++11, no library but libm.
  *
- * Sine and cosine together, within 1 ulp, the same bits from the scalar and the lane form on every machine
- * with IEEE doubles rounded to nearest. Compile with -ffp-contract=off and without -ffast-math: contraction
- * into fused operations would change the bits.
+ * Functions given by points. Sine and cosine together, within 1 ulp, the same bits from the scalar and the lane form
+ * on every machine with IEEE doubles rounded to nearest. Compile with -ffp-contract=off and without -ffast-math:
+ * contraction into fused operations would change the bits.
  *
  * Method: |x| = n pi/2 + (r + y) with pi/2 in three parts of 37, 37 and 53 bits, so that n times the first two
  * is exact for n < 2^16 (Cody, Waite, Software Manual for the Elementary Functions, 1980), and the remainder
@@ -100,6 +100,61 @@ KEMPE_RUNTIME_INLINE void kempe_sincos8_core_(const double *KEMPE_RUNTIME_RESTRI
             c[i] = cos(x[i]);
         }
 }
+
+/* -- functions given by points -------------------------------------------------------------------------- */
+
+KEMPE_RUNTIME_UNUSED static inline double kempe_piece_(const double c[4], int derivative, double s)
+{
+    switch (derivative) {
+    case 0:
+        return c[0] + s * (c[1] + s * (c[2] + s * c[3]));
+    case 1:
+        return c[1] + s * (2 * c[2] + s * (3 * c[3]));
+    case 2:
+        return 2 * c[2] + s * (6 * c[3]);
+    case 3:
+        return 6 * c[3];
+    default:
+        return 0;
+    }
+}
+
+/* The last knot but one that is not right of at. */
+KEMPE_RUNTIME_UNUSED static inline int kempe_find_piece_(int count, const double *x, double at)
+{
+    int low = 0, high = count - 1;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (x[middle] <= at)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/** Value (derivative 0) or derivative of a function through the points (x, y), increasing, with four coefficients a
+ * piece in powers of the distance to its left point; beyond the ends it goes on straight. NaN for NaN. */
+KEMPE_RUNTIME_UNUSED static inline double kempe_table(int count, const double *x, const double *y,
+                                                      const double (*piece)[4], int derivative, double at)
+{
+    int last = count - 2, k;
+    double slope;
+    if (isnan(at))
+        return at;
+    if (at < x[0]) {
+        slope = piece[0][1];
+        return derivative == 0 ? y[0] + slope * (at - x[0]) : derivative == 1 ? slope : 0;
+    }
+    if (at > x[last + 1]) {
+        slope = kempe_piece_(piece[last], 1, x[last + 1] - x[last]);
+        return derivative == 0 ? y[last + 1] + slope * (at - x[last + 1]) : derivative == 1 ? slope : 0;
+    }
+    k = kempe_find_piece_(count, x, at);
+    return kempe_piece_(piece[k], derivative, at - x[k]);
+}
+
+/* -- sine and cosine ------------------------------------------------------------------------------------ */
 
 /** *s = sin x, *c = cos x. */
 KEMPE_RUNTIME_UNUSED static inline void kempe_sincos(double x, double *s, double *c)

@@ -135,3 +135,11 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
         return kmp_fail(context, KEMPE_E_IO, "cannot write '%s': %s", path, strerror(error));
     return KEMPE_OK;
 }
+
+kempe_status kmp_folder_make(kempe_context *context, const char *path)
+{
+    struct stat here;
+    if (mkdir(path, 0777) == 0 || (errno == EEXIST && stat(path, &here) == 0 && S_ISDIR(here.st_mode)))
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_IO, "cannot make the folder '%s': %s", path, strerror(errno));
+}

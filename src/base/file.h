@@ -9,4 +9,7 @@
  *  KEMPE_E_IO with the system's reason. */
 kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
 
+/** Makes a folder unless it is there. KEMPE_E_IO with the system's reason. */
+kempe_status kmp_folder_make(kempe_context *context, const char *path);
+
 #endif

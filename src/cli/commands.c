@@ -186,6 +186,11 @@ static kempe_status print_count(const void *object, kempe_format format, char **
     return kempe_count_print(object, format, text);
 }
 
+static kempe_status print_code(const void *object, kempe_format format, char **text)
+{
+    return kempe_code_print(object, format, text);
+}
+
 static kempe_status print_model(const void *object, kempe_format format, char **text)
 {
     return kempe_model_print(object, format, text);
@@ -319,18 +324,38 @@ static kempe_status show(const job *j)
     return worse(KEMPE_OK, status);
 }
 
-static kempe_status generate(const job *j)
+static kempe_status count(const job *j, const kempe_generation *generation)
 {
     kempe_count *result = NULL;
-    kempe_generation generation = j->settings->generation;
-    generation.keep_parameters = j->settings->keep_parameters;
-    generation.body_inputs = j->settings->body_inputs;
-    generation.optimize = j->settings->optimize;
-    kempe_status status = kempe_count_new(j->model, &generation, &result);
+    kempe_status status = kempe_count_new(j->model, generation, &result);
     tell_failure(j, status, result != NULL);
     if (result)
         status = worse(status, report(j, print_count, result));
     kempe_count_free(result);
+    return status;
+}
+
+/* The report comes when the files are there. */
+static kempe_status generate(const job *j)
+{
+    kempe_code *result = NULL;
+    kempe_generation generation = j->settings->generation;
+    generation.keep_parameters = j->settings->keep_parameters;
+    generation.body_inputs = j->settings->body_inputs;
+    generation.optimize = j->settings->optimize;
+    generation.vectorised = j->settings->vectorised;
+    if (j->settings->count)
+        return count(j, &generation);
+    kempe_status status = kempe_code_new(j->model, &generation, &result);
+    tell_failure(j, status, result != NULL);
+    if (result) {
+        const char *folder = j->settings->output ? j->settings->output : ".";
+        kempe_status written = tell_written(j, kempe_code_write(result, folder));
+        status = worse(status, written);
+        if (written == KEMPE_OK)
+            status = worse(status, report(j, print_code, result));
+    }
+    kempe_code_free(result);
     return status;
 }
 

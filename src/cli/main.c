@@ -26,7 +26,9 @@ static const command commands[] = {
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n"},
-    {CLI_GENERATE, "generate", "FILE --count [options]", "sets of equations, and what they cost",
+    {CLI_GENERATE, "generate", "FILE --lang NAME | --count [options]",
+     "sets of equations in other languages, and what they cost",
+     "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
      "  kempe generate examples/andrews/andrews.yaml --count\n"
      "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n"},
 };
@@ -81,11 +83,11 @@ static bool one_view(const cli_settings *s)
     return false;
 }
 
-static bool asks_for_count(const cli_settings *s)
+static bool says_what_to_generate(const cli_settings *s)
 {
-    if (!s->count)
-        fputs("kempe: generate needs --count\n", stderr);
-    return s->count;
+    if (!s->count && !s->generation.language)
+        fputs("kempe: generate needs --lang NAME, or --count\n", stderr);
+    return s->count || s->generation.language;
 }
 
 static int run_command(const command *c, int count, char **words)
@@ -99,7 +101,7 @@ static int run_command(const command *c, int count, char **words)
     }
     if (c->bit == CLI_SHOW && !one_view(&settings))
         return CLI_USAGE;
-    if (c->bit == CLI_GENERATE && !asks_for_count(&settings))
+    if (c->bit == CLI_GENERATE && !says_what_to_generate(&settings))
         return CLI_USAGE;
     return cli_run(c->bit, &settings);
 }

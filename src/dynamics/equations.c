@@ -9,6 +9,7 @@
 #include "dynamics/outputs.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
+#include "symbolic/label.h"
 #include "symbolic/partials.h"
 #include "symbolic/shorten.h"
 #include <math.h>
@@ -393,10 +394,11 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new();
     kempe_status status = KEMPE_OK;
+    bool labelled = eq->graph && (!scene->labels || kmp_graph_keep_labels(eq->graph));
     if (eq->graph)
         kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
     eq->run = KMP_NEW(int, eq->n);
-    if (!eq->graph || !eq->run || !allocate(eq) || !add_tree(eq, scene, &eq->tree, NULL) || !add_ways(eq, scene))
+    if (!labelled || !eq->run || !allocate(eq) || !add_tree(eq, scene, &eq->tree, NULL) || !add_ways(eq, scene))
         status = kmp_fail_memory(eq->context);
     else
         kmp_tree_runs(&eq->tree, eq->run);

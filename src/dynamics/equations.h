@@ -39,6 +39,7 @@ typedef struct kmp_scene {
     kmp_keep keep;
     bool body_inputs;     /* forces and torques on the bodies as inputs */
     bool loops_alone;     /* no rows of drives */
+    bool labels;          /* nodes are called what they are */
     bool charted;         /* spherical joints have charts as inputs (model/spherical.h) */
     unsigned without;     /* rules of the graph that shall not hold (symbolic/graph.h) */
     bool optimize;        /* look longer for the choice with the fewest operations: joint by joint */

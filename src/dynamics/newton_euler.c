@@ -3,6 +3,7 @@
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/newton_euler.h"
 #include "base/memory.h"
+#include "dynamics/naming.h"
 
 /* Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13) and alpha = acceleration - g (10). */
 typedef struct motion {
@@ -61,6 +62,15 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, motion *m)
     mi->alpha = kmp_vec_add(g, mi->alpha, apply_beta(g, mi, kmp_link_slide(tree, i))); /* (14) */
     mi->alpha = kmp_vec_add(g, mi->alpha, coriolis);
     mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
+}
+
+static void name_motion(kmp_graph *g, int i, const motion *m)
+{
+    kmp_name_vector(g, &kmp_name_rate, m->w, i, 0);
+    kmp_name_vector(g, &kmp_name_acceleration, m->wd, i, 0);
+    kmp_name_vector(g, &kmp_name_linear, m->alpha, i, 0);
+    for (int k = 0; k < 9; k++)
+        kmp_name_entry(g, &kmp_name_beta, m->beta[k / 3][k % 3], k + 1, i, 0);
 }
 
 /* Mass, first moment and second moment about the link's origin of a subtree as if frozen. */
@@ -153,12 +163,16 @@ bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
     bool ok = m && w;
     if (ok) {
         m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
-        for (int i = 1; i < tree->count; i++)
+        for (int i = 1; i < tree->count; i++) {
             forward(tree, i, qdd[i - 1], m);
+            name_motion(tree->graph, i, &m[i]);
+        }
         for (int i = 1; i < tree->count; i++)
             body_wrench(tree, i, &m[i], &applied[i], &w[i]);
         for (int i = tree->count - 1; i > 0; i--) {
             effort[i - 1] = project(&tree->links[i], &w[i]);
+            kmp_name_vector(tree->graph, &kmp_name_force, w[i].force, i, 0);
+            kmp_name_vector(tree->graph, &kmp_name_moment, w[i].moment, i, 0);
             kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
         }
     }
@@ -219,6 +233,10 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
         w[i].force = kmp_vec_add(tree->graph, w[i].force, own.force);
         w[i].moment = kmp_vec_add(tree->graph, w[i].moment, own.moment);
         m[(i - 1) * n + k - 1] = project(&tree->links[i], &w[i]); /* (38) */
+        kmp_name_vector(tree->graph, &kmp_name_column_rate, c[i].o, i, k);
+        kmp_name_vector(tree->graph, &kmp_name_column_linear, c[i].a, i, k);
+        kmp_name_vector(tree->graph, &kmp_name_column_force, w[i].force, i, k);
+        kmp_name_vector(tree->graph, &kmp_name_column_moment, w[i].moment, i, k);
         if (i > k)
             kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
@@ -299,6 +317,15 @@ static void add_to_parent(const kmp_tree *tree, int i, composite c, composite *p
     parent->inertia = kmp_tensor_add(g, parent->inertia, c.inertia);
 }
 
+static void name_composite(kmp_graph *g, int i, const composite *c)
+{
+    static const int entry[6] = {1, 5, 9, 2, 3, 6};
+    kmp_name_entry(g, &kmp_name_mass, c->mass, 0, i, 0);
+    kmp_name_vector(g, &kmp_name_first, c->moment, i, 0);
+    for (int k = 0; k < 6; k++)
+        kmp_name_entry(g, &kmp_name_second, c->inertia.x[k], entry[k], i, 0);
+}
+
 /* The wrench about the origin that accelerates the composite body of link i along its own joint. */
 static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const composite *c)
 {
@@ -318,6 +345,7 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
     for (int i = 1; c && i < tree->count; i++)
         c[i] = own_composite(tree, i);
     for (int i = tree->count - 1; c && i > 0; i--) {
+        name_composite(tree->graph, i, &c[i]);
         kmp_wrench w = unit_wrench(tree, i, &c[i]);
         m[(i - 1) * n + i - 1] = project(&tree->links[i], &w);
         for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
@@ -326,6 +354,8 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
             kmp_wrench_to_parent(tree, k, w, &below);
             w = below;
             m[(i - 1) * n + h - 1] = project(&tree->links[h], &w);
+            kmp_name_vector(tree->graph, &kmp_name_column_force, w.force, h, i);
+            kmp_name_vector(tree->graph, &kmp_name_column_moment, w.moment, h, i);
         }
         if (tree->links[i].parent > 0)
             add_to_parent(tree, i, c[i], &c[tree->links[i].parent]);

@@ -411,7 +411,7 @@ static void json_run(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "]}");
 }
 
-void kmp_model_json(kmp_text *text, const kempe_model *model)
+void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, "{");
     put_string(text, true, "name", model->name);
@@ -425,6 +425,11 @@ void kmp_model_json(kmp_text *text, const kempe_model *model)
     json_forces(text, model);
     json_sensors(text, model);
     json_start(text, model);
+}
+
+void kmp_model_json(kmp_text *text, const kempe_model *model)
+{
+    kmp_model_json_mechanism(text, model);
     json_run(text, model);
     kmp_text_put(text, "}\n");
 }

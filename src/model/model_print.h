@@ -9,6 +9,8 @@
 /** A summary to read; one JSON object. */
 void kmp_model_show(kmp_text *text, const kempe_model *model);
 void kmp_model_json(kmp_text *text, const kempe_model *model);
+/** The object without its run settings and its end: what the equations are made of. */
+void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model);
 
 /** "C: revolute, cut as revolute of 5 rows, loop coupler - .. - rocker: it comes after B". */
 void kmp_cut_print(kmp_text *text, const kmp_cut *cut);

@@ -2,96 +2,29 @@
 /* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. Rows of
  * drives are left out: each is its coordinate less a function of time. */
 #include "base/memory.h"
+#include "results/choice.h"
 #include "results/print.h"
-#include "results/sets.h"
-#include <string.h>
 #include <time.h>
-
-enum { MOST_SETS = 16 };
-
-typedef struct entry {
-    char name[16];
-    unsigned sets;
-    kmp_tally tally;
-} entry;
 
 struct kempe_count {
     kempe_context *context;
     char *model;
-    entry entries[MOST_SETS];
-    int count;
-    entry all;
-    const char *scheme;
-    bool kept, inputs;
+    kmp_choice choice;
+    kmp_tally tally[KMP_MOST_CHOSEN], all;
     double cpu_s;
 };
 
-static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
-
-/* -- what is asked ----------------------------------------------------------------------------------- */
-
-static kempe_status refuse_set(kempe_context *context, const char *name, size_t length)
-{
-    kmp_text list = {0};
-    kmp_sets_list(&list);
-    kempe_status status = list.failed ? kmp_fail_memory(context)
-                                      : kmp_fail(context, KEMPE_E_ARGUMENT, "there is no set '%.*s'; sets are %s",
-                                                 (int)length, name, list.s);
-    kmp_text_free(&list);
-    return status;
-}
-
-static kempe_status read_sets(kempe_count *c, const char *list)
-{
-    for (const char *s = list; s; s = strchr(s, ',')) {
-        s += *s == ',';
-        size_t length = strcspn(s, ",");
-        entry *e = &c->entries[c->count];
-        unsigned sets = length < sizeof e->name ? kmp_sets_find(s, length) : 0;
-        bool twice = false;
-        if (!sets)
-            return refuse_set(c->context, s, length);
-        for (int k = 0; k < c->count; k++)
-            twice = twice || c->entries[k].sets == sets;
-        if (twice)
-            continue;
-        memcpy(e->name, s, length);
-        e->sets = sets;
-        c->all.sets |= sets;
-        c->count++; /* no more than there are names */
-    }
-    return KEMPE_OK;
-}
-
-static kempe_status read_scheme(kempe_count *c, const char *name, kmp_scheme *scheme)
-{
-    *scheme = KMP_SCHEME_COMPOSITE;
-    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
-        if (strcmp(schemes[k], name) == 0)
-            *scheme = (kmp_scheme)k;
-    c->scheme = schemes[*scheme];
-    if (name && strcmp(c->scheme, name) != 0)
-        return kmp_fail(c->context, KEMPE_E_ARGUMENT, "there is no scheme '%s'; schemes are composite, ner", name);
-    return KEMPE_OK;
-}
-
 /* -- counting ---------------------------------------------------------------------------------------- */
 
-static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generation *g)
+static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generation *generation)
 {
-    kmp_scene scene = {.body_inputs = g->body_inputs, .loops_alone = true, .optimize = g->optimize};
+    kmp_choice *choice = &c->choice;
     clock_t begin = clock();
-    c->kept = g->keep_parameters;
-    c->inputs = g->body_inputs;
-    scene.keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING;
-    kempe_status status = read_scheme(c, g->scheme, &scene.scheme);
+    kempe_status status = kmp_choice_read(c->context, generation, choice);
+    for (int k = 0; k < choice->count && status == KEMPE_OK; k++)
+        status = kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]);
     if (status == KEMPE_OK)
-        status = read_sets(c, g->sets ? g->sets : "M_C,invdyn,h_J,jdqd");
-    for (int k = 0; k < c->count && status == KEMPE_OK; k++)
-        status = kmp_tally_sets(model, &scene, c->entries[k].sets, &c->entries[k].tally);
-    if (status == KEMPE_OK)
-        status = kmp_tally_sets(model, &scene, c->all.sets, &c->all.tally);
-    strcpy(c->all.name, "all");
+        status = kmp_tally_sets(model, &choice->scene, choice->all, &c->all);
     c->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
     return status;
 }
@@ -125,26 +58,25 @@ void kempe_count_free(kempe_count *c)
 
 /* -- printing ---------------------------------------------------------------------------------------- */
 
-static void show_entry(kmp_text *text, const entry *e)
+static void show_entry(kmp_text *text, const char *name, const kmp_tally *t)
 {
-    const kmp_tally *t = &e->tally;
     const kmp_counts *c = &t->counts;
     kmp_text_printf(text, "  %-8s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
-                    e->name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
+                    name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
                     t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
 }
 
 static void show_count(kmp_text *text, const kempe_count *c)
 {
-    kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->scheme,
-                    c->kept ? "kept as symbols" : "folded",
-                    c->inputs ? ", forces and torques on bodies as inputs" : "");
+    kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
+                    c->choice.scene.keep ? "kept as symbols" : "folded",
+                    c->choice.scene.body_inputs ? ", forces and torques on bodies as inputs" : "");
     kmp_text_printf(text, "  %-8s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", "set", "paper",
                     "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept", "removed",
                     "serial", "vector");
-    for (int k = 0; k < c->count; k++)
-        show_entry(text, &c->entries[k]);
-    show_entry(text, &c->all);
+    for (int k = 0; k < c->choice.count; k++)
+        show_entry(text, c->choice.chosen[k].name, &c->tally[k]);
+    show_entry(text, "all", &c->all);
     kmp_text_put(text,
                  "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without what depends on "
                  "numbers alone\nkept, removed: operations that the set needs, and others that were made on the "
@@ -152,10 +84,9 @@ static void show_count(kmp_text *text, const kempe_count *c)
                  "above as one program\n");
 }
 
-static void json_entry(kmp_json *json, const entry *e)
+static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)
 {
-    const kmp_tally *t = &e->tally;
-    kmp_json_object(json, e->name);
+    kmp_json_object(json, name);
     kmp_json_whole(json, "paper", t->counts.paper);
     kmp_json_whole(json, "robotran", t->counts.robotran);
     kmp_json_whole(json, "add", t->counts.add);
@@ -183,11 +114,11 @@ static void json_count(kmp_text *text, const kempe_count *c)
     kmp_json_string(&json, "status", kmp_status_word(KEMPE_OK));
     kmp_json_string(&json, "reason", "");
     kmp_json_number(&json, "build_s", c->cpu_s);
-    kmp_json_string(&json, "scheme", c->scheme);
+    kmp_json_string(&json, "scheme", c->choice.scheme);
     kmp_json_object(&json, "sets");
-    for (int k = 0; k < c->count; k++)
-        json_entry(&json, &c->entries[k]);
-    json_entry(&json, &c->all);
+    for (int k = 0; k < c->choice.count; k++)
+        json_entry(&json, c->choice.chosen[k].name, &c->tally[k]);
+    json_entry(&json, "all", &c->all);
     kmp_json_end(&json);
     kmp_json_number(&json, "cpu_s", c->cpu_s);
     kmp_json_end(&json);

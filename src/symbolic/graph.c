@@ -4,6 +4,7 @@
 #include "symbolic/graph.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
+#include "symbolic/label.h"
 #include "symbolic/rotation.h"
 #include "symbolic/table.h"
 #include <math.h>
@@ -17,6 +18,7 @@ struct kmp_graph {
     uint32_t *table; /* id + 1, 0 = free; open addressing */
     uint32_t table_size;
     kmp_rotations *rotations;
+    kmp_labels *labels; /* NULL: none are kept */
     kmp_table **tables;
     int table_count;
     kmp_implicit **implicits;
@@ -149,6 +151,7 @@ void kmp_graph_free(kmp_graph *g)
     if (!g)
         return;
     kmp_rotations_free(g->rotations);
+    kmp_labels_free(g->labels);
     for (int k = 0; k < g->table_count; k++)
         kmp_table_free(g->tables[k]);
     kmp_free(g->tables);
@@ -168,7 +171,7 @@ void kmp_graph_fail(kmp_graph *g)
 
 bool kmp_graph_failed(const kmp_graph *g)
 {
-    return g->failed || kmp_rotations_failed(g->rotations);
+    return g->failed || kmp_rotations_failed(g->rotations) || kmp_labels_failed(g->labels);
 }
 
 uint32_t kmp_graph_count(const kmp_graph *g)
@@ -189,6 +192,11 @@ double kmp_graph_value(const kmp_graph *g, uint32_t id)
 kmp_rotations *kmp_graph_rotations(kmp_graph *g)
 {
     return g->rotations;
+}
+
+kmp_labels **kmp_graph_labels(kmp_graph *g)
+{
+    return &g->labels;
 }
 
 bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value)

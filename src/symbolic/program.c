@@ -119,6 +119,20 @@ static bool take_tables(const kmp_graph *g, kmp_program *p)
     return true;
 }
 
+static bool take_labels(const kmp_graph *g, const uint8_t *mark, const uint32_t *number, kmp_program *p)
+{
+    int leaves = p->constant_count + p->input_count;
+    if (!kmp_graph_has_labels(g))
+        return true;
+    p->label = KMP_NEW(kmp_label, p->code[p->stages]);
+    for (uint32_t id = 0; p->label && id < kmp_graph_count(g); id++) {
+        const kmp_label *label = mark[id] ? kmp_graph_label_of(g, id) : NULL;
+        if (label)
+            p->label[(int)number[id] - 1 - leaves] = *label;
+    }
+    return p->label;
+}
+
 static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const kmp_ref *outputs)
 {
     uint32_t nodes = kmp_graph_count(g);
@@ -145,7 +159,7 @@ static kmp_program *schedule(kmp_graph *g, int groups, const int *count, const k
             p->outputs[k + 2] = p->outputs[k + 1] + count[k];
         for (int k = 0; k < total; k++)
             p->output[k] = operand(number, outputs[k]);
-        ok = take_tables(g, p) && take_blocks(g, p);
+        ok = take_tables(g, p) && take_blocks(g, p) && take_labels(g, mark, number, p);
     }
     if (!ok) {
         kmp_program_free(p);
@@ -184,6 +198,7 @@ void kmp_program_free(kmp_program *p)
     kmp_free(p->instruction);
     kmp_free(p->constant);
     kmp_free(p->input);
+    kmp_free(p->label);
     for (int k = 0; k < p->table_count; k++)
         kmp_table_free(p->table[k]);
     kmp_free(p->table);
@@ -228,7 +243,10 @@ kmp_program *kmp_program_copy(const kmp_program *p)
     c->instruction = copy(p->instruction, (size_t)p->code[p->stages], sizeof *c->instruction);
     c->constant = copy(p->constant, (size_t)p->constant_count, sizeof *c->constant);
     c->input = copy(p->input, (size_t)p->input_count, sizeof *c->input);
+    if (p->label)
+        c->label = copy(p->label, (size_t)p->code[p->stages], sizeof *c->label);
     bool ok = c->code && c->outputs && c->output && c->instruction && c->constant && c->input;
+    ok = ok && (c->label || !p->label);
     for (int k = 0; ok && k < p->table_count; k++)
         ok = kmp_program_add_table(c, p->table[k]) == k;
     for (int k = 0; ok && k < p->block_count; k++)

@@ -9,6 +9,7 @@
 
 #include "base/text.h"
 #include "symbolic/graph.h"
+#include "symbolic/label.h"
 #include <kempe/kempe.h>
 
 typedef struct kmp_instruction {
@@ -56,6 +57,7 @@ typedef struct kmp_program {
     int table_count;
     kmp_block *block; /* those that occur, copied */
     int block_count;
+    kmp_label *label;     /* by instruction; NULL where the graph kept none */
     uint32_t graph_nodes; /* before useless ones were left out */
 } kmp_program;
 

@@ -3,6 +3,7 @@
  * (de Boor, A Practical Guide to Splines, 1978, chapter IV), which needs no exchange of rows. */
 #include "symbolic/table.h"
 #include "base/memory.h"
+#include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
 
@@ -155,49 +156,7 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b)
 
 /* -- reading --------------------------------------------------------------------------------------- */
 
-/* The last knot but one that is not right of x. */
-static int find_piece(const kmp_table *t, double x)
-{
-    int low = 0, high = t->count - 1;
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (t->x[middle] <= x)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-static double polynomial(const double c[4], int derivative, double s)
-{
-    switch (derivative) {
-    case 0:
-        return c[0] + s * (c[1] + s * (c[2] + s * c[3]));
-    case 1:
-        return c[1] + s * (2 * c[2] + s * (3 * c[3]));
-    case 2:
-        return 2 * c[2] + s * (6 * c[3]);
-    case 3:
-        return 6 * c[3];
-    default:
-        return 0;
-    }
-}
-
 double kmp_table_value(const kmp_table *t, int derivative, double x)
 {
-    int last = t->count - 2;
-    if (isnan(x))
-        return x;
-    if (x < t->x[0]) {
-        double slope = t->piece[0][1];
-        return derivative == 0 ? t->y[0] + slope * (x - t->x[0]) : derivative == 1 ? slope : 0;
-    }
-    if (x > t->x[last + 1]) {
-        double slope = polynomial(t->piece[last], 1, t->x[last + 1] - t->x[last]);
-        return derivative == 0 ? t->y[last + 1] + slope * (x - t->x[last + 1]) : derivative == 1 ? slope : 0;
-    }
-    int k = find_piece(t, x);
-    return polynomial(t->piece[k], derivative, x - t->x[k]);
+    return kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
 }

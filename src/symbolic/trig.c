@@ -3,6 +3,7 @@
  * way. Angles are visited in id order, so a part precedes its sum. */
 #include "symbolic/trig.h"
 #include "base/memory.h"
+#include "symbolic/label.h"
 #include "symbolic/live.h"
 
 /* Whether sin and cos of r come for free or by calls that happen anyway. */
@@ -70,6 +71,9 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
             map[id] = id << 1;
         else
             map[id] = rebuild_node(g, id, map);
+        const kmp_label *label = kmp_graph_label_of(g, id);
+        if (label)
+            kmp_graph_label(g, map[id], *label);
     }
 }
 

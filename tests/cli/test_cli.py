@@ -169,6 +169,7 @@ class Usage(Case):
         self.expect(3, "show", ANDREWS)
         self.expect(3, "show", ANDREWS, "--model", "--stats")
         self.assertIn("--count", self.expect(3, "generate", ANDREWS).stderr)
+        self.assertIn("languages are c", self.expect(3, "generate", ANDREWS, "--lang", "fortran").stderr)
 
     def test_unknown_names(self):
         for option, value in (("--road", "rode"), ("--integrator", "dop54"), ("--form", "shut"), ("--u", "nobody")):
@@ -502,6 +503,75 @@ class Generate(Case):
 
     def test_text(self):
         self.assertRegex(self.expect(0, "generate", ANDREWS, "--count").stdout, r"\n  all +\d+ ")
+
+    def test_languages(self):
+        files = {"c": {"andrews.c", "andrews.h", "kempe_runtime.h"}, "python": {"andrews.py"},
+                 "octave": {f"andrews_{name}.m" for name in ("model", "M_C", "h_J", "M_C_prepare", "h_J_prepare")}}
+        for language, names in files.items():
+            with tempfile.TemporaryDirectory() as folder:
+                out = pathlib.Path(folder) / "new"
+                found = self.object(0, "generate", ANDREWS, "--lang", language, "--sets", "M_C,h_J", "--keep-parameters",
+                                    "-o", str(out))
+                self.assertEqual(set(found["files"]), {path.name for path in out.iterdir()})
+                self.assertEqual(set(found["files"]), names)
+                counts = self.count("--sets", "M_C,h_J", "--keep-parameters")["sets"]
+                for name, routine in found["routines"].items():
+                    self.assertEqual((routine["paper"], routine["robotran"]),
+                                     (counts[name]["paper"], counts[name]["robotran"]))
+                    text = "".join(path.read_text() for path in out.iterdir())
+                    self.assertIn(found["hash"], text)
+                    self.assertRegex(text, rf"\b{routine['paper']}\b.*\b{routine['robotran']}\b")
+
+    def test_runtime(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.expect(0, "generate", ANDREWS, "--lang", "c", "-o", folder)
+            self.assertEqual((pathlib.Path(folder) / "kempe_runtime.h").read_bytes(),
+                             (ROOT / "include/kempe/runtime.h").read_bytes())
+
+    def test_page(self):
+        """The programs of docs/generate.md say the same."""
+        page = (ROOT / "docs/generate.md").read_text()
+        blocks = ["\n".join(line[4:] for line in block.strip("\n").split("\n")) + "\n"
+                  for block in re.findall(r"(?:^    .*\n|^\n(?=    ))+", page, re.M)]
+        said = {}
+        with tempfile.TemporaryDirectory() as folder:
+            for language in "c", "python", "octave":
+                self.expect(0, "generate", ANDREWS, "--lang", language, "-o", folder)
+            for block in blocks:
+                if block.startswith("#include"):
+                    (pathlib.Path(folder) / "main.c").write_text(block)
+                elif block.startswith("cc "):
+                    said["c"] = f"{block.strip()} && ./a.out"
+                elif block.startswith("import "):
+                    (pathlib.Path(folder) / "main.py").write_text(block)
+                    said["python"] = "for p in python3 /usr/bin/python3; do " \
+                                     "$p -c 'import numpy' 2>/dev/null && exec $p main.py; done; echo skipped"
+                elif block.startswith("[M, C]"):
+                    (pathlib.Path(folder) / "main.m").write_text(block)
+                    said["octave"] = "command -v octave-cli >/dev/null || exec echo skipped; " \
+                                     "octave-cli --norc --no-history --quiet main.m"
+            self.assertEqual(len(said), 3)
+            for language, command in said.items():
+                done = subprocess.run(["sh", "-c", command], cwd=folder, capture_output=True, text=True, timeout=300)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                said[language] = done.stdout.split()
+        expected = said.pop("c")
+        self.assertEqual((expected[0], len(expected)), ("beta", 3))
+        for language, words in said.items():
+            if words == ["skipped"]:
+                print(f"{language}: skipped")
+                continue
+            self.assertEqual(words[0], "beta")
+            for mine, its in zip(words[1:], expected[1:], strict=True):
+                self.assertAlmostEqual(float(mine), float(its), delta=1e-13 * (1 + abs(float(its))))
+
+    def test_no_place(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "file"
+            file.touch()
+            told = self.expect(1, "generate", ANDREWS, "--lang", "c", "-o", str(file)).stderr
+            self.assertIn("cannot make the folder", told)
+            self.assertEqual(file.read_text(), "")
 
     def test_robotran(self):
         model = ROOT / "tests/models/robotran.mbs"

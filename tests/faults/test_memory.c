@@ -212,6 +212,32 @@ static kempe_status count_operations(scene *s)
     return status;
 }
 
+static kempe_status write_language(const scene *s, const char *language, int vectorised)
+{
+    kempe_code *code = NULL;
+    const kempe_generation generation = {
+        .sets = "M,h_J", .keep_parameters = 1, .language = language, .vectorised = vectorised};
+    kempe_status status = kempe_code_new(s->model, &generation, &code);
+    untouched(status, code);
+    kempe_code_free(code);
+    return status;
+}
+
+static kempe_status write_c(scene *s)
+{
+    return write_language(s, "c", 0);
+}
+
+static kempe_status write_octave(scene *s)
+{
+    return write_language(s, "octave", 1);
+}
+
+static kempe_status write_python(scene *s)
+{
+    return write_language(s, "python", 0);
+}
+
 static kempe_status print_system(scene *s)
 {
     kempe_status status = KEMPE_OK;
@@ -421,6 +447,9 @@ static const struct {
               {"goals", seek_goals},
               {"print system", print_system},
               {"count", count_operations},
+              {"C", write_c},
+              {"Octave", write_octave},
+              {"Python", write_python},
               {"check", check_model},
               {"assemble", assemble},
               {"workspace", evaluate},

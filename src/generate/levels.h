@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A routine for array languages: its values by step index, which is one more than the largest of the values that a
+ * value is computed from (Fisette and Samin 1996, section 3.3), and of each step all operations of one kind as one
+ * statement.
+ *
+ * Sums and products are one kind, c + s a b with s = 1 or -1: x + y is x + 1 y 1, and a product that only one sum reads
+ * is part of it. Values stand in one vector: the numbers, beginning with 0 and 1, then the arguments, then results. */
+#ifndef KMP_GENERATE_LEVELS_H
+#define KMP_GENERATE_LEVELS_H
+
+#include "generate/source.h"
+
+/** Results first, first + 1, ... of an operation (MUL for c + s a b) on items start, start + 1, ... */
+typedef struct kmp_group {
+    kmp_op op;
+    uint32_t table, derivative;
+    int level, first, start, count;
+    bool minus[3];         /* some operand of the column has a sign; of MUL: [0], some s is -1 */
+    bool adds, multiplies; /* of MUL: some c is not 0, some b is not 1 */
+} kmp_group;
+
+typedef struct kmp_levels {
+    const kmp_routine *routine;
+    double *numbers;
+    int number_count;
+    int at[KMP_IN_COUNT], width[KMP_IN_COUNT]; /* of an argument in the vector; PARAMETER: k; width 0: there is none */
+    int size;                                  /* of the vector */
+    int steps;
+    int *operand[3]; /* by item: places in the vector */
+    bool *minus[3];
+    kmp_group *groups; /* step by step */
+    int group_count;
+    int *output; /* by output of stage 1: its place in the vector */
+} kmp_levels;
+
+/** false: no memory. */
+bool kmp_levels_init(kmp_levels *levels, const kmp_source *source, const kmp_routine *routine);
+void kmp_levels_free(kmp_levels *levels);
+
+/** The number of columns of a group's items. */
+int kmp_group_operands(const kmp_group *group);
+
+/** Where the entries of an array come from in the vector and go to in the array; zeros are left out. */
+typedef struct kmp_outputs {
+    int count;
+    int *from, *to;
+    bool *minus, signs; /* some change their sign */
+} kmp_outputs;
+
+/** false: no memory. */
+bool kmp_outputs_init(kmp_outputs *outputs, const kmp_levels *levels, int array, bool by_columns);
+void kmp_outputs_free(kmp_outputs *outputs);
+
+#endif

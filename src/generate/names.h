@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Names of variables to read: S1, C1, S1p2 for sines and cosines of coordinates, OM12 for what has a label, a1, a2 ..
+ * for the rest. */
+#ifndef KMP_GENERATE_NAMES_H
+#define KMP_GENERATE_NAMES_H
+
+#include "generate/scalar.h"
+
+/** Names for all variables of a stage, each once: s->name. false: no memory. */
+bool kmp_names_give(kmp_scalar *s);
+
+#endif

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One stage of a routine as scalar assignments, in any language: what gets a variable, in which chunk it stands, how
+ * expressions are written. Every operation is written as it is in the program, so that a language with IEEE doubles
+ * computes the same bits. */
+#ifndef KMP_GENERATE_SCALAR_H
+#define KMP_GENERATE_SCALAR_H
+
+#include "generate/source.h"
+
+typedef struct kmp_scalar kmp_scalar;
+
+/** Where a value goes: entry (row, col) of an array, or of k when array is -1. */
+typedef struct kmp_sink {
+    uint32_t operand;
+    int array, row, col; /* col -1: a vector */
+    int next;            /* the next one of the same instruction, -1: none */
+} kmp_sink;
+
+/** An assignment: of instruction `value`, and with it of `partner`, its cosine or sine (-1: none). */
+typedef struct kmp_statement {
+    int value, partner, chunk;
+} kmp_statement;
+
+/** How a language writes. */
+typedef struct kmp_tongue {
+    char open, close;                      /* brackets of an index */
+    int base;                              /* the first index */
+    const char *infinity, *nan, *division; /* `division`: a function; NULL: / */
+    const char *comment, *comment_end;     /* around a comment */
+    const char *local, *end;               /* around an assignment to a variable, and after each */
+    bool flat;                             /* matrices are rows one after another */
+    bool chains;                           /* a = b = x is possible */
+    void (*function)(kmp_text *text, const kmp_source *source, kmp_op op);
+    /** All of a table's call but the point and what closes it. */
+    void (*table)(kmp_text *text, const kmp_source *source, const kmp_routine *routine, int table, int derivative);
+    /** Sine and cosine of one angle as one statement; NULL: two. */
+    void (*pair)(kmp_scalar *s, kmp_text *text, const kmp_statement *statement);
+} kmp_tongue;
+
+struct kmp_scalar {
+    const kmp_source *source;
+    const kmp_routine *routine;
+    const kmp_program *p;
+    const kmp_tongue *tongue;
+    int stage, leaves;
+    /* by instruction */
+    int *uses, *length, *variable; /* number of its variable from 1 on, 0: stands in the expression of its user */
+    int *first_chunk, *last_chunk; /* in which its variable is set and read */
+    int *slot;                     /* + 1, of a variable that several chunks see */
+    int *sink;                     /* the first one, -1: none */
+    char **name;                   /* of its variable; NULL: v and its number */
+    kmp_statement *statements;
+    int count, variables, chunks, slots;
+    kmp_sink *sinks;
+    int sink_count;
+    unsigned used; /* input kinds met while writing, bits; that of k is KMP_IN_PARAMETER's */
+    bool slots_used;
+    const kmp_label *label; /* of what was written last */
+};
+
+/** chunk: statements in each; 0: all in one. false: no memory. */
+bool kmp_scalar_init(kmp_scalar *s, const kmp_source *source, const kmp_routine *routine, int stage,
+                     const kmp_tongue *tongue, int chunk);
+void kmp_scalar_free(kmp_scalar *s);
+
+/** Whether an array has entries that are zero, which nothing is assigned to. */
+bool kmp_scalar_has_zeros(const kmp_scalar *s, int array);
+
+/** The statements of a chunk, from statement *at on, which moves; the arrays that it writes to, bits 1 << array. */
+unsigned kmp_scalar_chunk(kmp_scalar *s, kmp_text *text, int chunk, int *at);
+
+/** The operation of an instruction; its variable; an operand with its sign, as a whole. */
+void kmp_scalar_expression(kmp_scalar *s, kmp_text *text, int instruction);
+void kmp_scalar_variable(kmp_scalar *s, kmp_text *text, int instruction);
+void kmp_scalar_operand(kmp_scalar *s, kmp_text *text, uint32_t operand);
+
+/** A number that reads back to the same double, with a point or an exponent. */
+void kmp_scalar_number(kmp_text *text, const kmp_tongue *tongue, double x);
+
+#endif

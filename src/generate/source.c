@@ -1,0 +1,279 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "generate/source.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "generate/symbols.h"
+#include "model/model_print.h"
+#include <ctype.h>
+#include <string.h>
+
+/* -- names ------------------------------------------------------------------------------------------- */
+
+/* The model's name as an identifier. */
+static char *identifier_of(const char *name)
+{
+    kmp_text text = {0};
+    if (!isalpha((unsigned char)name[0]))
+        kmp_text_put(&text, "m_");
+    for (; *name; name++)
+        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
+    return kmp_text_take(&text);
+}
+
+/* FNV-1a over the model without its run settings (Fowler, Noll, Vo). */
+static bool hash_model(const kempe_model *model, char out[17])
+{
+    kmp_text text = {0};
+    uint64_t hash = 14695981039346656037u;
+    kmp_model_json_mechanism(&text, model);
+    for (size_t k = 0; !text.failed && k < text.length; k++)
+        hash = (hash ^ (unsigned char)text.s[k]) * 1099511628211u;
+    for (int k = 15; k >= 0; k--, hash >>= 4)
+        out[k] = "0123456789abcdef"[hash & 15];
+    out[16] = '\0';
+    bool ok = !text.failed;
+    kmp_text_free(&text);
+    return ok;
+}
+
+static bool name_rows(kmp_source *source, const kmp_equations *eq)
+{
+    if (source->row_names || eq->m == 0)
+        return true;
+    source->m = eq->m;
+    source->row_names = KMP_NEW(char *, eq->m);
+    for (int r = 0; source->row_names && r < eq->m; r++) {
+        kmp_text text = {0};
+        const kmp_row *row = &eq->rows[r];
+        kmp_text_printf(&text, "%s.%d", eq->model->closures[row->closure].name, row->number + 1);
+        source->row_names[r] = kmp_text_take(&text);
+        if (!source->row_names[r])
+            return false;
+    }
+    return source->row_names;
+}
+
+/* -- routines ---------------------------------------------------------------------------------------- */
+
+static unsigned arguments_of(unsigned sets, bool inputs)
+{
+    const unsigned pushed = 1u << KMP_EQ_C | 1u << KMP_EQ_INVDYN | 1u << KMP_EQ_QDD;
+    unsigned a = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
+    if (sets & (pushed | 1u << KMP_EQ_JDQD))
+        a |= 1u << KMP_IN_QD;
+    if (sets & 1u << KMP_EQ_INVDYN)
+        a |= 1u << KMP_IN_QDD;
+    if (inputs && sets & pushed)
+        a |= 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
+    return a;
+}
+
+static void shape_arrays(kmp_routine *r, unsigned sets, int n, int m)
+{
+    int first = 0;
+    for (int k = 0; k < KMP_EQ_SETS; k++) {
+        if (!(sets & 1u << k))
+            continue;
+        kmp_array *a = &r->arrays[r->array_count++];
+        bool closures = k == KMP_EQ_H || k == KMP_EQ_J || k == KMP_EQ_JDQD, mass = k == KMP_EQ_M;
+        *a = (kmp_array){.name = k == KMP_EQ_INVDYN ? "Q"
+                                 : k == KMP_EQ_QDD  ? "acc"
+                                                    : kmp_set_name((kmp_eq_set)k),
+                         .rows = closures ? m : n,
+                         .cols = mass || k == KMP_EQ_J ? n : 0,
+                         .symmetric = mass,
+                         .first = first};
+        a->count = mass ? n * (n + 1) / 2 : a->rows * (a->cols ? a->cols : 1);
+        first += a->count;
+    }
+}
+
+static void keep(kmp_routine *r, uint32_t operand)
+{
+    const kmp_program *p = r->program;
+    int value = (int)(operand >> 1), input = value - p->constant_count, instruction = input - p->input_count;
+    bool parameter = input >= 0 && instruction < 0 && p->input[input].kind == KMP_IN_PARAMETER;
+    if ((parameter || (instruction >= 0 && instruction < p->code[1])) && !r->kept[value])
+        r->kept[value] = ++r->kept_count;
+}
+
+/* What stage 1 needs of the parameters. */
+static bool find_kept(kmp_routine *r)
+{
+    const kmp_program *p = r->program;
+    r->kept = KMP_NEW(int, p->constant_count + p->input_count + p->code[p->stages]);
+    if (!r->kept)
+        return false;
+    for (int i = p->code[1]; i < p->code[2]; i++)
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            keep(r, kmp_instruction_operand(&p->instruction[i], k));
+    for (int k = p->outputs[1]; k < p->outputs[2]; k++)
+        keep(r, p->output[k]);
+    return true;
+}
+
+static void mark_symbols(kmp_source *source, const kmp_program *p)
+{
+    for (int k = 0; k < p->input_count; k++)
+        if (p->input[k].kind == KMP_IN_PARAMETER)
+            source->place[p->input[k].index] = 0;
+}
+
+static bool take_symbols(kmp_source *source, const kmp_tree *tree)
+{
+    if (source->place)
+        return true;
+    source->symbol_count = kmp_tree_symbol_count(tree);
+    source->place = KMP_NEW(int, source->symbol_count);
+    source->value = KMP_NEW(double, source->symbol_count);
+    source->parameter_name = KMP_NEW(char *, source->symbol_count);
+    if (!source->place || !source->value || !source->parameter_name)
+        return false;
+    for (int k = 0; k < source->symbol_count; k++)
+        source->place[k] = -1;
+    return true;
+}
+
+/* A symbol has its value where it was met. */
+static bool take_values(kmp_source *source, const kmp_tree *tree)
+{
+    double *value = KMP_NEW(double, source->symbol_count);
+    if (!value)
+        return false;
+    kmp_tree_symbol_values(tree, value);
+    for (int k = 0; k < source->symbol_count; k++)
+        if (value[k] != 0)
+            source->value[k] = value[k];
+    kmp_free(value);
+    return true;
+}
+
+static bool take_routine(kmp_source *source, kmp_routine *r, const kmp_chosen *chosen, const kmp_equations *eq)
+{
+    strcpy(r->name, chosen->name);
+    for (char *s = r->name; *s; s++)
+        *s = *s == '+' ? '_' : *s;
+    r->program = kmp_sets_program(eq, chosen->sets);
+    if (!r->program || !name_rows(source, eq) || !take_symbols(source, &eq->tree) || !take_values(source, &eq->tree) ||
+        (eq->staying.symbols && !take_values(source, &eq->staying)))
+        return false;
+    shape_arrays(r, chosen->sets, eq->n, eq->m);
+    r->arguments = arguments_of(chosen->sets, source->inputs);
+    r->tally = kmp_tally_program(r->program, 0, 1);
+    mark_symbols(source, r->program);
+    return find_kept(r);
+}
+
+static kempe_status derive(kmp_source *source, kmp_routine *r, const kmp_choice *choice, const kmp_chosen *chosen)
+{
+    kmp_equations eq;
+    kmp_scene scene = choice->scene;
+    scene.sets = kmp_sets_derive(chosen->sets);
+    scene.labels = source->legible && !source->vectorised;
+    kempe_status status = kmp_equations_derive(&eq, source->model, &scene);
+    if (status != KEMPE_OK)
+        return status;
+    if (!take_routine(source, r, chosen, &eq))
+        status = kmp_fail_memory(source->context);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+/* Places in p, in the order of the symbols, for those that some routine needs. */
+static bool place_symbols(kmp_source *source)
+{
+    for (int k = 0; k < source->symbol_count; k++) {
+        if (source->place[k] < 0)
+            continue;
+        int at = source->place[k] = source->parameter_count++;
+        source->value[at] = source->value[k]; /* at <= k */
+        source->parameter_name[at] = kmp_symbol_name(source->model, k);
+        if (!source->parameter_name[at])
+            return false;
+    }
+    return true;
+}
+
+static kempe_status read_form(kmp_source *source, const char *form)
+{
+    source->legible = !form || strcmp(form, "legible") == 0;
+    if (source->legible || strcmp(form, "compact") == 0)
+        return KEMPE_OK;
+    return kmp_fail(source->context, KEMPE_E_ARGUMENT, "there is no form '%s'; forms are legible, compact", form);
+}
+
+kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generation *g)
+{
+    kmp_choice choice;
+    *source = (kmp_source){.context = model->context, .model = model, .n = model->motion_count};
+    kempe_status status = read_form(source, g->form);
+    if (status == KEMPE_OK)
+        status = kmp_choice_read(model->context, g, &choice);
+    if (status != KEMPE_OK)
+        return status;
+    source->vectorised = g->vectorised;
+    source->parameters = g->keep_parameters;
+    source->inputs = g->body_inputs;
+    source->body_count = model->body_count - 1;
+    source->scheme = choice.scheme;
+    source->title = kmp_strdup(model->name);
+    source->name = identifier_of(model->name);
+    source->routines = KMP_NEW(kmp_routine, choice.count);
+    if (!source->title || !source->name || !source->routines || !hash_model(model, source->hash))
+        status = kmp_fail_memory(model->context);
+    for (; source->routines && source->count < choice.count && status == KEMPE_OK; source->count++)
+        status = derive(source, &source->routines[source->count], &choice, &choice.chosen[source->count]);
+    if (status == KEMPE_OK && !place_symbols(source))
+        status = kmp_fail_memory(model->context);
+    if (status != KEMPE_OK)
+        kmp_source_free(source);
+    return status;
+}
+
+void kmp_source_free(kmp_source *source)
+{
+    for (int k = 0; source->routines && k < source->count; k++) {
+        kmp_program_free(source->routines[k].program);
+        kmp_free(source->routines[k].kept);
+    }
+    for (int r = 0; source->row_names && r < source->m; r++)
+        kmp_free(source->row_names[r]);
+    for (int k = 0; source->parameter_name && k < source->parameter_count; k++)
+        kmp_free(source->parameter_name[k]);
+    kmp_free(source->routines);
+    kmp_free(source->row_names);
+    kmp_free(source->parameter_name);
+    kmp_free(source->place);
+    kmp_free(source->value);
+    kmp_free(source->title);
+    kmp_free(source->name);
+    *source = (kmp_source){0};
+}
+
+/* -- files ------------------------------------------------------------------------------------------- */
+
+kmp_text *kmp_code_add(kmp_code_files *files, const char *name, const char *ending)
+{
+    kmp_text own = {0};
+    kmp_code_file *file = kmp_realloc(files->file, (size_t)files->count + 1, sizeof *file);
+    kmp_text_printf(&own, "%s%s", name, ending);
+    char *taken = kmp_text_take(&own);
+    if (file)
+        files->file = file;
+    if (!file || !taken) {
+        kmp_free(taken);
+        return NULL;
+    }
+    file[files->count] = (kmp_code_file){.name = taken};
+    return &file[files->count++].text;
+}
+
+void kmp_code_files_free(kmp_code_files *files)
+{
+    for (int k = 0; k < files->count; k++) {
+        kmp_free(files->file[k].name);
+        kmp_text_free(&files->file[k].text);
+    }
+    kmp_free(files->file);
+    *files = (kmp_code_files){0};
+}

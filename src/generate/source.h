@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a language is given to write: the programs of the asked sets of equations, with the names and shapes of what
+ * goes in and comes out. Made once, read by the languages. */
+#ifndef KMP_GENERATE_SOURCE_H
+#define KMP_GENERATE_SOURCE_H
+
+#include "results/choice.h"
+
+/** An output of a routine: entries first, first + 1, ... of its program, row by row. */
+typedef struct kmp_array {
+    const char *name;
+    int rows, cols; /* cols 0: a vector */
+    bool symmetric; /* then the entries are those with column <= row */
+    int first, count;
+} kmp_array;
+
+/** The equations of one choice as one program: stage 0 for the parameters, stage 1 for all else. */
+typedef struct kmp_routine {
+    char name[KMP_CHOICE_NAME]; /* part of identifiers: "M_C_h" */
+    kmp_program *program;
+    kmp_tally tally;
+    kmp_array arrays[KMP_EQ_SETS];
+    int array_count;
+    unsigned arguments; /* bits 1 << kmp_input_kind; fixed by sets and options, whatever the model needs */
+    int *kept;          /* by value of stage 0 and parameter: 1 + its place in k, which stage 1 reads; 0: not needed */
+    int kept_count;
+} kmp_routine;
+
+typedef struct kmp_source {
+    kempe_context *context;
+    const kempe_model *model;
+    char *title, *name; /* the model's name; as an identifier */
+    char hash[17];
+    const char *scheme;
+    bool parameters; /* numbers are kept as symbols: there are p and k */
+    bool inputs, legible, vectorised;
+    int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
+    char **row_names;
+    int symbol_count, parameter_count;
+    int *place; /* by symbol: its place in p, -1: no routine needs it */
+    double *value;
+    char **parameter_name; /* by place, like value */
+    kmp_routine *routines;
+    int count;
+} kmp_source;
+
+kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generation *generation);
+void kmp_source_free(kmp_source *source);
+
+/** Files as they are written: name and text. */
+typedef struct kmp_code_file {
+    char *name;
+    kmp_text text;
+} kmp_code_file;
+
+typedef struct kmp_code_files {
+    kmp_code_file *file;
+    int count;
+} kmp_code_files;
+
+/** A new file; its text to be filled, owned by the files. NULL: no memory. */
+kmp_text *kmp_code_add(kmp_code_files *files, const char *name, const char *ending);
+void kmp_code_files_free(kmp_code_files *files);
+
+/** A language: a row of languages.def and a file. */
+typedef struct kmp_language {
+    const char *name;
+    bool vectorises;
+    bool (*says)(kmp_op op);                                        /* whether it has the operation */
+    bool (*write)(const kmp_source *source, kmp_code_files *files); /* false: no memory */
+} kmp_language;
+
+#define KMP_LANGUAGE(name) extern const kmp_language kmp_language_##name;
+#include "generate/languages.def"
+#undef KMP_LANGUAGE
+
+#endif

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Rows of drives are left out of every scene: each is its coordinate less a function of time. */
+#include "results/choice.h"
+#include "base/context.h"
+#include <string.h>
+
+static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
+
+static kempe_status refuse_set(kempe_context *context, const char *name, size_t length)
+{
+    kmp_text list = {0};
+    kmp_sets_list(&list);
+    kempe_status status = list.failed
+                              ? kmp_fail_memory(context)
+                              : kmp_fail(context, KEMPE_E_ARGUMENT,
+                                         "there is no set '%.*s'; sets are %s, and several together with + between",
+                                         (int)length, name, list.s);
+    kmp_text_free(&list);
+    return status;
+}
+
+/* The sets of a name, or of several with + between. */
+static kempe_status read_sum(kempe_context *context, const char *name, size_t length, unsigned *sets)
+{
+    *sets = 0;
+    for (size_t at = 0; at <= length;) {
+        size_t part = strcspn(name + at, "+,");
+        part = at + part > length ? length - at : part;
+        unsigned found = kmp_sets_find(name + at, part);
+        if (!found)
+            return refuse_set(context, name + at, part);
+        *sets |= found;
+        at += part + 1;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status add(kempe_context *context, kmp_choice *choice, const char *name, size_t length)
+{
+    unsigned sets;
+    kempe_status status = read_sum(context, name, length, &sets);
+    if (status != KEMPE_OK)
+        return status;
+    for (int k = 0; k < choice->count; k++)
+        if (choice->chosen[k].sets == sets)
+            return KEMPE_OK;
+    if (length >= KMP_CHOICE_NAME || choice->count == KMP_MOST_CHOSEN)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "--sets: at most %d sets or sums of them, each of fewer than %d characters", KMP_MOST_CHOSEN,
+                        KMP_CHOICE_NAME);
+    kmp_chosen *c = &choice->chosen[choice->count++];
+    memcpy(c->name, name, length);
+    c->sets = sets;
+    choice->all |= sets;
+    return KEMPE_OK;
+}
+
+static kempe_status read_scheme(kempe_context *context, const char *name, kmp_choice *choice)
+{
+    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
+        if (strcmp(schemes[k], name) == 0)
+            choice->scene.scheme = (kmp_scheme)k;
+    choice->scheme = schemes[choice->scene.scheme];
+    if (name && strcmp(choice->scheme, name) != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no scheme '%s'; schemes are composite, ner", name);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_choice_read(kempe_context *context, const kempe_generation *g, kmp_choice *choice)
+{
+    *choice = (kmp_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,
+                                     .keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
+                                     .body_inputs = g->body_inputs,
+                                     .optimize = g->optimize,
+                                     .loops_alone = true}};
+    kempe_status status = read_scheme(context, g->scheme, choice);
+    for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s && status == KEMPE_OK; s = strchr(s, ',')) {
+        s += *s == ',';
+        status = add(context, choice, s, strcspn(s, ","));
+    }
+    return status;
+}

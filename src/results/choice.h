@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which sets of equations are asked for, and how they are to be derived: kempe_generation, read. */
+#ifndef KMP_RESULTS_CHOICE_H
+#define KMP_RESULTS_CHOICE_H
+
+#include "results/sets.h"
+
+enum { KMP_MOST_CHOSEN = 32, KMP_CHOICE_NAME = 40 };
+
+typedef struct kmp_chosen {
+    char name[KMP_CHOICE_NAME]; /* as it was asked for: "M_C", "M_C+h_J" */
+    unsigned sets;
+} kmp_chosen;
+
+typedef struct kmp_choice {
+    kmp_chosen chosen[KMP_MOST_CHOSEN];
+    int count;
+    unsigned all;       /* the union */
+    kmp_scene scene;    /* all but its sets */
+    const char *scheme; /* its name */
+} kmp_choice;
+
+/** KEMPE_E_ARGUMENT: a set or scheme that does not exist. */
+kempe_status kmp_choice_read(kempe_context *context, const kempe_generation *generation, kmp_choice *choice);
+
+#endif

@@ -1,0 +1,644 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Equations written in other languages: compiled or run where their tools are, and compared with the tape at random
+ * states, C to the last bit, the others to rounding. */
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "check.h"
+#include "generate/source.h"
+#include "unit/random_model.h"
+#include <dlfcn.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+enum { STATES = 3, MOST = 512, MOST_OUT = 40000 };
+
+typedef struct state {
+    double t, q[MOST], qd[MOST], qdd[MOST], force[MOST], torque[MOST];
+} state;
+
+static kempe_context *context;
+static char folder[] = "/tmp/kempe-languages-XXXXXX";
+static state states[STATES];
+static double expected[STATES][MOST_OUT], got[STATES][MOST_OUT];
+
+/* -- states and expected values ---------------------------------------------------------------------- */
+
+static void fill(double *x, double size)
+{
+    for (int k = 0; k < MOST; k++)
+        x[k] = between(-size, size);
+}
+
+static void choose_states(void)
+{
+    random_seed(7);
+    for (int s = 0; s < STATES; s++) {
+        states[s].t = between(0, 2);
+        fill(states[s].q, s == 2 ? 3 : 1);
+        fill(states[s].qd, 2);
+        fill(states[s].qdd, 5);
+        fill(states[s].force, 5);
+        fill(states[s].torque, 5);
+    }
+}
+
+/* Other values than the model's. */
+static double parameter(const kmp_source *source, int place)
+{
+    return source->value[place] * (1 + 0.01 * (place % 7));
+}
+
+static int size_of(const kmp_array *a)
+{
+    return a->rows * (a->cols ? a->cols : 1);
+}
+
+/* Whole matrices. */
+static double *expand(const kmp_array *a, const double *entry, double *out)
+{
+    if (!a->symmetric) {
+        memcpy(out, entry, (size_t)size_of(a) * sizeof *out);
+        return out + size_of(a);
+    }
+    for (int i = 0; i < a->rows; i++)
+        for (int k = 0; k <= i; k++)
+            out[i * a->cols + k] = out[k * a->cols + i] = *entry++;
+    return out + size_of(a);
+}
+
+static double *run_tape(const kmp_source *source, const kmp_routine *r, const state *s, double *out)
+{
+    double *symbols = KMP_NEW(double, source->symbol_count + 1);
+    kmp_machine *machine = kmp_machine_new(r->program, kmp_backend_find("tape"));
+    for (int k = 0; k < source->symbol_count; k++)
+        symbols[k] = source->place[k] < 0 ? NAN : parameter(source, source->place[k]);
+    kmp_machine_set(machine, KMP_IN_PARAMETER, symbols);
+    kmp_machine_set(machine, KMP_IN_TIME, &s->t);
+    kmp_machine_set(machine, KMP_IN_Q, s->q);
+    kmp_machine_set(machine, KMP_IN_QD, s->qd);
+    kmp_machine_set(machine, KMP_IN_QDD, s->qdd);
+    kmp_machine_set(machine, KMP_IN_FORCE, s->force);
+    kmp_machine_set(machine, KMP_IN_TORQUE, s->torque);
+    (void)kmp_machine_run(machine, 0);
+    const double *entry = kmp_machine_run(machine, 1);
+    for (int a = 0; a < r->array_count; a++)
+        out = expand(&r->arrays[a], entry + r->arrays[a].first, out);
+    kmp_machine_free(machine);
+    kmp_free(symbols);
+    return out;
+}
+
+static int run_tapes(const kmp_source *source)
+{
+    double *end = NULL;
+    for (int s = 0; s < STATES; s++) {
+        end = expected[s];
+        for (int k = 0; k < source->count; k++)
+            end = run_tape(source, &source->routines[k], &states[s], end);
+    }
+    return (int)(end - expected[STATES - 1]);
+}
+
+/* -- tools ------------------------------------------------------------------------------------------- */
+
+static void write_text(const char *name, const char *text)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    CHECK(kempe_write_file(context, path, text) == KEMPE_OK);
+}
+
+static bool runs(const char *command)
+{
+    return system(command) == 0;
+}
+
+static const char *python(void)
+{
+    static const char *const choices[] = {"python3", "/usr/bin/python3"};
+    for (int k = 0; k < 2; k++) {
+        char command[128];
+        snprintf(command, sizeof command, "%s -c 'import numpy' >/dev/null 2>&1", choices[k]);
+        if (runs(command))
+            return choices[k];
+    }
+    return NULL;
+}
+
+/* -- C ----------------------------------------------------------------------------------------------- */
+
+typedef void shim_function(const double *p, double t, const double *q, const double *qd, const double *qdd,
+                           const double *force, const double *torque, double *out);
+
+/* A function of one signature that calls all routines. */
+static void write_shim(const kmp_source *source)
+{
+    static const char *const names[KMP_IN_COUNT] = {
+        [KMP_IN_TIME] = "t",  [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
+        [KMP_IN_QDD] = "qdd", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
+    kmp_text text = {0};
+    int at = 0;
+    kmp_text_printf(&text,
+                    "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
+                    "double *qdd,\n          const double *force, const double *torque, double *out);\nvoid "
+                    "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
+                    "const double *force, const double *torque, double *out)\n{\n(void)p; (void)qd; (void)qdd; "
+                    "(void)force; (void)torque;\n",
+                    source->name);
+    for (int k = 0; k < source->count; k++) {
+        const kmp_routine *r = &source->routines[k];
+        if (source->parameters)
+            kmp_text_printf(&text, "{ double k[%s_%s_k]; %s_%s_prepare(p, k);\n", source->name, r->name, source->name,
+                            r->name);
+        kmp_text_printf(&text, "%s_%s(%s", source->name, r->name, source->parameters ? "k, " : "");
+        for (int kind = 0; kind < KMP_IN_COUNT; kind++)
+            if (r->arguments & 1u << kind && names[kind])
+                kmp_text_printf(&text, "%s, ", names[kind]);
+        for (int a = 0; a < r->array_count; at += size_of(&r->arrays[a]), a++)
+            kmp_text_printf(&text, "out + %d%s", at, a + 1 < r->array_count ? ", " : ");");
+        kmp_text_put(&text, source->parameters ? "}\n" : "\n");
+    }
+    kmp_text_put(&text, "}\n");
+    write_text("shim.c", text.s);
+    kmp_text_free(&text);
+}
+
+static bool run_c(const kmp_source *source)
+{
+    static int number;
+    char command[1024], library[256];
+    double p[MOST * 16];
+    write_shim(source);
+    snprintf(library, sizeof library, "%s/shim%d.so", folder, number++);
+    snprintf(command, sizeof command,
+             "cd %s && %s -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -fPIC "
+             "-shared -o %s shim.c %s.c -lm",
+             folder, KEMPE_CC, library, source->name);
+    CHECK(runs(command));
+    void *handle = dlopen(library, RTLD_NOW);
+    CHECK(handle != NULL);
+    if (!handle)
+        return false;
+    shim_function *shim;
+    void *symbol = dlsym(handle, "shim");
+    memcpy(&shim, &symbol, sizeof shim);
+    for (int k = 0; k < source->parameter_count; k++)
+        p[k] = parameter(source, k);
+    for (int s = 0; s < STATES; s++)
+        shim(p, states[s].t, states[s].q, states[s].qd, states[s].qdd, states[s].force, states[s].torque, got[s]);
+    dlclose(handle);
+    return true;
+}
+
+/* -- interpreters ------------------------------------------------------------------------------------ */
+
+/* "[1, 2, 3]" */
+static void put_list(kmp_text *text, int count, const double *x)
+{
+    kmp_text_put(text, "[");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%.17g", k ? ", " : "", x[k]);
+    kmp_text_put(text, "]");
+}
+
+/* A literal for each argument of a routine. */
+static void put_arguments(kmp_text *text, const kmp_source *source, const kmp_routine *r, const state *s)
+{
+    const double *values[KMP_IN_COUNT] = {[KMP_IN_Q] = s->q,
+                                          [KMP_IN_QD] = s->qd,
+                                          [KMP_IN_QDD] = s->qdd,
+                                          [KMP_IN_FORCE] = s->force,
+                                          [KMP_IN_TORQUE] = s->torque};
+    kmp_text_printf(text, "%s%.17g", source->parameters ? "k, " : "", s->t);
+    for (int kind = KMP_IN_Q; kind < KMP_IN_COUNT; kind++)
+        if (r->arguments & 1u << kind) {
+            kmp_text_put(text, ", ");
+            put_list(text, kind >= KMP_IN_FORCE ? 3 * source->body_count : source->n, values[kind]);
+        }
+}
+
+static void put_parameter_list(kmp_text *text, const kmp_source *source)
+{
+    double *p = KMP_NEW(double, source->parameter_count);
+    for (int k = 0; k < source->parameter_count; k++)
+        p[k] = parameter(source, k);
+    put_list(text, source->parameter_count, p);
+    kmp_free(p);
+}
+
+/* Numbers that a command prints, STATES rows of `size` each. */
+static bool read_numbers(const char *command, int size)
+{
+    FILE *pipe = popen(command, "r");
+    char word[64];
+    int count = 0;
+    while (pipe && fscanf(pipe, "%63s", word) == 1 && count < STATES * size) {
+        got[count / size][count % size] = strtod(word, NULL);
+        count++;
+    }
+    int status = pipe ? pclose(pipe) : -1;
+    CHECK(status == 0 && count == STATES * size);
+    return status == 0 && count == STATES * size;
+}
+
+static bool run_python(const kmp_source *source, int size)
+{
+    kmp_text text = {0};
+    char command[512];
+    kmp_text_printf(&text,
+                    "import sys\nsys.path[0:1] = []\nimport importlib.util as util\nimport numpy as np\n"
+                    "spec = util.spec_from_file_location('emitted', '%s.py')\nm = util.module_from_spec(spec)\n"
+                    "spec.loader.exec_module(m)\nassert m.model_hash == \"%s\"\n",
+                    source->name, source->hash); /* a model may be called like a module of Python's */
+    for (int s = 0; s < STATES; s++)
+        for (int k = 0; k < source->count; k++) {
+            const kmp_routine *r = &source->routines[k];
+            if (source->parameters) {
+                kmp_text_printf(&text, "k = m.%s_prepare(", r->name);
+                put_parameter_list(&text, source);
+                kmp_text_put(&text, ")\n");
+            }
+            kmp_text_printf(&text, "out = m.%s(", r->name);
+            put_arguments(&text, source, r, &states[s]);
+            kmp_text_put(&text, ")\nfor x in out if isinstance(out, tuple) else [out]:\n"
+                                "    print(*(repr(float(y)) for y in x.flat))\n");
+        }
+    write_text("driver.py", text.s);
+    kmp_text_free(&text);
+    snprintf(command, sizeof command, "cd %s && %s -W error driver.py", folder, python());
+    return read_numbers(command, size);
+}
+
+static bool run_octave(const kmp_source *source, int size)
+{
+    kmp_text text = {0};
+    char command[512];
+    kmp_text_printf(&text, "m = %s_model();\nassert(strcmp(m.hash, '%s'));\n", source->name, source->hash);
+    for (int s = 0; s < STATES; s++)
+        for (int k = 0; k < source->count; k++) {
+            const kmp_routine *r = &source->routines[k];
+            if (source->parameters) {
+                kmp_text_printf(&text, "k = %s_%s_prepare(", source->name, r->name);
+                put_parameter_list(&text, source);
+                kmp_text_put(&text, ");\n");
+            }
+            kmp_text_put(&text, "out = cell(1, ");
+            kmp_text_printf(&text, "%d);\n[out{:}] = %s_%s(", r->array_count, source->name, r->name);
+            put_arguments(&text, source, r, &states[s]);
+            kmp_text_put(&text, ");\nfor x = out\n    assert(isreal(x{1}));\n    printf('%.17g ', x{1}.');\nend\n");
+        }
+    write_text("driver.m", text.s);
+    kmp_text_free(&text);
+    snprintf(command, sizeof command, "cd %s && octave-cli --norc --no-history --quiet driver.m", folder);
+    return read_numbers(command, size);
+}
+
+/* -- comparing --------------------------------------------------------------------------------------- */
+
+static bool same_bits(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
+}
+
+/* Entries that are further off than rounding allows, beside the largest one of the state. */
+static int count_wrong(int size)
+{
+    int wrong = 0;
+    for (int s = 0; s < STATES; s++) {
+        double largest = 1;
+        for (int k = 0; k < size; k++)
+            largest = fmax(largest, isfinite(expected[s][k]) ? fabs(expected[s][k]) : 0);
+        for (int k = 0; k < size; k++)
+            wrong += !same_bits(got[s][k], expected[s][k]) &&
+                     !(fabs(got[s][k] - expected[s][k]) <= 1e-12 * (largest + fabs(expected[s][k])));
+    }
+    return wrong;
+}
+
+static int count_wrong_bits(int size)
+{
+    int wrong = 0;
+    for (int s = 0; s < STATES; s++)
+        for (int k = 0; k < size; k++)
+            wrong += !same_bits(got[s][k], expected[s][k]);
+    return wrong;
+}
+
+/* -- trials ------------------------------------------------------------------------------------------ */
+
+static bool emit(const kempe_model *model, const kempe_generation *g)
+{
+    kempe_code *code = NULL;
+    CHECK(kempe_code_new(model, g, &code) == KEMPE_OK);
+    if (!code) {
+        printf("%s\n", kempe_context_message(context));
+        return false;
+    }
+    CHECK(kempe_code_write(code, folder) == KEMPE_OK);
+    kempe_code_free(code);
+    return true;
+}
+
+static void try_language(const kempe_model *model, const kempe_generation *g)
+{
+    kmp_source source;
+    for (int s = 0; s < STATES; s++)
+        for (int k = 0; k < MOST_OUT; k++)
+            got[s][k] = NAN;
+    CHECK(kmp_source_init(&source, model, g) == KEMPE_OK);
+    int size = run_tapes(&source);
+    CHECK(size > 0 && size <= MOST_OUT && source.n <= MOST);
+    bool c = strcmp(g->language, "c") == 0;
+    bool ran = emit(model, g);
+    if (ran)
+        ran = c                                    ? run_c(&source)
+              : strcmp(g->language, "octave") == 0 ? run_octave(&source, size)
+                                                   : run_python(&source, size);
+    if (ran) {
+        int wrong = c ? count_wrong_bits(size) : count_wrong(size);
+        if (wrong)
+            printf("%s in %s: %d of %d entries differ\n", source.name, g->language, wrong, STATES * size);
+        CHECK(wrong == 0);
+    }
+    kmp_source_free(&source);
+}
+
+/* Ways: bit 0 numbers folded, bit 1 all sets as one with numbers kept, bit 2 inputs on bodies and compact names, bit 3
+ * the other scheme. An interpreter, which starts twice for each, takes the even ones. */
+static void try_model(const kempe_model *model, const char *language, unsigned ways)
+{
+    bool compiled = strcmp(language, "c") == 0;
+    for (int way = 0; way < 4; way++) {
+        if (!(ways & 1u << way) || (way % 2 && !compiled))
+            continue;
+        const kempe_generation g = {.sets = way & 1 ? "M+C+h+J+jdqd+invdyn" : "M_C,invdyn,h_J,jdqd,qdd",
+                                    .keep_parameters = way > 0,
+                                    .body_inputs = way > 1,
+                                    .scheme = way == 3 ? "ner" : NULL,
+                                    .language = language,
+                                    .form = way == 2 ? "compact" : NULL};
+        kempe_generation vectorised = g;
+        vectorised.vectorised = true;
+        try_language(model, &g);
+        if (!compiled)
+            try_language(model, &vectorised);
+    }
+}
+
+static void try_file(const char *path, const char *language)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read(context, path, &model) == KEMPE_OK);
+    if (model)
+        try_model(model, language, 6);
+    kempe_model_free(model);
+}
+
+/* Names of parameters, of variables, and the comments above them. */
+static void names(void)
+{
+    static const char text[] = "kempe: 1\nname: 2 bars */\ngravity: [0, -9.81, 0]\nparameters: {L: 0.7, none: 0}\n"
+                               "bodies:\n"
+                               "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, none, 0], inertia: {zz: "
+                               "0.1}, points: {P: [L, 0, 0]}}\n"
+                               "  b: {joint: {revolute: z, at: a.P}, mass: 2, com: [0.2, 0, 0], inertia: {zz: 0.2}}\n"
+                               "forces: {s: {joint: b, spring: {stiffness: 3 N*m/rad, rest: 0.5}}}\n";
+    static const char *const parameters[] = {"L",      "gravity.y",    "a.mass", "a.com.x", "a.inertia.zz",
+                                             "b.mass", "b.inertia.zz", "b.com.x"};
+    kempe_generation g = {.sets = "M_C", .keep_parameters = 1};
+    kempe_model *model = NULL;
+    kmp_source source;
+    kempe_code *code = NULL;
+    CHECK(kempe_model_read_text(context, text, "text", &model) == KEMPE_OK);
+    if (!model) {
+        printf("%s\n", kempe_context_message(context));
+        return;
+    }
+    CHECK(kmp_source_init(&source, model, &g) == KEMPE_OK);
+    CHECK_TEXT(source.name, "m_2_bars___");
+    for (size_t k = 0; k < sizeof parameters / sizeof *parameters; k++) {
+        bool found = false;
+        for (int j = 0; j < source.parameter_count; j++)
+            found = found || strcmp(source.parameter_name[j], parameters[k]) == 0;
+        CHECK(found);
+    }
+    for (int j = 0; j < source.parameter_count; j++)
+        CHECK(source.value[j] != 0 && strncmp(source.parameter_name[j], "number.", 7) != 0);
+    kmp_source_free(&source);
+    CHECK(kempe_code_new(model, &g, &code) == KEMPE_OK);
+    const char *c = kempe_code_file_text(code, 1);
+    CHECK(strstr(c, "Equations of '2 bars  /'") != NULL);
+    CHECK(strstr(c, "/* link 2, angular velocity, (11) */\n    const double OM32 = qd[0] + qd[1];") != NULL);
+    CHECK(strstr(c, "kempe_sincos(q[1], &S2, &C2);") != NULL);
+    kempe_code_free(code);
+    g.form = "compact";
+    CHECK(kempe_code_new(model, &g, &code) == KEMPE_OK);
+    CHECK(strstr(kempe_code_file_text(code, 1), "OM32") == NULL);
+    kempe_code_free(code);
+    kempe_model_free(model);
+}
+
+/* Compiled in several functions each; one of ROBOTRAN's models too, where the folder KEMPE_MBS has it. */
+static void long_routines(void)
+{
+    const kempe_generation g = {.sets = "M+C+h+J+jdqd+invdyn", .keep_parameters = 1, .language = "c"};
+    kempe_model *model = NULL;
+    kempe_code *code = NULL;
+    CHECK(kempe_model_read(context, "examples/n_four_bar/n_four_bar_40.yaml", &model) == KEMPE_OK);
+    if (!model)
+        return;
+    CHECK(kempe_code_new(model, &g, &code) == KEMPE_OK);
+    CHECK(code && strstr(kempe_code_file_text(code, 1), "_jdqd_invdyn_2(") != NULL);
+    CHECK(code && strstr(kempe_code_file_text(code, 1), "double w[") != NULL);
+    kempe_code_free(code);
+    try_language(model, &g);
+    kempe_model_free(model);
+    const char *mbs = getenv("KEMPE_MBS");
+    char path[512];
+    snprintf(path, sizeof path, "%s/limousine63.mbs", mbs ? mbs : "");
+    if (!mbs || kempe_model_read(context, path, &model) != KEMPE_OK) {
+        printf("skipped: no limousine63.mbs in KEMPE_MBS\n");
+        return;
+    }
+    try_language(model, &g);
+    kempe_model_free(model);
+}
+
+/* -- what is refused --------------------------------------------------------------------------------- */
+
+static void refuse(const kempe_model *model, kempe_generation g, const char *sentence)
+{
+    kempe_code *code = NULL;
+    CHECK(kempe_code_new(model, &g, &code) == KEMPE_E_ARGUMENT && !code);
+    CHECK(strstr(kempe_context_message(context), sentence) != NULL);
+}
+
+static void refusals(void)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read(context, "examples/four_bar/four_bar.yaml", &model) == KEMPE_OK);
+    if (!model)
+        return;
+    refuse(model, (kempe_generation){.language = "fortran"}, "there is no language 'fortran'; languages are c, octave");
+    refuse(model, (kempe_generation){.form = "short"}, "there is no form 'short'");
+    refuse(model, (kempe_generation){.language = "c", .vectorised = 1}, "c has no vectorised form");
+    refuse(model, (kempe_generation){.sets = "M_C+K"}, "there is no set 'K'");
+    refuse(model, (kempe_generation){.sets = "M_C+"}, "there is no set ''");
+    refuse(model, (kempe_generation){.sets = "M_C+h_J+M+C+h+J+M+C+h+J+M+C+h+J+M+C+h+J+M+C"}, "fewer than 40");
+    kempe_model_free(model);
+}
+
+/* The same bytes again, and a hash that the equations alone decide. */
+static void hashes(void)
+{
+    static const char *const texts[3] = {
+        "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 2, com: [1, 0, 0]}}\n",
+        "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 2, com: [1, 0, 0]}}\nrun: {t_end: 7}\n",
+        "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 2, com: [1, 1e-9, 0]}}\n"};
+    kmp_source source[3];
+    for (int k = 0; k < 3; k++) {
+        kempe_model *model = NULL;
+        CHECK(kempe_model_read_text(context, texts[k], "text", &model) == KEMPE_OK);
+        CHECK(kmp_source_init(&source[k], model, &(kempe_generation){.sets = "M"}) == KEMPE_OK);
+        kempe_model_free(model);
+    }
+    CHECK(strcmp(source[0].hash, source[1].hash) == 0 && strcmp(source[0].hash, source[2].hash) != 0);
+    for (int k = 0; k < 3; k++)
+        kmp_source_free(&source[k]);
+}
+
+static void same_bytes(void)
+{
+    static const char *const languages[] = {"c", "octave", "python"};
+    for (int k = 0; k < 3; k++) {
+        const kempe_generation g = {.keep_parameters = 1, .language = languages[k], .vectorised = k > 0};
+        kempe_code *code[2] = {NULL, NULL};
+        for (int j = 0; j < 2; j++) {
+            kempe_model *model = NULL;
+            CHECK(kempe_model_read(context, "examples/andrews/andrews.yaml", &model) == KEMPE_OK);
+            CHECK(kempe_code_new(model, &g, &code[j]) == KEMPE_OK);
+            kempe_model_free(model);
+        }
+        CHECK(kempe_code_file_count(code[0]) == kempe_code_file_count(code[1]));
+        for (int f = 0; f < kempe_code_file_count(code[0]); f++) {
+            CHECK_TEXT(kempe_code_file_name(code[0], f), kempe_code_file_name(code[1], f));
+            CHECK_TEXT(kempe_code_file_text(code[0], f), kempe_code_file_text(code[1], f));
+        }
+        kempe_code_free(code[0]);
+        kempe_code_free(code[1]);
+    }
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+/* Every function of the language of expressions, inside its domain and outside, and both kinds of tables. */
+static const char functions[] =
+    "kempe: 1\nname: all functions\ngravity: [0, -9.81, 0]\nparameters: {T: 1 N*m, s: 1 s}\n"
+    "tables:\n  lin: {x: [-1, 0, 0.5], y: [2, 1, 3], method: linear}\n"
+    "  cub: {x: [-1, 0, 0.5, 2], y: [2, 1, 3, 1]}\n"
+    "bodies:\n"
+    "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.1}, points: {P: [1, 0, 0]}}\n"
+    "  b: {joint: {revolute: z, at: a.P}, mass: 2, com: [0.2, 0.1, 0], inertia: {zz: 0.1}}\n"
+    "forces:\n"
+    "  e0: {joint: a, torque: \"T*(sin(q(a))*cos(q(b)) + tan(q(a)) + sinh(q(a)) - cosh(q(b))*tanh(qd(a)*s))\"}\n"
+    "  e1: {joint: a, torque: \"T*(asin(q(a)/2) + acos(q(b)/4) + atan(qd(a)*s) + atan2(qd(a)*s, q(b)) + "
+    "exp(q(a)/3))\"}\n"
+    "  e2: {joint: b, torque: \"T*(sqrt(q(a)) + log(q(b) + 1))\"}\n"
+    "  e3: {joint: b, torque: \"T*(lin(q(a)) + cub(q(b)) + cub(qd(b)*s) + abs(q(a))*sign(qd(b)*s))\"}\n"
+    "  e4: {joint: a, torque: \"T*(min(q(a), q(b)) + max(qd(a)*s, t/s) + pow(q(a)^2 + 1, q(b)) + (q(b)^2 + 1)^0.3)\"}\n"
+    "  e5: {joint: a, torque: \"T*if(q(a) < q(b), log(abs(q(a)) + 1), sqrt(q(b) - 9))\"}\n";
+
+/* A curve, whose derivatives are a table's; a screw, a weld, a coupling, a drive, a function of time. */
+static const char closures[] =
+    "kempe: 1\nname: kinds\ntables: {f: {x: [-9, -1, 0, 1, 3, 9], y: [1, 0, 1, 2, 1, 0]}}\n"
+    "ground: {points: {O: {at: [0, 0, 0], axes: {z: [0, 1, 1]}}}}\n"
+    "bodies:\n"
+    "  a: {joint: {screw: z, pitch: 1 mm, at: ground.O}, mass: 1, points: {P: [1, 0, 0]}}\n"
+    "  w: {joint: {weld: yes, at: a.P, frame: {x: y}}, mass: 1, points: {P: [1, 0, 0]}}\n"
+    "  b: {joint: {free: x, at: w}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {P: [0, 0, 0]}}\n"
+    "loops:\n"
+    "  F: {point_on_curve: [ground.O, b.P], table: f}\n"
+    "  R: {rod: [ground.O, b.P], length: 2 + 0.1*sin(t)}\n"
+    "  K: {couple: {a.1: 1, b.2: 2}, equals: 1}\n"
+    "drives: {l: {joint: b.1, locked: yes}}\n";
+
+static void try_text(const char *text, const char *language)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "text", &model) == KEMPE_OK);
+    if (model)
+        try_model(model, language, 15);
+    else
+        printf("%s\n", kempe_context_message(context));
+    kempe_model_free(model);
+}
+
+/* The first one whose closures can be met. */
+static void try_random(const char *language)
+{
+    bool met = false;
+    for (uint64_t seed = 1; seed < 10 && !met; seed++) {
+        kempe_system *system = NULL;
+        random_model r = random_model_new(seed, 6, MODEL_LOOPS | MODEL_FORCES | MODEL_DAMPING);
+        met = r.model && kempe_system_new(r.model, &system) == KEMPE_OK;
+        if (met)
+            try_model(r.model, language, 15);
+        kempe_system_free(system);
+        random_model_free(&r);
+    }
+    CHECK(met);
+}
+
+static void try_all(const char *language)
+{
+    try_file("examples/four_bar/four_bar.yaml", language);
+    try_file("examples/andrews/andrews.yaml", language);
+    try_file("examples/stewart/stewart.yaml", language);
+    try_file("examples/governor/governor.yaml", language);
+    try_text(functions, language);
+    try_text(closures, language);
+    try_random(language);
+    choose_states();
+}
+
+static void in_c(void)
+{
+    try_all("c");
+}
+
+static void in_python(void)
+{
+    if (python())
+        try_all("python");
+    else
+        printf("skipped: no python3 with NumPy here\n");
+}
+
+static void in_octave(void)
+{
+    if (runs("octave-cli --version >/dev/null 2>&1"))
+        try_all("octave");
+    else
+        printf("skipped: no octave-cli here\n");
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    if (!mkdtemp(folder))
+        return 1;
+    choose_states();
+    TEST(names);
+    TEST(refusals);
+    TEST(hashes);
+    TEST(same_bytes);
+    TEST(in_c);
+    TEST(long_routines);
+    TEST(in_python);
+    TEST(in_octave);
+    char command[128];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    CHECK(runs(command));
+    kempe_context_free(context);
+    return check_report();
+}
