@@ -2,6 +2,7 @@
 #include "symbolic/rewrite.h"
 #include "base/memory.h"
 #include "symbolic/cost.h"
+#include "symbolic/label.h"
 #include <string.h>
 
 bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
@@ -59,6 +60,16 @@ static long price(const kmp_graph *g, int sum_price, int count, const kmp_ref *o
     return operations;
 }
 
+/* What is written anew is called what it was called before. */
+static void carry_labels(const kmp_rewrite *r)
+{
+    for (uint32_t id = 0; kmp_graph_has_labels(r->graph) && id < r->count; id++) {
+        const kmp_label *label = r->uses[id] ? kmp_graph_label_of(r->graph, id) : NULL;
+        if (label)
+            kmp_graph_label(r->graph, r->now[id], *label);
+    }
+}
+
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs)
 {
     kmp_ref *now = KMP_NEW(kmp_ref, count);
@@ -68,8 +79,10 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
     if (ok) {
         long before = price(r->graph, sum_price, count, outputs, &counted[0]);
         long after = price(r->graph, sum_price, count, now, &counted[1]);
-        if (after < before)
+        if (after < before) {
+            carry_labels(r);
             memcpy(outputs, now, (size_t)count * sizeof *now);
+        }
         ok = counted[0] && counted[1];
     }
     kmp_free(now);
