@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { NODES = 12, MOST_SWEEPS = 40, PROBES = 60, ROUGHLY = 12, FINELY = 60 };
+enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, ROUGHLY = 12, FINELY = 60 };
 
 /* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
 static const double LANDINGS[] = {0.22, 0.06};
@@ -31,6 +31,8 @@ static const double LANDINGS[] = {0.22, 0.06};
 /* After a leap that failed the next is tried at this part of its distance, and none below LEAST. */
 #define CLOSER 0.1
 #define LEAST  1e-3
+/* Lengths that differ by less, of their size, are one. */
+#define SAME 1e-4
 /* A landing may lie this much beyond the one aimed at. */
 #define BEYOND 1.3
 
@@ -320,14 +322,34 @@ static outcome settle(leap *s)
     return change > NOISE ? UNSETTLED : roughness(s) > 1 ? TURNS : SMOOTHLY;
 }
 
-/* From the start with its slope at hand to a landing. */
+/* The singular place as the polynomial at hand sees it: a node that lies on it spoils the last digits of the slope, not
+ * the way. */
+static double place_within(leap *s)
+{
+    double size, t_old = s->t_old;
+    s->t_old = s->t;
+    double place = least(s, within, 0, s->h, FINELY, &size);
+    s->t_old = t_old;
+    return place;
+}
+
+/* From the start with its slope at hand to a landing. The place ahead is known roughly at first; where the nodes beside
+ * it turn out to be too near, it is looked for again on the way that was found. */
 static outcome leap_to(leap *s, double now, double landing)
 {
     int n = s->ode.n;
-    double place, end, left = s->t_end - s->t, wanted = look_ahead(s, now, landing, &place), ones[NODES] = {2};
-    s->h = length_of(s, wanted, left, place);
-    end = s->h == left ? s->t_end : s->t + s->h;
-    outcome what = end > s->t ? settle(s) : UNSETTLED;
+    double place, end = s->t, left = s->t_end - s->t, wanted = look_ahead(s, now, landing, &place), ones[NODES] = {2};
+    outcome what = UNSETTLED;
+    for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
+        double h = length_of(s, wanted, left, k > 0 ? place_within(s) : place);
+        if (k > 0 && fabs(h - s->h) < SAME * h)
+            break;
+        s->h = h;
+        end = h == left ? s->t_end : s->t + h;
+        what = end > s->t ? settle(s) : UNSETTLED;
+        if (!(end > s->t) || place <= 0)
+            break;
+    }
     if (what != SMOOTHLY)
         return what;
     combine(s, ones, s->y); /* I_k(1) = 0 but for k = 0 */

@@ -9,7 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-static const double SAFETY = 0.9, ERROR_FLOOR = 1e-4;
+/* With 0.9 a quarter of the steps is rejected on closed loops; 0.8 needs no more evaluations and halves the error. */
+static const double SAFETY = 0.8, ERROR_FLOOR = 1e-4;
 enum { MAX_REJECT = 1000 };
 
 /* -- creation -------------------------------------------------------------------------------------- */

@@ -11,6 +11,8 @@
 /* Margins, of the start's, at which a run enters the zone and leaves it. */
 #define ZONE_IN  0.15
 #define ZONE_OUT 0.2
+/* A next step may be longer than the last one by this. */
+#define GROWING 1.5
 /* Last pivot of the independent rows over that of all rows at which others are taken. */
 #define ROWS_OUT 0.2
 
@@ -82,7 +84,10 @@ static kempe_status change_rows(kmp_runner *run, double t, double before)
 static void note_passage(kmp_runner *run, double t, double margin)
 {
     double at = run->zone_t, size = run->zone_margin;
-    if (run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size) && size < run->zone_margin)
+    bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
+    if (fmin(size, run->zone_margin) > ZONE_IN)
+        return; /* it turned back before */
+    if (leapt && size < run->zone_margin)
         kmp_journal_note(run->journal, "change point", at, size, margin,
                          "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
                          "come within %.2g of losing a row",
@@ -91,6 +96,17 @@ static void note_passage(kmp_runner *run, double t, double margin)
         kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
                          "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
                          run->zone_t, run->zone_margin);
+}
+
+/* Whether the next step, as long as the last one or a little longer, may reach over a place where J loses a row: the
+ * margin falls to it in a straight line. */
+static bool will_jump(kmp_runner *run, double t, double margin)
+{
+    double since = t - run->seen_margin_t, h = t - kmp_runner_t_old(run);
+    double fall = since > 0 && run->seen_margin_t >= run->spec.t_start ? (run->seen_margin - margin) / since : 0;
+    run->seen_margin = margin;
+    run->seen_margin_t = t;
+    return margin < fall * GROWING * h;
 }
 
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
@@ -107,13 +123,15 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
-    if (!run->in_zone && margin < ZONE_IN) {
+    if (!run->in_zone && (will_jump(run, t, margin) || margin < ZONE_IN)) {
         run->zone_t = t;
         run->zone_margin = margin;
         return kmp_runner_change_road(run, t, true);
     }
     if (run->in_zone && margin > ZONE_OUT) {
         note_passage(run, t, margin);
+        run->seen_margin = margin;
+        run->seen_margin_t = t;
         return kmp_runner_change_road(run, t, false);
     }
     double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);

@@ -198,6 +198,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->in_zone = run->margin.near;
     run->zone_t = run->spec.t_start;
     run->zone_margin = 1;
+    run->seen_margin_t = run->spec.t_start - 1;
     status = kmp_runner_make_road(run, run->in_zone ? &kmp_road_zone : run->way, run->spec.t_start, q, qd,
                                   run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;

@@ -186,7 +186,7 @@ static void every_way_bounces(void)
 static void location_is_what_does_it(void)
 {
     scene located = open_scene("bounce.yaml"), crossed = open_scene("bounce_kink.yaml");
-    const combination way = {"reduced", "carried", 1e-9, 0};
+    const combination way = {"reduced", "carried", 1e-10, 0};
     watch a = {.expected = bounce}, b = {.expected = bounce};
     kmp_run_report with = go(&located, &way, 3, &a, KEMPE_OK), without = go(&crossed, &way, 3, &b, KEMPE_OK);
     printf("  located %.1e in %ld steps, crossed %.1e in %ld\n", a.error, with.steps, b.error, without.steps);
