@@ -17,7 +17,8 @@
 #include <string.h>
 
 /* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. Closed, the right-hand
- * side is a function of u alone, whose series end at u's dead centre: most of its error is made on the way there. */
+ * side is a function of u alone, whose series end at u's dead centre: most of its error is made on the way there; an
+ * integrator that begins anew at each exchange pays more for it than it gains. */
 #define EXCHANGE_GROWTH 1.5
 #define EXCHANGE_CLOSED 1.1
 #define EXCHANGE_WISH   10.0
@@ -40,7 +41,7 @@ typedef struct reduced {
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
     kmp_reduced_jacobian tangents; /* when asked for */
-    bool carried, has_work, fixed;
+    bool carried, has_work, fixed, restarts;
     bool due; /* an exchange, before the next step */
     kmp_journal *journal;
     int n, p, r;
@@ -187,7 +188,7 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
 
 static double exchange_growth(const reduced *d)
 {
-    return d->carried ? EXCHANGE_GROWTH : EXCHANGE_CLOSED;
+    return d->carried || d->restarts ? EXCHANGE_GROWTH : EXCHANGE_CLOSED;
 }
 
 /* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
@@ -527,6 +528,7 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->margin = start->margin;
     d->fixed = start->fixed;
     d->journal = start->journal;
+    d->restarts = start->restarts;
     d->carried = carried || part->p == 0; /* with nothing else in the state, v keeps the steps in hand */
     d->has_work = start->system->dissipative;
     d->n = part->n;

@@ -28,6 +28,7 @@ typedef struct kmp_road_start {
     double rtol, atol, rate_scale, t_end;
     kmp_journal *journal;
     bool fixed;    /* u stays what it is, and the run ends where it goes bad */
+    bool restarts; /* an exchange has the integrator begin anew at a low order */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
 } kmp_road_start;
 

@@ -121,6 +121,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .t_end = run->spec.t_end,
                             .journal = run->journal,
                             .fixed = run->spec.fixed_u,
+                            .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
                             .implicit = kmp_solver_find(run->spec.integrator)->implicit};
     run->road = way->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
