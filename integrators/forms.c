@@ -14,6 +14,7 @@
  * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
  * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
 #include "base/memory.h"
+#include "integrators/redundant.h"
 #include "integrators/road.h"
 #include "integrators/tangent.h"
 #include <math.h>
@@ -56,7 +57,8 @@ typedef struct dae {
     kmp_saddle saddle;
     kmp_tangents tangents;
     int n, m, r;
-    int *position; /* m: of a row among the independent ones, -1 when dropped */
+    double tolerance; /* of an angle */
+    int *position;    /* m: of a row among the independent ones, -1 when dropped */
     long *col_start, *row;
     double *differential, *factor;
     term *terms;
@@ -261,6 +263,16 @@ static int matrix(void *self, double t, double cj, const double *y, const double
     return KMP_GO;
 }
 
+static int accept(void *self, double t, const double *y, const double *yp)
+{
+    dae *d = self;
+    (void)yp;
+    if (d->r == d->m)
+        return KMP_GO;
+    kmp_plant_closure(d->plant, t, y);
+    return kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->road.reason);
+}
+
 static void position(kmp_road *road, double t, const double *y, double *q)
 {
     (void)t;
@@ -445,6 +457,7 @@ static kmp_road *create(const kmp_road_start *start, const form *chosen)
     d->part = start->part;
     d->n = start->part->n;
     d->m = start->part->m;
+    d->tolerance = start->atol + start->rtol;
     d->r = start->part->r;
     d->road.release = release;
     d->road.row = row;
@@ -463,7 +476,8 @@ static kmp_road *create(const kmp_road_start *start, const form *chosen)
                             .factor = d->factor,
                             .self = d,
                             .residual = residual,
-                            .matrix = matrix};
+                            .matrix = matrix,
+                            .accept = accept};
     return &d->road;
 }
 

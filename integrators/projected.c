@@ -3,6 +3,7 @@
  * back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand. It
  * needs no choice of u. The independent rows are those of the start; dropped ones are watched. */
 #include "base/memory.h"
+#include "integrators/redundant.h"
 #include "integrators/road.h"
 #include <math.h>
 #include <string.h>
@@ -12,8 +13,7 @@
 #define RATE_NOISE       1e-6
 #define NOISE_FADES      0.9
 /* Rounding of h is no reason to refuse a step: where levers differ much, its correction exceeds fine tolerances. */
-#define ROUNDING        4e-15
-#define REDUNDANT_LIMIT 1e3
+#define ROUNDING 4e-15
 
 typedef struct projected {
     kmp_road road; /* first */
@@ -59,23 +59,6 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-static int check_redundant(projected *d, double t)
-{
-    for (int k = 0; k < d->part->m - d->part->r; k++) {
-        int r = d->part->redundant[k];
-        double h = fabs(d->plant->h[r]) / d->s->row_scale[r];
-        if (h <= REDUNDANT_LIMIT * (d->atol + d->rtol))
-            continue;
-        kmp_text_printf(
-            &d->road.reason,
-            "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures have "
-            "changed their rank",
-            d->s->row_names[r], h, t);
-        return KMP_HALT;
-    }
-    return KMP_GO;
-}
-
 /* Whether a correction stays within the error weights. */
 static bool is_small(int n, const double *dx, const double *w)
 {
@@ -111,7 +94,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     projected *d = self;
     int n = d->n;
     (void)dy;
-    if (check_redundant(d, t) != KMP_GO)
+    if (kmp_redundant_check(d->plant, d->part, t, d->atol + d->rtol, &d->road.reason) != KMP_GO)
         return KMP_HALT;
     kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
     bool small = is_small(n, d->dx, w);

@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "constraints/reduction.h"
 #include "integrators/reduced_jacobian.h"
+#include "integrators/redundant.h"
 #include "integrators/road.h"
 #include <math.h>
 #include <string.h>
@@ -30,8 +31,6 @@
 #define CORRECTION_LIMIT 1.0
 /* Newton in an evaluation stops at this fraction of the error weights. */
 #define CLOSE_FRACTION 1e-2
-/* Violation of a dropped row, in error weights of a coordinate of the same unit: the rank must have changed. */
-#define REDUNDANT_LIMIT 1e3
 
 typedef struct reduced {
     kmp_road road; /* first */
@@ -235,24 +234,6 @@ static void explain(kmp_road *road)
     }
 }
 
-/* Rows that are not solved for must close too. */
-static int check_redundant(reduced *d, double t)
-{
-    for (int k = 0; k < d->part.m - d->r; k++) {
-        int row = d->part.redundant[k];
-        double h = fabs(d->plant->h[row]) / d->s->row_scale[row];
-        if (h <= REDUNDANT_LIMIT * (d->atol + d->rtol))
-            continue;
-        kmp_text_printf(
-            &d->road.reason,
-            "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures have "
-            "changed their rank",
-            d->s->row_names[row], h, t);
-        return KMP_HALT;
-    }
-    return KMP_GO;
-}
-
 static void remember(reduced *d, double t, const double *y)
 {
     d->t = t;
@@ -292,7 +273,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     }
     int said = watch(d, t);
     if (said == KMP_GO)
-        said = check_redundant(d, t);
+        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
     if (said == KMP_GO && d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
         said = KMP_RETRY;
     if (said != KMP_GO)

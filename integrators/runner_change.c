@@ -222,7 +222,8 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
     if (may_project(run))
         return take_projected(run, t);
-    if (!run->yp || (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
+    if (!run->yp || run->road->reason.length > 0 ||
+        (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
         return KEMPE_E_FAILED;
     run->rescues++;
     run->rescue_t = t;

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/redundant.h"
+#include "integrators/ode.h"
+#include <math.h>
+
+/* Violation of a dropped row, in error weights of a coordinate of the same unit, and of the widest kept row: beyond
+ * both the rank must have changed. */
+#define IN_WEIGHTS 1e3
+#define IN_KEPT    1e2
+
+static double opening(const kmp_plant *plant, int row)
+{
+    return fabs(plant->h[row]) / plant->system->row_scale[row];
+}
+
+int kmp_redundant_check(const kmp_plant *plant, const kmp_partition *part, double t, double tolerance, kmp_text *reason)
+{
+    double allowed = IN_WEIGHTS * tolerance;
+    for (int k = 0; part->m > part->r && k < part->r; k++)
+        allowed = fmax(allowed, IN_KEPT * opening(plant, part->rows[k]));
+    for (int k = 0; k < part->m - part->r; k++) {
+        int row = part->redundant[k];
+        double h = opening(plant, row);
+        if (h <= allowed)
+            continue;
+        kmp_text_printf(reason,
+                        "closure row '%s', redundant at the start, is open by %.3g (scaled) at t = %.9g: the closures "
+                        "have more rank there than where the run began, on a change point; begin beside it, on the "
+                        "branch that is meant",
+                        plant->system->row_names[row], h, t);
+        return KMP_HALT;
+    }
+    return KMP_GO;
+}
