@@ -11,7 +11,7 @@
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"
 #include "symbolic/partials.h"
-#include "symbolic/shorten.h"
+#include "symbolic/passes/shorten.h"
 #include <math.h>
 #include <string.h>
 

@@ -99,7 +99,7 @@ kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *mod
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
 
-/** The passes over outputs of these equations (symbolic/shorten.h). false: no memory. */
+/** The passes over outputs of these equations (symbolic/passes/shorten.h). false: no memory. */
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);
 
 #endif

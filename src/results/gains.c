@@ -6,7 +6,7 @@
 #include "results/sets.h"
 #include "symbolic/cost.h"
 #include "symbolic/live.h"
-#include "symbolic/shorten.h"
+#include "symbolic/passes/shorten.h"
 
 /* Without zero elimination everything depends on everything: small models only. */
 enum { MOST_MOTIONS = 32 };

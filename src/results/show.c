@@ -4,7 +4,7 @@
 #include "results/gains.h"
 #include "results/print.h"
 #include "results/sets.h"
-#include "symbolic/shorten.h"
+#include "symbolic/passes/shorten.h"
 #include <math.h>
 #include <string.h>
 

@@ -85,12 +85,35 @@ static inline kmp_ref kmp_neg(kmp_ref r)
     return r == KMP_ZERO ? r : r ^ 1;
 }
 
-uint32_t kmp_graph_count(const kmp_graph *g);
-const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id);
+/* What a graph begins with: for the functions that follow alone, which everything that walks over a graph calls. */
+typedef struct kmp_graph_seen {
+    kmp_node *nodes;
+    double *values; /* of CONST nodes */
+    uint32_t count;
+} kmp_graph_seen;
+
+static inline uint32_t kmp_graph_count(const kmp_graph *g)
+{
+    return ((const kmp_graph_seen *)g)->count;
+}
+static inline const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id)
+{
+    return &((const kmp_graph_seen *)g)->nodes[id];
+}
 /** Value of a CONST node. */
-double kmp_graph_value(const kmp_graph *g, uint32_t id);
+static inline double kmp_graph_value(const kmp_graph *g, uint32_t id)
+{
+    return ((const kmp_graph_seen *)g)->values[kmp_graph_node(g, id)->a];
+}
 /** True when r is a number, stored in *value. */
-bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value);
+static inline bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value)
+{
+    if (kmp_graph_node(g, kmp_id(r))->op != KMP_OP_CONST)
+        return false;
+    double v = kmp_graph_value(g, kmp_id(r));
+    *value = kmp_is_negative(r) ? -v : v;
+    return true;
+}
 
 /** The node itself, or its elder twin: what constructors end with after they have simplified. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n);

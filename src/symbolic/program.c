@@ -4,8 +4,8 @@
 #include "base/memory.h"
 #include "symbolic/implicit.h"
 #include "symbolic/live.h"
+#include "symbolic/passes/trig.h"
 #include "symbolic/table.h"
-#include "symbolic/trig.h"
 #include <string.h>
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */

@@ -5,7 +5,7 @@
 #include "check.h"
 #include "random_graph.h"
 #include "symbolic/program.h"
-#include "symbolic/trig.h"
+#include "symbolic/passes/trig.h"
 
 /* -- a plain interpreter of programs ------------------------------------------------------------------ */
 

@@ -4,9 +4,9 @@
 #include "check.h"
 #include "random.h"
 #include "symbolic/cost.h"
-#include "symbolic/factor.h"
-#include "symbolic/pairs.h"
-#include "symbolic/shorten.h"
+#include "symbolic/passes/factor.h"
+#include "symbolic/passes/pairs.h"
+#include "symbolic/passes/shorten.h"
 
 static kmp_ref q(kmp_graph *g, uint32_t k)
 {

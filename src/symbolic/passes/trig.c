@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* sin(a + b) = sin a cos b + cos a sin b where sin/cos of a and of b are needed by others or can be had in the same
  * way. Angles are visited in id order, so a part precedes its sum. */
-#include "symbolic/trig.h"
+#include "symbolic/passes/trig.h"
 #include "base/memory.h"
 #include "symbolic/label.h"
 #include "symbolic/live.h"

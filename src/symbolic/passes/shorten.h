@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The passes by which outputs get shorter when all of them are known; what can be seen at a node's birth is done there
  * (graph.c). */
-#ifndef KMP_SYMBOLIC_SHORTEN_H
-#define KMP_SYMBOLIC_SHORTEN_H
+#ifndef KMP_SYMBOLIC_PASSES_SHORTEN_H
+#define KMP_SYMBOLIC_PASSES_SHORTEN_H
 
-#include "symbolic/collapse.h"
+#include "symbolic/passes/collapse.h"
 
 /** Rewrites the outputs in place; `parallel` (NULL: no coordinates) as in collapse.h. false: no memory. */
 typedef bool kmp_pass_fn(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);

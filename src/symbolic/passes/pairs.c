@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sums (products) are laid out as lists of terms (factors), going into those that nothing else needs. Pairs that stand
  * in two lists or more are made once, the most frequent first; then again with what has become of the lists. */
-#include "symbolic/pairs.h"
+#include "symbolic/passes/pairs.h"
 #include "base/memory.h"
-#include "symbolic/rewrite.h"
+#include "symbolic/passes/rewrite.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each sum is laid out as terms, each term that it alone needs as factors. The factor of most terms is taken out of
  * them, and what is left goes on as a sum by itself, until no factor is common to two terms. */
-#include "symbolic/factor.h"
-#include "symbolic/rewrite.h"
+#include "symbolic/passes/factor.h"
+#include "symbolic/passes/rewrite.h"
 #include <string.h>
 
 enum { MOST_FACTORS = 12 };

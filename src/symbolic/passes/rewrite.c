@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "symbolic/rewrite.h"
+#include "symbolic/passes/rewrite.h"
 #include "base/memory.h"
 #include "symbolic/cost.h"
 #include "symbolic/label.h"

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sum is laid out as monomials, factors in order of their numbers. The partner that a rule needs is sought by its
  * factors; every rule takes a term away, so that it ends. Squares go first: they leave less to do. */
-#include "symbolic/collapse.h"
+#include "symbolic/passes/collapse.h"
 #include "symbolic/cost.h"
-#include "symbolic/rewrite.h"
+#include "symbolic/passes/rewrite.h"
 #include "symbolic/rotation.h"
 #include <string.h>
 
