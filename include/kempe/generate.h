@@ -14,11 +14,12 @@ extern "C" {
 /** What to derive, and how. NULL and 0 take the default. */
 typedef struct kempe_generation {
     const char *sets;    /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
-                          * qdd: the accelerations without closure forces, in O(N); with + between several as one program:
-                          * M_C+h_J+jdqd */
+                          * h_t, qdd: the accelerations without closure forces, in O(N); with + between several as one
+                          * program:    M_C+h_J+jdqd */
     const char *scheme;  /* how M is made: composite (default), ner */
     int keep_parameters; /* every number of the model that is not zero stays a symbol, instead of being folded in */
     int body_inputs;     /* three forces and three torques on every body are inputs */
+    int drives;          /* rows of drives and locks are among the closures: coordinates less functions of time */
     int optimize;        /* look for the fewest operations joint by joint, not among some patterns alone: slower */
     /* for kempe_code alone */
     const char *language; /* c (default), octave, python */

@@ -342,6 +342,7 @@ static kempe_status generate(const job *j)
     kempe_generation generation = j->settings->generation;
     generation.keep_parameters = j->settings->keep_parameters;
     generation.body_inputs = j->settings->body_inputs;
+    generation.drives = j->settings->drives;
     generation.optimize = j->settings->optimize;
     generation.vectorised = j->settings->vectorised;
     if (j->settings->count)

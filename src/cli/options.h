@@ -29,7 +29,7 @@ typedef struct cli_settings {
     kempe_run run;
     kempe_compare_run compare;
     kempe_generation generation;
-    bool keep_parameters, body_inputs, optimize, count, vectorised;
+    bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;
     bool once;

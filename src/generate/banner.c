@@ -60,6 +60,7 @@ static void put_array(kmp_text *text, const kmp_array *a, const char *mark)
                     {"acc", "accelerations without closure forces"},
                     {"h", "closures"},
                     {"J", "their derivatives by q"},
+                    {"h_t", "their derivatives by t: the closures' rates are J qd + h_t"},
                     {"jdqd", "their second time derivatives at qdd = 0"}};
     kmp_text_printf(text, "%s %s: %d", mark, a->name, a->rows);
     if (a->cols)

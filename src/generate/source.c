@@ -75,7 +75,7 @@ static void shape_arrays(kmp_routine *r, unsigned sets, int n, int m)
         if (!(sets & 1u << k))
             continue;
         kmp_array *a = &r->arrays[r->array_count++];
-        bool closures = k == KMP_EQ_H || k == KMP_EQ_J || k == KMP_EQ_JDQD, mass = k == KMP_EQ_M;
+        bool closures = k == KMP_EQ_H || k == KMP_EQ_J || k == KMP_EQ_H_T || k == KMP_EQ_JDQD, mass = k == KMP_EQ_M;
         *a = (kmp_array){.name = k == KMP_EQ_INVDYN ? "Q"
                                  : k == KMP_EQ_QDD  ? "acc"
                                                     : kmp_set_name((kmp_eq_set)k),

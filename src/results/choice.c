@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows of drives are left out of every scene: each is its coordinate less a function of time. */
 #include "results/choice.h"
 #include "base/context.h"
 #include <string.h>
@@ -72,7 +71,7 @@ kempe_status kmp_choice_read(kempe_context *context, const kempe_generation *g, 
                                      .keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
                                      .body_inputs = g->body_inputs,
                                      .optimize = g->optimize,
-                                     .loops_alone = true}};
+                                     .loops_alone = !g->drives}};
     kempe_status status = read_scheme(context, g->scheme, choice);
     for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s && status == KEMPE_OK; s = strchr(s, ',')) {
         s += *s == ',';

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. Rows of
- * drives are left out: each is its coordinate less a function of time. */
+/* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. */
 #include "base/memory.h"
 #include "results/choice.h"
 #include "results/print.h"

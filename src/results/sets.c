@@ -80,6 +80,7 @@ static int set_size(const kmp_equations *eq, kmp_eq_set set)
     case KMP_EQ_J:
         return eq->m * eq->n;
     case KMP_EQ_H:
+    case KMP_EQ_H_T:
     case KMP_EQ_JDQD:
     case KMP_EQ_SETS:
         break;
@@ -121,6 +122,9 @@ static void put_set(kmp_assignment *a, const kmp_equations *eq, kmp_eq_set set)
         break;
     case KMP_EQ_J:
         put_matrix(a, name, eq->m, eq->n, false, eq->jacobian);
+        break;
+    case KMP_EQ_H_T:
+        put_vector(a, name, eq->m, eq->h_t);
         break;
     case KMP_EQ_JDQD:
         put_vector(a, name, eq->m, eq->jdqd);

@@ -371,7 +371,8 @@ static void try_model(const kempe_model *model, const char *language, unsigned w
     for (int way = 0; way < 4; way++) {
         if (!(ways & 1u << way) || (way % 2 && !compiled))
             continue;
-        const kempe_generation g = {.sets = way & 1 ? "M+C+h+J+jdqd+invdyn" : "M_C,invdyn,h_J,jdqd,qdd",
+        const kempe_generation g = {.sets = way & 1 ? "M+C+h+J+h_t+jdqd+invdyn" : "M_C,invdyn,h_J,h_t,jdqd,qdd",
+                                    .drives = true,
                                     .keep_parameters = way > 0,
                                     .body_inputs = way > 1,
                                     .scheme = way == 3 ? "ner" : NULL,

@@ -12,6 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* What ROBOTRAN writes, too. */
+#define ROBOTRAN_SETS                                                                                                  \
+    (1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_INVDYN | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD)
+
 enum { MOST = 64 };
 
 static const double tolerance = 1e-9;
@@ -102,7 +106,7 @@ static void set_state(const kmp_equations *eq, kmp_machine *machine)
 
 static void check_equations(const golden *g, const kmp_equations *eq)
 {
-    const unsigned all = ((1u << KMP_EQ_SETS) - 1) & ~(1u << KMP_EQ_QDD);
+    const unsigned all = ROBOTRAN_SETS;
     int n = eq->n, m = eq->m;
     kmp_program *program = kmp_sets_program(eq, all);
     kmp_machine *machine = kmp_machine_new(program, kmp_backend_find("tape"));
@@ -134,7 +138,7 @@ static void check_model(const golden *g, const char *path)
         return;
     }
     for (int way = 0; way < 4; way++) {
-        kmp_scene scene = {.sets = kmp_sets_derive(((1u << KMP_EQ_SETS) - 1) & ~(1u << KMP_EQ_QDD)),
+        kmp_scene scene = {.sets = kmp_sets_derive(ROBOTRAN_SETS),
                            .scheme = way & 1 ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                            .keep = way & 2 ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
                            .body_inputs = way & 2,
@@ -357,8 +361,7 @@ static void every_file_of_robotran(void)
     for (struct dirent *file; files && (file = readdir(files));) {
         kempe_model *model = NULL;
         const char *ending = strrchr(file->d_name, '.');
-        const kmp_scene scene = {.sets = kmp_sets_derive(((1u << KMP_EQ_SETS) - 1) & ~(1u << KMP_EQ_QDD)),
-                                 .keep = KMP_KEEP_NUMBERS};
+        const kmp_scene scene = {.sets = kmp_sets_derive(ROBOTRAN_SETS), .keep = KMP_KEEP_NUMBERS};
         kmp_equations eq;
         if (!ending || strcmp(ending, ".mbs") != 0)
             continue;
