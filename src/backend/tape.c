@@ -1,22 +1,181 @@
-/* SPDX-License-Identifier: BSD-3-Clause */
+/* SPDkmp_layout_instruction(l, product)-License-Identifier: BSD-3-Clause */
 /* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
  * is no opcode to mispredict:
  *
  *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      x + p * q = p * q + x
  *
- * all equal to the last bit. A stage is a row of segments: records, then the sincos of all angles that are known by
- * then in lanes, then what else is no record (division, functions). Slots are 16 bits wide when they suffice, 32
- * otherwise. */
-#include "backend/tape.h"
-#include "backend/sincos.h"
-#include <string.h>
+ * all equal to the last bit. Products are fused into the sums that alone read them. Slots are 16 bits wide when they
+ * suffice, 32 otherwise. */
+#include "backend/layout.h"
+#include "base/memory.h"
 
-static void set(void *code, kmp_input_kind kind, const double *values)
+typedef struct record16 {
+    uint16_t d, a, b, c;
+} record16;
+
+typedef struct record32 {
+    uint32_t d, a, b, c;
+} record32;
+
+typedef struct tape {
+    kmp_frame frame;  /* first */
+    record16 *narrow; /* one of the two */
+    record32 *wide;
+    uint32_t records, *start; /* first record of each segment, and the end */
+} tape;
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+/* Arrays by instruction. */
+typedef struct builder {
+    tape *t;
+    kmp_layout layout;
+    uint8_t *fused;     /* a product that its only reader takes over */
+    uint8_t *fuse_b;    /* a sum that takes over: 1 its first, 2 its second operand */
+    uint32_t *negative; /* by constant: slot of its negative, 0 when none */
+} builder;
+
+static bool is_record(const kmp_instruction *in)
+{
+    return in->op == KMP_OP_ADD || in->op == KMP_OP_MUL;
+}
+
+static bool is_constant(const builder *b, uint32_t operand)
+{
+    return (int)(operand >> 1) < b->layout.program->constant_count;
+}
+
+/* Whether sum i may take over its operand, a product of its own segment that nobody else reads. A subtracted product
+ * must have a constant factor, whose negative is then used. */
+static bool can_fuse(const builder *b, int i, uint32_t operand)
+{
+    int k = kmp_layout_instruction(&b->layout, operand);
+    if (k < 0 || b->layout.program->instruction[k].op != KMP_OP_MUL || b->layout.uses[k] != 1 ||
+        b->layout.stage_of[k] != b->layout.stage_of[i] || b->layout.depth[k] != b->layout.depth[i])
+        return false;
+    return !(operand & 1) || is_constant(b, b->layout.program->instruction[k].a);
+}
+
+static void fuse(builder *b)
+{
+    const kmp_program *p = b->layout.program;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        if (in->op != KMP_OP_ADD)
+            continue;
+        /* The other operand is added as it is: it must carry no sign. */
+        if (can_fuse(b, i, in->b))
+            b->fuse_b[i] = 2;
+        else if (!(in->b & 1) && can_fuse(b, i, in->a))
+            b->fuse_b[i] = 1;
+        if (b->fuse_b[i])
+            b->fused[kmp_layout_instruction(&b->layout, b->fuse_b[i] == 2 ? in->b : in->a)] = 1;
+    }
+}
+
+static void put_record(tape *t, uint32_t d, uint32_t a, uint32_t b, uint32_t c)
+{
+    if (t->narrow)
+        t->narrow[t->records] = (record16){(uint16_t)d, (uint16_t)a, (uint16_t)b, (uint16_t)c};
+    else
+        t->wide[t->records] = (record32){d, a, b, c};
+    t->records++;
+}
+
+/* Slot of the negative of a constant, of those that are the tape's own. */
+static uint32_t negative_slot(builder *b, uint32_t operand)
+{
+    uint32_t k = operand >> 1;
+    kmp_frame *f = &b->t->frame;
+    if (!b->negative[k]) {
+        b->negative[k] = f->slots++;
+        f->v[b->negative[k]] = -f->program->constant[k];
+    }
+    return b->negative[k];
+}
+
+static void write_record(void *self, uint32_t segment, int i)
+{
+    builder *b = self;
+    const kmp_layout *l = &b->layout;
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t d = kmp_layout_target(l, i), x = kmp_layout_slot(l, in->a), y = kmp_layout_slot(l, in->b);
+    if (!b->fused[i]) {
+        if (in->op == KMP_OP_MUL) {
+            put_record(b->t, d, x, y, KMP_SLOT_MINUS_ZERO);
+        } else if (b->fuse_b[i]) {
+            uint32_t product = b->fuse_b[i] == 2 ? in->b : in->a, other = b->fuse_b[i] == 2 ? x : y;
+            const kmp_instruction *m = &l->program->instruction[kmp_layout_instruction(l, product)];
+            uint32_t factor = product & 1 ? negative_slot(b, m->a) : kmp_layout_slot(l, m->a);
+            put_record(b->t, d, factor, kmp_layout_slot(l, m->b), other);
+        } else if (in->b & 1) {
+            put_record(b->t, d, y, KMP_SLOT_MINUS_ONE, x);
+        } else {
+            put_record(b->t, d, x, KMP_SLOT_ONE, y);
+        }
+    }
+    b->t->start[segment + 1] = b->t->records;
+}
+
+static void write_code(builder *b)
+{
+    tape *t = b->t;
+    kmp_layout_visit(&b->layout, write_record, b);
+    for (uint32_t g = 0; g < t->frame.segment_count; g++) /* segments without a record */
+        if (t->start[g + 1] < t->start[g])
+            t->start[g + 1] = t->start[g];
+}
+
+static bool begin(builder *b, const kmp_program *p)
+{
+    int code = p->code[p->stages];
+    b->fused = KMP_NEW(uint8_t, code);
+    b->fuse_b = KMP_NEW(uint8_t, code);
+    b->negative = KMP_NEW(uint32_t, p->constant_count);
+    b->t = KMP_NEW(tape, 1);
+    if (!b->fused || !b->fuse_b || !b->negative || !b->t ||
+        !kmp_layout_init(&b->layout, &b->t->frame, p, is_record, (uint32_t)p->constant_count))
+        return false;
+    kmp_frame *f = &b->t->frame;
+    if (f->slots + (uint32_t)p->constant_count <= UINT16_MAX)
+        b->t->narrow = KMP_NEW(record16, code);
+    else
+        b->t->wide = KMP_NEW(record32, code);
+    b->t->start = KMP_NEW(uint32_t, f->segment_count + 1);
+    return (b->t->narrow || b->t->wide) && b->t->start;
+}
+
+static void release(void *code)
 {
     tape *t = code;
-    for (int k = t->feed_start[kind]; k < t->feed_start[kind + 1]; k++)
-        t->v[t->feeds[k].slot] = values[t->feeds[k].index];
+    if (!t)
+        return;
+    kmp_frame_free(&t->frame);
+    kmp_free(t->narrow);
+    kmp_free(t->wide);
+    kmp_free(t->start);
+    kmp_free(t);
 }
+
+static void *prepare(const kmp_program *p)
+{
+    builder b = {0};
+    bool ok = begin(&b, p);
+    if (ok) {
+        fuse(&b);
+        write_code(&b);
+    }
+    kmp_layout_free(&b.layout);
+    kmp_free(b.fused);
+    kmp_free(b.fuse_b);
+    kmp_free(b.negative);
+    if (ok)
+        return b.t;
+    release(b.t);
+    return NULL;
+}
+
+/* -- running it -------------------------------------------------------------------------------------- */
 
 static void run_narrow(const record16 *r, const record16 *end, double *v)
 {
@@ -30,70 +189,18 @@ static void run_wide(const record32 *r, const record32 *end, double *v)
         v[r->d] = v[r->a] * v[r->b] + v[r->c];
 }
 
-static void run_angles(tape *t, uint32_t first, uint32_t end)
-{
-    int n = (int)(end - first);
-    double *x = t->lane, *s = x + n, *c = s + n;
-    for (int k = 0; k < n; k++)
-        x[k] = t->v[t->angle[first + (uint32_t)k]];
-    kmp_sincos_many(n, x, s, c);
-    for (int k = 0; k < n; k++) {
-        t->v[t->sine[first + (uint32_t)k]] = s[k];
-        t->v[t->cosine[first + (uint32_t)k]] = c[k];
-    }
-}
-
-static double run_implicit(const tape *t, const special *s)
-{
-    const kmp_instruction *in = &t->program->instruction[s->instruction];
-    kmp_solving *solving = t->solving[in->b];
-    double *p = kmp_solving_arguments(solving);
-    for (int l = 0; l < t->program->block[in->b].arguments; l++) {
-        const argument *a = &t->arguments[s->operand[0] + (uint32_t)l];
-        p[l] = t->v[a->slot] * a->factor;
-    }
-    return kmp_solving_value(solving, (int)in->c);
-}
-
-/* Operands that an operation has not are the slot of 1. */
-static void run_special(const tape *t, const special *s, double *v)
-{
-    double x[3];
-    if (s->op == KMP_OP_DIV) { /* carries no signs */
-        v[s->d] = v[s->operand[0]] / v[s->operand[1]];
-        return;
-    }
-    if (s->op == KMP_OP_IMPLICIT) {
-        v[s->d] = run_implicit(t, s);
-        return;
-    }
-    for (int k = 0; k < 3; k++)
-        x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
-    v[s->d] = kmp_program_value(t->program, (int)s->instruction, x[0], x[1], x[2]);
-}
-
 static void run(void *code, int stage)
 {
     tape *t = code;
-    for (uint32_t k = t->stage[stage]; k < t->stage[stage + 1]; k++) {
-        const segment *here = &t->segments[k], *next = here + 1;
+    kmp_frame *f = &t->frame;
+    for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
         if (t->narrow)
-            run_narrow(t->narrow + here->record, t->narrow + next->record, t->v);
+            run_narrow(t->narrow + t->start[g], t->narrow + t->start[g + 1], f->v);
         else
-            run_wide(t->wide + here->record, t->wide + next->record, t->v);
-        if (next->angle > here->angle)
-            run_angles(t, here->angle, next->angle);
-        for (uint32_t i = here->special; i < next->special; i++)
-            run_special(t, &t->specials[i], t->v);
+            run_wide(t->wide + t->start[g], t->wide + t->start[g + 1], f->v);
+        kmp_frame_functions(f, g);
     }
-    for (uint32_t k = t->copy_start[stage]; k < t->copy_start[stage + 1]; k++)
-        t->v[t->copies[k].to] = t->v[t->copies[k].from] * t->copies[k].factor;
+    kmp_frame_copies(f, stage);
 }
 
-static const double *outputs(const void *code, int stage)
-{
-    const tape *t = code;
-    return t->out + t->program->outputs[stage];
-}
-
-const kmp_backend kmp_backend_tape = {"tape", kmp_tape_prepare, kmp_tape_release, set, run, outputs};
+const kmp_backend kmp_backend_tape = {"tape", prepare, release, kmp_frame_set, run, kmp_frame_outputs};

@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/frame.h"
+#include "backend/sincos.h"
+#include "base/memory.h"
+
+void kmp_frame_free(kmp_frame *f)
+{
+    kmp_free(f->v);
+    kmp_free(f->specials);
+    kmp_free(f->angle);
+    kmp_free(f->sine);
+    kmp_free(f->cosine);
+    kmp_free(f->lane);
+    kmp_free(f->segments);
+    kmp_free(f->stage);
+    kmp_free(f->copies);
+    kmp_free(f->copy_start);
+    kmp_free(f->feeds);
+    for (int k = 0; f->solving && k < f->program->block_count; k++)
+        kmp_solving_free(f->solving[k]);
+    kmp_free(f->solving);
+    kmp_free(f->items);
+    *f = (kmp_frame){0};
+}
+
+void kmp_frame_set(void *code, kmp_input_kind kind, const double *values)
+{
+    kmp_frame *f = code;
+    for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
+        f->v[f->feeds[k].slot] = values[f->feeds[k].index];
+}
+
+const double *kmp_frame_outputs(const void *code, int stage)
+{
+    const kmp_frame *f = code;
+    return f->out + f->program->outputs[stage];
+}
+
+static void run_angles(kmp_frame *f, uint32_t first, uint32_t end)
+{
+    int n = (int)(end - first);
+    double *x = f->lane, *s = x + n, *c = s + n;
+    for (int k = 0; k < n; k++)
+        x[k] = f->v[f->angle[first + (uint32_t)k]];
+    kmp_sincos_many(n, x, s, c);
+    for (int k = 0; k < n; k++) {
+        f->v[f->sine[first + (uint32_t)k]] = s[k];
+        f->v[f->cosine[first + (uint32_t)k]] = c[k];
+    }
+}
+
+static double run_implicit(const kmp_frame *f, const kmp_special *s)
+{
+    const kmp_instruction *in = &f->program->instruction[s->instruction];
+    kmp_solving *solving = f->solving[in->b];
+    double *p = kmp_solving_arguments(solving);
+    for (int l = 0; l < f->program->block[in->b].arguments; l++) {
+        const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)l];
+        p[l] = f->v[a->slot] * a->factor;
+    }
+    return kmp_solving_value(solving, (int)in->c);
+}
+
+/* Operands that an operation has not are the slot of 1. */
+static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
+{
+    double x[3];
+    if (s->op == KMP_OP_DIV) { /* carries no signs */
+        v[s->d] = v[s->operand[0]] / v[s->operand[1]];
+        return;
+    }
+    if (s->op == KMP_OP_IMPLICIT) {
+        v[s->d] = run_implicit(f, s);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        x[k] = s->minus[k] ? -v[s->operand[k]] : v[s->operand[k]];
+    v[s->d] = kmp_program_value(f->program, (int)s->instruction, x[0], x[1], x[2]);
+}
+
+void kmp_frame_functions(kmp_frame *f, uint32_t segment)
+{
+    const kmp_segment *here = &f->segments[segment], *next = here + 1;
+    if (next->angle > here->angle)
+        run_angles(f, here->angle, next->angle);
+    for (uint32_t i = here->special; i < next->special; i++)
+        run_special(f, &f->specials[i], f->v);
+}
+
+void kmp_frame_copies(kmp_frame *f, int stage)
+{
+    for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)
+        f->v[f->copies[k].to] = f->v[f->copies[k].from] * f->copies[k].factor;
+}

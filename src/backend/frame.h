@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What back ends that keep every value in a slot have in common: the slots, which values are inputs and outputs, and
+ * what is no arithmetic. A stage is a row of segments: straight arithmetic, which is the back end's own, then the sines
+ * and cosines of all angles that are known by then, in lanes, then other functions. */
+#ifndef KMP_BACKEND_FRAME_H
+#define KMP_BACKEND_FRAME_H
+
+#include "backend/machine.h"
+#include "symbolic/implicit.h"
+
+/* A function, or a division where that is not the back end's own. */
+typedef struct kmp_special {
+    uint8_t op;
+    bool minus[3]; /* of the operands */
+    uint32_t d, operand[3], instruction;
+} kmp_special;
+
+typedef struct kmp_segment {
+    uint32_t angle, special; /* the first of each; the next segment's are the end */
+} kmp_segment;
+
+/* An output that no instruction of its stage computes straight into its place. */
+typedef struct kmp_copy {
+    uint32_t from, to;
+    double factor; /* 1 or -1 */
+} kmp_copy;
+
+/* An item of the list that an implicit block takes. */
+typedef struct kmp_list_item {
+    uint32_t slot;
+    double factor; /* 1 or -1 */
+} kmp_list_item;
+
+/* An input: where its value goes and where in the vector given it stands. */
+typedef struct kmp_feed {
+    uint32_t slot, index;
+} kmp_feed;
+
+enum { KMP_SLOT_ONE, KMP_SLOT_MINUS_ONE, KMP_SLOT_MINUS_ZERO, KMP_SLOT_WASTE, KMP_FIRST_SLOT };
+
+typedef struct kmp_frame {
+    const kmp_program *program;
+    double *v; /* slots: the four above, constants, inputs, instructions, outputs, what else the back end wants */
+    uint32_t slots;
+    kmp_special *specials;
+    uint32_t special_count;
+    uint32_t *angle, *sine, *cosine; /* slots; sine or cosine may be the waste slot */
+    uint32_t angles;
+    double *lane; /* 3 x angles */
+    kmp_segment *segments;
+    uint32_t segment_count; /* the end stands behind */
+    uint32_t *stage;        /* stages + 1: first segment */
+    kmp_copy *copies;
+    uint32_t *copy_start; /* stages + 1: first copy */
+    double *out;          /* the outputs' slots */
+    kmp_feed *feeds;
+    int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
+    kmp_solving **solving;            /* of each block */
+    kmp_list_item *items;             /* of implicit instructions, one after another */
+    uint32_t item_count;
+} kmp_frame;
+
+void kmp_frame_free(kmp_frame *frame);
+
+/** The functions that follow the arithmetic of a segment; the copies that end a stage. */
+void kmp_frame_functions(kmp_frame *frame, uint32_t segment);
+void kmp_frame_copies(kmp_frame *frame, int stage);
+
+/** The back end's `set` and `outputs`, when the frame is the first thing in its code. */
+void kmp_frame_set(void *code, kmp_input_kind kind, const double *values);
+const double *kmp_frame_outputs(const void *code, int stage);
+
+#endif

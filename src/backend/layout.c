@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/layout.h"
+#include "base/memory.h"
+#include <string.h>
+
+/* Segment in which an operand is known, seen from a stage: 0 for leaves and earlier stages. */
+static uint32_t known(const kmp_layout *l, int stage, uint32_t operand)
+{
+    int i = kmp_layout_instruction(l, operand);
+    return i < 0 || l->stage_of[i] < stage ? 0 : l->depth[i];
+}
+
+static uint32_t depth_of(const kmp_layout *l, int i)
+{
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t d = 0;
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        uint32_t e = known(l, l->stage_of[i], kmp_instruction_operand(in, k));
+        d = d > e ? d : e;
+    }
+    return l->straight(in) ? d : d + 1;
+}
+
+static void count_uses(kmp_layout *l)
+{
+    const kmp_program *p = l->program;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
+            if (kmp_layout_instruction(l, kmp_instruction_operand(in, k)) >= 0)
+                l->uses[kmp_layout_instruction(l, kmp_instruction_operand(in, k))]++;
+    }
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (kmp_layout_instruction(l, p->output[k]) >= 0)
+            l->uses[kmp_layout_instruction(l, p->output[k])]++;
+}
+
+static void analyse(kmp_layout *l)
+{
+    const kmp_program *p = l->program;
+    for (int s = 0; s < p->stages; s++)
+        for (int i = p->code[s]; i < p->code[s + 1]; i++) {
+            l->stage_of[i] = s;
+            l->depth[i] = depth_of(l, i);
+        }
+    count_uses(l);
+}
+
+/* Sine and cosine of one angle in one segment share an entry. */
+static void write_angle(kmp_layout *l, int i, uint32_t first)
+{
+    kmp_frame *f = l->frame;
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t x = kmp_layout_slot(l, in->a), d = kmp_layout_target(l, i), k = first;
+    while (k < f->angles && f->angle[k] != x)
+        k++;
+    if (k == f->angles) {
+        f->angle[k] = x;
+        f->sine[k] = f->cosine[k] = KMP_SLOT_WASTE;
+        f->angles++;
+    }
+    if (in->op == KMP_OP_SIN)
+        f->sine[k] = d;
+    else
+        f->cosine[k] = d;
+}
+
+/* The items of the list that an implicit instruction reads; operand[0] is where they begin. */
+static void write_arguments(kmp_layout *l, kmp_special *s, const kmp_instruction *in)
+{
+    kmp_frame *f = l->frame;
+    uint32_t list = in->a;
+    s->operand[0] = f->item_count;
+    for (int k = 0; k < l->program->block[in->b].arguments; k++) {
+        const kmp_instruction *item = &l->program->instruction[kmp_layout_instruction(l, list)];
+        f->items[f->item_count++] = (kmp_list_item){kmp_layout_slot(l, item->a), item->a & 1 ? -1 : 1};
+        list = item->b;
+    }
+}
+
+static void write_special(kmp_layout *l, int i, uint32_t first_angle)
+{
+    const kmp_instruction *in = &l->program->instruction[i];
+    if (in->op == KMP_OP_SIN || in->op == KMP_OP_COS) {
+        write_angle(l, i, first_angle);
+        return;
+    }
+    kmp_special *s = &l->frame->specials[l->frame->special_count++];
+    *s = (kmp_special){.op = in->op, .instruction = (uint32_t)i, .d = kmp_layout_target(l, i)};
+    if (in->op == KMP_OP_IMPLICIT) {
+        write_arguments(l, s, in);
+        return;
+    }
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        s->operand[k] = kmp_layout_slot(l, kmp_instruction_operand(in, k));
+        s->minus[k] = kmp_instruction_operand(in, k) & 1;
+    }
+}
+
+static uint32_t deepest(const kmp_layout *l, int stage)
+{
+    uint32_t d = 0;
+    for (int i = l->program->code[stage]; i < l->program->code[stage + 1]; i++)
+        d = l->depth[i] > d ? l->depth[i] : d;
+    return d;
+}
+
+/* Segment of the stage that an instruction is written in. */
+static uint32_t segment_of(const kmp_layout *l, int i)
+{
+    return l->straight(&l->program->instruction[i]) ? l->depth[i] : l->depth[i] - 1;
+}
+
+/* The instructions of a stage by segment, each segment's in the program's order; `first` is where each begins. */
+static void sort_stage(kmp_layout *l, int stage, uint32_t *first, uint32_t segments)
+{
+    const int *code = l->program->code;
+    memset(first, 0, (segments + 1) * sizeof *first);
+    for (int i = code[stage]; i < code[stage + 1]; i++)
+        first[segment_of(l, i) + 1]++;
+    for (uint32_t g = 0; g < segments; g++)
+        first[g + 1] += first[g];
+    for (int i = code[stage]; i < code[stage + 1]; i++)
+        l->order[(uint32_t)code[stage] + first[segment_of(l, i)]++] = i;
+}
+
+static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
+{
+    kmp_frame *f = l->frame;
+    uint32_t first_angle = f->angles;
+    l->segment_start[f->segment_count] = begin;
+    f->segments[f->segment_count++] = (kmp_segment){f->angles, f->special_count};
+    for (uint32_t k = begin; k < end; k++)
+        if (!l->straight(&l->program->instruction[l->order[k]]))
+            write_special(l, l->order[k], first_angle);
+}
+
+/* Segments, and of each what is not straight. */
+static bool write_segments(kmp_layout *l)
+{
+    kmp_frame *f = l->frame;
+    const kmp_program *p = l->program;
+    uint32_t most = 0;
+    for (int s = 0; s < p->stages; s++)
+        most = deepest(l, s) > most ? deepest(l, s) : most;
+    uint32_t *first = KMP_NEW(uint32_t, most + 2);
+    for (int s = 0; first && s < p->stages; s++) {
+        uint32_t segments = deepest(l, s) + 1, begin = (uint32_t)p->code[s];
+        f->stage[s] = f->segment_count;
+        sort_stage(l, s, first, segments);
+        for (uint32_t k = 0; k < segments; k++) { /* first has moved on to where each ends */
+            write_segment(l, begin, (uint32_t)p->code[s] + first[k]);
+            begin = (uint32_t)p->code[s] + first[k];
+        }
+    }
+    f->stage[p->stages] = f->segment_count;
+    f->segments[f->segment_count] = (kmp_segment){f->angles, f->special_count};
+    l->segment_start[f->segment_count] = (uint32_t)p->code[p->stages];
+    kmp_free(first);
+    return first;
+}
+
+void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self)
+{
+    for (uint32_t g = 0; g < l->frame->segment_count; g++)
+        for (uint32_t k = l->segment_start[g]; k < l->segment_start[g + 1]; k++)
+            if (l->straight(&l->program->instruction[l->order[k]]))
+                write(self, g, l->order[k]);
+}
+
+static uint32_t count_segments(const kmp_layout *l)
+{
+    uint32_t count = 1; /* the end */
+    for (int s = 0; s < l->program->stages; s++)
+        count += deepest(l, s) + 1;
+    return count;
+}
+
+static bool allocate_blocks(kmp_layout *l)
+{
+    kmp_frame *f = l->frame;
+    const kmp_program *p = l->program;
+    size_t count = 0;
+    for (int i = 0; i < p->code[p->stages]; i++)
+        if (p->instruction[i].op == KMP_OP_IMPLICIT)
+            count += (size_t)p->block[p->instruction[i].b].arguments;
+    f->items = KMP_NEW(kmp_list_item, count);
+    f->solving = KMP_NEW(kmp_solving *, p->block_count);
+    bool ok = f->items && f->solving;
+    for (int k = 0; ok && k < p->block_count; k++)
+        ok = (f->solving[k] = kmp_solving_new(&p->block[k])) != NULL;
+    return ok;
+}
+
+static bool allocate(kmp_layout *l, uint32_t extra)
+{
+    kmp_frame *f = l->frame;
+    const kmp_program *p = l->program;
+    uint32_t code = (uint32_t)p->code[p->stages], outputs = (uint32_t)p->outputs[p->stages];
+    uint32_t segments = count_segments(l);
+    f->slots = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
+    f->v = KMP_NEW(double, f->slots + extra);
+    f->specials = KMP_NEW(kmp_special, code);
+    f->angle = KMP_NEW(uint32_t, code);
+    f->sine = KMP_NEW(uint32_t, code);
+    f->cosine = KMP_NEW(uint32_t, code);
+    f->lane = KMP_NEW(double, 3 * code);
+    f->segments = KMP_NEW(kmp_segment, segments);
+    f->stage = KMP_NEW(uint32_t, p->stages + 1);
+    f->copies = KMP_NEW(kmp_copy, outputs);
+    f->copy_start = KMP_NEW(uint32_t, p->stages + 1);
+    f->feeds = KMP_NEW(kmp_feed, p->input_count);
+    l->segment_start = KMP_NEW(uint32_t, segments);
+    return f->v && f->specials && f->angle && f->sine && f->cosine && f->lane && f->segments && f->stage && f->copies &&
+           f->copy_start && f->feeds && l->segment_start;
+}
+
+/* Every value has its slot; an instruction that is an output of its own stage computes straight into its place among
+ * the outputs, the other outputs are copied at the end of the stage. */
+static void place_values(kmp_layout *l)
+{
+    kmp_frame *f = l->frame;
+    const kmp_program *p = l->program;
+    uint32_t values = (uint32_t)(l->leaves + p->code[p->stages]), first = KMP_FIRST_SLOT + values, copies = 0;
+    f->out = f->v + first;
+    for (uint32_t k = 0; k < values; k++)
+        l->slot[k] = KMP_FIRST_SLOT + k;
+    for (int s = 0; s < p->stages; s++) {
+        f->copy_start[s] = copies;
+        for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
+            uint32_t value = p->output[k] >> 1, to = first + (uint32_t)k;
+            int i = kmp_layout_instruction(l, p->output[k]);
+            if (i >= 0 && !(p->output[k] & 1) && l->stage_of[i] == s && l->slot[value] < first)
+                l->slot[value] = to;
+            else
+                f->copies[copies++] = (kmp_copy){value, to, p->output[k] & 1 ? -1 : 1};
+        }
+    }
+    f->copy_start[p->stages] = copies;
+    for (uint32_t k = 0; k < copies; k++)
+        f->copies[k].from = l->slot[f->copies[k].from];
+}
+
+static void place_inputs(kmp_layout *l)
+{
+    const kmp_program *p = l->program;
+    int count = 0;
+    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
+        l->frame->feed_start[kind] = count;
+        for (int k = 0; k < p->input_count; k++)
+            if ((int)p->input[k].kind == kind)
+                l->frame->feeds[count++] = (kmp_feed){l->slot[p->constant_count + k], p->input[k].index};
+    }
+    l->frame->feed_start[KMP_IN_COUNT] = count;
+}
+
+void kmp_layout_free(kmp_layout *l)
+{
+    kmp_free(l->depth);
+    kmp_free(l->uses);
+    kmp_free(l->stage_of);
+    kmp_free(l->slot);
+    kmp_free(l->order);
+    kmp_free(l->segment_start);
+    *l = (kmp_layout){0};
+}
+
+static bool begin(kmp_layout *l)
+{
+    int code = l->program->code[l->program->stages];
+    l->depth = KMP_NEW(uint32_t, code);
+    l->uses = KMP_NEW(uint32_t, code);
+    l->stage_of = KMP_NEW(int, code);
+    l->slot = KMP_NEW(uint32_t, l->leaves + code);
+    l->order = KMP_NEW(int, code);
+    return l->depth && l->uses && l->stage_of && l->slot && l->order;
+}
+
+bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
+                     bool (*straight)(const kmp_instruction *in), uint32_t extra)
+{
+    *frame = (kmp_frame){.program = program};
+    *l = (kmp_layout){.frame = frame,
+                      .program = program,
+                      .straight = straight,
+                      .leaves = program->constant_count + program->input_count};
+    if (!begin(l))
+        return false;
+    analyse(l);
+    if (!allocate(l, extra) || !allocate_blocks(l))
+        return false;
+    place_values(l);
+    place_inputs(l);
+    frame->v[KMP_SLOT_ONE] = 1;
+    frame->v[KMP_SLOT_MINUS_ONE] = -1;
+    frame->v[KMP_SLOT_MINUS_ZERO] = -0.0;
+    if (program->constant_count > 0)
+        memcpy(frame->v + KMP_FIRST_SLOT, program->constant, (size_t)program->constant_count * sizeof(double));
+    return write_segments(l);
+}

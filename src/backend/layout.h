@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A frame from a program: values get slots, stages are cut into segments where functions stand between. */
+#ifndef KMP_BACKEND_LAYOUT_H
+#define KMP_BACKEND_LAYOUT_H
+
+#include "backend/frame.h"
+
+/** What preparing knows besides the frame. Arrays by instruction. */
+typedef struct kmp_layout {
+    kmp_frame *frame;
+    const kmp_program *program;
+    bool (*straight)(const kmp_instruction *in); /* whether it is the back end's own arithmetic */
+    int leaves;                                  /* constants and inputs: values before the instructions */
+    uint32_t *depth;                             /* segment, within the stage, in which a value appears */
+    uint32_t *uses;                              /* by instructions and outputs */
+    int *stage_of;
+    uint32_t *slot;          /* by value */
+    int *order;              /* instructions by segment, each segment's in the program's order */
+    uint32_t *segment_start; /* in `order`; the end stands behind */
+} kmp_layout;
+
+/** Fills the frame; `extra` slots are the back end's own, from frame->slots on, which grows as they are taken. false:
+ * no memory. kmp_layout_free and kmp_frame_free in any case. */
+bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
+                     bool (*straight)(const kmp_instruction *in), uint32_t extra);
+void kmp_layout_free(kmp_layout *l);
+
+/** The straight instructions of each segment in the program's order, segment by segment. */
+typedef void kmp_layout_write(void *self, uint32_t segment, int instruction);
+void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self);
+
+/** The instruction behind an operand, -1 for a leaf; the slot of an operand; that of an instruction's value. */
+static inline int kmp_layout_instruction(const kmp_layout *l, uint32_t operand)
+{
+    int i = (int)(operand >> 1) - l->leaves;
+    return i >= 0 ? i : -1;
+}
+static inline uint32_t kmp_layout_slot(const kmp_layout *l, uint32_t operand)
+{
+    return l->slot[operand >> 1];
+}
+static inline uint32_t kmp_layout_target(const kmp_layout *l, int instruction)
+{
+    return l->slot[l->leaves + instruction];
+}
+
+#endif
