@@ -122,12 +122,14 @@ kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
-        (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: tape", backend);
+        (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
+                       kmp_backend_names());
         return NULL;
     }
     kmp_plant *plant = KMP_NEW(kmp_plant, 1);
     if (plant)
         *plant = (kmp_plant){.system = system,
+                             .backend = b,
                              .n = system->n,
                              .m = system->m,
                              .q = KMP_NEW(double, system->n),

@@ -8,6 +8,7 @@
 
 typedef struct kmp_plant {
     const kempe_system *system;
+    const kmp_backend *backend;
     kmp_machine *motion, *judge, *changes;
     double *chart;      /* of the system's spherical joints: nine numbers each, 1 at first */
     long chart_version; /* how often they have changed */

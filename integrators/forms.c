@@ -437,7 +437,7 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *st
     if (!allocate(d))
         return kmp_fail_memory(d->s->context);
     choose_form(d, chosen, start->rate_scale);
-    kempe_status status = kmp_tangents_init(&d->tangents, d->s, values_of(chosen));
+    kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->plant->backend, values_of(chosen));
     if (status == KEMPE_OK && (!add_terms(d) || !compress(d)))
         status = kmp_fail_memory(d->s->context);
     if (status == KEMPE_OK)

@@ -26,7 +26,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
     if (!jacobian->qdd || !jacobian->lambda || !jacobian->dq || !jacobian->dqd || !jacobian->da || !jacobian->zero ||
         !jacobian->rows)
         return kmp_fail_memory(red->plant->system->context);
-    return kmp_tangents_init(&jacobian->tangents, red->plant->system, values | (power ? 1u << KMP_VALUE_POWER : 0));
+    return kmp_tangents_init(&jacobian->tangents, red->plant->system, red->plant->backend,
+                             values | (power ? 1u << KMP_VALUE_POWER : 0));
 }
 
 void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)

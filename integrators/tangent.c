@@ -191,10 +191,9 @@ static void sort_entries(gather *g)
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-static bool make_machines(gather *g, const double *parameters)
+static bool make_machines(gather *g, const kmp_backend *backend, const double *parameters)
 {
     kmp_tangents *t = g->t;
-    const kmp_backend *backend = kmp_backend_find("tape");
     const kmp_ref *value = g->value, *output = g->output;
     t->value_program = kmp_program_new(g->eq.graph, 1, &g->value_count, &value);
     t->tangent_program = kmp_program_new(g->eq.graph, 1, &g->output_count, &output);
@@ -219,7 +218,8 @@ static bool make_room(const gather *g)
     return t->with_effort && t->tangents_with_it;
 }
 
-kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, unsigned values)
+kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
+                               unsigned values)
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
@@ -233,7 +233,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
     if (ok && (status = collect_tangents(&g)) == KEMPE_OK) {
         sort_entries(&g);
-        ok = make_machines(&g, system->parameters) && make_room(&g);
+        ok = make_machines(&g, backend, system->parameters) && make_room(&g);
     }
     kmp_free(g.value);
     kmp_free(g.output);

@@ -66,7 +66,8 @@ typedef struct kmp_instant {
 } kmp_instant;
 
 /** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */
-kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, unsigned values);
+kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
+                               unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
 /** All values; all tangent outputs (entry e stands for [e.source]). Valid until the next call; no allocation. */

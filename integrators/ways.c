@@ -131,12 +131,13 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
 static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec)
 {
     spec->linear = or_default(spec->linear, "auto");
-    spec->backend = or_default(spec->backend, "tape");
+    spec->backend = or_default(spec->backend, kmp_backend_default());
     if (!kmp_linear_known(spec->linear))
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "linear solver '%s' is unknown; there is: %s", spec->linear,
                         kmp_linear_names());
     if (!kmp_backend_find(spec->backend))
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: tape", spec->backend);
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", spec->backend,
+                        kmp_backend_names());
     return KEMPE_OK;
 }
 

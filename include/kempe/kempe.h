@@ -176,13 +176,14 @@ typedef struct kempe_run {
     const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
     const char *integrator; /* dop853 | dopri5 | adams | bdf | erk | dirk | ida */
     const char *linear;     /* dae: auto, klu, umfpack, dense */
-    const char *backend;    /* tape */
-    const char *u;          /* independent coordinates to begin with, comma-separated */
-    int fixed_u;            /* keep them: the run fails where they go bad, instead of exchanging them */
-    double rtol;            /* relative tolerance, > 0 */
-    double atol;            /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
-    double t_end;           /* s */
-    double every;           /* s between output rows */
+    const char
+        *backend;  /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */
+    const char *u; /* independent coordinates to begin with, comma-separated */
+    int fixed_u;   /* keep them: the run fails where they go bad, instead of exchanging them */
+    double rtol;   /* relative tolerance, > 0 */
+    double atol;   /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
+    double t_end;  /* s */
+    double every;  /* s between output rows */
     const char *reference;  /* CSV file to measure errors against */
     const char *checkpoint; /* file that a long run leaves its rows in, every few seconds and at its end */
     const char *resume;     /* such a file to go on from */

@@ -22,6 +22,21 @@ const kmp_backend *kmp_backend_find(const char *name)
     return NULL;
 }
 
+const char *kmp_backend_default(void)
+{
+    return backends[0]->name;
+}
+
+const char *kmp_backend_names(void)
+{
+    static const char names[] =
+#define KMP_BACKEND(name) ", " #name
+#include "backend/backends.def"
+#undef KMP_BACKEND
+        ;
+    return names + 2;
+}
+
 kmp_machine *kmp_machine_new(const kmp_program *program, const kmp_backend *backend)
 {
     kmp_machine *machine = KMP_NEW(kmp_machine, 1);

@@ -19,6 +19,10 @@ typedef struct kmp_backend {
 
 /** NULL when there is no such back end. */
 const kmp_backend *kmp_backend_find(const char *name);
+/** The name of that for many runs of one program: the first row. */
+const char *kmp_backend_default(void);
+/** All names, with commas between. */
+const char *kmp_backend_names(void);
 
 /** The program must outlive the machine. NULL: no memory. Stage 0 must be run after the parameters are set. */
 kmp_machine *kmp_machine_new(const kmp_program *program, const kmp_backend *backend);

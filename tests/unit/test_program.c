@@ -1,11 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs: what is scheduled, and in which stage; the tape against a plain reading of the program, to the last bit. */
+#define _GNU_SOURCE /* fork, mallopt */
 #include "backend/machine.h"
+#include "backend/pages.h"
 #include "base/memory.h"
 #include "check.h"
 #include "random_graph.h"
-#include "symbolic/program.h"
 #include "symbolic/passes/trig.h"
+#include "symbolic/program.h"
+
+#if defined(__linux__) && defined(__GLIBC__)
+#include <malloc.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 /* -- a plain interpreter of programs ------------------------------------------------------------------ */
 
@@ -57,7 +66,7 @@ static const double *plain_run(plain *a, const double *const inputs[KMP_IN_COUNT
     return a->out + p->outputs[stage];
 }
 
-/* -- the tape against it ------------------------------------------------------------------------------ */
+/* -- the back ends against it ------------------------------------------------------------------------------ */
 
 static bool same_bits(double a, double b)
 {
@@ -85,7 +94,7 @@ static int mismatches(const kmp_program *p, kmp_machine *machine, plain *a, cons
 
 /* Outputs that differ in any bit. A first run with inputs that are no numbers leaves NaN in every slot that depends on
  * them: what a second run forgets to compute shows. */
-static int tape_mismatches(const kmp_program *p, const double *const inputs[KMP_IN_COUNT])
+static int mismatches_of(const char *backend, const kmp_program *p, const double *const inputs[KMP_IN_COUNT])
 {
     double nans[64];
     const double *none[KMP_IN_COUNT];
@@ -93,7 +102,7 @@ static int tape_mismatches(const kmp_program *p, const double *const inputs[KMP_
         nans[k] = NAN;
     for (int k = 0; k < KMP_IN_COUNT; k++)
         none[k] = nans;
-    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
+    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find(backend));
     plain a = plain_new(p);
     int bad = mismatches(p, machine, &a, none) + mismatches(p, machine, &a, inputs);
     bad += mismatches(p, machine, &a, inputs);
@@ -102,10 +111,44 @@ static int tape_mismatches(const kmp_program *p, const double *const inputs[KMP_
     return bad;
 }
 
+static int backend_mismatches(const kmp_program *p, const double *const inputs[KMP_IN_COUNT])
+{
+    return mismatches_of("tape", p, inputs) + mismatches_of("native", p, inputs);
+}
+
 static void test_backends(void)
 {
     CHECK(kmp_backend_find("tape") != NULL && kmp_backend_find("abacus") == NULL);
 }
+
+#if defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__clang__)
+/* Where the system gives no pages for code, the tape runs the program under the other name. In a child, that has memory
+ * put by and then may not map any more. */
+static void test_no_pages(void)
+{
+    fflush(stdout);
+    pid_t child = fork();
+    if (child == 0) {
+        const double x[] = {0.3, -0.7}, *inputs[KMP_IN_COUNT] = {[KMP_IN_Q] = x};
+        kmp_graph *g = kmp_graph_new();
+        kmp_ref a = kmp_input(g, KMP_IN_Q, 0), b = kmp_input(g, KMP_IN_Q, 1);
+        kmp_ref out[] = {kmp_mul(g, kmp_add(g, a, b), kmp_sin(g, b)), kmp_div(g, a, b)}, *group = out;
+        kmp_program *p = kmp_program_new(g, 1, &(int){2}, (const kmp_ref *const *)&group);
+        mallopt(M_MMAP_MAX, 0);
+        mallopt(M_TRIM_THRESHOLD, 1 << 30);
+        kmp_free(kmp_calloc(1 << 20, 1));
+        bool limited = setrlimit(RLIMIT_AS, &(struct rlimit){1, 1}) == 0 && !kmp_pages_new("x", 1);
+        _exit(limited && mismatches_of("native", p, inputs) == 0 ? 0 : 1);
+    }
+    int status = 1;
+    CHECK(child > 0 && waitpid(child, &status, 0) == child && status == 0);
+}
+#else
+static void test_no_pages(void)
+{
+    printf("skipped: memory cannot be limited here\n");
+}
+#endif
 
 /* How much the values of all steps move when the inputs do. */
 static void sensitivities(const steps *s, const double *x, double *size)
@@ -142,7 +185,7 @@ static void random_program(uint64_t seed)
     const kmp_ref *group[2] = {r, r + first};
     kmp_program *p = kmp_program_new(g, 2, count, group);
     const double *const inputs[KMP_IN_COUNT] = {[KMP_IN_Q] = x};
-    CHECK(tape_mismatches(p, inputs) == 0);
+    CHECK(backend_mismatches(p, inputs) == 0);
     double *value = KMP_NEW(double, kmp_graph_count(g));
     kmp_graph_eval(g, inputs, value);
     plain a = plain_new(p);
@@ -213,7 +256,7 @@ static void test_fusing(void)
                      s.p,
                      kmp_neg(s.p)};
     kmp_program *p = one_group(g, (int)(sizeof out / sizeof *out), out);
-    CHECK(tape_mismatches(p, scene_inputs) == 0);
+    CHECK(backend_mismatches(p, scene_inputs) == 0);
     kmp_program_free(p);
     kmp_graph_free(g);
 }
@@ -254,7 +297,7 @@ static void test_corners(void)
     for (int i = 0; i < CORNERS * CORNERS * CORNERS; i++) {
         double q[6] = {corners[i % CORNERS], corners[i / CORNERS % CORNERS], corners[i / CORNERS / CORNERS]};
         const double *const inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = scene_p, [KMP_IN_Q] = q};
-        bad += tape_mismatches(p, inputs);
+        bad += backend_mismatches(p, inputs);
     }
     CHECK(bad == 0);
     kmp_program_free(p);
@@ -281,7 +324,7 @@ static void test_wide_program(void)
     out[1] = kmp_cos(g, sum);
     kmp_program *p = one_group(g, 3, out);
     CHECK(p->code[p->stages] + p->constant_count > 65536);
-    CHECK(tape_mismatches(p, scene_inputs) == 0);
+    CHECK(backend_mismatches(p, scene_inputs) == 0);
     double *value = KMP_NEW(double, kmp_graph_count(g));
     kmp_graph_eval(g, scene_inputs, value);
     plain a = plain_new(p);
@@ -308,7 +351,7 @@ static void test_parameter_stage(void)
     kmp_ref pp = kmp_mul(g, s.p, s.p), out[2] = {kmp_mul(g, kmp_sqrt(g, pp), s.q[0]), kmp_add(g, pp, s.c)};
     kmp_program *p = one_group(g, 2, out);
     CHECK(p->stages == 2 && stage_length(p, 0) == 3 && stage_length(p, 1) == 1); /* p p, sqrt, +; the product */
-    CHECK(tape_mismatches(p, scene_inputs) == 0);
+    CHECK(backend_mismatches(p, scene_inputs) == 0);
     kmp_program_free(p);
     kmp_graph_free(g);
 }
@@ -329,7 +372,7 @@ static void test_shared_values(void)
     CHECK(p->output[0] == p->output[2] && p->graph_nodes >= 10);
     kmp_counts c = kmp_program_count(p, 1, 3), first = kmp_program_count(p, 1, 1);
     CHECK(c.add == 1 && c.mul == 2 && c.div == 0 && c.trig == 0 && c.paper == 3 && first.paper == 2);
-    CHECK(tape_mismatches(p, scene_inputs) == 0);
+    CHECK(backend_mismatches(p, scene_inputs) == 0);
     kmp_program_free(p);
     kmp_graph_free(g);
 }
@@ -365,7 +408,7 @@ static long trig_of(kmp_graph *g, int count, const kmp_ref *out)
 {
     kmp_program *p = one_group(g, count, out);
     long trig = kmp_program_count(p, 0, 1).trig;
-    CHECK(tape_mismatches(p, scene_inputs) == 0);
+    CHECK(backend_mismatches(p, scene_inputs) == 0);
     plain a = plain_new(p);
     double *value = KMP_NEW(double, kmp_graph_count(g));
     kmp_graph_eval(g, scene_inputs, value);
@@ -415,6 +458,7 @@ static void test_nested_angles(void)
 int main(void)
 {
     TEST(test_backends);
+    TEST(test_no_pages);
     TEST(test_random_programs);
     TEST(test_fusing);
     TEST(test_corners);

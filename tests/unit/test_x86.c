@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Machine code of random straight-line operations against the same in C, to the bit, in each form: values that live
+ * long enough to be spilled, operands in memory and in registers, every register. */
+#include "../check.h"
+#include "backend/pages.h"
+#include "backend/registers.h"
+#include "random.h"
+#include <math.h>
+#include <string.h>
+
+enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 8 };
+
+typedef void routine(double *v);
+
+static kmp_straight operations[MOST];
+static bool is_read_later[SLOTS];
+
+/* Operands are far back at times and mostly near; `reach` is how far. */
+static uint32_t operand(int defined, int reach)
+{
+    int from = pick(3) == 0 ? 0 : defined - 1 - pick(reach < defined ? reach : defined);
+    return (uint32_t)(from > 0 ? from : pick(defined));
+}
+
+static void make_operations(int count, int reach)
+{
+    static const kmp_x86_op ops[] = {KMP_X86_ADD, KMP_X86_SUB,  KMP_X86_MUL, KMP_X86_ADD,
+                                     KMP_X86_MUL, KMP_X86_SQRT, KMP_X86_DIV, KMP_X86_LOAD};
+    for (int k = 0; k < count; k++) {
+        kmp_straight *s = &operations[k];
+        *s = (kmp_straight){.op = ops[pick(8)],
+                            .d = (uint32_t)(LEAVES + k),
+                            .x = operand(LEAVES + k, reach),
+                            .y = operand(LEAVES + k, reach),
+                            .kept = pick(4) == 0};
+        if (pick(10) == 0)
+            s->y = s->x;
+        is_read_later[LEAVES + k] = s->kept;
+    }
+}
+
+static double value(kmp_x86_op op, double x, double y)
+{
+    switch (op) {
+    case KMP_X86_ADD:
+        return x + y;
+    case KMP_X86_SUB:
+        return x - y;
+    case KMP_X86_MUL:
+        return x * y;
+    case KMP_X86_DIV:
+        return x / y;
+    case KMP_X86_SQRT:
+        return sqrt(y);
+    default:
+        return y;
+    }
+}
+
+static bool same_bits(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
+}
+
+static int wrong_bits(kmp_x86_form form, int count, routine *run)
+{
+    static double v[SLOTS * WIDEST], expected[SLOTS * WIDEST];
+    int wide = kmp_x86_width(form), bad = 0;
+    for (int k = 0; k < SLOTS * wide; k++)
+        v[k] = expected[k] = k < LEAVES * wide ? between(-2, 2) : NAN;
+    for (int k = 0; k < count; k++)
+        for (int lane = 0; lane < wide; lane++)
+            expected[(LEAVES + k) * wide + lane] =
+                value(operations[k].op, expected[operations[k].x * (uint32_t)wide + (uint32_t)lane],
+                      expected[operations[k].y * (uint32_t)wide + (uint32_t)lane]);
+    run(v);
+    for (int k = 0; k < (LEAVES + count) * wide; k++)
+        bad += (k / wide < LEAVES || is_read_later[k / wide]) && !same_bits(v[k], expected[k]);
+    return bad;
+}
+
+static void one_program(kmp_x86_form form, int count, int reach)
+{
+    kmp_x86 code = {.form = form};
+    kmp_registers registers;
+    make_operations(count, reach);
+    CHECK(kmp_registers_init(&registers, SLOTS, MOST));
+    for (int again = 0; again < 2; again++) { /* what one piece leaves behind must not trouble the next */
+        size_t begin = code.size;
+        kmp_registers_write(&registers, &code, (uint32_t)count, operations);
+        CHECK(!code.failed && code.size > begin);
+        void *pages = kmp_pages_new(code.code + begin, code.size - begin);
+        routine *run = NULL;
+        memcpy(&run, &pages, sizeof run);
+        CHECK(pages != NULL);
+        if (pages)
+            CHECK(wrong_bits(form, count, run) == 0);
+        kmp_pages_free(pages, code.size - begin);
+    }
+    kmp_registers_free(&registers);
+    kmp_x86_free(&code);
+}
+
+static void every_form(void)
+{
+    for (int form = KMP_X86_ONE; form <= KMP_X86_EIGHT; form++) {
+        if (!kmp_x86_runs((kmp_x86_form)form)) {
+            printf("skipped: the form of %d doubles does not run here\n", kmp_x86_width((kmp_x86_form)form));
+            continue;
+        }
+        random_seed(7);
+        for (int k = 0; k < 200; k++)
+            one_program((kmp_x86_form)form, 1 + pick(MOST), 1 + pick(60));
+    }
+}
+
+/* Where code may not run there is a tape: nothing is promised about pages of no size. */
+static void no_pages(void)
+{
+    CHECK(kmp_pages_new("", 0) == NULL);
+    kmp_pages_free(NULL, 0);
+}
+
+int main(void)
+{
+    TEST(every_form);
+    TEST(no_pages);
+    return check_report();
+}
