@@ -15,7 +15,7 @@ typedef struct writer {
 bool kmp_registers_init(kmp_registers *r, uint32_t slots, uint32_t longest)
 {
     *r = (kmp_registers){.next = KMP_NEW(uint32_t, slots),
-                         .in = KMP_NEW(int8_t, slots),
+                         .in = KMP_NEW(int16_t, slots),
                          .missing = KMP_NEW(uint8_t, slots),
                          .after = KMP_NEW(uint32_t, 2 * longest)};
     if (!r->next || !r->in || !r->missing || !r->after)
@@ -102,7 +102,7 @@ static void empty(writer *w, int reg)
 static void hold(kmp_registers *r, int reg, uint32_t slot)
 {
     r->holds[reg] = slot + 1;
-    r->in[slot] = (int8_t)reg;
+    r->in[slot] = (int16_t)reg;
 }
 
 static void load(writer *w, int reg, uint32_t slot)

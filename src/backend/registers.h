@@ -16,7 +16,7 @@ typedef struct kmp_straight {
 /** What allocating needs by slot: one for all pieces of code. */
 typedef struct kmp_registers {
     uint32_t *next;   /* next use, as a position */
-    int8_t *in;       /* register, -1: none */
+    int16_t *in;      /* register, -1: none */
     uint8_t *missing; /* its slot in memory has not got it yet */
     uint32_t *after;  /* by operation: next uses of x and y after it */
     uint32_t capacity;

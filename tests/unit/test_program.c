@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs: what is scheduled, and in which stage; the tape against a plain reading of the program, to the last bit. */
-#define _GNU_SOURCE /* fork, mallopt */
 #include "backend/machine.h"
 #include "backend/pages.h"
 #include "base/memory.h"
