@@ -7,6 +7,7 @@
 #include "symbolic/passes/factor.h"
 #include "symbolic/passes/pairs.h"
 #include "symbolic/passes/shorten.h"
+#include <math.h>
 
 static kmp_ref q(kmp_graph *g, uint32_t k)
 {
@@ -157,6 +158,41 @@ static void common_parts(void)
     kmp_graph_free(g);
 }
 
+/* -- long sums and products ---------------------------------------------------------------------------- */
+
+enum { LONG = 300 };
+
+/* One after the other, or half and half. */
+static kmp_ref join(kmp_graph *g, kmp_op op, int count, const kmp_ref *part, bool halves)
+{
+    if (count == 1)
+        return part[0];
+    int first = halves ? count / 2 : count - 1;
+    kmp_ref a = join(g, op, first, part, halves), b = join(g, op, count - first, part + first, halves);
+    return op == KMP_OP_ADD ? kmp_add(g, a, b) : kmp_mul(g, a, b);
+}
+
+/* More terms and factors than a pass lays out at once: none is lost. */
+static void long_sums(void)
+{
+    const kmp_parallel parallel = {runs, 9};
+    double at[LONG + 1];
+    for (int k = 0; k <= LONG; k++)
+        at[k] = 1 + 0.001 * k;
+    for (int k = 0; k < 4; k++) {
+        kmp_graph *g = kmp_graph_new();
+        kmp_op op = k & 1 ? KMP_OP_ADD : KMP_OP_MUL;
+        kmp_ref part[LONG];
+        for (uint32_t i = 0; i < LONG; i++)
+            part[i] = k & 1 ? kmp_mul(g, q(g, 0), q(g, i + 1)) : q(g, i + 1);
+        kmp_ref whole = join(g, op, LONG, part, k & 2), out[2] = {whole, kmp_mul(g, q(g, 0), q(g, 1))};
+        double before = value(g, whole, at);
+        CHECK(kmp_shorten(g, &parallel, 2, out));
+        CHECK(fabs(value(g, out[0], at) - before) <= 1e-13 * before);
+        kmp_graph_free(g);
+    }
+}
+
 /* -- all passes on random graphs ----------------------------------------------------------------------- */
 
 static void values_stay(void)
@@ -200,6 +236,7 @@ int main(void)
     TEST(all_identities);
     TEST(factors);
     TEST(common_parts);
+    TEST(long_sums);
     TEST(values_stay);
     return check_report();
 }

@@ -229,7 +229,7 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const kmp_parallel *parallel, u
 {
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
     sum s = {.g = r->graph, .parallel = parallel};
-    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, true, list, 0, &sign), squares = 0;
+    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign), squares = 0;
     bool laid_out = count <= MOST_TERMS;
     for (int k = 0; laid_out && k < count; k++) {
         monomial m = {.coefficient = 1};

@@ -97,7 +97,7 @@ static term term_of(const kmp_rewrite *r, kmp_ref x)
     const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
     if (n->op != KMP_OP_MUL || r->uses[kmp_id(x)] != 1)
         return t;
-    int count = kmp_rewrite_flatten(r, KMP_OP_MUL, x & ~(kmp_ref)1, true, list, 0, &t.sign);
+    int count = kmp_rewrite_flatten(r, KMP_OP_MUL, x & ~(kmp_ref)1, list, &t.sign);
     if (count > MOST_FACTORS)
         return t;
     for (int k = 0; k < count; k++) {
@@ -111,7 +111,7 @@ static term term_of(const kmp_rewrite *r, kmp_ref x)
 static kmp_ref rewrite_sum(const kmp_rewrite *r, uint32_t id, term *terms)
 {
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
-    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, true, list, 0, &sign);
+    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
     for (int k = 0; k < count; k++)
         terms[k] = term_of(r, list[k]);
     if (common_factor(r->graph, terms, count) == KMP_ZERO)

@@ -47,7 +47,7 @@ static void collect(sharing *s, const uint8_t *inside)
         if (!s->r.uses[id] || inside[id] || kmp_graph_node(s->r.graph, id)->op != s->op)
             continue;
         kmp_ref found[KMP_MOST_TERMS], sign = 0;
-        int count = kmp_rewrite_flatten(&s->r, s->op, id << 1, true, found, 0, &sign);
+        int count = kmp_rewrite_flatten(&s->r, s->op, id << 1, found, &sign);
         if (count > LONGEST)
             continue;
         s->lists[s->list_count++] = (list){id, s->item_count, count, false};

@@ -89,20 +89,25 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
     return ok;
 }
 
-int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, kmp_ref *list, int count, kmp_ref *sign)
+/* `waiting` operands stand outside and will need a place each. */
+static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, int waiting, kmp_ref *list, int count,
+                   kmp_ref *sign)
 {
     const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
-    if (count >= KMP_MOST_TERMS)
-        return count;
     if (op == KMP_OP_MUL) {
         *sign ^= x & 1;
         x &= ~(kmp_ref)1;
     }
     bool inside = kmp_id(x) < r->count && (top || r->uses[kmp_id(x)] == 1) && n->op == op;
-    if (!inside || count + 2 > KMP_MOST_TERMS) {
+    if (!inside || count + waiting + 2 > KMP_MOST_TERMS) {
         list[count] = x;
         return count + 1;
     }
-    count = kmp_rewrite_flatten(r, op, n->a ^ (x & 1), false, list, count, sign);
-    return kmp_rewrite_flatten(r, op, n->b ^ (x & 1), false, list, count, sign);
+    count = flatten(r, op, n->a ^ (x & 1), false, waiting + 1, list, count, sign);
+    return flatten(r, op, n->b ^ (x & 1), false, waiting, list, count, sign);
+}
+
+int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, kmp_ref *list, kmp_ref *sign)
+{
+    return flatten(r, op, x, true, 0, list, 0, sign);
 }

@@ -31,8 +31,8 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
 
 enum { KMP_MOST_TERMS = 128 };
 
-/** Appends the terms of a sum (op ADD) or the factors of a product (op MUL) to list, going into operands that nothing
- *  else needs; the new length, at most KMP_MOST_TERMS. Factors are without sign: *sign collects theirs. */
-int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, kmp_ref *list, int count, kmp_ref *sign);
+/** The terms of a sum (op ADD) or the factors of a product (op MUL) as a list, going into operands that nothing else
+ *  needs as far as the list holds them, KMP_MOST_TERMS; its length. Factors are without sign: *sign collects theirs. */
+int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, kmp_ref *list, kmp_ref *sign);
 
 #endif
