@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The formalisms against each other on random trees, with and without loops: implicit and semi-explicit recursive
- * Newton/Euler, composite bodies, the O(N) scheme, and the classical virtual power. */
+ * Newton/Euler, composite bodies, the O(N) scheme, the classical virtual power, and a plain numeric program. */
 #include "bench/classical.h"
+#include "bench/numeric_closures.h"
 #include "check.h"
 #include "derived.h"
 #include "dynamics/forces.h"
 #include "random_model.h"
+#include <stdlib.h>
 
 enum { MODELS = 96, MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };
 
@@ -160,6 +162,85 @@ static void virtual_power(void)
             check_classical(number, r.model);
         random_model_free(&r);
     }
+}
+
+/* -- the numeric program ------------------------------------------------------------------------------- */
+
+/* h, J and jdqd, where all closures are of kinds that it has. */
+static bool check_numeric_closures(int number, const derived *d, const numeric *p, const state *s)
+{
+    static double h[STATE_MAX], jacobian[STATE_MAX * STATE_MAX], jdqd[STATE_MAX];
+    numeric_closures closures;
+    if (d->m == 0 || !numeric_closures_init(&closures, p, &d->eq.tree, d->m, d->eq.rows))
+        return false;
+    memset(jacobian, 0, sizeof jacobian);
+    numeric_close(&closures, s->qd, h, jacobian, jdqd);
+    check_close(number, "numeric h", distance(d->m, h, d->h), 1e-12);
+    check_close(number, "numeric J", distance(d->m * d->n, jacobian, d->jacobian), 1e-12);
+    check_close(number, "numeric jdqd", distance(d->m, jdqd, d->jdqd), 1e-12);
+    numeric_closures_free(&closures);
+    return true;
+}
+
+/* The residual is the inverse dynamics where lambda is zero. Forces are left out. Returns whether closures were held
+ * together too. */
+static bool check_numeric(int number, const kempe_model *model)
+{
+    static double mass[STATE_MAX * STATE_MAX], bias[STATE_MAX], moved[STATE_MAX];
+    kempe_model bare = *model;
+    derived d = {0};
+    numeric p;
+    kmp_scene scene = {.sets = MOTION, .loops_alone = true};
+    bare.force_count = 0;
+    if (kmp_equations_derive(&d.eq, &bare, &scene) != KEMPE_OK)
+        return false;
+    derived_finish(&d);
+    CHECK(numeric_init(&p, &d.eq.tree));
+    state s = random_state_vectors();
+    memset(s.lambda, 0, sizeof s.lambda);
+    derived_eval(&d, &s);
+    memset(mass, 0, sizeof mass);
+    numeric_motion(&p, s.q, s.qd, mass, bias);
+    check_close(number, "numeric M", distance(d.n * d.n, mass, d.mass), 1e-12);
+    check_close(number, "numeric C", distance(d.n, bias, d.bias), 1e-12);
+    bool closed = check_numeric_closures(number, &d, &p, &s);
+    numeric_inverse(&p, s.q, s.qd, s.qdd, moved);
+    check_close(number, "numeric inverse dynamics", distance(d.n, moved, d.residual), 1e-12);
+    numeric_free(&p);
+    derived_free(&d);
+    return closed;
+}
+
+static void plain_numeric(void)
+{
+    static const char *const files[] = {"car44", "roadster52", "humanoid29", "limousine63"};
+    const char *folder = getenv("KEMPE_MBS");
+    kempe_context *context = kempe_context_new();
+    int closed = 0;
+    for (int number = 0; number < MODELS; number++) {
+        random_model r = model_number(number);
+        if (r.model)
+            (void)check_numeric(number, r.model);
+        random_model_free(&r);
+    }
+    for (int k = 0; k < 4 + 4; k++) {
+        static const char *const own[] = {"examples/andrews/andrews.yaml", "examples/stewart/stewart.yaml",
+                                          "examples/n_four_bar/n_four_bar_40.yaml", "tests/models/suspension5.yaml"};
+        char path[512];
+        kempe_model *model = NULL;
+        if (k < 4)
+            snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, own[k]);
+        else
+            snprintf(path, sizeof path, "%s/%s.mbs", folder ? folder : "", files[k - 4]);
+        if (kempe_model_read(context, path, &model) == KEMPE_OK)
+            closed += check_numeric(MODELS + k, model);
+        else
+            CHECK(k >= 4 && !folder);
+        kempe_model_free(model);
+    }
+    printf("   closures of %d models\n", closed);
+    CHECK(closed >= (folder ? 7 : 4));
+    kempe_context_free(context);
 }
 
 static kempe_model *model_of(kempe_context *context, const char *bodies)
@@ -338,6 +419,7 @@ int main(void)
 {
     TEST(accelerations_in_order_n);
     TEST(virtual_power);
+    TEST(plain_numeric);
     TEST(ways_agree);
     TEST(parallel_axes_stay);
     TEST(massless_ends);
