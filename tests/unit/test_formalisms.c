@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The formalisms against each other on random trees, with and without loops: implicit and semi-explicit recursive
- * Newton/Euler, composite bodies, the O(N) scheme, the classical virtual power, and a plain numeric program. */
+ * Newton/Euler, composite bodies, the O(N) scheme, the classical virtual power, and plain numeric programs. */
 #include "bench/classical.h"
-#include "bench/numeric_closures.h"
+#include "bench/numeric_classical.h"
 #include "check.h"
 #include "derived.h"
 #include "dynamics/forces.h"
@@ -164,7 +164,7 @@ static void virtual_power(void)
     }
 }
 
-/* -- the numeric program ------------------------------------------------------------------------------- */
+/* -- the numeric programs ------------------------------------------------------------------------------ */
 
 /* h, J and jdqd, where all closures are of kinds that it has. */
 static bool check_numeric_closures(int number, const derived *d, const numeric *p, const state *s)
@@ -190,6 +190,7 @@ static bool check_numeric(int number, const kempe_model *model)
     kempe_model bare = *model;
     derived d = {0};
     numeric p;
+    numeric_classical plain;
     kmp_scene scene = {.sets = MOTION, .loops_alone = true};
     bare.force_count = 0;
     if (kmp_equations_derive(&d.eq, &bare, &scene) != KEMPE_OK)
@@ -205,6 +206,11 @@ static bool check_numeric(int number, const kempe_model *model)
     check_close(number, "numeric C", distance(d.n, bias, d.bias), 1e-12);
     bool closed = check_numeric_closures(number, &d, &p, &s);
     numeric_inverse(&p, s.q, s.qd, s.qdd, moved);
+    CHECK(numeric_classical_init(&plain, &p));
+    numeric_classical_motion(&plain, &p, s.q, s.qd, mass, bias);
+    check_close(number, "non-recursive numeric M", distance(d.n * d.n, mass, d.mass), 1e-12);
+    check_close(number, "non-recursive numeric C", distance(d.n, bias, d.bias), 1e-12);
+    numeric_classical_free(&plain);
     check_close(number, "numeric inverse dynamics", distance(d.n, moved, d.residual), 1e-12);
     numeric_free(&p);
     derived_free(&d);
