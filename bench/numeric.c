@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The same dynamics five ways: by a plain numeric program (numeric.h), by Kempe's tape, by the C that Kempe writes, and
- * by the classical non-recursive form, in C with the same simplifications (classical.h) and as a numeric program
- * (numeric_classical.h). Values are held together first; then all are timed in turns, and ratios are medians of the
- * ratios of a turn; the last two are those of the non-recursive form to the recursive one. Without arguments:
- * ROBOTRAN's models in the folder KEMPE_MBS and some of Kempe's own; forces of the models are left out.
+/* The same dynamics six ways: by a plain numeric program (numeric.h), by Kempe's tape and its machine code, by the C
+ * that Kempe writes, and by the classical non-recursive form, in C with the same simplifications (classical.h) and as a
+ * numeric program (numeric_classical.h). Values are held together first; then all are timed in turns, and ratios are
+ * medians of the ratios of a turn; the last two are those of the non-recursive form to the recursive one, in operations
+ * and in time as C. Without arguments: ROBOTRAN's models in the folder KEMPE_MBS and some of Kempe's own; forces of the
+ * models are left out.
  *
  *     bench_numeric [--task 0..2] [--evaluations N] [FILE...]    with N: each N times, no times taken: to be counted */
 #include "bench/classical.h"
@@ -15,7 +16,7 @@
 #include "results/sets.h"
 #include <math.h>
 
-enum { STATES = 16, TURNS = 101, WAYS = 5, TASKS = 3 };
+enum { STATES = 16, TURNS = 101, WAYS = 6, TASKS = 3 };
 
 typedef struct state {
     double *q, *qd, *qdd;
@@ -43,12 +44,12 @@ typedef struct stand {
     kmp_assignment *entry; /* all of the sets */
     int *at;               /* of an entry: its place in the tape's outputs, -1: zero */
     kmp_program *program;
-    kmp_machine *tape;
+    kmp_machine *tape, *native;
     emitted emitted, classical;
     long operations, classical_operations;
     values by_numbers, by_code, by_classical, by_plain;
     state states[STATES];
-    const double *by_tape;
+    const double *by_tape, *by_native;
 } stand;
 
 /* -- one evaluation each: functions that a tool finds by their names ---------------------------------- */
@@ -66,13 +67,23 @@ WAY run_numeric(stand *s, const state *x)
         numeric_close(&s->closures, x->qd, v->h, v->jacobian, v->jdqd);
 }
 
+static const double *run_machine(kmp_machine *machine, task_kind task, const state *x)
+{
+    kmp_machine_set(machine, KMP_IN_Q, x->q);
+    kmp_machine_set(machine, KMP_IN_QD, x->qd);
+    if (task == INVERSE)
+        kmp_machine_set(machine, KMP_IN_QDD, x->qdd);
+    return kmp_machine_run(machine, 1);
+}
+
 WAY run_tape(stand *s, const state *x)
 {
-    kmp_machine_set(s->tape, KMP_IN_Q, x->q);
-    kmp_machine_set(s->tape, KMP_IN_QD, x->qd);
-    if (s->task == INVERSE)
-        kmp_machine_set(s->tape, KMP_IN_QDD, x->qdd);
-    s->by_tape = kmp_machine_run(s->tape, 1);
+    s->by_tape = run_machine(s->tape, s->task, x);
+}
+
+WAY run_native(stand *s, const state *x)
+{
+    s->by_native = run_machine(s->native, s->task, x);
 }
 
 static void run_code(const emitted *e, task_kind task, const state *x, values *v)
@@ -104,9 +115,9 @@ WAY run_classical_numeric(stand *s, const state *x)
 }
 
 /* The last two have no inverse dynamics. */
-enum { NUMERIC, TAPE, CODE, CLASSICAL, CLASSICAL_NUMERIC };
-static void (*const ways[WAYS])(stand *, const state *) = {run_numeric, run_tape, run_emitted, run_classical,
-                                                           run_classical_numeric};
+enum { NUMERIC, TAPE, NATIVE, CODE, CLASSICAL, CLASSICAL_NUMERIC };
+static void (*const ways[WAYS])(stand *, const state *) = {run_numeric, run_tape,      run_native,
+                                                           run_emitted, run_classical, run_classical_numeric};
 
 static int ways_of(const stand *s)
 {
@@ -135,8 +146,19 @@ static void stop(const stand *s, const char *what)
     exit(1);
 }
 
+static kmp_machine *new_machine(const kmp_program *program, const char *name)
+{
+    const double time = 0;
+    kmp_machine *machine = kmp_machine_new(program, kmp_backend_find(name));
+    if (machine) {
+        kmp_machine_set(machine, KMP_IN_TIME, &time);
+        (void)kmp_machine_run(machine, 0);
+    }
+    return machine;
+}
+
 /* As `kempe show` and `kempe simulate` have it: entries that are zero are no outputs. */
-static void make_tape(stand *s)
+static void make_machines(stand *s)
 {
     int kept = 0;
     s->entries = kmp_sets_size(&s->eq, sets_of(s->task));
@@ -153,15 +175,12 @@ static void make_tape(stand *s)
     }
     if (kmp_equations_shorten(&s->eq, kept, out))
         s->program = kmp_program_new(s->eq.graph, 1, &kept, (const kmp_ref *const *)&out);
-    if (s->program)
-        s->tape = kmp_machine_new(s->program, kmp_backend_find("tape"));
-    if (!s->tape)
+    s->tape = s->program ? new_machine(s->program, "tape") : NULL;
+    s->native = s->program ? new_machine(s->program, "native") : NULL;
+    if (!s->tape || !s->native)
         stop(s, "no memory");
     s->operations = kmp_program_count(s->program, 0, 1).paper;
     kmp_free(out);
-    double time = 0;
-    kmp_machine_set(s->tape, KMP_IN_TIME, &time);
-    (void)kmp_machine_run(s->tape, 0);
 }
 
 /* The sets with M and C by virtual power. */
@@ -231,7 +250,7 @@ static bool stand_init(stand *s, const kempe_model *model, task_kind task)
         kmp_equations_free(&s->eq);
         return false;
     }
-    make_tape(s);
+    make_machines(s);
     make_states(s);
     s->by_numbers = new_values(s->eq.n, s->eq.m);
     s->by_code = new_values(s->eq.n, s->eq.m);
@@ -263,6 +282,7 @@ static void stand_free(stand *s)
     emitted_free(&s->emitted);
     emitted_free(&s->classical);
     kmp_machine_free(s->tape);
+    kmp_machine_free(s->native);
     kmp_program_free(s->program);
     kmp_free(s->entry);
     kmp_free(s->at);
@@ -316,15 +336,16 @@ static double difference(const stand *s, const values *v, int entry, double of_t
 /* The largest relative difference from the tape; written C must have the tape's bits. */
 static double compare(stand *s)
 {
-    const values *all[WAYS] = {&s->by_numbers, NULL, NULL, &s->by_classical, &s->by_plain};
+    const values *all[WAYS] = {&s->by_numbers, NULL, NULL, NULL, &s->by_classical, &s->by_plain};
     double off = 0;
     for (int k = 0; k < STATES; k++) {
         for (int w = 0; w < ways_of(s); w++)
             ways[w](s, &s->states[k]);
         for (int e = 0; e < s->entries; e++) {
             double of_tape = s->at[e] < 0 ? 0 : s->by_tape[s->at[e]];
-            if (value_of(s, &s->by_code, &s->entry[e]) != of_tape)
-                stop(s, "written C has other bits than the tape");
+            if (value_of(s, &s->by_code, &s->entry[e]) != of_tape ||
+                (s->at[e] >= 0 && s->by_native[s->at[e]] != of_tape))
+                stop(s, "written C or machine code has other bits than the tape");
             for (int w = 0; w < ways_of(s); w++)
                 off = all[w] ? fmax(off, difference(s, all[w], e, of_tape)) : off;
         }
@@ -373,8 +394,9 @@ static void take_times(stand *s)
         memcpy(sorted, time[w], sizeof sorted);
         ns[w] = 1e9 * bench_median(TURNS, sorted);
     }
-    printf("  %-17s %6ld %6.0f %6.0f %6.0f %5.2f %5.2f %5.2f", task_names[s->task], s->operations, ns[NUMERIC],
-           ns[TAPE], ns[CODE], ratio_of(time[NUMERIC], time[TAPE]), ratio_of(time[NUMERIC], time[CODE]),
+    printf("  %-17s %6ld %6.0f %6.0f %6.0f %6.0f %5.2f %5.2f %5.2f %5.2f", task_names[s->task], s->operations,
+           ns[NUMERIC], ns[TAPE], ns[NATIVE], ns[CODE], ratio_of(time[NUMERIC], time[TAPE]),
+           ratio_of(time[NUMERIC], time[NATIVE]), ratio_of(time[NUMERIC], time[CODE]),
            ratio_of(time[TAPE], time[CODE]));
     if (s->task == INVERSE)
         printf(" | %6s %6s %6s %5s %5s %5s", "", "", "", "", "", "");
@@ -428,9 +450,9 @@ static void run_all(kempe_context *context)
                                       "tests/models/pendulum9.yaml"};
     const char *folder = getenv("KEMPE_MBS");
     char path[1024];
-    printf("  %-17s %-44s | %-39s | %s\n", "", "recursive", "non-recursive", "largest");
-    printf("  %-17s %6s %6s %6s %6s %5s %5s %5s | %6s %6s %6s %5s %5s %5s | %s\n", "", "+-*/", "num ns", "tape", "C",
-           "num/t", "num/C", "t/C", "+-*/", "num ns", "C", "num/C", "+-*/", "C", "difference");
+    printf("  %-17s %-57s | %-39s | %s\n", "", "recursive", "non-recursive", "largest");
+    printf("  %-17s %6s %6s %6s %6s %6s %5s %5s %5s %5s | %6s %6s %6s %5s %5s %5s | %s\n", "", "+-*/", "num ns", "tape",
+           "native", "C", "num/t", "num/n", "num/C", "t/C", "+-*/", "num ns", "C", "num/C", "+-*/", "C", "difference");
     for (size_t k = 0; k < sizeof own / sizeof *own; k++)
         run_model(context, own[k], 0, ~0u);
     for (size_t k = 0; folder && k < sizeof files / sizeof *files; k++) {

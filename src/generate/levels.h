@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A routine for array languages: its values by step index, which is one more than the largest of the values that a
- * value is computed from (Fisette and Samin 1996, section 3.3), and of each step all operations of one kind as one
+ * value is computed from (Fisette and Samin 1996, section 3.2), and of each step all operations of one kind as one
  * statement.
  *
  * Sums and products are one kind, c + s a b with s = 1 or -1: x + y is x + 1 y 1, and a product that only one sum reads

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How many steps a program takes where everything that can be done at once is (Fisette and Samin 1996, section 3.3):
+/* How many steps a program takes where everything that can be done at once is (Fisette and Samin 1996, section 3.2):
  * the vector step index of a variable is one more than the largest of the variables that it is computed from. */
 #ifndef KMP_SYMBOLIC_STEPS_H
 #define KMP_SYMBOLIC_STEPS_H
