@@ -15,7 +15,7 @@
 struct kmp_graph {
     kmp_graph_seen seen; /* first */
     uint32_t capacity, value_count, value_capacity;
-    uint32_t *table; /* id + 1, 0 = free; open addressing */
+    uint32_t *table; /* id + 1, 0 = free */
     uint32_t table_size;
     kmp_rotations *rotations;
     kmp_labels *labels; /* NULL: none are kept */
@@ -55,21 +55,38 @@ static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
     return n->a == m->a && n->b == m->b && n->c == m->c;
 }
 
+/* The younger of the operands. */
+static uint32_t latest(const kmp_node *n)
+{
+    if (kmp_op_arity((kmp_op)n->op) == 0)
+        return 0;
+    return kmp_id(n->b > n->a ? n->b : n->a);
+}
+
+enum { WINDOW = 4096, NEAR = 16 };
+
+/* The slot of the node's twin (if `shared`), or a free one. It is sought among those near the node's youngest operand,
+ * which is mostly one of the last nodes that were made, so that a large graph works on a small part of its table; after
+ * a few steps anywhere. */
+static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
+{
+    uint32_t hash = hash_node(g, n), last = g->table_size - 1;
+    uint32_t k = ((2 * latest(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
+    for (int step = 1; g->table[k] && !(shared && same_node(g, &g->seen.nodes[g->table[k] - 1], n)); step++)
+        k = (step == NEAR ? hash : k + 1) & last;
+    return k;
+}
+
 static bool grow_table(kmp_graph *g)
 {
-    uint32_t size = g->table_size ? 2 * g->table_size : 4096;
-    uint32_t *table = KMP_NEW(uint32_t, size);
+    uint32_t size = g->table_size ? 2 * g->table_size : WINDOW, *table = KMP_NEW(uint32_t, size);
     if (!table)
         return false;
-    for (uint32_t id = 0; id < g->seen.count; id++) {
-        uint32_t k = hash_node(g, &g->seen.nodes[id]) & (size - 1);
-        while (table[k])
-            k = (k + 1) & (size - 1);
-        table[k] = id + 1;
-    }
     kmp_free(g->table);
     g->table = table;
     g->table_size = size;
+    for (uint32_t id = 0; id < g->seen.count; id++)
+        g->table[find_slot(g, &g->seen.nodes[id], false)] = id + 1;
     return true;
 }
 
@@ -109,11 +126,10 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
         g->failed = true;
         return KMP_ZERO;
     }
-    uint32_t k = hash_node(g, &n) & (g->table_size - 1);
     bool shared = g->rules & KMP_RULE_SHARE || n.op == KMP_OP_CONST || n.op == KMP_OP_INPUT;
-    for (; g->table[k]; k = (k + 1) & (g->table_size - 1))
-        if (shared && same_node(g, &g->seen.nodes[g->table[k] - 1], &n))
-            return (g->table[k] - 1) << 1;
+    uint32_t k = find_slot(g, &n, shared);
+    if (g->table[k])
+        return (g->table[k] - 1) << 1;
     n.depends = depends_of(g, &n);
     g->seen.nodes[g->seen.count] = n;
     g->table[k] = ++g->seen.count;

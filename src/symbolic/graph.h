@@ -154,7 +154,11 @@ typedef enum kmp_op_parity { KMP_PARITY_NONE, KMP_PARITY_ODD, KMP_PARITY_EVEN } 
 
 /** Text of an operation ("+", "sin"), NULL for leaves; operands 0 to 3. */
 const char *kmp_op_text(kmp_op op);
-int kmp_op_arity(kmp_op op);
+extern const uint8_t kmp_op_arities[KMP_OP_COUNT];
+static inline int kmp_op_arity(kmp_op op)
+{
+    return kmp_op_arities[op];
+}
 kmp_op_form kmp_op_form_of(kmp_op op);
 kmp_op_parity kmp_op_parity_of(kmp_op op);
 /** Value of an operation, the one that every back end uses; operands beyond its arity are not looked at. NaN for leaves

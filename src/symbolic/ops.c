@@ -4,18 +4,27 @@
 #include <kempe/runtime.h>
 #include <math.h>
 
+const uint8_t kmp_op_arities[KMP_OP_COUNT] = {
+#define KMP_LEAF(name)                                       0,
+#define KMP_BINARY(name, text, value)                        2,
+#define KMP_UNARY(name, text, parity, value, derivative)     1,
+#define KMP_BINARY_FUNCTION(name, text, value, differential) 2,
+#define KMP_TERNARY(name, text, value, differential)         3,
+#define KMP_APPLIED(name, text)                              1,
+#include "symbolic/ops_end.h"
+};
+
 static const struct {
     const char *text;
-    int arity;
     kmp_op_form form;
     kmp_op_parity parity;
 } ops[KMP_OP_COUNT] = {
-#define KMP_LEAF(name)                                       {NULL, 0, KMP_FORM_LEAF, KMP_PARITY_NONE},
-#define KMP_BINARY(name, text, value)                        {text, 2, KMP_FORM_INFIX, KMP_PARITY_NONE},
-#define KMP_UNARY(name, text, parity, value, derivative)     {text, 1, KMP_FORM_FUNCTION, KMP_PARITY_##parity},
-#define KMP_BINARY_FUNCTION(name, text, value, differential) {text, 2, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
-#define KMP_TERNARY(name, text, value, differential)         {text, 3, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
-#define KMP_APPLIED(name, text)                              {text, 1, KMP_FORM_APPLIED, KMP_PARITY_NONE},
+#define KMP_LEAF(name)                                       {NULL, KMP_FORM_LEAF, KMP_PARITY_NONE},
+#define KMP_BINARY(name, text, value)                        {text, KMP_FORM_INFIX, KMP_PARITY_NONE},
+#define KMP_UNARY(name, text, parity, value, derivative)     {text, KMP_FORM_FUNCTION, KMP_PARITY_##parity},
+#define KMP_BINARY_FUNCTION(name, text, value, differential) {text, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
+#define KMP_TERNARY(name, text, value, differential)         {text, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
+#define KMP_APPLIED(name, text)                              {text, KMP_FORM_APPLIED, KMP_PARITY_NONE},
 #include "symbolic/ops_end.h"
 };
 
@@ -36,11 +45,6 @@ static double kempe_cos(double x)
 const char *kmp_op_text(kmp_op op)
 {
     return ops[op].text;
-}
-
-int kmp_op_arity(kmp_op op)
-{
-    return ops[op].arity;
 }
 
 kmp_op_form kmp_op_form_of(kmp_op op)

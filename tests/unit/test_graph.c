@@ -136,6 +136,26 @@ static void test_hash_consing(void)
     kmp_graph_free(g);
 }
 
+/* Nodes are sought near their youngest operand: they are found where one operand has many, and found quickly. */
+static void test_many_of_one(void)
+{
+    enum { MANY = 40000 };
+    scene s = new_scene();
+    for (uint32_t k = 0; k < MANY; k++)
+        (void)kmp_input(s.g, KMP_IN_QD, k);
+    kmp_ref young = kmp_sin(s.g, s.x);
+    for (uint32_t k = 0; k < MANY; k++)
+        (void)kmp_mul(s.g, young, kmp_input(s.g, KMP_IN_QD, k));
+    uint32_t count = kmp_graph_count(s.g);
+    for (uint32_t k = 0; k < MANY; k++) {
+        kmp_ref other = kmp_input(s.g, KMP_IN_QD, k), product = kmp_mul(s.g, other, young);
+        const kmp_node *n = kmp_graph_node(s.g, kmp_id(product));
+        CHECK(n->op == KMP_OP_MUL && n->a + n->b == young + other);
+    }
+    CHECK(count == kmp_graph_count(s.g) && count > 2 * MANY);
+    kmp_graph_free(s.g);
+}
+
 /* -- rotation ---------------------------------------------------------------------------------------- */
 
 static void test_rotation_back(void)
@@ -468,6 +488,7 @@ int main(void)
     TEST(test_terms);
     TEST(test_pythagoras);
     TEST(test_hash_consing);
+    TEST(test_many_of_one);
     TEST(test_rotation_back);
     TEST(test_rotation_sum);
     TEST(test_rotation_quarters);
