@@ -365,17 +365,11 @@ static bool add_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree, 
     return true;
 }
 
-/* A copy of the scene's ways, or room for them; a second tree when the dynamics are written otherwise. */
-static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
+/* The ways of the dynamics, and a second tree when they are written otherwise. */
+static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 {
-    size_t n = (size_t)eq->n, closures = 4 * (size_t)eq->model->closure_count;
-    eq->ways = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
+    size_t n = (size_t)eq->n;
     bool other = false;
-    if (!eq->ways.stay || !eq->ways.about || !eq->ways.way)
-        return false;
-    if (!scene->ways)
-        return true;
-    memcpy(eq->ways.way, scene->ways->way, closures);
     memcpy(eq->ways.stay, scene->ways->stay, n * sizeof(bool));
     memcpy(eq->ways.about, scene->ways->about, n * sizeof(bool));
     for (int k = 0; k < eq->n; k++)
@@ -387,6 +381,46 @@ static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
     for (int k = 0; k < eq->n; k++)
         eq->staying.links[k + 1].about = eq->ways.about[k];
     return true;
+}
+
+/* A copy of the scene's ways, or room for them. */
+static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
+{
+    size_t n = (size_t)eq->n, closures = 4 * (size_t)eq->model->closure_count;
+    eq->ways = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
+    if (!eq->ways.stay || !eq->ways.about || !eq->ways.way)
+        return false;
+    if (!scene->ways)
+        return true;
+    memcpy(eq->ways.way, scene->ways->way, closures);
+    return set_frames(eq, scene);
+}
+
+static void swap(kmp_ref *a, kmp_ref *b, int count)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_ref x = a[k];
+        a[k] = b[k];
+        b[k] = x;
+    }
+}
+
+void kmp_equations_swap_derived(kmp_equations *eq)
+{
+    int m = eq->m;
+    swap(eq->h, eq->derived, m);
+    swap(eq->hdot, eq->derived + m, m);
+    swap(eq->jdqd, eq->derived + 2 * m, m);
+    swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
+}
+
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
+{
+    kmp_tree_free(&eq->staying);
+    if (!set_frames(eq, scene))
+        return kmp_fail_memory(eq->context);
+    kempe_status status = derive_dynamics(eq, scene->sets, scene->scheme);
+    return status == KEMPE_OK && kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : status;
 }
 
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
@@ -454,6 +488,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_free(eq->inverse);
     kmp_free(eq->jt_mu);
     kmp_free(eq->hdot);
+    kmp_free(eq->derived);
     kmp_free(eq->reaction);
     kmp_free(eq->position);
     kmp_free(eq->shown);

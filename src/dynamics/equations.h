@@ -73,6 +73,8 @@ typedef struct kmp_equations {
     kmp_ref *inverse;  /* n */
     kmp_ref *jt_mu;    /* n */
     kmp_ref *hdot;     /* m */
+    kmp_ref *derived;  /* h, hdot, jdqd (m each) and J with all points followed by differentiation; NULL: no way was
+                        * sought */
     kmp_ref potential, power;
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
@@ -90,6 +92,11 @@ typedef struct kmp_equations {
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
 /** The same by the scene's ways; without them no axes stay, and closures are followed by the shortest ways. */
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
+/** Exchanges the closures' rows for eq->derived, and back. */
+void kmp_equations_swap_derived(kmp_equations *eq);
+/** M, C, inverse dynamics and accelerations written anew by other axes and moments (scene->ways), in the same graph:
+ * what was there is left in it, and the closures are as they were. */
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene);
 /** The same for scenes that say no more. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);

@@ -72,6 +72,7 @@ typedef struct gaps {
     seen *seen;
     kmp_vec *arm; /* from each link's origin to the point at hand, link axes */
     int *path;
+    kmp_derivative *derivative; /* along one direction after the other */
     bool failed;
 } gaps;
 
@@ -284,6 +285,16 @@ static void row_derived(gaps *s, const side *p, kmp_vec f, kmp_ref *row)
         row[k - 1] = kmp_vec_dot(tree->graph, f, p->column[k - 1]);
 }
 
+/* NULL: no memory. */
+static kmp_derivative *along(gaps *s, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    if (!s->derivative)
+        s->derivative = kmp_derivative_new(s->eq->graph, count, leaf, direction);
+    else if (!kmp_derivative_restart(s->derivative, count, leaf, direction))
+        return NULL;
+    return s->derivative;
+}
+
 /* dx/dq of all sides, and their rates, by differentiation. */
 static bool derive_sides(gaps *s)
 {
@@ -299,14 +310,13 @@ static bool derive_sides(gaps *s)
     kmp_derivative_free(dt);
     for (int k = 1; dt && k < eq->tree.count; k++) {
         kmp_ref leaf = kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k - 1), one = KMP_ONE;
-        kmp_derivative *d = kmp_derivative_new(eq->graph, 1, &leaf, &one);
+        kmp_derivative *d = along(s, 1, &leaf, &one);
         for (int i = 0; d && i < 2 * s->count; i++) {
             side *p = &s->list[i / 2].side[i % 2];
             bool on_path = k > p->ancestor && kmp_tree_is_above(&eq->tree, k, p->link);
             for (int j = 0; on_path && j < 3; j++)
                 p->column[k - 1].x[j] = kmp_derivative_of(d, p->by[WAY_DERIVED].x.x[j]);
         }
-        kmp_derivative_free(d);
         if (!d)
             return false;
     }
@@ -328,7 +338,7 @@ static int leaves_of(const gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_r
 }
 
 /* dh/dd of each row. */
-static bool gradients(kmp_graph *g, const gap *p, const kmp_ref *h, kmp_vec *gradient)
+static bool gradients(gaps *s, const gap *p, const kmp_ref *h, kmp_vec *gradient)
 {
     for (int r = 0; r < p->count; r++)
         gradient[r] = kmp_vec_zero();
@@ -336,10 +346,9 @@ static bool gradients(kmp_graph *g, const gap *p, const kmp_ref *h, kmp_vec *gra
         kmp_ref leaf = p->d.x[k] & ~(kmp_ref)1, one = kmp_is_negative(p->d.x[k]) ? kmp_neg(KMP_ONE) : KMP_ONE;
         if (!p->moves[k])
             continue;
-        kmp_derivative *d = kmp_derivative_new(g, 1, &leaf, &one);
+        kmp_derivative *d = along(s, 1, &leaf, &one);
         for (int r = 0; d && r < p->count; r++)
             gradient[r].x[k] = kmp_derivative_of(d, h[r]);
-        kmp_derivative_free(d);
         if (!d)
             return false;
     }
@@ -347,25 +356,24 @@ static bool gradients(kmp_graph *g, const gap *p, const kmp_ref *h, kmp_vec *gra
 }
 
 /* hdot and jdqd of rows h from the rates of d. */
-static bool rates(kmp_graph *g, const gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a, kmp_ref *rate)
+static bool rates(gaps *s, const gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a, kmp_ref *rate)
 {
+    kmp_graph *g = s->eq->graph;
     kmp_ref leaf[7], to[7];
     leaf[0] = kmp_input(g, KMP_IN_TIME, 0);
     to[0] = KMP_ONE;
     int first = 1 + leaves_of(p, &v, leaf + 1, to + 1), count = first;
-    kmp_derivative *d = kmp_derivative_new(g, first, leaf, to);
+    kmp_derivative *d = along(s, first, leaf, to);
     for (int r = 0; d && r < p->count; r++)
         rate[r] = kmp_derivative_of(d, h[r]);
-    kmp_derivative_free(d);
     for (int k = 0; k < 3; k++)
         if (p->moves[k] && kmp_graph_node(g, kmp_id(v.x[k]))->op != KMP_OP_CONST) {
             leaf[count] = v.x[k] & ~(kmp_ref)1;
             to[count++] = kmp_is_negative(v.x[k]) ? kmp_neg(a.x[k]) : a.x[k];
         }
-    kmp_derivative *again = d ? kmp_derivative_new(g, count, leaf, to) : NULL;
+    kmp_derivative *again = d ? along(s, count, leaf, to) : NULL;
     for (int r = 0; again && r < p->count; r++)
         rate[p->count + r] = kmp_derivative_of(again, rate[r]);
-    kmp_derivative_free(again);
     return again;
 }
 
@@ -407,10 +415,10 @@ static bool derive_part(gaps *s, const gap *p, part what, const way by[2], versi
     if (what == PART_RATE) {
         v->rate = KMP_NEW(kmp_ref, 2 * p->count);
         return v->rate &&
-               rates(g, &placed, h, kmp_vec_sub(g, second->v, first->v), kmp_vec_sub(g, second->a, first->a), v->rate);
+               rates(s, &placed, h, kmp_vec_sub(g, second->v, first->v), kmp_vec_sub(g, second->a, first->a), v->rate);
     }
     v->place = KMP_NEW(kmp_ref, place_count(s, p));
-    if (!v->place || !gradients(g, &placed, h, gradient))
+    if (!v->place || !gradients(s, &placed, h, gradient))
         return false;
     memcpy(v->place, h, (size_t)p->count * sizeof *h);
     put_rows(s, p, by, gradient, v->place + p->count);
@@ -577,6 +585,37 @@ static bool choose(gaps *s)
     return ok;
 }
 
+/* All rows as they are, those of gaps with both sides derived: eq->derived. */
+static bool keep_derived(gaps *s)
+{
+    static const way by[2] = {WAY_DERIVED, WAY_DERIVED};
+    kmp_equations *eq = s->eq;
+    size_t m = (size_t)eq->m, n = (size_t)eq->n;
+    kmp_ref *to = KMP_NEW(kmp_ref, m * (n + 3));
+    eq->derived = to;
+    if (!to)
+        return false;
+    memcpy(to, eq->h, m * sizeof *to);
+    memcpy(to + m, eq->hdot, m * sizeof *to);
+    memcpy(to + 2 * m, eq->jdqd, m * sizeof *to);
+    memcpy(to + 3 * m, eq->jacobian, m * n * sizeof *to);
+    for (int i = 0; i < s->count; i++) {
+        gap *p = &s->list[i];
+        const version *place = is_asked(s, PART_PLACE) ? version_of(s, p, PART_PLACE, by) : NULL;
+        const version *rate = is_asked(s, PART_RATE) ? version_of(s, p, PART_RATE, by) : NULL;
+        size_t row = (size_t)p->row, rows = (size_t)p->count;
+        if (place) {
+            memcpy(to + row, place->place, rows * sizeof *to);
+            memcpy(to + 3 * m + row * n, place->place + rows, rows * n * sizeof *to);
+        }
+        if (rate) {
+            memcpy(to + m + row, rate->rate, rows * sizeof *to);
+            memcpy(to + 2 * m + row, rate->rate + rows, rows * sizeof *to);
+        }
+    }
+    return !s->failed;
+}
+
 /* Both parts are derived from h as it was before either is put in its place. */
 static bool take(gaps *s, gap *p)
 {
@@ -648,7 +687,7 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
         collect(&s);
     ok = ok && !s.failed && !kmp_graph_failed(eq->graph);
     if (ok && search) {
-        ok = s.count == 0 || choose(&s);
+        ok = s.count == 0 || (choose(&s) && keep_derived(&s));
         note(&s);
     }
     if (ok)
@@ -657,6 +696,7 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
         ok = ok && take(&s, &s.list[i]);
         free_gap(&s.list[i]);
     }
+    kmp_derivative_free(s.derivative);
     kmp_free(s.list);
     kmp_free(s.seen);
     kmp_free(s.arm);

@@ -95,26 +95,22 @@ static long operations(const kmp_equations *eq, unsigned sets)
 {
     int n = eq->n, m = eq->m;
     kmp_ref *out = KMP_NEW(kmp_ref, n * (n + 5) + m * (2 * n + m + 4));
-    kmp_cost cost = {0};
     long count = -1;
     if (out) {
         int total = outputs_of(eq, sets, out);
         bool small = kmp_graph_count(eq->graph) < SMALL;
-        if ((!small || kmp_equations_shorten(eq, total, out)) &&
-            kmp_cost_init(&cost, eq->graph, small ? 0 : KMP_COST_ADDITION)) {
-            kmp_cost_add(&cost, total, out);
-            count = cost.failed ? -1 : cost.operations;
-        }
+        if (!small || kmp_equations_shorten(eq, total, out))
+            count = kmp_cost_of(eq->graph, small ? 0 : KMP_COST_ADDITION, total, out);
     }
-    kmp_cost_free(&cost);
     kmp_free(out);
     return count;
 }
 
 typedef struct search {
     const kempe_model *model;
-    const kmp_tree *tree;
-    kmp_scene scene; /* with the ways that are tried */
+    kmp_equations *first; /* as they come; shared, with the closures' best ways */
+    kmp_scene scene;      /* with the ways that are tried */
+    bool shares;          /* trials are written into the graph of the first equations, closures and all */
     kmp_ways best, tried;
     long least;
 } search;
@@ -130,23 +126,31 @@ static void copy_ways(const search *s, kmp_ways *to, const kmp_ways *from)
 }
 
 /* Takes what is tried for the best when it has fewer operations. */
-static kempe_status try_it(search *s, bool *better)
+static kempe_status judge(search *s, const kmp_equations *eq, bool *better)
 {
-    kmp_equations eq;
-    *better = false;
-    kempe_status status = kmp_equations_derive_once(&eq, s->model, &s->scene);
-    if (status != KEMPE_OK)
-        return status;
-    long count = operations(&eq, s->scene.sets);
-    kmp_equations_free(&eq);
-    if (count < 0)
-        return kmp_fail_memory(s->model->context);
-    *better = count < s->least;
+    long count = operations(eq, s->scene.sets);
+    *better = count >= 0 && count < s->least;
     if (*better) {
         s->least = count;
         copy_ways(s, &s->best, &s->tried);
     }
-    return KEMPE_OK;
+    return count < 0 ? kmp_fail_memory(s->model->context) : KEMPE_OK;
+}
+
+static kempe_status try_it(search *s, bool *better)
+{
+    kmp_equations eq;
+    *better = false;
+    if (s->shares) {
+        kempe_status again = kmp_equations_derive_again(s->first, &s->scene);
+        return again == KEMPE_OK ? judge(s, s->first, better) : again;
+    }
+    kempe_status status = kmp_equations_derive_once(&eq, s->model, &s->scene);
+    if (status != KEMPE_OK)
+        return status;
+    status = judge(s, &eq, better);
+    kmp_equations_free(&eq);
+    return status;
 }
 
 /* The closures' ways were found without the dynamics, which share more with derived rows in the plane. */
@@ -157,7 +161,13 @@ static kempe_status try_plain_closures(search *s)
         return KEMPE_OK;
     for (int k = 0; k < 4 * s->model->closure_count; k++)
         s->tried.way[k] = 0;
-    return try_it(s, &better);
+    if (!s->shares || !s->first->derived)
+        return s->shares ? KEMPE_OK : try_it(s, &better);
+    kmp_equations_swap_derived(s->first);
+    kempe_status status = judge(s, s->first, &better);
+    if (!better)
+        kmp_equations_swap_derived(s->first);
+    return status;
 }
 
 /* Patterns of one kind, each with what is best so far. */
@@ -170,7 +180,7 @@ static kempe_status try_patterns(search *s, bool *of, int count, pattern *const 
     for (int k = 0; k < count && status == KEMPE_OK; k++) {
         bool any = false;
         copy_ways(s, &s->tried, &s->best);
-        patterns[k](s->tree, apply);
+        patterns[k](&s->first->tree, apply);
         for (int i = 0; i < s->model->motion_count; i++) {
             any = any || (apply[i] && !of[i]);
             of[i] = of[i] || apply[i];
@@ -191,7 +201,7 @@ static kempe_status try_joints(search *s)
     for (int pass = 0; any && pass < PASSES; pass++) {
         any = false;
         for (int k = 0; k < 2 * n && status == KEMPE_OK; k++) {
-            bool applies = k < n ? s->model->motions[k].rotation : s->tree->links[k - n + 1].mass != KMP_ZERO;
+            bool applies = k < n ? s->model->motions[k].rotation : s->first->tree.links[k - n + 1].mass != KMP_ZERO;
             copy_ways(s, &s->tried, &s->best);
             bool *flag = k < n ? &s->tried.stay[k] : &s->tried.about[k - n];
             *flag = !*flag;
@@ -203,8 +213,17 @@ static kempe_status try_joints(search *s)
     return status;
 }
 
+/* Whether nothing is asked for but what may be written anew beside closures that stay, and so much that the passes are
+ * left out of the count. */
+static bool can_share(const search *s)
+{
+    const unsigned sets =
+        KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD;
+    return !(s->scene.sets & ~sets) && kmp_graph_count(s->first->graph) >= 2 * SMALL;
+}
+
 /* From equations as they come to the best ones found. */
-static kempe_status find(search *s, const kmp_equations *eq)
+static kempe_status find(search *s)
 {
     static pattern *const axes[] = {leaves, following, runs};
     static pattern *const bodies[] = {on_the_ground, all};
@@ -213,19 +232,20 @@ static kempe_status find(search *s, const kmp_equations *eq)
     size_t closures = 4 * (size_t)s->model->closure_count;
     s->best = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
     s->tried = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
-    s->tree = &eq->tree;
     s->scene.ways = &s->tried;
-    s->least = operations(eq, s->scene.sets);
+    s->least = operations(s->first, s->scene.sets);
     bool ok = s->best.stay && s->best.about && s->best.way && s->tried.stay && s->tried.about && s->tried.way;
     if (!ok || s->least < 0)
         return kmp_fail_memory(s->model->context);
     for (size_t k = 0; k < closures; k++)
-        s->best.way[k] = eq->ways.way[k];
+        s->best.way[k] = s->first->ways.way[k];
+    s->shares = large && can_share(s);
     kempe_status status = try_plain_closures(s);
     if (status == KEMPE_OK)
         status = try_patterns(s, s->tried.stay, large ? 2 : 3, axes);
     if (status == KEMPE_OK)
         status = try_patterns(s, s->tried.about, 2, bodies);
+    s->shares = false; /* joint by joint there would be too much in one graph */
     if (status == KEMPE_OK && s->scene.optimize)
         status = try_joints(s);
     return status;
@@ -245,9 +265,9 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     if (status != KEMPE_OK || scene->ways || !(scene->sets & dynamic) || scene->sets & KMP_SET_RESIDUAL ||
         model->motion_count > MOST_MOTIONS)
         return status;
-    search s = {.model = model, .scene = *scene};
     kmp_equations first = *eq;
-    status = find(&s, &first);
+    search s = {.model = model, .first = &first, .scene = *scene};
+    status = find(&s);
     if (status == KEMPE_OK) {
         s.scene.ways = &s.best;
         status = kmp_equations_derive_once(eq, model, &s.scene);

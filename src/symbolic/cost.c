@@ -2,6 +2,7 @@
 /* Reference counts: a node costs while somebody uses it, and uses its operands as long. */
 #include "symbolic/cost.h"
 #include "base/memory.h"
+#include "symbolic/live.h"
 
 /* Room for the nodes that the graph has by now. */
 static bool reserve(kmp_cost *cost)
@@ -35,9 +36,8 @@ void kmp_cost_free(kmp_cost *cost)
     *cost = (kmp_cost){0};
 }
 
-static long price(const kmp_cost *cost, const kmp_node *n)
+static long price(const kmp_graph *g, int sum_price, const kmp_node *n)
 {
-    const kmp_graph *g = cost->graph;
     switch ((kmp_op)n->op) {
     case KMP_OP_ADD:
     case KMP_OP_MUL:
@@ -45,7 +45,7 @@ static long price(const kmp_cost *cost, const kmp_node *n)
         return 1;
     case KMP_OP_SIN:
     case KMP_OP_COS:
-        return kmp_graph_node(g, kmp_id(n->a))->op == KMP_OP_ADD ? cost->sum_price : 0;
+        return kmp_graph_node(g, kmp_id(n->a))->op == KMP_OP_ADD ? sum_price : 0;
     default:
         return 0;
     }
@@ -79,7 +79,8 @@ static void count_use(kmp_cost *cost, kmp_ref r, bool up)
         if (!turns)
             continue;
         const kmp_node *n = kmp_graph_node(cost->graph, id);
-        cost->operations += up ? price(cost, n) : -price(cost, n);
+        long own = price(cost->graph, cost->sum_price, n);
+        cost->operations += up ? own : -own;
         for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
             push(cost, &top, kmp_id(kmp_operand(n, k)));
     }
@@ -95,4 +96,18 @@ void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs)
 {
     for (int k = 0; k < count && !cost->failed; k++)
         count_use(cost, outputs[k], false);
+}
+
+long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs)
+{
+    uint32_t nodes = kmp_graph_count(g);
+    uint8_t *live = KMP_NEW(uint8_t, nodes);
+    long operations = live ? 0 : -1;
+    if (live)
+        kmp_live_mark(g, count, outputs, live, 1);
+    for (uint32_t id = 0; live && id < nodes; id++)
+        if (live[id])
+            operations += price(g, sum_price, kmp_graph_node(g, id));
+    kmp_free(live);
+    return operations;
 }

@@ -25,4 +25,7 @@ void kmp_cost_free(kmp_cost *cost);
 void kmp_cost_add(kmp_cost *cost, int count, const kmp_ref *outputs);
 void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs);
 
+/** What outputs cost together, once and for all; -1: no memory. */
+long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs);
+
 #endif

@@ -13,6 +13,7 @@ struct kmp_derivative {
     kmp_graph *g;
     kmp_ref *memo; /* by id; UNKNOWN where not yet derived */
     uint32_t capacity;
+    uint32_t *known, known_count; /* ids of what is in memo; not of what is few */
     uint32_t *stack;
     uint32_t stack_capacity;
     uint16_t depends; /* inputs that move */
@@ -28,10 +29,36 @@ static bool reserve(kmp_derivative *d, uint32_t n)
     kmp_ref *memo = kmp_realloc(d->memo, capacity, sizeof *memo);
     if (!memo)
         return false;
+    d->memo = memo;
+    uint32_t *known = d->few ? NULL : kmp_realloc(d->known, capacity, sizeof *known);
+    if (!d->few && !known)
+        return false;
+    d->known = known;
     for (uint32_t i = d->capacity; i < capacity; i++)
         memo[i] = d->few ? KMP_ZERO : UNKNOWN;
-    d->memo = memo;
     d->capacity = capacity;
+    return true;
+}
+
+static void set(kmp_derivative *d, uint32_t id, kmp_ref value)
+{
+    if (!d->few && d->memo[id] == UNKNOWN)
+        d->known[d->known_count++] = id;
+    d->memo[id] = value;
+}
+
+bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    for (uint32_t k = 0; k < d->known_count; k++)
+        d->memo[d->known[k]] = UNKNOWN;
+    d->known_count = 0;
+    d->depends = 0;
+    if (!reserve(d, kmp_graph_count(d->g)))
+        return false;
+    for (int k = 0; k < count; k++) {
+        set(d, kmp_id(leaf[k]), direction[k]);
+        d->depends |= kmp_graph_node(d->g, kmp_id(leaf[k]))->depends;
+    }
     return true;
 }
 
@@ -41,15 +68,10 @@ kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf,
     if (!d)
         return NULL;
     d->g = g;
-    if (!reserve(d, kmp_graph_count(g))) {
-        kmp_derivative_free(d);
-        return NULL;
-    }
-    for (int k = 0; k < count; k++) {
-        d->memo[kmp_id(leaf[k])] = direction[k];
-        d->depends |= kmp_graph_node(g, kmp_id(leaf[k]))->depends;
-    }
-    return d;
+    if (kmp_derivative_restart(d, count, leaf, direction))
+        return d;
+    kmp_derivative_free(d);
+    return NULL;
 }
 
 void kmp_derivative_free(kmp_derivative *d)
@@ -57,6 +79,7 @@ void kmp_derivative_free(kmp_derivative *d)
     if (!d)
         return;
     kmp_free(d->memo);
+    kmp_free(d->known);
     kmp_free(d->stack);
     kmp_free(d);
 }
@@ -98,7 +121,7 @@ static bool settled(kmp_derivative *d, uint32_t id)
         return true;
     const kmp_node *n = kmp_graph_node(d->g, id);
     if ((n->depends & d->depends) == 0 || n->op == KMP_OP_INPUT) {
-        d->memo[id] = KMP_ZERO;
+        set(d, id, KMP_ZERO);
         return true;
     }
     return false;
@@ -262,8 +285,7 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
             }
         if (open)
             continue;
-        kmp_ref r = derive(d, id);
-        d->memo[id] = r;
+        set(d, id, derive(d, id));
         top--;
     }
     return of(d, x);

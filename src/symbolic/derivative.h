@@ -10,6 +10,8 @@ typedef struct kmp_derivative kmp_derivative;
 
 /** Direction: d(leaf[k]) = direction[k], every other input is constant. NULL when there is no memory. */
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
+/** Begins anew along another direction. false when there is no memory. */
+bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction);
 void kmp_derivative_free(kmp_derivative *d);
 
 /** For one direction after the other, of each of which the nodes are given that it moves (symbolic/partials.h): between

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The formalisms against each other on random trees, with and without loops: implicit and semi-explicit recursive
- * Newton/Euler, composite bodies, the O(N) scheme, the classical virtual power, and plain numeric programs. */
+ * Newton/Euler, composite bodies, the O(N) scheme, the same with full matrices, the classical virtual power, and plain
+ * numeric programs. */
 #include "bench/classical.h"
 #include "bench/numeric_classical.h"
+#include "bench/plain_articulated.h"
 #include "check.h"
 #include "derived.h"
 #include "dynamics/forces.h"
@@ -249,6 +251,56 @@ static void plain_numeric(void)
     kempe_context_free(context);
 }
 
+/* -- O(N) with full matrices --------------------------------------------------------------------------- */
+
+static bool plain_init(derived *d, const kempe_model *model)
+{
+    *d = (derived){.n = model->motion_count};
+    if (kmp_equations_init(&d->eq, model, 0, KMP_SCHEME_COMPOSITE, false) != KEMPE_OK)
+        return false;
+    kmp_forces forces;
+    CHECK(kmp_forces_init(&forces, &d->eq.tree, false));
+    CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.free_qdd));
+    kmp_forces_free(&forces);
+    const kmp_ref *const group = d->eq.free_qdd;
+    d->program = kmp_program_new(d->eq.graph, 1, &d->n, &group);
+    d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
+    return true;
+}
+
+static void check_plain(int number, const kempe_model *model, int *used)
+{
+    double zero[STATE_MAX] = {0};
+    derived plain, fast, full;
+    if (!derived_init(&fast, model, KMP_SET_ACCELERATION, KMP_SCHEME_COMPOSITE, false))
+        return;
+    derived_free(&fast);
+    CHECK(derived_init(&full, model, KMP_SET_MASS | KMP_SET_BIAS, KMP_SCHEME_COMPOSITE, false));
+    CHECK(plain_init(&plain, model));
+    state s = random_state_vectors();
+    derived_eval(&full, &s);
+    kmp_machine_set(plain.machine, KMP_IN_TIME, &s.t);
+    kmp_machine_set(plain.machine, KMP_IN_Q, s.q);
+    kmp_machine_set(plain.machine, KMP_IN_QD, s.qd);
+    (void)kmp_machine_run(plain.machine, 0);
+    check_close(number, "6 x 6", balance(&full, kmp_machine_run(plain.machine, 1), zero, full.bias), 1e-12);
+    derived_free(&plain);
+    derived_free(&full);
+    ++*used;
+}
+
+static void full_matrices(void)
+{
+    int used = 0;
+    for (int number = 0; number < MODELS; number++) {
+        random_model r = model_number(number);
+        if (r.model)
+            check_plain(number, r.model, &used);
+        random_model_free(&r);
+    }
+    CHECK(10 * used >= 7 * MODELS);
+}
+
 static kempe_model *model_of(kempe_context *context, const char *bodies)
 {
     kmp_text text = {0};
@@ -263,7 +315,7 @@ static kempe_model *model_of(kempe_context *context, const char *bodies)
 
 /* -- ways to write it ---------------------------------------------------------------------------------- */
 
-/* Axes that stay and moments about joints, wherever. */
+/* Axes that stay and moments about joints, wherever, at once or after others. */
 static void check_ways(int number, const kempe_model *model)
 {
     enum { SETS = MOTION | KMP_SET_INVERSE | KMP_SET_ACCELERATION };
@@ -280,8 +332,14 @@ static void check_ways(int number, const kempe_model *model)
     kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .ways = &ways};
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
     derived other = {0}, plain;
+    bool nowhere[STATE_MAX] = {false};
+    const kmp_ways first = {number % 4 < 2 ? stay : nowhere, number % 4 < 2 ? about : nowhere, way};
+    scene.ways = &first;
     if (kmp_equations_derive_once(&other.eq, model, &scene) != KEMPE_OK)
         return;
+    scene.ways = &ways;
+    if (number % 4 > 1)
+        CHECK(kmp_equations_derive_again(&other.eq, &scene) == KEMPE_OK);
     derived_finish(&other);
     CHECK(derived_init(&plain, model, SETS, KMP_SCHEME_COMPOSITE, keep));
     state s = random_state_vectors();
@@ -322,22 +380,28 @@ static void parallel_axes_stay(void)
                                            "inertia: {zz: 2}, points: {P: [3, 2, 0]}}\n"
                                            "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [3, 2, 0], "
                                            "inertia: {zz: 2}}\n");
-    long count[2] = {0, 0};
-    bool nowhere[4] = {false};
-    for (int k = 0; model && k < 2; k++) {
-        uint8_t way[4] = {0};
-        const kmp_ways plain = {nowhere, nowhere, way};
-        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .ways = k ? NULL : &plain};
+    long count[3] = {0, 0, 0};
+    bool nowhere[4] = {false}, stay[4], about[4];
+    uint8_t way[4] = {0};
+    const kmp_ways plain = {nowhere, nowhere, way}, found = {stay, about, way};
+    for (int k = 0; model && k < 3; k++) { /* turning axes, what is found, and that beside turning axes */
+        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .ways = k == 1 ? NULL : &plain};
         kmp_equations eq;
         CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
+        scene.ways = &found;
+        if (k == 2)
+            CHECK(kmp_equations_derive_again(&eq, &scene) == KEMPE_OK);
         const int sizes[2] = {eq.n * eq.n, eq.n};
         const kmp_ref *const groups[2] = {eq.mass, eq.bias};
         kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
         count[k] = kmp_program_count(p, 0, 2).paper;
-        CHECK(eq.ways.stay[3] == (k == 1));
+        CHECK(eq.ways.stay[3] == (k > 0));
+        memcpy(stay, eq.ways.stay, sizeof stay);
+        memcpy(about, eq.ways.about, sizeof about);
         kmp_program_free(p);
         kmp_equations_free(&eq);
     }
+    CHECK(count[2] == count[1]);
     printf("   %ld operations, %ld in turning axes\n", count[1], count[0]);
     CHECK(10 * count[1] < 9 * count[0]);
     kempe_model_free(model);
@@ -426,6 +490,7 @@ int main(void)
     TEST(accelerations_in_order_n);
     TEST(virtual_power);
     TEST(plain_numeric);
+    TEST(full_matrices);
     TEST(ways_agree);
     TEST(parallel_axes_stay);
     TEST(massless_ends);

@@ -223,6 +223,18 @@ static bool share(sharing *s, pair *p, const int *member)
     return true;
 }
 
+/* Pairs of two lists or more, the most frequent first; they are not found any more. */
+static void keep_frequent(sharing *s)
+{
+    int count = 0;
+    for (int k = 0; k < s->pair_count; k++)
+        if (s->pairs[k].count > 1)
+            s->pairs[count++] = s->pairs[k];
+    s->pair_count = count;
+    if (count)
+        qsort(s->pairs, (size_t)count, sizeof *s->pairs, by_count);
+}
+
 /* One round; whether anything was shared. */
 static bool share_all(sharing *s)
 {
@@ -239,10 +251,9 @@ static bool share_all(sharing *s)
     s->failed = s->failed || !s->member;
     if (!s->failed) {
         each_pair(s, enter);
-        if (s->pair_count)
-            qsort(s->pairs, (size_t)s->pair_count, sizeof *s->pairs, by_count);
+        keep_frequent(s);
     }
-    for (int k = 0; k < s->pair_count && !s->failed && s->pairs[k].count > 1; k++)
+    for (int k = 0; k < s->pair_count && !s->failed; k++)
         any = share(s, &s->pairs[k], s->member + s->pairs[k].first - s->pairs[k].count) || any;
     kmp_free(s->member);
     s->member = NULL;

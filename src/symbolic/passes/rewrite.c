@@ -46,20 +46,6 @@ kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
     return same ? id << 1 : kmp_graph_rebuild(r->graph, id, operands);
 }
 
-static long price(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs, bool *ok)
-{
-    kmp_cost cost;
-    long operations = 0;
-    *ok = kmp_cost_init(&cost, g, sum_price);
-    if (*ok) {
-        kmp_cost_add(&cost, count, outputs);
-        operations = cost.operations;
-        *ok = !cost.failed;
-        kmp_cost_free(&cost);
-    }
-    return operations;
-}
-
 /* What is written anew is called what it was called before. */
 static void carry_labels(const kmp_rewrite *r)
 {
@@ -73,17 +59,17 @@ static void carry_labels(const kmp_rewrite *r)
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs)
 {
     kmp_ref *now = KMP_NEW(kmp_ref, count);
-    bool ok = now && !kmp_graph_failed(r->graph), counted[2] = {false, false};
+    bool ok = now && !kmp_graph_failed(r->graph);
     for (int k = 0; ok && k < count; k++)
         now[k] = kmp_rewritten(r, outputs[k]);
     if (ok) {
-        long before = price(r->graph, sum_price, count, outputs, &counted[0]);
-        long after = price(r->graph, sum_price, count, now, &counted[1]);
-        if (after < before) {
+        long before = kmp_cost_of(r->graph, sum_price, count, outputs);
+        long after = kmp_cost_of(r->graph, sum_price, count, now);
+        ok = before >= 0 && after >= 0;
+        if (ok && after < before) {
             carry_labels(r);
             memcpy(outputs, now, (size_t)count * sizeof *now);
         }
-        ok = counted[0] && counted[1];
     }
     kmp_free(now);
     return ok;
