@@ -155,6 +155,23 @@ class Pages(unittest.TestCase):
                     self.assertTrue(list(ROOT.glob(word)))
 
 
+    def test_counts(self):
+        """Counts on the page are those that are recorded."""
+        recorded = {line.strip() for name in ("opcounts", "robotran")
+                    for line in (ROOT / f"bench/results/{name}.txt").read_text().split("\n")}
+        page = (ROOT / "docs/counts.md").read_text()
+        lines = [line.strip() for block in blocks(page) for line in block.split("\n") if re.search(r"\d", line)]
+        self.assertEqual([line for line in lines if line not in recorded and not line.startswith("python3")], [])
+        self.assertGreaterEqual(len(lines), 10)
+        table = (ROOT / "bench/results/robotran.txt").read_text()
+        for name, robotran, ner, own, ratio in re.findall(r"^\| (\w+) \| (\d+) \| (\d+) \| (\d+) \| ([\d.]+) \|$", page, re.M):
+            with self.subTest(name):
+                part = table[table.index(f"\n{name}\n"):]
+                found = [re.search(rf"^  {row} +(\d+) +\d+ \| +(\d+) .*\| +([\d.]+)$", part, re.M).groups()
+                         for row in ("M_C", "M_C, scheme ner")]
+                self.assertEqual((own, robotran, ratio, ner), (*found[0], found[1][0]))
+
+
 class Models(unittest.TestCase):
     def test_blocks(self):
         count = 0
