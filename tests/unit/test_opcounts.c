@@ -39,6 +39,36 @@ static void order_n_is_linear(void)
     CHECK(counts[TREE_LINEAR][FORMALISM_ORDER_N][MOST] > 0);
 }
 
+/* Bytes asked for while accelerations of n bodies are generated, passes and all. */
+static double bytes_to_generate(tree_shape s, int n)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    char *text = tree_text(s, n);
+    CHECK(text && kempe_model_read_text(context, text, "tree", &model) == KEMPE_OK);
+    double before = (double)kmp_memory_bytes();
+    kmp_equations eq;
+    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION};
+    CHECK(kmp_equations_derive_once(&eq, model, &scene) == KEMPE_OK);
+    kmp_program *p = kmp_sets_program(&eq, 1u << KMP_EQ_QDD);
+    double bytes = (double)kmp_memory_bytes() - before;
+    kmp_program_free(p);
+    kmp_equations_free(&eq);
+    kmp_free(text);
+    kempe_model_free(model);
+    kempe_context_free(context);
+    return bytes;
+}
+
+static void memory_is_linear(void)
+{
+    for (tree_shape s = TREE_LINEAR; s < TREE_SHAPES; s++) {
+        double half = bytes_to_generate(s, 128), whole = bytes_to_generate(s, 256), twice = bytes_to_generate(s, 512);
+        printf("   %s tree: %.0f, %.0f, %.0f kB asked for\n", tree_names[s], half / 1024, whole / 1024, twice / 1024);
+        CHECK(whole < 2.4 * half && twice < 2.4 * whole);
+    }
+}
+
 /* Symmetric inertias take fewer than full matrices, composite bodies fewer than columns, those than virtual power. */
 static void shorter_ones(void)
 {
@@ -150,6 +180,7 @@ int main(void)
 {
     count_all();
     TEST(order_n_is_linear);
+    TEST(memory_is_linear);
     TEST(shorter_ones);
     TEST(break_even_as_in_the_paper);
     TEST(solves);
