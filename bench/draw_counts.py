@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws the operations of `bench_opcounts csv` over N, as Fig. 5 of Fisette and Samin 1996, on logarithmic axes:
+"""Draws docs/counts.svg, the operations of bench/results/opcounts.csv over N as Fig. 5 of Fisette and Samin 1996, on
+logarithmic axes, and puts the counts of bench/results/opcounts.txt and robotran.txt into docs/counts.md.
 
-    python3 bench/draw_counts.py bench/results/opcounts.csv docs/counts.svg
+    python3 bench/draw_counts.py
 """
 import csv
 import math
-import sys
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "bench/results"
 
 WIDTH, HEIGHT, LEFT, TOP, BOTTOM, GAP = 480, 520, 70, 60, 60, 40
 X, Y = (1, 100), (10, 4e6)
@@ -100,8 +105,8 @@ def legend(left):
             f'fill-opacity="0.9" stroke="#bbbbbb"/>'] + lines
 
 
-def main():
-    with open(sys.argv[1], newline="") as file:
+def draw():
+    with open(RESULTS / "opcounts.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     second = LEFT + WIDTH + GAP + 40
     width, height = second + WIDTH + 20, TOP + HEIGHT + BOTTOM
@@ -110,9 +115,29 @@ def main():
              text(20, TOP + HEIGHT / 2, "operations + - * /", more=f' transform="rotate(-90 20 {TOP + HEIGHT / 2})"')]
     for left, tree in ((LEFT, "linear"), (second, "binary")):
         lines += panel(left, tree, [r for r in rows if r["tree"] == tree])
-    lines += legend(second) + ["</svg>", ""]
-    with open(sys.argv[2], "w") as file:
-        file.write("\n".join(lines))
+    (ROOT / "docs/counts.svg").write_text("\n".join(lines + legend(second) + ["</svg>", ""]))
 
 
-main()
+def block(name, first):
+    """The recorded lines from one on, up to the end of their paragraph, as a block of a page."""
+    lines = (RESULTS / name).read_text().split("\n")
+    start = next(k for k, line in enumerate(lines) if line.startswith(first))
+    return "".join(f"    {line}\n" for line in "\n".join(lines[start:]).split("\n\n")[0].strip("\n").split("\n"))
+
+
+def models():
+    rows = re.findall(r"^(\w+)\n  M_C +(\d+) .*?\| +(\d+) .*?\| +([\d.]+)\n  M_C, scheme ner +(\d+) ",
+                      (RESULTS / "robotran.txt").read_text(), re.M)
+    return "".join(f"| {name} | {robotran} | {ner} | {own} | {ratio} |\n" for name, own, robotran, ratio, ner in rows)
+
+
+def write_page():
+    page = (ROOT / "docs/counts.md").read_text()
+    for name, first in (("opcounts.txt", "N*, from which"), ("robotran.txt", "geometric means")):
+        page = re.sub(rf"^    {re.escape(first)}.*\n(?:    .*\n)*", lambda _: block(name, first), page, flags=re.M)
+    page = re.sub(r"(?<=\|--:\|\n)(?:\|.*\n)+", lambda _: models(), page)
+    (ROOT / "docs/counts.md").write_text(page)
+
+
+draw()
+write_page()
