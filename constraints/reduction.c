@@ -21,6 +21,7 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->ju_row = KMP_NEW(int, entries);
     red->ju_col = KMP_NEW(int, entries);
     red->row_of = KMP_NEW(int, m);
+    red->u_of = KMP_NEW(int, n);
     red->jv = KMP_NEW(double, entries);
     red->bvu = KMP_NEW(double, r *p);
     red->x = KMP_NEW(double, n *p);
@@ -30,8 +31,8 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->mx = KMP_NEW(double, n *p);
     red->mr = KMP_NEW(double, p *p);
     red->dv = KMP_NEW(double, r);
-    return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->jv && red->bvu &&
-           red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
+    return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->u_of && red->jv &&
+           red->bvu && red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
 }
 
 /* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
@@ -77,8 +78,10 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
         red->row_of[i] = -1;
     for (int k = 0; ok && k < part->r; k++)
         red->row_of[part->rows[k]] = k;
-    for (int k = 0; ok && k < red->p; k++)
+    for (int k = 0; ok && k < red->p; k++) {
         red->x[part->u[k] + k * red->n] = 1;
+        red->u_of[part->u[k]] = k;
+    }
     ok = ok && split(red);
     if (ok)
         return KEMPE_OK;
@@ -96,6 +99,7 @@ void kmp_reduction_free(kmp_reduction *red)
     kmp_free(red->ju_row);
     kmp_free(red->ju_col);
     kmp_free(red->row_of);
+    kmp_free(red->u_of);
     kmp_free(red->jv);
     kmp_free(red->bvu);
     kmp_free(red->x);
@@ -142,15 +146,17 @@ void kmp_reduction_tangent(kmp_reduction *red)
         red->x_t[red->part->v[i]] = red->dv[i];
 }
 
-/* out = X s + base */
+/* out = X s + base; X is 1 in the rows of u. */
 static void spread(const kmp_reduction *red, const double *s, const double *base, double *out)
 {
-    int n = red->n;
-    for (int i = 0; i < n; i++)
+    const int *u = red->part->u, *v = red->part->v;
+    for (int i = 0; i < red->n; i++)
         out[i] = base[i];
     for (int k = 0; k < red->p; k++)
-        for (int i = 0; i < n; i++)
-            out[i] += red->x[i + k * n] * s[k];
+        out[u[k]] += s[k];
+    for (int k = 0; k < red->p; k++)
+        for (int i = 0; i < red->r; i++)
+            out[v[i]] += red->bvu[i + k * red->r] * s[k];
 }
 
 void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
@@ -199,9 +205,35 @@ static void bias_force(kmp_reduction *red)
         add_mass_times(red->plant, red->a0, red->force);
 }
 
+/* On a tree X is 1, but for the order of coordinates: Mr = M. */
+static void take_mass(kmp_reduction *red, double *udd)
+{
+    const kmp_pattern *m = &red->plant->system->mass;
+    int p = red->p;
+    memset(red->mr, 0, (size_t)(p * p) * sizeof *red->mr);
+    for (int k = 0; k < m->count; k++) {
+        int i = red->u_of[m->row[k]], j = red->u_of[m->col[k]];
+        red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->plant->mass[k];
+    }
+    for (int k = 0; k < p; k++)
+        udd[k] = -red->plant->bias[red->part->u[k]];
+}
+
+static int solve_reduced(kmp_reduction *red, double *udd)
+{
+    int fault = kmp_cholesky_factor(red->p, red->mr);
+    if (!fault)
+        kmp_cholesky_solve(red->p, red->mr, udd);
+    return fault;
+}
+
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
 {
     int n = red->n, p = red->p;
+    if (red->r == 0) {
+        take_mass(red, udd);
+        return solve_reduced(red, udd);
+    }
     bias_force(red);
     memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
     for (int k = 0; k < p; k++) {
@@ -210,10 +242,7 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
         for (int i = k; i < p; i++)
             red->mr[i + k * p] = dot(n, red->x + i * n, red->mx + k * n);
     }
-    int fault = kmp_cholesky_factor(p, red->mr);
-    if (!fault)
-        kmp_cholesky_solve(p, red->mr, udd);
-    return fault;
+    return solve_reduced(red, udd);
 }
 
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
@@ -340,8 +369,10 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red)
         count(&c, p + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
         count_products(&c, mass);
     }
-    count_products(&c, n * p);                                /* rates */
-    count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
+    if (red->r > 0) {
+        count_products(&c, red->r * p);                           /* rates */
+        count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
+    }
     count(&c, 1, kmp_cholesky_factor_flops(red->p));
     count(&c, 1, kmp_cholesky_solve_flops(red->p));
     c.paper = c.add + c.mul + c.div;

@@ -17,6 +17,7 @@ typedef struct kmp_reduction {
     int jv_count, ju_count;
     int *jv_entry;                   /* of the plant's Jacobian values */
     int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */
+    int *u_of;                       /* position of a coordinate in u; of v it means nothing */
     int *row_of;                     /* position of a row of h among the independent rows, -1 when dropped */
     double *jv;                      /* values */
     double *bvu;                     /* r x p, column-major: Bvu = -Jv^-1 Ju, unscaled */
