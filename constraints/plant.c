@@ -7,11 +7,18 @@
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
+/* Of all programs. */
+static void set_all(kmp_plant *plant, kmp_input_kind kind, const double *values)
+{
+    kmp_machine *machines[] = {plant->composite, plant->articulated, plant->judge, plant->changes};
+    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
+        if (machines[k])
+            kmp_machine_set(machines[k], kind, values);
+}
+
 static void set_modes(kmp_plant *plant)
 {
-    kmp_machine_set(plant->motion, KMP_IN_MODE, plant->mode);
-    kmp_machine_set(plant->judge, KMP_IN_MODE, plant->mode);
-    kmp_machine_set(plant->changes, KMP_IN_MODE, plant->mode);
+    set_all(plant, KMP_IN_MODE, plant->mode);
 }
 
 /* Conditions may stand in conditions: each pass settles one level. */
@@ -79,13 +86,11 @@ void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds)
 /* All that stands still during steps. */
 static void run_constants(kmp_plant *plant)
 {
-    kmp_machine *machines[] = {plant->motion, plant->judge, plant->changes};
-    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++) {
-        if (!machines[k])
-            continue;
-        kmp_machine_set(machines[k], KMP_IN_CHART, plant->chart);
-        (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
-    }
+    kmp_machine *machines[] = {plant->composite, plant->articulated, plant->judge, plant->changes};
+    set_all(plant, KMP_IN_CHART, plant->chart);
+    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
+        if (machines[k])
+            (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
 }
 
 void kmp_plant_set_charts(kmp_plant *plant, const double *chart)
@@ -99,7 +104,7 @@ void kmp_plant_set_charts(kmp_plant *plant, const double *chart)
 
 static bool prepare(kmp_plant *plant, const kmp_backend *backend)
 {
-    plant->motion = kmp_machine_new(plant->system->motion, backend);
+    plant->motion = plant->composite = kmp_machine_new(plant->system->motion, backend);
     plant->judge = kmp_machine_new(plant->system->judge, backend);
     if (plant->system->changes)
         plant->changes = kmp_machine_new(plant->system->changes, backend);
@@ -107,12 +112,8 @@ static bool prepare(kmp_plant *plant, const kmp_backend *backend)
     plant->chart = KMP_NEW(double, KMP_CHART_SIZE * plant->system->chart_count);
     if (!plant->motion || !plant->judge || !plant->mode || !plant->chart || (plant->system->changes && !plant->changes))
         return false;
-    kmp_machine_set(plant->motion, KMP_IN_PARAMETER, plant->system->parameters);
-    kmp_machine_set(plant->judge, KMP_IN_PARAMETER, plant->system->parameters);
-    if (plant->changes) {
-        kmp_machine_set(plant->changes, KMP_IN_PARAMETER, plant->system->parameters);
-        set_modes(plant);
-    }
+    set_all(plant, KMP_IN_PARAMETER, plant->system->parameters);
+    set_modes(plant);
     kmp_charts_reset(plant->system, plant->chart);
     run_constants(plant);
     return true;
@@ -143,11 +144,36 @@ kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
     return plant;
 }
 
+kempe_status kmp_plant_add_articulated(kmp_plant *plant)
+{
+    const kempe_system *s = plant->system;
+    if (!s->articulated || plant->articulated)
+        return KEMPE_OK;
+    plant->articulated = kmp_machine_new(s->articulated, plant->backend);
+    if (!plant->articulated)
+        return kmp_fail_memory(s->context);
+    set_all(plant, KMP_IN_PARAMETER, s->parameters);
+    set_modes(plant);
+    kmp_machine_set(plant->articulated, KMP_IN_EFFORT, plant->effort); /* zero, or set before it counts */
+    run_constants(plant);
+    return KEMPE_OK;
+}
+
+/* What the other one has left holds no longer. */
+void kmp_plant_take(kmp_plant *plant, bool by_bodies)
+{
+    plant->by_bodies = by_bodies && plant->articulated;
+    plant->motion = plant->by_bodies ? plant->articulated : plant->composite;
+    plant->mass = plant->bias = plant->jdqd = NULL;
+    plant->compliance = plant->mobility = plant->free_qdd = plant->drift = NULL;
+}
+
 void kmp_plant_free(kmp_plant *plant)
 {
     if (!plant)
         return;
-    kmp_machine_free(plant->motion);
+    kmp_machine_free(plant->composite);
+    kmp_machine_free(plant->articulated);
     kmp_machine_free(plant->judge);
     kmp_machine_free(plant->changes);
     kmp_free(plant->mode);
@@ -174,16 +200,35 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q)
 
 void kmp_plant_mass(kmp_plant *plant)
 {
-    plant->mass = kmp_machine_run(plant->motion, KMP_STAGE_MASS);
+    const double *out = kmp_machine_run(plant->motion, KMP_STAGE_MASS);
+    if (plant->by_bodies) {
+        plant->compliance = out;
+        plant->mobility = out + plant->system->compliance.count;
+    } else {
+        plant->mass = out;
+    }
+}
+
+/* The user's efforts go through the recursion. */
+static void accelerate_bodies(kmp_plant *plant, const double *effort)
+{
+    if (effort)
+        kmp_machine_set(plant->motion, KMP_IN_EFFORT, effort);
+    plant->free_qdd = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
+    plant->drift = plant->free_qdd + plant->n;
 }
 
 void kmp_plant_bias(kmp_plant *plant, const double *qd)
 {
     visit(plant, NULL, NULL, qd);
     kmp_machine_set(plant->motion, KMP_IN_QD, qd);
+    const double *effort = kmp_plant_effort(plant, plant->t, plant->q, qd);
+    if (plant->by_bodies) {
+        accelerate_bodies(plant, effort);
+        return;
+    }
     plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
     plant->jdqd = plant->bias + plant->n;
-    const double *effort = kmp_plant_effort(plant, plant->t, plant->q, qd);
     if (!effort)
         return;
     for (int i = 0; i < plant->n; i++)

@@ -9,26 +9,39 @@
 typedef struct kmp_plant {
     const kempe_system *system;
     const kmp_backend *backend;
-    kmp_machine *motion, *judge, *changes;
+    kmp_machine *composite, *articulated, *motion; /* by M and C; without them, NULL: none; the one at hand */
+    kmp_machine *judge, *changes;
+    bool by_bodies;     /* `motion` is the second */
     double *chart;      /* of the system's spherical joints: nine numbers each, 1 at first */
     long chart_version; /* how often they have changed */
     double *mode;       /* the conditions (1 or 0) */
     bool frozen;        /* they stay as they are; otherwise they follow the state */
     int n, m;
-    const double *h;        /* m; these four since the last kmp_plant_closure */
-    const double *jacobian; /* system->jacobian.count values */
-    const double *h_t;      /* m, NULL when h does not depend on t */
-    const double *mass;     /* system->mass.count values, since kmp_plant_mass */
-    const double *bias;     /* n, since kmp_plant_bias */
-    const double *jdqd;     /* m */
-    double t, *q;           /* n: of the last kmp_plant_closure, for the user's force */
-    double *with_force;     /* n: bias less the user's efforts */
-    double *effort;         /* n */
+    const double *h;          /* m; these four since the last kmp_plant_closure */
+    const double *jacobian;   /* system->jacobian.count values */
+    const double *h_t;        /* m, NULL when h does not depend on t */
+    const double *mass;       /* system->mass.count values, since kmp_plant_mass */
+    const double *bias;       /* n, since kmp_plant_bias */
+    const double *jdqd;       /* m */
+    const double *compliance; /* these four by bodies, in place of those three: system->compliance.count values */
+    const double *mobility;   /* system->mobility.count */
+    const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
+    const double *drift;      /* m: J free_qdd + jdqd */
+    double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
+    double *with_force;       /* n: bias less the user's efforts */
+    double *effort;           /* n */
 } kmp_plant;
 
 /** NULL after a message (unknown back end, no memory). */
 kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend);
 void kmp_plant_free(kmp_plant *plant);
+
+/** Makes ready, once, to write the dynamics by articulated bodies, where the system has them. KEMPE_E_MEMORY. */
+kempe_status kmp_plant_add_articulated(kmp_plant *plant);
+
+/** Which of the two what follows is of, from the next kmp_plant_closure on; not by bodies at first. A kmp_saddle takes
+ *  either. */
+void kmp_plant_take(kmp_plant *plant, bool by_bodies);
 
 /** h, J, h_t at (t, q); then M there; then C and jdqd at qd. Each needs those before it to be up to date. */
 void kmp_plant_closure(kmp_plant *plant, double t, const double *q);

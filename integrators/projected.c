@@ -237,4 +237,4 @@ static kmp_road *create(const kmp_road_start *start)
 }
 
 const kmp_road_kind kmp_road_projected = {
-    .road = "projected", .form = "none", .standard = true, .corrected = true, .create = create};
+    .road = "projected", .form = "none", .standard = true, .corrected = true, .by_bodies = true, .create = create};

@@ -39,6 +39,7 @@ typedef struct reduced {
     kmp_margin *margin;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
+    kmp_saddle saddle; /* by articulated bodies: accelerations and multipliers; v's rates are the reduction's */
     kmp_reduced_jacobian tangents; /* when asked for */
     bool carried, has_work, fixed, restarts;
     bool due; /* an exchange, before the next step */
@@ -113,23 +114,42 @@ static int place(reduced *d, double t, const double *y)
     return KMP_GO;
 }
 
+/* qdd, lambda and udd without M. */
+static int accelerate_bodies(reduced *d)
+{
+    if (kmp_saddle_factor(&d->saddle))
+        return KMP_RETRY;
+    kmp_saddle_accelerations(&d->saddle, d->qdd, d->lambda);
+    for (int k = 0; k < d->p; k++)
+        d->udd[k] = d->qdd[d->part.u[k]];
+    return KMP_GO;
+}
+
 /* udd at the placed state. */
 static int accelerate(reduced *d, const double *ud)
 {
     kmp_reduction_rates(&d->red, ud, d->qd);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, d->qd);
-    if (kmp_reduction_accelerate(&d->red, d->udd))
-        return KMP_RETRY;
-    return KMP_GO;
+    if (d->plant->by_bodies)
+        return accelerate_bodies(d);
+    return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
+}
+
+/* qdd and lambda after that. */
+static void complete(reduced *d)
+{
+    if (d->plant->by_bodies)
+        return;
+    kmp_reduction_accelerations(&d->red, d->udd, d->qdd);
+    kmp_reduction_multipliers(&d->red, d->qdd, d->lambda);
 }
 
 static double drive_power(reduced *d)
 {
     if (!d->s->rheonomic)
         return 0;
-    kmp_reduction_accelerations(&d->red, d->udd, d->qdd);
-    kmp_reduction_multipliers(&d->red, d->qdd, d->lambda);
+    complete(d);
     return kmp_plant_drive_power(d->plant, d->lambda);
 }
 
@@ -234,6 +254,15 @@ static void explain(kmp_road *road)
     }
 }
 
+/* The i-th of vdd less what udd makes. */
+static double vdd_alone(const reduced *d, int i)
+{
+    double vdd = d->plant->by_bodies ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+    for (int k = 0; d->plant->by_bodies && k < d->p; k++)
+        vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
+    return vdd;
+}
+
 static void remember(reduced *d, double t, const double *y)
 {
     d->t = t;
@@ -244,7 +273,7 @@ static void remember(reduced *d, double t, const double *y)
     for (int i = 0; i < d->r; i++)
         d->anchor_t[i] = d->red.x_t[d->part.v[i]];
     for (int i = 0; i < d->r; i++)
-        d->anchor_c[i] = d->red.a0[d->part.v[i]];
+        d->anchor_c[i] = vdd_alone(d, i);
     for (int i = 0; i < d->n; i++)
         d->weight[i] = d->atol * d->s->scale[i] + d->rtol * fabs(d->q[i]);
 }
@@ -320,8 +349,9 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         return KMP_HALT;
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
     memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
-    kmp_reduction_accelerations(&d->red, d->udd, qdd);
-    kmp_reduction_multipliers(&d->red, qdd, lambda);
+    complete(d);
+    memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
+    memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
     *work = d->has_work ? y[work_index(d)] : 0;
     return KMP_GO;
 }
@@ -369,6 +399,16 @@ static void log_exchange(const reduced *d, double t, const kmp_partition *before
     kmp_text_free(&in);
 }
 
+/* Of the rows that the partition has; the plant has taken what the road goes by. */
+static bool renew_saddle(reduced *d)
+{
+    long factorizations = d->saddle.factorizations;
+    kmp_saddle_free(&d->saddle);
+    bool made = !d->plant->by_bodies || kmp_saddle_init(&d->saddle, d->plant, &d->part);
+    d->saddle.factorizations = factorizations;
+    return made;
+}
+
 /* The new partition's workspace, and the state in its unknowns. */
 static int take_over(reduced *d, double t, double *y)
 {
@@ -380,6 +420,8 @@ static int take_over(reduced *d, double t, double *y)
     d->red.newton = before.newton;
     d->red.factorizations = before.factorizations;
     kmp_reduction_free(&before);
+    if (!renew_saddle(d))
+        return KMP_HALT;
     pack(d, d->q, d->qd, y);
     set_tolerances(d);
     d->road.exchanges++;
@@ -435,6 +477,7 @@ static void release(kmp_road *road)
     reduced *d = (reduced *)road;
     kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
+    kmp_saddle_free(&d->saddle);
     kmp_partition_free(&d->part);
     kmp_text_free(&road->reason);
     kmp_free(road->y);
@@ -487,7 +530,13 @@ static bool begin(reduced *d, const kmp_road_start *start)
 
 static bool prepare(reduced *d, const kmp_road_start *start)
 {
-    if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK || !begin(d, start))
+    if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
+        return false;
+    if (!renew_saddle(d)) {
+        (void)kmp_fail_memory(d->s->context);
+        return false;
+    }
+    if (!begin(d, start))
         return false;
     set_tolerances(d);
     if (!start->implicit || d->carried)
@@ -544,6 +593,11 @@ static kmp_road *create_closed(const kmp_road_start *start)
     return create(start, false);
 }
 
-const kmp_road_kind kmp_road_carried = {
-    .road = "reduced", .form = "carried", .standard = true, .corrected = true, .create = create_carried};
-const kmp_road_kind kmp_road_closed = {.road = "reduced", .form = "closed", .standard = true, .create = create_closed};
+const kmp_road_kind kmp_road_carried = {.road = "reduced",
+                                        .form = "carried",
+                                        .standard = true,
+                                        .corrected = true,
+                                        .by_bodies = true,
+                                        .create = create_carried};
+const kmp_road_kind kmp_road_closed = {
+    .road = "reduced", .form = "closed", .standard = true, .by_bodies = true, .create = create_closed};

@@ -29,7 +29,7 @@ typedef struct kmp_road_start {
     kmp_journal *journal;
     bool fixed;    /* u stays what it is, and the run ends where it goes bad */
     bool restarts; /* an exchange has the integrator begin anew at a low order */
-    bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one */
+    bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one: of M and C */
 } kmp_road_start;
 
 typedef struct kmp_road_kind {
@@ -37,6 +37,7 @@ typedef struct kmp_road_kind {
     bool dae;
     bool standard;                                    /* compare runs it unasked */
     bool corrected;                                   /* `accept` corrects y: multistep methods are out */
+    bool by_bodies;                                   /* it goes by articulated bodies where the plant may take them */
     kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
 } kmp_road_kind;
 
@@ -87,15 +88,19 @@ extern const kmp_road_kind kmp_road_zone;
 
 /** The saddle system [M -J'; J 0] on the independent rows, dense, or sparse when it is large: accelerations,
  * multipliers and mass-orthogonal corrections (shared by the projected road and by all that need (qdd, lambda) without
- * a choice of u). */
+ * a choice of u). By articulated bodies, where the plant has taken them, it is what is left without M:
+ *
+ *     J M^-1 J' lambda = -(J a + jdqd)      qdd = a + M^-1 J' lambda
+ *
+ * of the multipliers alone, whatever the size, and of nothing on a tree. */
 typedef struct kmp_saddle {
     kmp_plant *plant;
     const kmp_partition *part;
     int n, r;
-    double *matrix, *x; /* size x size when dense; the entries when sparse */
+    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
     int *pivot;
     kmp_sparse *sparse; /* NULL: dense, or singular by its pattern */
-    bool large;
+    bool large, by_bodies;
     int *position; /* m: of a row among the independent ones, -1 when dropped */
     bool *out;     /* r: independent rows that are left out for now; NULL: they never are */
     long factorizations;

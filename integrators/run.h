@@ -32,6 +32,7 @@ typedef struct kmp_run_report {
     double t;          /* reached */
     double rate_scale; /* 1/s: how the absolute tolerance of rates follows from that of coordinates */
     long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings, events;
+    bool by_bodies;        /* it went by articulated bodies, where the road was not M and C's own */
     double cpu_s, build_s; /* integration alone; preparing this run (deriving for the dae road included) */
 } kmp_run_report;
 

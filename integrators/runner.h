@@ -15,6 +15,7 @@ struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
     kmp_plant *plant;
+    bool by_bodies; /* roads that can go by articulated bodies do */
     kmp_partition part;
     bool has_part;
     kmp_margin margin;

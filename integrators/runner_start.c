@@ -8,6 +8,8 @@
 
 /* Rates of the start may violate the closures by this part of their size. */
 #define RATE_GAP 1e-6
+/* Accelerations by articulated bodies and by M and C agree to this part of their size, or the former are not taken. */
+#define SAME_ACCELERATIONS 1e-9
 
 /* 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
 static double rate_scale_of(const kmp_runner *run, const double *qd)
@@ -123,8 +125,53 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .fixed = run->spec.fixed_u,
                             .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
                             .implicit = kmp_solver_find(run->spec.integrator)->implicit};
+    kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit);
+    run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
     run->road = way->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* How far the accelerations at the start come out otherwise by articulated bodies, as part of their size. */
+static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off)
+{
+    const kempe_system *s = run->s;
+    kmp_saddle saddle = {0};
+    double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
+    kmp_plant_take(run->plant, true);
+    kmp_plant_closure(run->plant, run->spec.t_start, q);
+    kmp_plant_mass(run->plant);
+    kmp_plant_bias(run->plant, qd);
+    bool made = kmp_saddle_init(&saddle, run->plant, &run->part);
+    *off = INFINITY;
+    if (made && !kmp_saddle_factor(&saddle)) {
+        kmp_saddle_accelerations(&saddle, qdd, NULL);
+        *off = 0;
+        for (int i = 0; i < s->n; i++)
+            *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
+    }
+    kmp_saddle_free(&saddle);
+    return made ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+/* Articulated bodies divide by what each joint moves with the loops open. Where the loops alone make the accelerations
+ * definite, M and C are taken instead. */
+static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
+{
+    double off;
+    const kmp_road_kind *way = kmp_road_find(run->spec.road, run->spec.form);
+    if (!run->s->articulated || !way->by_bodies)
+        return KEMPE_OK;
+    kempe_status status = kmp_plant_add_articulated(run->plant);
+    if (status == KEMPE_OK)
+        status = compare_bodies(run, q, qd, &off);
+    run->by_bodies = status == KEMPE_OK && off <= SAME_ACCELERATIONS;
+    if (status != KEMPE_OK || run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
+        return status;
+    return kmp_fail(
+        run->s->context, KEMPE_E_FAILED,
+        "dynamics articulated: with the loops open some motion has next to no inertia at the start, and the "
+        "accelerations come out otherwise by %.3g of their size; take dynamics composite",
+        off);
 }
 
 /* The zone has its own. A mechanism without a freedom is followed along its closures, which corrects every step. */
@@ -200,6 +247,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->zone_t = run->spec.t_start;
     run->zone_margin = 1;
     run->seen_margin_t = run->spec.t_start - 1;
+    status = choose_dynamics(run, q, qd);
+    if (status != KEMPE_OK)
+        return status;
     status = kmp_runner_make_road(run, run->in_zone ? &kmp_road_zone : run->way, run->spec.t_start, q, qd,
                                   run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;

@@ -44,8 +44,11 @@ static bool make_sparse(kmp_saddle *saddle, int most)
 static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part, bool with_out)
 {
     int size = part->n + part->r, entries = 2 * (plant->system->mass.count + plant->system->jacobian.count);
-    *saddle = (kmp_saddle){.plant = plant, .part = part, .n = part->n, .r = part->r};
-    saddle->large = with_out || (size > SPARSE_FROM && entries < (long)size * size / SPARSE_BELOW);
+    *saddle = (kmp_saddle){.plant = plant, .part = part, .n = part->n, .r = part->r, .by_bodies = plant->by_bodies};
+    if (saddle->by_bodies)
+        size = part->r;
+    saddle->large =
+        with_out || (!saddle->by_bodies && size > SPARSE_FROM && entries < (long)size * size / SPARSE_BELOW);
     if (with_out) {
         entries += part->r;
         saddle->out = KMP_NEW(bool, part->r);
@@ -135,9 +138,48 @@ static int factor_sparse(kmp_saddle *saddle)
     return kmp_sparse_factor(saddle->sparse, saddle->matrix);
 }
 
+/* -- by articulated bodies ---------------------------------------------------------------------------- */
+
+static int factor_mobility(kmp_saddle *saddle)
+{
+    const kmp_pattern *mobility = &saddle->plant->system->mobility;
+    int r = saddle->r;
+    memset(saddle->matrix, 0, (size_t)(r * r) * sizeof(double));
+    for (int k = 0; k < mobility->count; k++) {
+        int a = saddle->position[mobility->row[k]], b = saddle->position[mobility->col[k]];
+        if (a >= 0 && b >= 0)
+            saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->plant->mobility[k];
+    }
+    return kmp_cholesky_factor(r, saddle->matrix);
+}
+
+/* out += M^-1 J' x for the multipliers x (r) of the independent rows. */
+static void add_compliance(const kmp_saddle *saddle, const double *x, double *out)
+{
+    const kmp_pattern *compliance = &saddle->plant->system->compliance;
+    for (int k = 0; k < compliance->count; k++) {
+        int at = saddle->position[compliance->row[k]];
+        if (at >= 0)
+            out[compliance->col[k]] += saddle->plant->compliance[k] * x[at];
+    }
+}
+
+/* x (r) from what the rows lack (m), and the change of the coordinates by it added to `out`. */
+static void answer(kmp_saddle *saddle, const double *rows, double *out)
+{
+    for (int k = 0; k < saddle->r; k++)
+        saddle->x[k] = -rows[saddle->part->rows[k]];
+    kmp_cholesky_solve(saddle->r, saddle->matrix, saddle->x);
+    add_compliance(saddle, saddle->x, out);
+}
+
+/* -- all together -------------------------------------------------------------------------------------- */
+
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
+    if (saddle->by_bodies)
+        return factor_mobility(saddle);
     return saddle->large ? factor_sparse(saddle) : factor_dense(saddle);
 }
 
@@ -150,26 +192,41 @@ static void solve(kmp_saddle *saddle)
         kmp_lu_solve(saddle->n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
 }
 
+/* Multipliers of the independent rows among all. */
+static void spread(const kmp_saddle *saddle, const double *x, double *lambda)
+{
+    memset(lambda, 0, (size_t)saddle->plant->m * sizeof *lambda);
+    for (int k = 0; k < saddle->r; k++)
+        lambda[saddle->part->rows[k]] = x[k];
+}
+
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
 {
     const kmp_plant *plant = saddle->plant;
     int n = saddle->n, r = saddle->r;
-    for (int i = 0; i < n; i++)
-        saddle->x[i] = -plant->bias[i];
-    for (int k = 0; k < r; k++)
-        saddle->x[n + k] = is_out(saddle, k) ? 0 : -plant->jdqd[saddle->part->rows[k]];
-    solve(saddle);
-    memcpy(qdd, saddle->x, (size_t)n * sizeof *qdd);
-    if (!lambda)
-        return;
-    memset(lambda, 0, (size_t)plant->m * sizeof *lambda);
-    for (int k = 0; k < r; k++)
-        lambda[saddle->part->rows[k]] = saddle->x[n + k];
+    if (saddle->by_bodies) {
+        memcpy(qdd, plant->free_qdd, (size_t)n * sizeof *qdd);
+        answer(saddle, plant->drift, qdd);
+    } else {
+        for (int i = 0; i < n; i++)
+            saddle->x[i] = -plant->bias[i];
+        for (int k = 0; k < r; k++)
+            saddle->x[n + k] = is_out(saddle, k) ? 0 : -plant->jdqd[saddle->part->rows[k]];
+        solve(saddle);
+        memcpy(qdd, saddle->x, (size_t)n * sizeof *qdd);
+    }
+    if (lambda)
+        spread(saddle, saddle->x + (saddle->by_bodies ? 0 : n), lambda);
 }
 
 void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx)
 {
     int n = saddle->n, r = saddle->r;
+    if (saddle->by_bodies) {
+        memset(dx, 0, (size_t)n * sizeof *dx);
+        answer(saddle, violation, dx);
+        return;
+    }
     memset(saddle->x, 0, (size_t)n * sizeof *saddle->x);
     for (int k = 0; k < r; k++)
         saddle->x[n + k] = is_out(saddle, k) ? 0 : -violation[saddle->part->rows[k]];

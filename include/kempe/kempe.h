@@ -119,6 +119,11 @@ typedef struct kempe_system kempe_system;
 /** Derives what the roads need. The model must outlive the system. KEMPE_E_INPUT: a closure that can never be met, a
  *  joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
+
+/** The same with a word for how the dynamics are written: auto, composite, ner or articulated; NULL: the model's, or
+ *  auto, which takes what costs less. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: the accelerations cannot
+ *  be written by articulated bodies, and why. */
+KEMPE_API kempe_status kempe_system_new_by(const kempe_model *model, const char *dynamics, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
 /** Number of closure rows that do not vanish identically, and the name of row k: `closure.1` ... */

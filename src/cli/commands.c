@@ -367,7 +367,7 @@ static kempe_status prepare(job *j, bool equations)
     kempe_status status =
         kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
     if (status == KEMPE_OK && equations)
-        status = kempe_system_new(j->model, &j->system);
+        status = kempe_system_new_by(j->model, j->settings->dynamics, &j->system);
     tell_failure(j, status, false);
     return status;
 }

@@ -45,6 +45,8 @@ static const option options[] = {
      "leave the rows there every 10 s and at the end"},
     {CLI_SIMULATE, "resume", 0, OPTION_TEXT, AT(run.resume), "FILE", "go on from a checkpoint"},
     {CLI_SIMULATE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the trajectory: CSV, or .npz for NumPy"},
+    {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, "dynamics", 0, OPTION_TEXT, AT(dynamics), "NAME",
+     "how they are written: auto, composite, ner, articulated"},
     {CLI_COMPARE, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..", "relative tolerances"},
     {CLI_COMPARE, "roads", 0, OPTION_TEXT, AT(compare.roads), "NAME,..", "roads (default: all)"},
     {CLI_COMPARE, "forms", 0, OPTION_TEXT, AT(compare.forms), "NAME,..", "forms (default: all)"},

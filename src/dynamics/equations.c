@@ -246,19 +246,25 @@ static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
     }
 }
 
-static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces)
+static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces, bool efforts)
 {
     kmp_articulated bodies;
     kmp_wrench *share = KMP_NEW(kmp_wrench, eq->tree.count);
+    kmp_ref *effort = KMP_NEW(kmp_ref, eq->n);
     kempe_status status = kmp_articulated_init(&bodies, frames(eq));
-    if (status == KEMPE_OK && (!share || !kmp_newton_euler_shares(frames(eq), forces->applied, share)))
+    if (status == KEMPE_OK && (!share || !effort || !kmp_newton_euler_shares(frames(eq), forces->applied, share)))
         status = kmp_fail_memory(eq->context);
+    for (int k = 0; status == KEMPE_OK && k < eq->n; k++) {
+        kmp_ref given = efforts ? kmp_input(eq->graph, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
+        effort[k] = kmp_add(eq->graph, forces->effort[k], given);
+    }
     if (status == KEMPE_OK) {
-        kmp_articulated_solve(&bodies, forces->effort, share, eq->free_qdd);
+        kmp_articulated_solve(&bodies, effort, share, eq->free_qdd);
         derive_compliance(eq, &bodies);
     }
     kmp_articulated_free(&bodies);
     kmp_free(share);
+    kmp_free(effort);
     return status;
 }
 
@@ -326,11 +332,12 @@ static kempe_status derive_closures(kmp_equations *eq, const kmp_scene *scene)
     return status;
 }
 
-static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme scheme)
+static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
 {
+    unsigned sets = scene->sets;
     kempe_status status = KEMPE_OK;
     kmp_forces forces;
-    kmp_mass_scheme *mass = scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
+    kmp_mass_scheme *mass = scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
     if (sets & KMP_SET_MASS && !mass(frames(eq), eq->mass))
         return kmp_fail_memory(eq->context);
     bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
@@ -346,7 +353,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, unsigned sets, kmp_scheme
     if (status == KEMPE_OK && sets & KMP_SET_INVERSE)
         status = derive_inverse(eq, &forces, eq->inverse);
     if (status == KEMPE_OK && sets & KMP_SET_ACCELERATION)
-        status = derive_accelerations(eq, &forces);
+        status = derive_accelerations(eq, &forces, scene->efforts);
     if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
         status = kmp_fail_memory(eq->context);
     eq->potential = forces.potential;
@@ -439,7 +446,7 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
     if (status == KEMPE_OK)
         status = derive_closures(eq, scene);
     if (status == KEMPE_OK)
-        status = derive_dynamics(eq, scene->sets, scene->scheme);
+        status = derive_dynamics(eq, scene);
     if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
         status = kmp_fail_memory(eq->context);
     if (status != KEMPE_OK)

@@ -38,6 +38,7 @@ typedef struct kmp_scene {
     kmp_scheme scheme;
     kmp_keep keep;
     bool body_inputs;     /* forces and torques on the bodies as inputs */
+    bool efforts;         /* efforts on the coordinates as inputs: of the accelerations */
     bool loops_alone;     /* no rows of drives */
     bool labels;          /* nodes are called what they are */
     bool charted;         /* spherical joints have charts as inputs (model/spherical.h) */

@@ -3,6 +3,7 @@
 #include "dynamics/system.h"
 #include "base/memory.h"
 #include "dynamics/goals.h"
+#include "dynamics/motion.h"
 #include "model/check_mass.h"
 #include "model/spherical.h"
 #include <math.h>
@@ -105,43 +106,6 @@ static void set_scales(kempe_system *s)
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
-
-/* Closure, mass and bias outputs, one after the other; count[k] of stage k + 1. */
-static bool collect_outputs(kempe_system *s, kmp_equations *eq, int count[3], kmp_ref *out)
-{
-    memcpy(out, eq->h, (size_t)s->m * sizeof(kmp_ref));
-    if (!kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, out + s->m))
-        return false;
-    count[0] = s->m + s->jacobian.count;
-    for (int r = 0; r < s->m; r++)
-        s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
-    if (s->rheonomic) {
-        memcpy(out + count[0], eq->h_t, (size_t)s->m * sizeof(kmp_ref));
-        count[0] += s->m;
-    }
-    if (!kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, out + count[0]))
-        return false;
-    count[1] = s->mass.count;
-    out += count[0] + count[1];
-    memcpy(out, eq->bias, (size_t)s->n * sizeof(kmp_ref));
-    memcpy(out + s->n, eq->jdqd, (size_t)s->m * sizeof(kmp_ref));
-    count[2] = s->n + s->m;
-    return true;
-}
-
-static bool make_motion(kempe_system *s, kmp_equations *eq)
-{
-    int count[3];
-    kmp_ref *out = KMP_NEW(kmp_ref, s->m * (s->n + 3) + s->n * (s->n + 1));
-    bool ok =
-        out && collect_outputs(s, eq, count, out) && kmp_equations_shorten(eq, count[0] + count[1] + count[2], out);
-    if (ok) {
-        const kmp_ref *groups[3] = {out, out + count[0], out + count[0] + count[1]};
-        s->motion = kmp_program_new(eq->graph, 3, count, groups);
-    }
-    kmp_free(out);
-    return ok && s->motion;
-}
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
@@ -252,15 +216,17 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
 
 static kempe_status derive(kempe_system *s)
 {
-    const unsigned motion = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD;
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    kempe_status status = kmp_equations_init_smooth(&eq, s->model, motion, KMP_SCHEME_COMPOSITE, &s->events);
+    kmp_scheme scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE;
+    kempe_status status = kmp_equations_init_smooth(&eq, s->model, KMP_MOTION_SETS, scheme, &s->events);
     if (status != KEMPE_OK)
         return status;
-    bool ok = take_rows(s, &eq) && make_motion(s, &eq);
+    bool ok = take_rows(s, &eq) && kmp_motion_make(s, &eq);
     kmp_equations_free(&eq);
     if (ok)
+        status = kmp_motion_add_articulated(s);
+    if (ok && status == KEMPE_OK)
         status = kmp_equations_init_smooth(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, &s->events);
     if (ok && status == KEMPE_OK) {
         ok = make_judge(s, &eq) && make_changes(s, &eq) && kmp_goals_program(&eq, &s->goals);
@@ -269,11 +235,26 @@ static kempe_status derive(kempe_system *s)
     return !ok ? kmp_fail_memory(s->context) : status;
 }
 
-kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
+/* What was asked for, by the call or the model. */
+static kempe_status read_dynamics(const kempe_model *model, const char *word, kmp_dynamics *dynamics)
+{
+    kmp_text complaint = {0};
+    *dynamics = word ? kmp_dynamics_find(word, &complaint) : model->run.dynamics;
+    kempe_status status = *dynamics < KMP_DYNAMICS_COUNT ? KEMPE_OK
+                          : complaint.s                  ? kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", complaint.s)
+                                                         : kmp_fail_memory(model->context);
+    kmp_text_free(&complaint);
+    return status;
+}
+
+kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
     clock_t begin = clock();
+    kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
+    if (status == KEMPE_OK)
+        status = read_dynamics(model, word, &dynamics);
     if (status == KEMPE_OK)
         status = kmp_check_masses(model);
     if (status != KEMPE_OK)
@@ -283,6 +264,7 @@ kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
         return kmp_fail_memory(model->context);
     s->model = model;
     s->context = model->context;
+    s->dynamics = dynamics;
     status = derive(s);
     if (status != KEMPE_OK) {
         kempe_system_free(s);
@@ -291,6 +273,11 @@ kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
     s->build_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
     *system = s;
     return KEMPE_OK;
+}
+
+kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
+{
+    return kempe_system_new_by(model, NULL, system);
 }
 
 void kempe_system_free(kempe_system *s)
@@ -303,7 +290,10 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->rows);
     kmp_pattern_free(&s->jacobian);
     kmp_pattern_free(&s->mass);
+    kmp_pattern_free(&s->compliance);
+    kmp_pattern_free(&s->mobility);
     kmp_program_free(s->motion);
+    kmp_program_free(s->articulated);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);
     kmp_program_free(s->goals);

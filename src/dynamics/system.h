@@ -18,12 +18,14 @@ typedef struct kmp_pattern {
 bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values);
 void kmp_pattern_free(kmp_pattern *pattern);
 
-/* Stages of the motion program. */
+/* Stages of the motion programs; below: what stands there by articulated bodies. */
 enum {
     KMP_STAGE_PARAMETERS, /* once */
-    KMP_STAGE_CLOSURE,    /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic) */
-    KMP_STAGE_MASS,       /* t, q: M, lower triangle (mass.count) */
-    KMP_STAGE_BIAS        /* qd: C (n), jdqd (m) */
+    KMP_STAGE_CLOSURE,    /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic); likewise */
+    KMP_STAGE_MASS,       /* t, q: M, lower triangle (mass.count);
+                             M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
+    KMP_STAGE_BIAS        /* qd: C (n), jdqd (m);
+                             qd, efforts: accelerations without closure forces (n), J of them and jdqd (m) */
 };
 
 /* Stages of the judging program. */
@@ -42,24 +44,27 @@ struct kempe_system {
     kmp_row *rows;
     char **row_names;
     kmp_pattern jacobian, mass;
-    bool rheonomic;   /* h depends on t */
-    bool dissipative; /* some force is not conservative, or a closure that moves does work */
-    bool has_power;   /* so it is without the user's force */
+    kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J. Of `articulated` */
+    bool rheonomic;                   /* h depends on t */
+    bool dissipative;                 /* some force is not conservative, or a closure that moves does work */
+    bool has_power;                   /* so it is without the user's force */
+    kmp_dynamics dynamics;            /* as asked for */
     kmp_program *motion, *judge;
-    kmp_events events;     /* conditions: inputs KMP_IN_MODE of both programs */
-    kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
-    kmp_program *goals;    /* of points that goals are about (dynamics/goals.h); NULL without them */
-    char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
-    int chart_count;       /* joints with inputs KMP_IN_CHART, nine each */
-    int *chart_first;      /* their first rotations */
-    bool *chart_before;    /* the chart stands before them, otherwise after */
-    double length;         /* characteristic length, m */
-    double reach;          /* how far from the origin a closed point may lie, m: h rounds with it */
-    double *scale;         /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
-    double *row_scale;     /* m: size of a closure row */
-    double *parameters;    /* values */
-    double build_s;        /* CPU time of deriving */
-    kempe_force_fn *force; /* the user's efforts; NULL: none */
+    kmp_program *articulated; /* motion by articulated bodies; NULL: runs take M and C */
+    kmp_events events;        /* conditions: inputs KMP_IN_MODE of all programs */
+    kmp_program *changes;     /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
+    kmp_program *goals;       /* of points that goals are about (dynamics/goals.h); NULL without them */
+    char **event_text;        /* events.count: "'motor': q(A) < 0.2" */
+    int chart_count;          /* joints with inputs KMP_IN_CHART, nine each */
+    int *chart_first;         /* their first rotations */
+    bool *chart_before;       /* the chart stands before them, otherwise after */
+    double length;            /* characteristic length, m */
+    double reach;             /* how far from the origin a closed point may lie, m: h rounds with it */
+    double *scale;            /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
+    double *row_scale;        /* m: size of a closure row */
+    double *parameters;       /* values */
+    double build_s;           /* CPU time of deriving */
+    kempe_force_fn *force;    /* the user's efforts; NULL: none */
     void *force_user;
 };
 

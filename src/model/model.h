@@ -5,6 +5,7 @@
 #define KMP_MODEL_MODEL_H
 
 #include "base/arena.h"
+#include "model/dynamics.h"
 #include "model/expression.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -154,7 +155,8 @@ typedef struct kmp_output {
 typedef struct kmp_run_settings {
     double t_end, rtol, atol, every;      /* 0 where not given */
     const char *road, *form, *integrator; /* NULL where not given */
-    int *u, u_count;                      /* coordinates asked for as independent */
+    kmp_dynamics dynamics;
+    int *u, u_count; /* coordinates asked for as independent */
 } kmp_run_settings;
 
 struct kempe_model {

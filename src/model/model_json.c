@@ -396,6 +396,7 @@ static void json_run(kmp_text *text, const kempe_model *model)
     put_choice(text, "road", run->road);
     put_choice(text, "form", run->form);
     put_choice(text, "integrator", run->integrator);
+    put_choice(text, "dynamics", run->dynamics == KMP_DYNAMICS_AUTO ? NULL : kmp_dynamics_word(run->dynamics));
     put_key(text, false, "u");
     kmp_text_put(text, "[");
     for (int i = 0; i < run->u_count; i++) {

@@ -325,6 +325,8 @@ static void show_run(kmp_text *text, const kempe_model *model)
         kmp_text_printf(text, " form %s", run->form);
     if (run->integrator)
         kmp_text_printf(text, " integrator %s", run->integrator);
+    if (run->dynamics != KMP_DYNAMICS_AUTO)
+        kmp_text_printf(text, " dynamics %s", kmp_dynamics_word(run->dynamics));
     for (int i = 0; i < run->u_count; i++)
         kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->u[i]].name);
     kmp_text_put(text, "\noutputs:");

@@ -64,8 +64,8 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {"t_end", "rtol",       "atol", "every",   "road",
-                                       "form",  "integrator", "u",    "outputs", NULL};
+static const char *const run_keys[] = {"t_end",      "rtol",     "atol", "every",   "road", "form",
+                                       "integrator", "dynamics", "u",    "outputs", NULL};
 
 static void read_positive(kmp_reader *r, const kmp_node *map, const char *key, kmp_dimension wanted, double *value)
 {
@@ -86,6 +86,18 @@ static void read_choice(kmp_reader *r, const kmp_node *map, const char *key, con
     const char *word = node ? kmp_read_word(r, node, kmp_reader_say(r, "run %s", key)) : NULL;
     if (word)
         *choice = kmp_arena_strdup(&r->model->arena, word);
+}
+
+static void read_dynamics(kmp_reader *r, const kmp_node *node)
+{
+    const char *word = node ? kmp_read_word(r, node, "run dynamics") : NULL;
+    kmp_text complaint = {0};
+    kmp_dynamics dynamics = word ? kmp_dynamics_find(word, &complaint) : KMP_DYNAMICS_COUNT;
+    if (dynamics < KMP_DYNAMICS_COUNT)
+        r->model->run.dynamics = dynamics;
+    else if (word)
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run dynamics");
+    kmp_text_free(&complaint);
 }
 
 static void read_u(kmp_reader *r, const kmp_node *list)
@@ -120,5 +132,6 @@ void kmp_read_run(kmp_reader *r)
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);
+    read_dynamics(r, kmp_node_get(map, "dynamics"));
     read_u(r, kmp_node_get(map, "u"));
 }

@@ -11,7 +11,16 @@
 /* What a mechanism's motion needs. */
 static const unsigned shown = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 
-static const char *const stage_names[] = {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd"};
+static const char *const stage_names[2][4] = {
+    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd"},
+    {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d"}};
+
+/* That of the roads which can go by articulated bodies. */
+static const kmp_program *program_of(const kempe_system *system, const char *const **names)
+{
+    *names = stage_names[system->articulated != NULL];
+    return system->articulated ? system->articulated : system->motion;
+}
 
 /* -- equations --------------------------------------------------------------------------------------- */
 
@@ -83,7 +92,9 @@ static kempe_status show_equations(kmp_text *text, const kempe_system *system, b
 
 static kempe_status show_program(kmp_text *text, const kempe_system *system)
 {
-    kmp_program_print(system->motion, stage_names, text);
+    const char *const *names;
+    const kmp_program *p = program_of(system, &names);
+    kmp_program_print(p, names, text);
     return KEMPE_OK;
 }
 
@@ -114,12 +125,13 @@ static void show_header(kmp_text *text, const char *what, bool nodes)
 
 static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])
 {
-    const kmp_program *p = system->motion;
+    const char *const *names;
+    const kmp_program *p = program_of(system, &names);
     kmp_tally whole = kmp_tally_program(p, 0, p->stages - 1);
     show_header(text, "stage of the program", false);
     for (int s = 0; s < p->stages; s++) {
         kmp_counts c = kmp_program_count(p, s, s);
-        show_counts(text, stage_names[s], &c);
+        show_counts(text, names[s], &c);
         kmp_text_put(text, "\n");
     }
     kmp_text_put(text, "\n");
@@ -131,6 +143,9 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
         }
     show_counts(text, "all in one program", &whole.counts);
     kmp_text_printf(text, " | %8ld %8ld\n\n", whole.created, whole.kept);
+    if (system->articulated)
+        kmp_text_put(text,
+                     "by articulated bodies: qdd = a + X' lambda, J X lambda = -d, X = M^-1 J', d = J a + jdqd\n");
     kmp_text_put(text, "paper: + - * /   robotran: those and functions   created: nodes of the graph   kept: what the "
                        "program needs\n");
 }
@@ -200,12 +215,13 @@ static void json_tally(kmp_json *json, const char *key, const kmp_tally *t)
 
 static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])
 {
-    const kmp_program *p = system->motion;
+    const char *const *names;
+    const kmp_program *p = program_of(system, &names);
     kmp_tally whole = kmp_tally_program(p, 0, p->stages - 1);
     kmp_json_object(json, "stages");
     for (int s = 0; s < p->stages; s++) {
         kmp_counts c = kmp_program_count(p, s, s);
-        json_counts(json, stage_names[s], &c);
+        json_counts(json, names[s], &c);
         kmp_json_end(json);
     }
     kmp_json_end(json);

@@ -31,7 +31,8 @@ static void show_head(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, "%s: road %s", t->system->model->name, t->road);
     if (t->form)
         kmp_text_printf(text, ", form %s", t->form);
-    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g\n", t->integrator, t->rtol, t->atol);
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s\n", t->integrator, t->rtol, t->atol,
+                    t->report.by_bodies ? ", by articulated bodies" : "");
     kmp_text_printf(text, "%s", kmp_status_word(t->status));
     if (t->status != KEMPE_OK)
         kmp_text_printf(text, " at t = %.9g s: %s", t->report.t, t->reason);
@@ -140,11 +141,19 @@ static void show(kmp_text *text, const kempe_trajectory *t)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
+/* As the run went, not as it was asked for. */
+static const char *dynamics_of(const kempe_trajectory *t)
+{
+    kmp_dynamics by_mass = t->system->dynamics == KMP_DYNAMICS_NER ? KMP_DYNAMICS_NER : KMP_DYNAMICS_COMPOSITE;
+    return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
+}
+
 static void json_settings(kmp_json *json, const kempe_trajectory *t)
 {
     kmp_json_string(json, "road", t->road);
     kmp_json_string(json, "form", t->form);
     kmp_json_string(json, "integrator", t->integrator);
+    kmp_json_string(json, "dynamics", dynamics_of(t));
     kmp_json_number(json, "rtol", t->rtol);
     kmp_json_number(json, "atol", t->atol);
     kmp_json_number(json, "length", t->system->length);

@@ -40,6 +40,7 @@ typedef enum kmp_input_kind {
     KMP_IN_CHART,  /* constant rotations that change between steps, 9 numbers each, row by row */
     KMP_IN_FORCE,  /* three a body, at its centre of mass, body axes */
     KMP_IN_TORQUE, /* likewise */
+    KMP_IN_EFFORT, /* one a coordinate, beside those of the model's forces */
     KMP_IN_COUNT
 } kmp_input_kind;
 

@@ -6,8 +6,8 @@
 
 enum { MOST_INDEX = 10000000 };
 
-const char *const kmp_input_words[KMP_IN_COUNT] = {"p",  "t",    "q",     "qd",    "qdd",   "lambda",
-                                                   "mu", "mode", "place", "chart", "force", "torque"};
+const char *const kmp_input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
+                                                   "mode", "place", "chart", "force", "torque", "effort"};
 
 /* -- words ------------------------------------------------------------------------------------------- */
 

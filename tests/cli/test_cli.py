@@ -299,6 +299,18 @@ class Simulate(Case):
             self.assertEqual(found["road"], road)
             self.assertLess(found["residual"]["h_max"], 1e-6)
 
+    def test_dynamics(self):
+        for word in ("composite", "ner", "articulated"):
+            found = self.object(0, *self.SHORT, "--dynamics", word)
+            self.assertEqual(found["dynamics"], word)
+        self.assertEqual(self.object(0, *self.SHORT)["dynamics"], "composite")
+        bdf = self.object(0, *self.SHORT, "--dynamics", "articulated", "--integrator", "bdf")
+        self.assertEqual(bdf["dynamics"], "composite", "its Jacobian is of M and C")
+        done = self.expect(3, *self.SHORT, "--dynamics", "articulate")
+        self.assertIn("did you mean 'articulated'?", done.stderr)
+        shown = self.expect(0, "show", FOUR_BAR, "--program", "--dynamics", "articulated").stdout
+        self.assertIn("accelerations: a, d", shown)
+
     def test_csv(self):
         self.expect(0, *self.SHORT, "--every", 0.05, "-o", "out.csv")
         with open(self.folder / "out.csv", newline="") as file:

@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a right-hand side costs is counted as the reduced road makes it: the program, and what is solved with its
+ * values. By M and C that is the mass of n - m independent coordinates and its Cholesky factors, by articulated bodies
+ * the m x m system of the multipliers, and nothing at all on a tree. What both have to do, Jv and its tangent, is left
+ * out. bench/articulated.c measures where the one gets ahead of the other. */
+#include "dynamics/motion.h"
+#include "base/memory.h"
+#include "linalg/dense.h"
+#include <string.h>
+
+/* With fewer independent coordinates M and C cost less, in operations; nothing else is tried. */
+#define FEW 12
+/* Operations of a coordinate by articulated bodies, in the plane, and of an entry of M^-1 J', at the least: with fewer
+ * by M and C already, nothing else is tried. */
+#define LEAST_OF_COORDINATE 15
+#define LEAST_OF_ENTRY      8
+/* M^-1 J' has at most so many entries. */
+#define MOST_ENTRIES 250000
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+/* Groups of a motion program: the outputs of its stages one after the other. */
+typedef struct groups {
+    kmp_ref *out;
+    int count[3];
+} groups;
+
+static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
+{
+    int n = s->n, m = s->m;
+    const kmp_pattern *jacobian = &s->jacobian;
+    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1));
+    if (!g->out)
+        return false;
+    memcpy(g->out, eq->h, (size_t)m * sizeof(kmp_ref));
+    for (int k = 0; k < jacobian->count; k++)
+        g->out[m + k] = eq->jacobian[jacobian->row[k] * n + jacobian->col[k]];
+    g->count[0] = m + jacobian->count;
+    if (s->rheonomic) {
+        memcpy(g->out + g->count[0], eq->h_t, (size_t)m * sizeof(kmp_ref));
+        g->count[0] += m;
+    }
+    return true;
+}
+
+/* n and m more values of the last stage. */
+static void finish(groups *g, int n, const kmp_ref *of_coordinates, int m, const kmp_ref *of_rows)
+{
+    kmp_ref *out = g->out + g->count[0] + g->count[1];
+    memcpy(out, of_coordinates, (size_t)n * sizeof(kmp_ref));
+    memcpy(out + n, of_rows, (size_t)m * sizeof(kmp_ref));
+    g->count[2] = n + m;
+}
+
+static kmp_program *program_of(const groups *g, const kmp_equations *eq)
+{
+    const int *count = g->count;
+    const kmp_ref *group[3] = {g->out, g->out + count[0], g->out + count[0] + count[1]};
+    return kmp_equations_shorten(eq, count[0] + count[1] + count[2], g->out)
+               ? kmp_program_new(eq->graph, 3, count, group)
+               : NULL;
+}
+
+/* Where J has entries, for both programs. */
+static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
+{
+    kmp_ref *entry = KMP_NEW(kmp_ref, s->m * s->n);
+    bool ok = entry && kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, entry);
+    for (int r = 0; r < s->m; r++)
+        s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
+    kmp_free(entry);
+    return ok;
+}
+
+bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
+{
+    groups g = {0};
+    if (find_jacobian(s, eq) && begin(&g, s, eq) &&
+        kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, g.out + g.count[0])) {
+        g.count[1] = s->mass.count;
+        finish(&g, s->n, eq->bias, s->m, eq->jdqd);
+        s->motion = program_of(&g, eq);
+    }
+    kmp_free(g.out);
+    return s->motion;
+}
+
+static bool make_articulated(kempe_system *s, kmp_equations *eq)
+{
+    groups g = {0};
+    int n = s->n, m = s->m;
+    if (begin(&g, s, eq) && kmp_pattern_init(&s->compliance, m, n, eq->compliance, g.out + g.count[0]) &&
+        kmp_pattern_init(&s->mobility, m, m, eq->mobility, g.out + g.count[0] + s->compliance.count)) {
+        g.count[1] = s->compliance.count + s->mobility.count;
+        finish(&g, n, eq->free_qdd, m, eq->drift);
+        s->articulated = program_of(&g, eq);
+    }
+    kmp_free(g.out);
+    return s->articulated;
+}
+
+/* -- the choice -------------------------------------------------------------------------------------- */
+
+static double operations(kmp_flops f)
+{
+    return (double)f.add + (double)f.mul + (double)f.div;
+}
+
+static double operations_of(const kmp_program *program)
+{
+    return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+}
+
+/* Factors of a symmetric k x k matrix, and one solution. */
+static double cholesky(int k)
+{
+    return operations(kmp_cholesky_factor_flops(k)) + operations(kmp_cholesky_solve_flops(k));
+}
+
+static int independent(const kempe_system *s)
+{
+    return s->n > s->m ? s->n - s->m : 0;
+}
+
+/* M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. */
+static double cost_by_mass(const kempe_system *s)
+{
+    double n = s->n, p = independent(s), mass = 2.0 * s->mass.count;
+    double products = s->m > 0 ? mass * (p + 1) + p * n + p * (p + 1) / 2 * n : 0;
+    return operations_of(s->motion) + 2 * products + cholesky(independent(s));
+}
+
+/* The multipliers, and M^-1 J' lambda. */
+static double cost_of_multipliers(const kempe_system *s, double entries)
+{
+    return cholesky(s->m) + 2 * entries;
+}
+
+/* Entries of M^-1 J': all coordinates that hang together with those of a row. Those of a part of the tree that stands
+ * on the ground by itself are told by the first one that M couples them with. `of`, `size`: n. */
+static double count_entries(const kempe_system *s, int *of, int *size)
+{
+    const kmp_pattern *mass = &s->mass, *jacobian = &s->jacobian;
+    double entries = 0;
+    for (int k = 0; k < mass->count; k++) /* row by row */
+        if (k == 0 || mass->row[k] != mass->row[k - 1]) {
+            of[mass->row[k]] = mass->col[k] < mass->row[k] ? of[mass->col[k]] : mass->row[k];
+            size[of[mass->row[k]]]++;
+        }
+    for (int k = 0; k < jacobian->count; k++) {
+        bool again = false;
+        for (int j = k - 1; j >= 0 && jacobian->row[j] == jacobian->row[k] && !again; j--)
+            again = of[jacobian->col[j]] == of[jacobian->col[k]];
+        entries += again ? 0 : size[of[jacobian->col[k]]];
+    }
+    return entries;
+}
+
+/* Whether it may cost less, as far as shows before it is derived. */
+static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
+{
+    *may_pay = false;
+    if (independent(s) < FEW || (double)s->m * s->n > MOST_ENTRIES)
+        return KEMPE_OK;
+    int *room = KMP_NEW(int, 2 * s->n);
+    if (!room)
+        return kmp_fail_memory(s->context);
+    double entries = count_entries(s, room, room + s->n);
+    kmp_free(room);
+    *may_pay = LEAST_OF_COORDINATE * (double)s->n + LEAST_OF_ENTRY * entries + cost_of_multipliers(s, entries) <
+               cost_by_mass(s);
+    return KEMPE_OK;
+}
+
+static bool pays(const kempe_system *s)
+{
+    return operations_of(s->articulated) + cost_of_multipliers(s, s->compliance.count) < cost_by_mass(s);
+}
+
+static void forget_articulated(kempe_system *s)
+{
+    kmp_program_free(s->articulated);
+    kmp_pattern_free(&s->compliance);
+    kmp_pattern_free(&s->mobility);
+    s->articulated = NULL;
+}
+
+static kempe_status derive_articulated(kempe_system *s)
+{
+    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD,
+                             .efforts = true,
+                             .events = &s->events,
+                             .charted = true};
+    kmp_equations eq;
+    kempe_status status = kmp_equations_derive(&eq, s->model, &scene);
+    if (status != KEMPE_OK)
+        return status;
+    bool made = make_articulated(s, &eq);
+    kmp_equations_free(&eq);
+    return made ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+/* A coordinate that moves no mass is no complaint where nobody asked. */
+static kempe_status try_articulated(kempe_system *s)
+{
+    bool may_pay;
+    kempe_status status = look_ahead(s, &may_pay);
+    if (status != KEMPE_OK || !may_pay)
+        return status;
+    status = derive_articulated(s);
+    if (status == KEMPE_OK && !pays(s))
+        forget_articulated(s);
+    if (status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(s->context);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_motion_add_articulated(kempe_system *s)
+{
+    if (s->dynamics == KMP_DYNAMICS_AUTO)
+        return try_articulated(s);
+    if (s->dynamics != KMP_DYNAMICS_ARTICULATED)
+        return KEMPE_OK;
+    if ((double)s->m * s->n > MOST_ENTRIES)
+        return kmp_fail(
+            s->context, KEMPE_E_FAILED,
+            "dynamics articulated: the forces of %d closure rows on %d coordinates are more than the %d that "
+            "articulated bodies are written for; take dynamics composite",
+            s->m, s->n, MOST_ENTRIES);
+    return derive_articulated(s);
+}

@@ -1,0 +1,464 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Runs by articulated bodies against runs by M and C: the same rows on every road that can go by either, on trees and
+ * with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces of a
+ * program. Which of the two is taken, and what is refused. */
+#include "base/memory.h"
+#include "base/text.h"
+#include "check.h"
+#include "constraints/plant.h"
+#include "integrators/run.h"
+#include "results/reference.h"
+
+enum { LARGEST = 64 };
+
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *by[2]; /* by M and C, by articulated bodies */
+} scene;
+
+static const char *const words[2] = {"composite", "articulated"};
+
+static void finish(scene *s)
+{
+    CHECK(s->model);
+    for (int k = 0; k < 2 && s->model; k++)
+        if (kempe_system_new_by(s->model, words[k], &s->by[k]) != KEMPE_OK) {
+            printf("%s\n", kempe_context_message(s->context));
+            CHECK(s->by[k]);
+        }
+    CHECK(s->by[0] && !s->by[0]->articulated);
+    CHECK(s->by[1] && s->by[1]->articulated);
+}
+
+static scene read_file(const char *path)
+{
+    char full[512];
+    scene s = {.context = kempe_context_new()};
+    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    CHECK(kempe_model_read(s.context, full, &s.model) == KEMPE_OK);
+    finish(&s);
+    return s;
+}
+
+static scene read_text(const char *text)
+{
+    scene s = {.context = kempe_context_new()};
+    if (kempe_model_read_text(s.context, text, "text", &s.model) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(s.context));
+    finish(&s);
+    return s;
+}
+
+static void unload(scene *s)
+{
+    kempe_system_free(s->by[0]);
+    kempe_system_free(s->by[1]);
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+/* -- runs --------------------------------------------------------------------------------------------- */
+
+enum { TIMES = 8 };
+
+/* q, qd, qdd and lambda at some times, and what came on the way. */
+typedef struct rows {
+    int n, m, count;
+    double value[TIMES][4][LARGEST], work[TIMES];
+    unsigned long allocations[2]; /* at the first and the last row */
+    kmp_run_report report;
+    long notes;
+} rows;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    rows *r = user;
+    (void)t;
+    memcpy(r->value[r->count][0], q, (size_t)r->n * sizeof *q);
+    memcpy(r->value[r->count][1], qd, (size_t)r->n * sizeof *q);
+    memcpy(r->value[r->count][2], qdd, (size_t)r->n * sizeof *q);
+    memcpy(r->value[r->count][3], lambda, (size_t)r->m * sizeof *q);
+    r->work[r->count] = work;
+    r->allocations[r->count > 0] = kmp_memory_count();
+    r->count++;
+    return 0;
+}
+
+static rows run(const kempe_system *s, const char *road, const char *form, double rtol, double t_end)
+{
+    rows r = {.n = s->n, .m = s->m};
+    double times[TIMES];
+    kmp_journal journal = {.context = s->context};
+    for (int k = 0; k < TIMES; k++)
+        times[k] = t_end * k / (TIMES - 1);
+    kmp_run_spec spec = {.road = road,
+                         .form = form,
+                         .integrator = "dop853",
+                         .rtol = rtol,
+                         .t_end = t_end,
+                         .time_count = TIMES,
+                         .times = times,
+                         .journal = &journal};
+    CHECK(s->n <= LARGEST && s->m <= LARGEST);
+    CHECK(kmp_run_resolve(s, &spec) == KEMPE_OK);
+    if (kmp_run(s, &spec, NULL, take_row, &r, &r.report) != KEMPE_OK) {
+        printf("%s: %s\n", road, r.report.reason ? r.report.reason : kempe_context_message(s->context));
+        CHECK(!r.report.reason);
+    }
+    CHECK(r.count == TIMES);
+    kmp_free(r.report.reason);
+    r.report.reason = NULL;
+    r.notes = journal.count;
+    kmp_journal_free(&journal);
+    return r;
+}
+
+/* Largest difference of one quantity, in units of its largest entry, at least 1. */
+static double difference(const rows *a, const rows *b, int quantity)
+{
+    int width = quantity == 3 ? a->m : a->n;
+    double off = 0, size = 1;
+    for (int k = 0; k < a->count; k++)
+        for (int i = 0; i < width; i++) {
+            double x = a->value[k][quantity][i], y = b->value[k][quantity][i];
+            off = isfinite(y) ? fmax(off, fabs(x - y)) : INFINITY;
+            size = fmax(size, fabs(x));
+        }
+    return off / size;
+}
+
+static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}};
+
+/* On all roads; `multipliers`: they are unique. */
+static void compare(const char *name, const scene *s, double rtol, double t_end, double tolerance, bool multipliers)
+{
+    if (!s->by[0] || !s->by[1])
+        return;
+    for (int way = 0; way < 3; way++) {
+        rows a = run(s->by[0], ways[way][0], ways[way][1], rtol, t_end);
+        rows b = run(s->by[1], ways[way][0], ways[way][1], rtol, t_end);
+        double off[4];
+        for (int k = 0; k < 4; k++)
+            off[k] = difference(&a, &b, k);
+        printf("   %-22s %-9s q %.1e qd %.1e qdd %.1e lambda %.1e; %ld and %ld steps\n", name, ways[way][way < 2],
+               off[0], off[1], off[2], off[3], a.report.steps, b.report.steps);
+        CHECK(off[0] <= tolerance && off[1] <= tolerance && off[2] <= 10 * tolerance);
+        CHECK(!multipliers || off[3] <= 10 * tolerance);
+        for (int k = 0; k < a.count; k++)
+            CHECK_NEAR(b.work[k], a.work[k], 10 * tolerance);
+        CHECK(a.report.exchanges == b.report.exchanges && a.notes == b.notes);
+        if (b.notes == 0 && b.report.centrings == 0)
+            CHECK(b.allocations[0] == b.allocations[1]);
+    }
+}
+
+static void compare_file(const char *path, double rtol, double t_end, double tolerance, bool multipliers)
+{
+    scene s = read_file(path);
+    compare(strrchr(path, '/') + 1, &s, rtol, t_end, tolerance, multipliers);
+    unload(&s);
+}
+
+static void examples_come_out_the_same(void)
+{
+    compare_file("examples/andrews/andrews.yaml", 1e-11, 0.03, 1e-11, true);
+    compare_file("examples/slider_crank_spatial/slider_crank_spatial.yaml", 1e-11, 0.1, 1e-10, true);
+    compare_file("examples/stewart/stewart.yaml", 1e-11, 0.5, 1e-11, true);
+    compare_file("examples/parallel_robot/parallel_robot_spatial.yaml", 1e-11, 0.3, 1e-11, true);
+    compare_file("examples/stephenson/stephenson.yaml", 1e-11, 0.5, 1e-10, true);
+    compare_file("examples/double_wishbone/double_wishbone.yaml", 1e-10, 0.2, 1e-9, true);
+}
+
+/* The driven ones do work by their multipliers; Bennett's has more rows than rank. */
+static void driven_and_overconstrained(void)
+{
+    compare_file("examples/driven_slider_crank/driven_slider_crank.yaml", 1e-11, 0.5, 1e-11, true);
+    compare_file("examples/bennett/bennett.yaml", 1e-11, 0.5, 1e-10, false);
+    compare_file("tests/models/bricard.yaml", 1e-11, 0.5, 1e-8, false);
+}
+
+static void exchanges_and_change_points(void)
+{
+    scene s = read_file("examples/four_bar/four_bar_spatial.yaml");
+    rows r = run(s.by[1], "reduced", "carried", 1e-10, 1);
+    CHECK(r.report.exchanges > 0);
+    compare("four_bar_spatial", &s, 1e-11, 1, 1e-10, true);
+    unload(&s);
+    s = read_file("examples/n_four_bar/n_four_bar.yaml");
+    r = run(s.by[1], "reduced", "carried", 1e-10, 3);
+    CHECK(r.notes > 0); /* it goes straight over the flat position, there by M and C */
+    compare("n_four_bar", &s, 1e-11, 3, 1e-7, false);
+    unload(&s);
+}
+
+static void conditions_and_charts(void)
+{
+    scene s = read_file("tests/models/pendulum_stops.yaml");
+    rows r = run(s.by[1], "reduced", "carried", 1e-11, 1);
+    CHECK(r.report.events > 0);
+    compare("pendulum_stops", &s, 1e-11, 1, 1e-9, true);
+    unload(&s);
+    s = read_text("kempe: 1\nname: ball\ngravity: [0, 0, -9.81]\nbodies:\n"
+                  "  a: {joint: {name: J, spherical: x, at: ground}, mass: 1, com: [0.05, 0.02, -0.5], "
+                  "inertia: {xx: 0.1, yy: 0.12, zz: 0.03}}\nstart: {qd: {J.1: 1.9, J.2: 6, J.3: 1.25}}\n");
+    r = run(s.by[1], "reduced", "carried", 1e-11, 2);
+    CHECK(r.report.centrings > 0);
+    compare("pendulum on a ball", &s, 1e-11, 2, 1e-8, true);
+    unload(&s);
+}
+
+static void by_the_references(void)
+{
+    static const struct {
+        const char *model, *reference;
+        double tolerance;
+    } list[] = {{"examples/andrews/andrews.yaml", "examples/andrews/reference.csv", 1e-9},
+                {"examples/four_bar/four_bar.yaml", "examples/four_bar/reference.csv", 1e-8},
+                {"examples/slider_crank/slider_crank.yaml", "examples/slider_crank/reference.csv", 1e-9}};
+    for (size_t e = 0; e < sizeof list / sizeof *list; e++) {
+        char path[512];
+        scene s = read_file(list[e].model);
+        kmp_reference reference;
+        snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, list[e].reference);
+        CHECK(kmp_reference_read(s.by[1], path, &reference) == KEMPE_OK);
+        double end = reference.t[reference.rows - 1];
+        for (int way = 0; way < 3; way++) {
+            rows r = run(s.by[1], ways[way][0], ways[way][1], 1e-12, end);
+            double off = 0;
+            for (int i = 0; i < r.n; i++) {
+                double ref = reference.value[KMP_QUANTITY_Q][(reference.rows - 1) * r.n + i];
+                off = isnan(ref) ? off : fmax(off, fabs(r.value[TIMES - 1][0][i] - ref) / fmax(fabs(ref), 1));
+            }
+            printf("   %-45s %-9s %.1e\n", list[e].model, ways[way][way < 2], off);
+            CHECK(off <= list[e].tolerance);
+        }
+        kmp_reference_free(&reference);
+        unload(&s);
+    }
+}
+
+/* -- trees ---------------------------------------------------------------------------------------------- */
+
+/* N joints in a chain or a binary tree, of several kinds, rotations about any axis. */
+static void put_tree(kmp_text *text, int n, bool binary)
+{
+    static const char *const joints[] = {"revolute: z", "revolute: [1, 2, 2]", "prismatic: x", "revolute: y"};
+    kmp_text_put(text, "kempe: 1\nname: tree\ngravity: [3, -9, 2]\nbodies:\n");
+    for (int b = 1; b <= n; b++) {
+        int parent = binary ? b / 2 : b - 1;
+        kmp_text_printf(text, "  b%d: {joint: {%s, at: ", b, joints[b % 4]);
+        kmp_text_printf(text, parent ? "b%d.P" : "ground", parent);
+        kmp_text_put(text, "}, mass: 1.5, com: [0.1, 0.05, 0.15], inertia: {xx: 0.04, yy: 0.05, zz: 0.06}, "
+                           "points: {P: [0.2, 0.1, 0.3]}}\n");
+    }
+    kmp_text_put(text, "forces:\n");
+    for (int b = 1; b <= n; b++)
+        kmp_text_printf(text, "  f%d: {joint: b%d, spring: {stiffness: 200, damping: 0.3}}\n", b, b);
+}
+
+static void trees_need_no_matrix(void)
+{
+    for (int binary = 0; binary < 2; binary++) {
+        kmp_text text = {0};
+        put_tree(&text, 20, binary);
+        scene s = read_text(text.s);
+        kmp_text_free(&text);
+        CHECK(s.by[1]->compliance.count == 0 && s.by[1]->mobility.count == 0);
+        compare(binary ? "binary tree" : "chain", &s, 1e-11, 0.2, 1e-10, true);
+        unload(&s);
+    }
+}
+
+/* A chain that auto writes by bodies, with what comes behind it. */
+static kempe_system *chain_with(kempe_context *context, kempe_model **model, const char *more)
+{
+    kmp_text text = {0};
+    kempe_system *system = NULL;
+    put_tree(&text, 24, false);
+    char *forces = strstr(text.s, "forces:");
+    size_t bodies = (size_t)(forces - text.s);
+    kmp_text all = {0};
+    kmp_text_printf(&all, "%.*s%s", (int)bodies, text.s, more);
+    if (kempe_model_read_text(context, all.s, "text", model) != KEMPE_OK ||
+        kempe_system_new(*model, &system) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(system);
+    kmp_text_free(&text);
+    kmp_text_free(&all);
+    return system;
+}
+
+/* Whether auto takes bodies. */
+static bool auto_takes(const char *path)
+{
+    scene s = read_file(path);
+    kempe_system *system = NULL;
+    CHECK(kempe_system_new_by(s.model, "auto", &system) == KEMPE_OK);
+    bool taken = system && system->articulated;
+    kempe_system_free(system);
+    unload(&s);
+    return taken;
+}
+
+static void auto_takes_what_costs_less(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = chain_with(context, &model, "");
+    CHECK(system && system->articulated);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    CHECK(!auto_takes("examples/andrews/andrews.yaml"));
+    CHECK(!auto_takes("examples/stewart/stewart.yaml"));
+    CHECK(!auto_takes("examples/n_four_bar/n_four_bar_40.yaml")); /* 80 rows on 81 coordinates */
+    /* twenty loops that stand beside each other leave M^-1 J' thin */
+    kmp_text text = {0};
+    kmp_text_put(&text, "kempe: 1\nname: beside\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n");
+    for (int k = 0; k < 20; k++)
+        kmp_text_printf(
+            &text,
+            "  a%d: {joint: {revolute: z, at: ground}, mass: 1, com: [0.2, 0, 0], points: {P: [0.4, 0, 0]}}\n"
+            "  b%d: {joint: {revolute: z, at: a%d.P}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}, points: "
+            "{P: [1, 0, 0]}}\n",
+            k, k, k);
+    kmp_text_put(&text, "loops:\n");
+    for (int k = 0; k < 20; k++)
+        kmp_text_printf(&text, "  l%d: {point_on_line: [ground.O, b%d.P], axis: x}\n", k, k);
+    model = NULL;
+    CHECK(kempe_model_read_text(context, text.s, "text", &model) == KEMPE_OK);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && system->articulated);
+    kmp_text_free(&text);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* Universal and spherical joints as two and three motions have links without mass between them. */
+static void massless_links_between(void)
+{
+    scene s =
+        read_text("kempe: 1\nname: joints\ngravity: [0, 0, -9.81]\nbodies:\n"
+                  "  a: {joint: {universal: [x, y], at: ground}, mass: 1, com: [0.1, 0.2, 0.5], inertia: {xx: 0.1, "
+                  "yy: 0.12, zz: 0.03}, points: {P: [0, 0, 1]}}\n"
+                  "  b: {joint: {spherical: x, at: a.P}, mass: 1, com: [0.1, 0.3, 0.5], inertia: {xx: 0.1, yy: "
+                  "0.12, zz: 0.03}}\n");
+    compare("massless links", &s, 1e-11, 0.3, 1e-9, true);
+    unload(&s);
+}
+
+/* -- what it refuses ------------------------------------------------------------------------------------ */
+
+static void massless_ends_fall_back(void)
+{
+    static const char hook[] = "  hook: {joint: {revolute: z, at: b24.P}}\n"
+                               "loops:\n  G: {couple: {hook: 1, b24: -1}}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = chain_with(context, &model, hook), *none = NULL;
+    CHECK(system && !system->articulated);
+    CHECK_TEXT(kempe_context_message(context), "");
+    CHECK(kempe_system_new_by(model, "articulated", &none) == KEMPE_E_FAILED && !none);
+    CHECK_TEXT(kempe_context_message(context),
+               "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'hook' of body 'hook' "
+               "moves none; give the bodies behind it an inertia about its axis, or take M and C");
+    CHECK(kempe_system_new_by(model, "articulate", &none) == KEMPE_E_ARGUMENT && !none);
+    CHECK_TEXT(kempe_context_message(context), "dynamics 'articulate' is unknown; there is: auto, composite, ner, "
+                                               "articulated; did you mean 'articulated'?");
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* Two joints about almost the same axis, and a loop that makes their motion definite: what is left of the inertia
+ * behind the second is rounding. */
+static void rounding_is_no_inertia(void)
+{
+    static const char twice[] =
+        "  c: {joint: {revolute: z, at: ground}, points: {P: [1e-12, 0, 0]}}\n"
+        "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [0.3, 0.2, 0], inertia: {zz: 0.1}}\n"
+        "loops:\n  G: {couple: {c: 1, d: -1}}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = chain_with(context, &model, twice), *forced = NULL, *plain = NULL;
+    CHECK(system && system->articulated);
+    CHECK(kempe_system_new_by(model, "composite", &plain) == KEMPE_OK);
+    if (system && plain) {
+        rows a = run(plain, "reduced", "carried", 1e-9, 0.05), b = run(system, "reduced", "carried", 1e-9, 0.05);
+        CHECK(memcmp(a.value, b.value, sizeof a.value) == 0);
+    }
+    CHECK(kempe_system_new_by(model, "articulated", &forced) == KEMPE_OK);
+    kmp_run_spec spec = {.t_end = 0.05};
+    kmp_run_report report = {0};
+    CHECK(forced && kmp_run_resolve(forced, &spec) == KEMPE_OK);
+    CHECK(forced && kmp_run(forced, &spec, NULL, NULL, NULL, &report) == KEMPE_E_FAILED);
+    printf("   %s\n", report.reason ? report.reason : "");
+    CHECK(report.reason && strstr(report.reason, "dynamics articulated: with the loops open some motion has next to no "
+                                                 "inertia at the start"));
+    kmp_free(report.reason);
+    kempe_system_free(system);
+    kempe_system_free(plain);
+    kempe_system_free(forced);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+static void too_many_rows_are_refused(void)
+{
+    kmp_text text = {0};
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kmp_text_put(&text, "kempe: 1\nname: many\nbodies:\n");
+    for (int k = 0; k < 502; k++)
+        kmp_text_printf(&text, "  b%d: {joint: {prismatic: x, at: ground}, mass: 1}\n", k);
+    kmp_text_put(&text, "loops:\n");
+    for (int k = 0; k < 501; k++)
+        kmp_text_printf(&text, "  l%d: {couple: {b%d: 1, b%d: -1}}\n", k, k, k + 1);
+    CHECK(kempe_model_read_text(context, text.s, "text", &model) == KEMPE_OK);
+    CHECK(kempe_system_new_by(model, "articulated", &system) == KEMPE_E_FAILED);
+    CHECK_TEXT(kempe_context_message(context),
+               "dynamics articulated: the forces of 501 closure rows on 502 coordinates are more than the 250000 that "
+               "articulated bodies are written for; take dynamics composite");
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && !system->articulated);
+    kmp_text_free(&text);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* -- a program's force ---------------------------------------------------------------------------------- */
+
+static int brake(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    for (int i = 0; i < *(const int *)user; i++)
+        effort[i] += sin(3 * t) - 0.1 * qd[i] - 0.2 * q[i];
+    return 0;
+}
+
+static void forces_of_a_program(void)
+{
+    scene s = read_file("examples/parallel_robot/parallel_robot_spatial.yaml");
+    for (int k = 0; k < 2; k++)
+        kempe_system_set_force(s.by[k], brake, &s.by[k]->n);
+    compare("with a force", &s, 1e-11, 0.3, 1e-9, true);
+    unload(&s);
+}
+
+int main(void)
+{
+    TEST(examples_come_out_the_same);
+    TEST(driven_and_overconstrained);
+    TEST(exchanges_and_change_points);
+    TEST(conditions_and_charts);
+    TEST(by_the_references);
+    TEST(trees_need_no_matrix);
+    TEST(auto_takes_what_costs_less);
+    TEST(massless_links_between);
+    TEST(massless_ends_fall_back);
+    TEST(rounding_is_no_inertia);
+    TEST(too_many_rows_are_refused);
+    TEST(forces_of_a_program);
+    return check_report();
+}
