@@ -164,6 +164,22 @@ void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
     spread(red, ud, red->x_t, qd);
 }
 
+/* -Jv^-1 (Ju ud + h_t) */
+void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
+{
+    const double *h_t = red->plant->h_t;
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = h_t ? -h_t[red->part->rows[i]] : 0;
+    for (int k = 0; k < red->ju_count; k++)
+        red->dv[red->ju_row[k]] -= red->plant->jacobian[red->ju_entry[k]] * ud[red->ju_col[k]];
+    if (red->r > 0)
+        kmp_block_solve(red->block, 1, red->dv);
+    for (int k = 0; k < red->p; k++)
+        qd[red->part->u[k]] = ud[k];
+    for (int i = 0; i < red->r; i++)
+        qd[red->part->v[i]] = red->dv[i];
+}
+
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd)
 {
     spread(red, udd, red->a0, qdd);

@@ -44,6 +44,9 @@ void kmp_reduction_tangent(kmp_reduction *red);
 /** qd = X ud + x_t. */
 void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd);
 
+/** The same by one solution with the factors, without the tangent. */
+void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd);
+
 /** Reduced accelerations at qd from the plant's M, C, jdqd: eq. (46). 0, or 1 + k when the reduced mass is not positive
  * for u[k]. */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);

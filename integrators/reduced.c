@@ -95,7 +95,7 @@ static void predict_v(reduced *d, double t, const double *y)
     }
 }
 
-/* q, factors of Jv and the tangent at (t, y). */
+/* q and factors of Jv at (t, y), and the tangent, which accelerations by articulated bodies do not need. */
 static int place(reduced *d, double t, const double *y)
 {
     put_u(d, y);
@@ -110,8 +110,18 @@ static int place(reduced *d, double t, const double *y)
         if (kmp_reduction_close(&d->red, t, d->q, d->weight, CLOSE_FRACTION))
             return KMP_RETRY;
     }
-    kmp_reduction_tangent(&d->red);
+    if (!d->plant->by_bodies)
+        kmp_reduction_tangent(&d->red);
     return KMP_GO;
+}
+
+/* qd at the placed state. */
+static void close_rates(reduced *d, const double *ud)
+{
+    if (d->plant->by_bodies)
+        kmp_reduction_rates_alone(&d->red, ud, d->qd);
+    else
+        kmp_reduction_rates(&d->red, ud, d->qd);
 }
 
 /* qdd, lambda and udd without M. */
@@ -128,7 +138,7 @@ static int accelerate_bodies(reduced *d)
 /* udd at the placed state. */
 static int accelerate(reduced *d, const double *ud)
 {
-    kmp_reduction_rates(&d->red, ud, d->qd);
+    close_rates(d, ud);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, d->qd);
     if (d->plant->by_bodies)
@@ -285,11 +295,13 @@ static bool is_noise(const reduced *d)
     return worst < 4e-15;
 }
 
-/* The step's end was evaluated last: h, the factors and the tangent are there. */
+/* The step's end was evaluated last: h, the factors and, by M, the tangent are there. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     reduced *d = self;
     (void)dy;
+    if (d->plant->by_bodies)
+        kmp_reduction_tangent(&d->red);
     if (d->carried && d->r > 0 && !is_noise(d)) {
         kmp_reduction_correction(&d->red);
         for (int i = 0; i < d->r; i++)
@@ -452,7 +464,7 @@ static int renew(kmp_road *road, double t, double *y, double *yp)
         return KMP_GO;
     if (place(d, t, y) != KMP_GO)
         return KMP_HALT;
-    kmp_reduction_rates(&d->red, y + d->p, d->qd);
+    close_rates(d, y + d->p);
     return exchange(d, t, y) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
