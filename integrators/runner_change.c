@@ -4,8 +4,11 @@
 #include "base/memory.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
+#include <float.h>
 #include <math.h>
 
+/* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
+#define CANCELLED 1e-2
 /* Part of the run that must lie between two rescues of an implicit integrator. */
 #define RESCUE_WAY 1e-5
 /* Margins, of the start's, at which a run enters the zone and leaves it. */
@@ -138,6 +141,26 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     return rows < ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
 }
 
+/* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
+ * are so large that rounding of them shows, because a joint comes to move next to nothing, M and C go on. */
+static kempe_status watch_bodies(kmp_runner *run, double t)
+{
+    const double *open = run->plant->by_bodies && run->margin.r > 0 ? run->plant->free_qdd : NULL;
+    double most = 0;
+    for (int i = 0; open && i < run->s->n; i++)
+        most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / run->s->scale[i]) : INFINITY;
+    double size = run->rate_scale * run->rate_scale;
+    if (DBL_EPSILON * most <= CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    run->by_bodies = false;
+    kempe_status status = kmp_runner_change_road(run, t, run->in_zone);
+    if (status == KEMPE_OK)
+        kmp_journal_note(run->journal, "dynamics", t, most, size,
+                         "with the loops open some joint moves next to no inertia: by M and C from there, not by "
+                         "articulated bodies");
+    return status;
+}
+
 /* Lets the road re-arrange its unknowns at the end of the last step; an integrator is then started anew, a one-step
  * method with the step it had. */
 static kempe_status renew(kmp_runner *run, double t)
@@ -182,6 +205,8 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
         status = kmp_runner_center(run, t);
     if (status == KEMPE_OK)
         status = watch_margin(run, t);
+    if (status == KEMPE_OK)
+        status = watch_bodies(run, t);
     return status == KEMPE_OK ? renew(run, t) : status;
 }
 

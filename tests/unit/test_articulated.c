@@ -404,6 +404,27 @@ static void rounding_is_no_inertia(void)
     kempe_context_free(context);
 }
 
+/* It comes to rest where the first joint moves nothing with the loop open. */
+static void bodies_are_left_where_rounding_shows(void)
+{
+    scene s = read_text("kempe: 1\nname: rest\nbodies:\n"
+                        "  c: {joint: {revolute: z, at: ground}, points: {P: [0.3, 0, 0]}}\n"
+                        "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [0.3, 0, 0]}\n"
+                        "loops:\n  G: {couple: {c: 1, d: -1}}\n"
+                        "forces:\n  s: {joint: c, spring: {stiffness: 20, damping: 8}}\n"
+                        "start: {q: {c: 1, d: 1}}\n");
+    for (int way = 0; way < 3; way++) {
+        rows a = run(s.by[0], ways[way][0], ways[way][1], 1e-9, 12),
+             b = run(s.by[1], ways[way][0], ways[way][1], 1e-9, 12);
+        printf("   %-9s q %.1e; %ld and %ld steps\n", ways[way][way < 2], difference(&a, &b, 0), a.report.steps,
+               b.report.steps);
+        CHECK(b.report.by_bodies && b.notes == 1 && a.notes == 0);
+        CHECK(difference(&a, &b, 0) < 1e-8 && difference(&a, &b, 2) < 1e-6);
+        CHECK(b.report.steps < 2 * a.report.steps);
+    }
+    unload(&s);
+}
+
 static void too_many_rows_are_refused(void)
 {
     kmp_text text = {0};
@@ -458,6 +479,7 @@ int main(void)
     TEST(massless_links_between);
     TEST(massless_ends_fall_back);
     TEST(rounding_is_no_inertia);
+    TEST(bodies_are_left_where_rounding_shows);
     TEST(too_many_rows_are_refused);
     TEST(forces_of_a_program);
     return check_report();
