@@ -270,8 +270,8 @@ static void a_wrong_number_of_wishes_is_refused(void)
 
 /* By hand: u = rod, v = (crank, slider); Jv is two blocks of one with an entry between them, M has 3 entries on the
  * diagonal and one below, which counts twice. Factors: 2 quotients. A solve, for Bvu and for gamma: 1 + 2 products, 1
- * sum. M times a vector, for gamma and for X: 5 and 5. Rates of v: 2 and 2. Reduced force, reduced mass: 3 and 3. Cholesky
- * of order 1: a root, 2 quotients. */
+ * sum. M times a vector, for gamma and for X: 5 and 5. Rates of v: 2 and 2. Reduced force, reduced mass: 3 and 3.
+ * Cholesky of order 1: a root, 2 quotients. */
 static void the_arithmetic_is_that_counted_by_hand(void)
 {
     char *text = file_text("examples/slider_crank/slider_crank.yaml");
