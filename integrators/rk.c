@@ -9,7 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-/* With 0.9 a quarter of the steps is rejected on closed loops; 0.8 needs no more evaluations and halves the error. */
+/* Against 0.9, at a given tolerance: half the error for 4 % more evaluations with DOP853, for 10 % more with DOPRI5; at
+ * equal error 2 to 4 % fewer (docs/decisions/safety.md). */
 static const double SAFETY = 0.8, ERROR_FLOOR = 1e-4;
 enum { MAX_REJECT = 1000 };
 
