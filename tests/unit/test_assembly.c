@@ -6,49 +6,9 @@
 #include "constraints/assemble.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "loaded.h"
 #include "random.h"
 #include <stdlib.h>
-
-typedef struct loaded {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} loaded;
-
-static loaded finish(kempe_context *context, kempe_model *model)
-{
-    loaded l = {context, model, NULL};
-    if (!model || kempe_system_new(model, &l.system) != KEMPE_OK) {
-        printf("%s\n", kempe_context_message(context));
-        CHECK(l.system != NULL);
-    }
-    return l;
-}
-
-static loaded load(const char *path)
-{
-    char full[512];
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read(context, full, &model);
-    return finish(context, model);
-}
-
-static loaded load_text(const char *text)
-{
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    (void)kempe_model_read_text(context, text, "model.yaml", &model);
-    return finish(context, model);
-}
-
-static void unload(loaded *l)
-{
-    kempe_system_free(l->system);
-    kempe_model_free(l->model);
-    kempe_context_free(l->context);
-}
 
 static kempe_assembly *assembled(const loaded *l)
 {

@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "check.h"
 #include "integrators/run.h"
+#include "loaded.h"
 
 typedef struct last_row {
     int n;
@@ -20,31 +21,10 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return 0;
 }
 
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
-
-static void finish(scene *s)
-{
-    CHECK(s->model && kempe_system_new(s->model, &s->system) == KEMPE_OK);
-    if (!s->system)
-        printf("%s\n", kempe_context_message(s->context));
-}
-
-static void unload(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
-}
-
 /* N square windows: vertical links on the ground, horizontal ones on top, started upright at -1 rad/s. */
-static scene windows(int n)
+static loaded windows(int n)
 {
     kmp_text t = {0};
-    scene s = {kempe_context_new(), NULL, NULL};
     kmp_text_put(&t, "kempe: 1\nname: windows\ngravity: [0, -9.81, 0]\nground: {points: {");
     for (int i = 0; i <= n; i++)
         kmp_text_printf(&t, "%sG%d: [%d, 0, 0]", i ? ", " : "", i, i);
@@ -70,13 +50,13 @@ static scene windows(int n)
     for (int i = 0; i < n; i++)
         kmp_text_printf(&t, "%sb%d: -90 deg", i ? ", " : "", i);
     kmp_text_put(&t, "}\n  qd: {a0: -1}\n");
-    CHECK(!t.failed && kempe_model_read_text(s.context, t.s, "windows", &s.model) == KEMPE_OK);
+    CHECK(!t.failed);
+    loaded s = load_text(t.s);
     kmp_text_free(&t);
-    finish(&s);
     return s;
 }
 
-static kempe_status run(const scene *s, const char *road, const char *form, double rtol, last_row *row)
+static kempe_status run(const loaded *s, const char *road, const char *form, double rtol, last_row *row)
 {
     const double end = 10;
     kmp_run_report report;
@@ -95,7 +75,7 @@ static const char *const ways[3][2] = {{"reduced", "carried"}, {"reduced", "clos
 /* x and y of the first link's tip at 10 s, by the exact reduction. */
 static void sweep_windows(int n, double x, double y, int tolerances)
 {
-    scene s = windows(n);
+    loaded s = windows(n);
     for (int way = 0; way < 3; way++) {
         double worst = 0;
         for (int k = 0; k < tolerances; k++) {
@@ -120,7 +100,7 @@ static void windows_keep_their_branch(void)
 
 static void windows_reach_their_digits(void)
 {
-    scene s = windows(2);
+    loaded s = windows(2);
     for (int way = 0; way < 3; way++) {
         last_row row = {0};
         CHECK(run(&s, ways[way][0], ways[way][1], 1e-11, &row) == KEMPE_OK);
@@ -134,11 +114,7 @@ static void windows_reach_their_digits(void)
  * one-degree-of- freedom form). */
 static void the_antiparallelogram_keeps_its_branch(void)
 {
-    char path[512];
-    scene s = {kempe_context_new(), NULL, NULL};
-    snprintf(path, sizeof path, "%s/tests/models/antiparallelogram.yaml", KEMPE_ROOT);
-    CHECK(kempe_model_read(s.context, path, &s.model) == KEMPE_OK);
-    finish(&s);
+    loaded s = load("tests/models/antiparallelogram.yaml");
     for (int way = 0; way < 3; way++)
         for (int k = 0; k <= 60; k++) {
             double rtol = pow(10, -6 - 0.1 * k), allowed = fmax(1e3 * rtol, 1e-6);
@@ -168,14 +144,12 @@ static void a_start_on_a_change_point_is_refused(void)
             kmp_run_spec spec = {
                 .road = all[way][0], .form = all[way][1], .rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end};
             last_row row = {0};
-            scene s = {kempe_context_new(), NULL, NULL};
             FILE *file = fopen(KEMPE_ROOT "/tests/models/parallelogram_flat.yaml", "r");
             CHECK(file && fread(text, 1, sizeof text - 80, file) > 0);
             if (file)
                 fclose(file);
             strcat(text, ends[e]);
-            CHECK(kempe_model_read_text(s.context, text, "flat", &s.model) == KEMPE_OK);
-            finish(&s);
+            loaded s = load_text(text);
             row.n = s.system->n;
             CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
             CHECK(kmp_run(s.system, &spec, NULL, take_row, &row, &report) == KEMPE_E_FAILED);

@@ -6,6 +6,7 @@
 #include "constraints/branches.h"
 #include "constraints/charts.h"
 #include "constraints/diagnose.h"
+#include "loaded.h"
 #include "results/trajectory.h"
 #include <kempe/stepper.h>
 #include <stdlib.h>
@@ -24,22 +25,16 @@ typedef struct scene {
 
 static scene scene_of(const char *text)
 {
-    scene s = {.context = kempe_context_new()};
-    s.status = strchr(text, '\n') ? kempe_model_read_text(s.context, text, "text", &s.model)
-                                  : kempe_model_read(s.context, text, &s.model);
-    if (s.status == KEMPE_OK)
-        s.status = kempe_system_new(s.model, &s.system);
-    if (s.status != KEMPE_OK)
-        printf("%s\n", kempe_context_message(s.context));
-    return s;
+    loaded l = strchr(text, '\n') ? load_text(text) : load(text);
+    return (scene){
+        .context = l.context, .model = l.model, .system = l.system, .status = l.system ? KEMPE_OK : KEMPE_E_INPUT};
 }
 
 static void scene_free(scene *s)
 {
+    loaded l = {s->context, s->model, s->system};
     kempe_trajectory_free(s->t);
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
+    unload(&l);
 }
 
 /* A road "projected", or road and form or integrator as "reduced/closed/bdf". */

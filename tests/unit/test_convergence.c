@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* No run ends well with a wrong answer and without a word: what makes errors grow warns, what does not keeps silent. */
 #include "check.h"
+#include "loaded.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <string.h>
@@ -24,21 +25,16 @@ static void listen(void *user, kempe_level level, const char *line)
 
 static scene *open_scene(scene *s, const char *text, const char *path)
 {
-    *s = (scene){.context = kempe_context_new()};
-    CHECK(s->context != NULL);
+    loaded l = text ? load_text(text) : load(path);
+    *s = (scene){.context = l.context, .model = l.model, .system = l.system};
     kempe_context_set_log(s->context, listen, s);
-    kempe_status status = text ? kempe_model_read_text(s->context, text, "model", &s->model)
-                               : kempe_model_read(s->context, path, &s->model);
-    CHECK(status == KEMPE_OK);
-    CHECK(kempe_system_new(s->model, &s->system) == KEMPE_OK);
     return s;
 }
 
 static void close_scene(scene *s)
 {
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
+    loaded l = {s->context, s->model, s->system};
+    unload(&l);
 }
 
 static kempe_status run(scene *s, const kempe_run *options, kempe_trajectory **trajectory)
@@ -119,7 +115,7 @@ static void long_levers_are_no_change_point(void)
 {
     scene s;
     double end[6];
-    open_scene(&s, NULL, KEMPE_ROOT "/tests/models/levers.yaml");
+    open_scene(&s, NULL, "tests/models/levers.yaml");
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
         kempe_run options = {.road = roads[k], .rtol = 1e-12};
@@ -142,8 +138,7 @@ static void rounding_refuses_no_step(void)
     const struct {
         const char *path;
         double t_end;
-    } cases[] = {{KEMPE_ROOT "/tests/models/long_slider.yaml", 0.02},
-                 {KEMPE_ROOT "/tests/models/long_whip.yaml", 0.02}};
+    } cases[] = {{"tests/models/long_slider.yaml", 0.02}, {"tests/models/long_whip.yaml", 0.02}};
     for (int k = 0; k < 2; k++) {
         scene s;
         kempe_trajectory *trajectory = NULL;

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "constraints/assemble.h"
 #include "constraints/plant.h"
+#include "loaded.h"
 #include <stdlib.h>
 
 enum { MOST = 8 };
@@ -18,9 +19,6 @@ static end run(const char *motions, const char *closure, const char *start, cons
                double t_end)
 {
     char text[1024];
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
     kempe_trajectory *t = NULL;
     kempe_run settings = kempe_run_default();
     end e = {0};
@@ -33,25 +31,23 @@ static end run(const char *motions, const char *closure, const char *start, cons
     settings.road = road;
     settings.t_end = settings.every = t_end;
     settings.rtol = 1e-11;
-    if (kempe_model_read_text(context, text, "bead", &model) == KEMPE_OK &&
-        kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &settings, &t) == KEMPE_OK) {
+    loaded l = load_text(text);
+    if (l.system && kempe_simulate(l.system, &settings, &t) == KEMPE_OK) {
         int row = kempe_trajectory_row_count(t) - 1;
-        e.n = system->n;
-        e.m = system->m;
+        e.n = l.system->n;
+        e.m = l.system->m;
         memcpy(e.q, kempe_trajectory_q(t, row), (size_t)e.n * sizeof *e.q);
         memcpy(e.qd, kempe_trajectory_qd(t, row), (size_t)e.n * sizeof *e.qd);
         memcpy(e.lambda, kempe_trajectory_lambda(t, row), (size_t)e.m * sizeof *e.lambda);
-        kmp_plant *plant = kmp_plant_new(system, "tape");
+        kmp_plant *plant = kmp_plant_new(l.system, "tape");
         memcpy(e.force, kmp_plant_reactions(plant, t_end, e.q, e.lambda), sizeof e.force);
         kmp_plant_free(plant);
     } else {
-        printf("%s\n%s\n", text, kempe_context_message(context));
+        printf("%s\n%s\n", text, kempe_context_message(l.context));
         CHECK(e.n > 0);
     }
     kempe_trajectory_free(t);
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    unload(&l);
     return e;
 }
 
@@ -103,9 +99,6 @@ static void a_bead_finds_its_ellipse(void)
 {
     for (int k = 0; k < 40; k++) {
         char text[512];
-        kempe_context *context = kempe_context_new();
-        kempe_model *model = NULL;
-        kempe_system *system = NULL;
         kempe_assembly *a = NULL;
         double x = k ? 0.5 * cos(k) : 0, y = k ? 0.1 * (k % 7) * sin(k) : 0;
         snprintf(text, sizeof text,
@@ -114,14 +107,12 @@ static void a_bead_finds_its_ellipse(void)
                  "loops: {C: {point_on_curve: [ground.O, bead.P], curve: \"x^2/0.09 + y^2/0.04 - 1\", power: 0}}\n"
                  "start: {q: {J.1: %.17g, J.2: %.17g}}\n",
                  x, y);
-        CHECK(kempe_model_read_text(context, text, "bead", &model) == KEMPE_OK);
-        CHECK(kempe_system_new(model, &system) == KEMPE_OK && kempe_assemble(system, &a) == KEMPE_OK);
+        loaded l = load_text(text);
+        CHECK(l.system && kempe_assemble(l.system, &a) == KEMPE_OK);
         if (a)
             CHECK_NEAR(pow(a->q[0] / 0.3, 2) + pow(a->q[1] / 0.2, 2), 1, 1e-14);
         kempe_assembly_free(a);
-        kempe_system_free(system);
-        kempe_model_free(model);
-        kempe_context_free(context);
+        unload(&l);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "check.h"
 #include "constraints/branches.h"
 #include "constraints/diagnose.h"
+#include "loaded.h"
 #include "random_model.h"
 #include <stdlib.h>
 
@@ -17,13 +18,12 @@ typedef struct patient {
 
 static const double pi = 3.14159265358979323846;
 
-static patient finish(kempe_context *context, kempe_model *model, kempe_status expected)
+static patient examined(loaded l, kempe_status expected)
 {
-    patient p = {context, model, NULL, NULL};
-    bool ok = model && kempe_system_new(model, &p.system) == KEMPE_OK;
-    CHECK(ok && kempe_check_new(p.system, &p.check) == expected);
+    patient p = {l.context, l.model, l.system, NULL};
+    CHECK(l.system && kempe_check_new(l.system, &p.check) == expected);
     if (!p.check) {
-        printf("%s\n", kempe_context_message(context));
+        printf("%s\n", kempe_context_message(l.context));
         exit(1);
     }
     return p;
@@ -31,28 +31,19 @@ static patient finish(kempe_context *context, kempe_model *model, kempe_status e
 
 static patient admit(const char *path)
 {
-    char full[512];
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read(context, full, &model);
-    return finish(context, model, KEMPE_OK);
+    return examined(load(path), KEMPE_OK);
 }
 
 static patient admit_text(const char *text, kempe_status expected)
 {
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    (void)kempe_model_read_text(context, text, "model.yaml", &model);
-    return finish(context, model, expected);
+    return examined(load_text(text), expected);
 }
 
 static void dismiss(patient *p)
 {
+    loaded l = {p->context, p->model, p->system};
     kempe_check_free(p->check);
-    kempe_system_free(p->system);
-    kempe_model_free(p->model);
-    kempe_context_free(p->context);
+    unload(&l);
 }
 
 /* The text says this. */

@@ -2,10 +2,11 @@
 /* Closures that move: a driven slider-crank against its closed form and its power balance, a rod whose length is a
  * function of time, and structures without any freedom, on all roads. */
 #include "check.h"
+#include "loaded.h"
 #include <kempe/kempe.h>
 #include <math.h>
 
-#define EXAMPLE KEMPE_ROOT "/examples/driven_slider_crank/driven_slider_crank.yaml"
+#define EXAMPLE "examples/driven_slider_crank/driven_slider_crank.yaml"
 
 static const char *const roads[][3] = {
     {"reduced", "carried", NULL},   {"reduced", "closed", NULL},   {"reduced", "closed", "bdf"},
@@ -19,13 +20,8 @@ typedef void judge_fn(const kempe_system *system, const kempe_trajectory *t);
 
 static void run_all(const char *path, const char *text, double t_end, judge_fn *judge)
 {
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
-    kempe_status status =
-        path ? kempe_model_read(context, path, &model) : kempe_model_read_text(context, text, "text", &model);
-    CHECK(status == KEMPE_OK && kempe_system_new(model, &system) == KEMPE_OK);
-    for (int k = 0; system && k < ROADS; k++) {
+    loaded l = path ? load(path) : load_text(text);
+    for (int k = 0; l.system && k < ROADS; k++) {
         kempe_run run = kempe_run_default();
         kempe_trajectory *t = NULL;
         run.road = roads[k][0];
@@ -33,21 +29,17 @@ static void run_all(const char *path, const char *text, double t_end, judge_fn *
         run.integrator = roads[k][2];
         run.rtol = 1e-9;
         run.t_end = t_end;
-        CHECK(kempe_simulate(system, &run, &t) == KEMPE_OK);
+        CHECK(kempe_simulate(l.system, &run, &t) == KEMPE_OK);
         if (t)
-            judge(system, t);
+            judge(l.system, t);
         kempe_trajectory_free(t);
     }
-    if (status != KEMPE_OK)
-        printf("%s\n", kempe_context_message(context));
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    unload(&l);
 }
 
 /* -- the driven slider-crank ----------------------------------------------------------------------------- */
 
-static const double r = 0.2, l = 0.5, rho = 5, load = 40, friction = 6, creep = 0.01, w = 6.283185307179586;
+static const double r = 0.2, l = 0.5, rho = 5, pull = 40, friction = 6, creep = 0.01, w = 6.283185307179586;
 
 static double slider(double t)
 {
@@ -83,7 +75,7 @@ static void judge_slider_crank(const kempe_system *system, const kempe_trajector
     for (int row = 0; motor >= 0 && row < kempe_trajectory_row_count(trajectory); row++) {
         double t = kempe_trajectory_time(trajectory, row), v = slider_speed(t);
         double rate = (8 * (energy(t + h) - energy(t - h)) - (energy(t + 2 * h) - energy(t - 2 * h))) / (12 * h);
-        double lost = load * v * v + friction * v * v / sqrt(v * v + creep * creep);
+        double lost = pull * v * v + friction * v * v / sqrt(v * v + creep * creep);
         CHECK_NEAR(kempe_trajectory_q(trajectory, row)[0], w * t, 1e-7);
         CHECK_NEAR(kempe_trajectory_q(trajectory, row)[2], slider(t), 1e-7);
         CHECK_NEAR(kempe_trajectory_qd(trajectory, row)[2], v, 1e-6);

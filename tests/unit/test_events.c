@@ -4,13 +4,8 @@
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
+#include "loaded.h"
 #include <math.h>
-
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
 
 static int notes;
 
@@ -18,27 +13,6 @@ static void count_notes(void *user, kempe_level level, const char *line)
 {
     (void)user;
     notes += level == KEMPE_LOG_NOTE && strstr(line, "became") != NULL;
-}
-
-static scene open_scene(const char *name)
-{
-    char path[512];
-    scene s = {kempe_context_new(), NULL, NULL};
-    snprintf(path, sizeof path, "%s/tests/models/%s", KEMPE_ROOT, name);
-    kempe_context_set_log(s.context, count_notes, NULL);
-    bool ok =
-        kempe_model_read(s.context, path, &s.model) == KEMPE_OK && kempe_system_new(s.model, &s.system) == KEMPE_OK;
-    CHECK(ok);
-    if (!ok)
-        printf("%s\n", kempe_context_message(s.context));
-    return s;
-}
-
-static void close_scene(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
 }
 
 /* What a row should be: of the first coordinate. NULL: not known. */
@@ -85,7 +59,7 @@ static const combination ways[] = {{"reduced", "carried", 1e-13, 1e-9},
                                    {"dae", "ah", 1e-11, 1e-6}};
 enum { WAYS = sizeof ways / sizeof *ways };
 
-static kmp_run_report go(const scene *s, const combination *way, double t_end, watch *w, kempe_status expected)
+static kmp_run_report go(const loaded *s, const combination *way, double t_end, watch *w, kempe_status expected)
 {
     double times[TIMES];
     kmp_run_report report;
@@ -94,6 +68,7 @@ static kmp_run_report go(const scene *s, const combination *way, double t_end, w
         times[k] = t_end * k / (TIMES - 1);
     spec.time_count = TIMES;
     CHECK(kmp_run_resolve(s->system, &spec) == KEMPE_OK);
+    kempe_context_set_log(s->context, count_notes, NULL);
     notes = 0;
     kempe_status status = kmp_run(s->system, &spec, NULL, take_row, w, &report);
     CHECK(status == expected);
@@ -133,7 +108,7 @@ static double bounce_energy(double t, const double *q, const double *qd)
 
 static void a_mass_bounces(void)
 {
-    scene s = open_scene("bounce.yaml");
+    loaded s = load("tests/models/bounce.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {.expected = bounce, .energy = bounce_energy};
         kmp_run_report report = go(&s, &ways[k], 3, &w, KEMPE_OK);
@@ -143,7 +118,7 @@ static void a_mass_bounces(void)
         CHECK(w.drift < (k < 3 ? 1e-10 : 1e-6));
         CHECK(report.events == 8);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 static bool is_one_step(const char *integrator)
@@ -155,7 +130,7 @@ static bool is_one_step(const char *integrator)
  * at each. */
 static void every_way_bounces(void)
 {
-    scene s = open_scene("bounce.yaml");
+    loaded s = load("tests/models/bounce.yaml");
     kmp_way each;
     for (int k = 0; kmp_way_get(k, &each); k++) {
         double times[TIMES];
@@ -179,7 +154,7 @@ static void every_way_bounces(void)
         CHECK(w.drift < 2e-5);
         kmp_free(report.reason);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 /* The same law without conditions, so that steps run over its kink, at tolerances from 1e-5 to 1e-12, two a decade. A
@@ -187,7 +162,7 @@ static void every_way_bounces(void)
  * costs. Located, an error is some 60 tolerances at every tolerance; crossed, 55 times that, for 2.3 times the work. */
 static void location_is_what_does_it(void)
 {
-    scene located = open_scene("bounce.yaml"), crossed = open_scene("bounce_kink.yaml");
+    loaded located = load("tests/models/bounce.yaml"), crossed = load("tests/models/bounce_kink.yaml");
     enum { TOLERANCES = 15, FINE = 8 };       /* the last seven are fine: 1e-9 to 1e-12 */
     double kept = 0, kept_fine = 0, gain = 0; /* logarithms of errors: located in tolerances, crossed by located */
     for (int k = 0; k < TOLERANCES; k++) {
@@ -205,8 +180,8 @@ static void location_is_what_does_it(void)
     printf("  located %.0f tolerances, fine ones %.0f; crossed %.0f times that\n", exp(kept), exp(kept_fine),
            exp(gain));
     CHECK(exp(kept) < 200 && exp(kept_fine) < 200 && exp(gain) > 20);
-    close_scene(&located);
-    close_scene(&crossed);
+    unload(&located);
+    unload(&crossed);
 }
 
 /* -- conditions on time, on rates, within each other -------------------------------------------------- */
@@ -229,7 +204,7 @@ static void braked(double t, double *q, double *qd)
 
 static void a_mass_is_braked(void)
 {
-    scene s = open_scene("braked.yaml");
+    loaded s = load("tests/models/braked.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {.expected = braked};
         kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_OK);
@@ -238,7 +213,7 @@ static void a_mass_is_braked(void)
         CHECK(w.error < ways[k].error);
         CHECK(report.events == 3); /* faster than 1, time, slower than 1 */
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 /* -- a pendulum between stops -------------------------------------------------------------------------- */
@@ -252,7 +227,7 @@ static double pendulum_energy(double t, const double *q, const double *qd)
 
 static void a_pendulum_meets_stops(void)
 {
-    scene s = open_scene("pendulum_stops.yaml");
+    loaded s = load("tests/models/pendulum_stops.yaml");
     long events = 0;
     for (int k = 0; k < WAYS; k++) {
         watch w = {.energy = pendulum_energy};
@@ -263,7 +238,7 @@ static void a_pendulum_meets_stops(void)
         events = k == 0 ? report.events : events;
         CHECK(report.events == events && events > 10);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 /* -- a loop ------------------------------------------------------------------------------------------- */
@@ -282,7 +257,7 @@ static int take_last(void *user, double t, const double *q, const double *qd, co
 
 static void a_loop_meets_a_stop(void)
 {
-    scene s = open_scene("slider_stop.yaml");
+    loaded s = load("tests/models/slider_stop.yaml");
     const double t_end = 2;
     for (at_way = 0; at_way < WAYS; at_way++) {
         kmp_run_report report;
@@ -302,7 +277,7 @@ static void a_loop_meets_a_stop(void)
         CHECK_NEAR(last_q[at_way], last_q[0], at_way < 3 ? 1e-9 : 1e-6);
         kmp_free(report.reason);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 /* -- a change of road ---------------------------------------------------------------------------------- */
@@ -317,7 +292,7 @@ static double parallelogram_energy(double t, const double *q, const double *qd)
 /* Events go on being counted and held where the zone takes over and hands back. */
 static void events_between_change_points(void)
 {
-    scene s = open_scene("parallelogram_switch.yaml");
+    loaded s = load("tests/models/parallelogram_switch.yaml");
     long events = 0;
     for (int k = 0; k < WAYS; k++) {
         watch w = {.energy = parallelogram_energy};
@@ -330,14 +305,14 @@ static void events_between_change_points(void)
         events = report.events;
         kmp_free(report.reason);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 /* -- what cannot be passed ----------------------------------------------------------------------------- */
 
 static void sliding_is_named(void)
 {
-    scene s = open_scene("friction.yaml");
+    loaded s = load("tests/models/friction.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {0};
         kmp_run_report report = go(&s, &ways[k], 4, &w, KEMPE_E_FAILED);
@@ -346,13 +321,13 @@ static void sliding_is_named(void)
             printf("  %s\n", report.reason);
         kmp_free(report.reason);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 /* From rest friction holds a loop at once. */
 static void sliding_from_rest_is_named(void)
 {
-    scene s = open_scene("friction_loop.yaml");
+    loaded s = load("tests/models/friction_loop.yaml");
     for (int k = 0; k < WAYS; k++) {
         watch w = {0};
         kmp_run_report report = go(&s, &ways[k], 2, &w, KEMPE_E_FAILED);
@@ -360,7 +335,7 @@ static void sliding_from_rest_is_named(void)
         CHECK(report.t < 1e-12);
         kmp_free(report.reason);
     }
-    close_scene(&s);
+    unload(&s);
 }
 
 int main(void)

@@ -4,49 +4,9 @@
 #include "check.h"
 #include "constraints/assemble.h"
 #include "constraints/plant.h"
+#include "loaded.h"
 #include "random.h"
 #include <stdlib.h>
-
-typedef struct loaded {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} loaded;
-
-static loaded finish(kempe_context *context, kempe_model *model)
-{
-    loaded l = {context, model, NULL};
-    if (!model || kempe_system_new(model, &l.system) != KEMPE_OK) {
-        printf("%s\n", kempe_context_message(context));
-        CHECK(l.system != NULL);
-    }
-    return l;
-}
-
-static loaded load_text(const char *text)
-{
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    (void)kempe_model_read_text(context, text, "model.yaml", &model);
-    return finish(context, model);
-}
-
-static loaded load(const char *path)
-{
-    char full[512];
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read(context, full, &model);
-    return finish(context, model);
-}
-
-static void unload(loaded *l)
-{
-    kempe_system_free(l->system);
-    kempe_model_free(l->model);
-    kempe_context_free(l->context);
-}
 
 /* Closed, and at a minimum. */
 static kempe_assembly *assembled(const loaded *l)
@@ -456,7 +416,7 @@ static void a_built_model_has_goals(void)
     CHECK(kempe_model_print(model, KEMPE_TEXT, &text) == KEMPE_OK);
     CHECK(text && strstr(text, "goals: value, weight\n  arm: 0.5235987755982988"));
     kempe_text_free(text);
-    loaded l = finish(context, model);
+    loaded l = load_finish((loaded){context, model, NULL});
     kempe_assembly *a = assembled(&l);
     CHECK_NEAR(a->q[0], acos(-1) / 6, 1e-15);
     kempe_assembly_free(a);

@@ -3,6 +3,7 @@
 #include "base/text.h"
 #include "check.h"
 #include "constraints/diagnose.h"
+#include "loaded.h"
 #include "model/model.h"
 
 enum { MOST = 32 };
@@ -26,40 +27,33 @@ static end take(const kempe_system *system, const kempe_trajectory *t, int row)
 /* Of a file of tests/models or, when it has a line break, a text: the state at t_end and, when wanted, at the start. */
 static end run(const char *model_text, const char *road, double t_end, double rtol, end *start)
 {
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
     kempe_check *check = NULL;
     kempe_trajectory *t = NULL;
     kempe_run settings = kempe_run_default();
     end e = {0};
     char path[512];
-    snprintf(path, sizeof path, "%s/tests/models/%s.yaml", KEMPE_ROOT, model_text);
-    kempe_status status = strchr(model_text, '\n') ? kempe_model_read_text(context, model_text, "text", &model)
-                                                   : kempe_model_read(context, path, &model);
+    snprintf(path, sizeof path, "tests/models/%s.yaml", model_text);
+    loaded l = strchr(model_text, '\n') ? load_text(model_text) : load(path);
+    kempe_status status = l.system ? KEMPE_OK : KEMPE_E_INPUT;
     settings.road = road;
     settings.t_end = settings.every = t_end;
     settings.rtol = rtol;
     if (status == KEMPE_OK)
-        status = kempe_system_new(model, &system);
+        status = kempe_check_new(l.system, &check);
     if (status == KEMPE_OK)
-        status = kempe_check_new(system, &check);
-    if (status == KEMPE_OK)
-        status = kempe_simulate(system, &settings, &t);
+        status = kempe_simulate(l.system, &settings, &t);
     CHECK(status == KEMPE_OK);
     if (status == KEMPE_OK) {
-        e = take(system, t, kempe_trajectory_row_count(t) - 1);
+        e = take(l.system, t, kempe_trajectory_row_count(t) - 1);
         e.rank = check->part.r;
         if (start)
-            *start = take(system, t, 0);
+            *start = take(l.system, t, 0);
     } else {
-        printf("%s\n", kempe_context_message(context));
+        printf("%s\n", kempe_context_message(l.context));
     }
     kempe_trajectory_free(t);
     kempe_check_free(check);
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    unload(&l);
     return e;
 }
 
@@ -486,21 +480,15 @@ static void singular_start(const char *start, const char *road, const char *more
                     "inertia: {xx: 0.1, yy: 0.1, zz: 0.05}}\n"
                     "start: {q: {ball.2: %s}, qd: {ball.1: 1e-6, ball.2: 9}}\n%s",
                     start, more);
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
+    loaded l = load_text(text.s);
     kempe_trajectory *t = NULL;
     kempe_run settings = kempe_run_default();
     settings.road = road;
     settings.t_end = 1;
-    CHECK(kempe_model_read_text(context, text.s, "ball", &model) == KEMPE_OK);
-    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(kempe_simulate(system, &settings, &t) == (expected ? KEMPE_E_FAILED : KEMPE_OK));
-    CHECK(!expected || strstr(kempe_context_message(context), expected) != NULL);
+    CHECK(kempe_simulate(l.system, &settings, &t) == (expected ? KEMPE_E_FAILED : KEMPE_OK));
+    CHECK(!expected || strstr(kempe_context_message(l.context), expected) != NULL);
     kempe_trajectory_free(t);
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    unload(&l);
     kmp_text_free(&text);
 }
 

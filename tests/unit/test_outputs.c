@@ -3,6 +3,7 @@
 #include "check.h"
 #include "constraints/plant.h"
 #include "derived.h"
+#include "loaded.h"
 #include "model/output_table.h"
 #include <math.h>
 
@@ -30,22 +31,16 @@ typedef struct scene {
 static scene open_scene(const char *outputs)
 {
     char text[2048];
-    scene s = {.context = kempe_context_new()};
     (void)snprintf(text, sizeof text, form, outputs);
-    if (kempe_model_read_text(s.context, text, "text", &s.model) != KEMPE_OK ||
-        kempe_system_new(s.model, &s.system) != KEMPE_OK)
-        printf("%s\n", kempe_context_message(s.context));
-    CHECK(s.system != NULL);
-    s.plant = s.system ? kmp_plant_new(s.system, "tape") : NULL;
-    return s;
+    loaded l = load_text(text);
+    return (scene){l.context, l.model, l.system, l.system ? kmp_plant_new(l.system, "tape") : NULL};
 }
 
 static void close_scene(scene *s)
 {
+    loaded l = {s->context, s->model, s->system};
     kmp_plant_free(s->plant);
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
+    unload(&l);
 }
 
 /* Position and velocity after a time h at constant acceleration. */

@@ -9,6 +9,7 @@
 #include "constraints/plant.h"
 #include "constraints/reduction.h"
 #include "integrators/run.h"
+#include "loaded.h"
 #include "random.h"
 #include <stdlib.h>
 
@@ -108,30 +109,6 @@ static void random_matrices_have_their_rank(void)
 }
 
 /* -- metres and millimetres -------------------------------------------------------------------------- */
-
-typedef struct loaded {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} loaded;
-
-static void unload(loaded *l)
-{
-    kempe_system_free(l->system);
-    kempe_model_free(l->model);
-    kempe_context_free(l->context);
-}
-
-static loaded load_text(const char *text)
-{
-    loaded l = {kempe_context_new(), NULL, NULL};
-    if (kempe_model_read_text(l.context, text, "model.yaml", &l.model) ||
-        kempe_system_new(l.model, &l.system) != KEMPE_OK) {
-        printf("%s\n", kempe_context_message(l.context));
-        CHECK(l.system != NULL);
-    }
-    return l;
-}
 
 static char *file_text(const char *path)
 {

@@ -3,6 +3,7 @@
  * reports of what failed. */
 #include "base/memory.h"
 #include "check.h"
+#include "loaded.h"
 #include "results/json.h"
 #include "results/times.h"
 #include "results/verdict.h"
@@ -38,20 +39,17 @@ typedef struct scene {
 
 static scene open_scene(const char *text)
 {
-    scene s = {.context = kempe_context_new()};
-    CHECK(kempe_model_read_text(s.context, text, "model.yaml", &s.model) == KEMPE_OK);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
-    s.plant = kmp_plant_new(s.system, "tape");
+    loaded l = load_text(text);
+    scene s = {l.context, l.model, l.system, kmp_plant_new(l.system, "tape")};
     CHECK(s.plant != NULL);
     return s;
 }
 
 static void close_scene(scene *s)
 {
+    loaded l = {s->context, s->model, s->system};
     kmp_plant_free(s->plant);
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
+    unload(&l);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

@@ -5,33 +5,9 @@
 #include "check.h"
 #include "constraints/plant.h"
 #include "integrators/run.h"
+#include "loaded.h"
 #include "results/reference.h"
 #include <stdlib.h>
-
-typedef struct loaded {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} loaded;
-
-static loaded load(const char *path)
-{
-    loaded l = {kempe_context_new(), NULL, NULL};
-    char full[512];
-    snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    if (kempe_model_read(l.context, full, &l.model) != KEMPE_OK || kempe_system_new(l.model, &l.system) != KEMPE_OK) {
-        printf("%s\n", kempe_context_message(l.context));
-        CHECK(l.system != NULL);
-    }
-    return l;
-}
-
-static void unload(loaded *l)
-{
-    kempe_system_free(l->system);
-    kempe_model_free(l->model);
-    kempe_context_free(l->context);
-}
 
 enum { LARGEST = 32 };
 

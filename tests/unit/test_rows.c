@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
+#include "loaded.h"
 #include <math.h>
 
 static const char text[] = "kempe: 1\n"
@@ -58,19 +59,12 @@ static void run(const kempe_system *system, const kmp_way *way)
 
 static void rows_between_steps_are_right(void)
 {
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
+    loaded l = load_text(text);
     kmp_way each;
-    bool ok = kempe_model_read_text(context, text, "spring", &model) == KEMPE_OK &&
-              kempe_system_new(model, &system) == KEMPE_OK;
-    CHECK(ok);
-    for (int k = 0; ok && kmp_way_get(k, &each); k++)
+    for (int k = 0; l.system && kmp_way_get(k, &each); k++)
         if (strcmp(each.form, "index3") != 0)
-            run(system, &each);
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+            run(l.system, &each);
+    unload(&l);
 }
 
 int main(void)

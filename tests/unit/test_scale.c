@@ -12,6 +12,7 @@
 #include "linalg/dense.h"
 #include "linalg/least.h"
 #include "linalg/sparse.h"
+#include "loaded.h"
 #include "random.h"
 #include <kempe/workspace.h>
 
@@ -347,27 +348,12 @@ static void a_singular_choice_is_told(void)
 
 /* -- chains ------------------------------------------------------------------------------------------ */
 
-typedef struct loaded {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} loaded;
-
-static loaded load(int n, bool unequal, double apart)
+static loaded chain(int n, bool unequal, double apart)
 {
-    loaded l = {kempe_context_new(), NULL, NULL};
     char *text = chain_text(n, unequal, apart);
-    CHECK(kempe_model_read_text(l.context, text, "chain", &l.model) == KEMPE_OK);
-    CHECK(kempe_system_new(l.model, &l.system) == KEMPE_OK);
+    loaded l = load_text(text);
     kmp_free(text);
     return l;
-}
-
-static void unload(loaded *l)
-{
-    kempe_system_free(l->system);
-    kempe_model_free(l->model);
-    kempe_context_free(l->context);
 }
 
 typedef struct last {
@@ -410,7 +396,7 @@ static double distance(const last *a, const last *b)
 /* Long enough for every road to be sparse. */
 static void the_roads_agree_on_a_long_chain(void)
 {
-    loaded l = load(300, true, 0);
+    loaded l = chain(300, true, 0);
     last carried, closed, projected, dae;
     run(&l, "reduced", "carried", 1e-10, 0.4, &carried);
     run(&l, "reduced", "closed", 1e-10, 0.4, &closed);
@@ -446,7 +432,7 @@ static double angle_at(int n, double t)
 /* Through the flat position, where all windows could fold. */
 static void a_long_chain_passes_its_change_point(void)
 {
-    loaded l = load(80, false, 0);
+    loaded l = chain(80, false, 0);
     last row;
     for (int k = 0; k < 3; k++) {
         const double rtol[] = {1e-7, 1e-8, 1e-10};
@@ -463,7 +449,7 @@ static void a_long_chain_passes_its_change_point(void)
 static void the_zone_leaves_rows_out(void)
 {
     enum { N = 80, COORDINATES = 2 * N + 1 };
-    loaded l = load(N, true, 0);
+    loaded l = chain(N, true, 0);
     kmp_plant *plant = kmp_plant_new(l.system, "tape");
     kmp_partition part;
     kempe_workspace *ws = NULL;
@@ -503,7 +489,7 @@ static void the_zone_leaves_rows_out(void)
 
 static void a_chain_apart_is_assembled(void)
 {
-    loaded l = load(300, true, 2);
+    loaded l = chain(300, true, 2);
     kempe_assembly *a = NULL;
     CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
     CHECK(a->residual < 1e-11 && a->iterations < 20);
@@ -518,7 +504,7 @@ static void a_chain_apart_is_assembled(void)
 /* Bytes asked for by assembling, preparing and ten steps. */
 static double bytes_of(int n, const char *road)
 {
-    loaded l = load(n, true, 0);
+    loaded l = chain(n, true, 0);
     kmp_runner *runner = NULL;
     kmp_run_spec spec = {.road = road, .rtol = 1e-6, .t_end = 0.3};
     double before = (double)kmp_memory_bytes();
@@ -533,7 +519,7 @@ static double bytes_of(int n, const char *road)
 
 static double bytes_of_check(int n)
 {
-    loaded l = load(n, true, 2);
+    loaded l = chain(n, true, 2);
     kempe_check *check = NULL;
     double before = (double)kmp_memory_bytes();
     CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
@@ -556,7 +542,7 @@ static void memory_grows_with_the_chain(void)
 
 static void every_want_of_memory_is_told(void)
 {
-    loaded l = load(100, false, 1);
+    loaded l = chain(100, false, 1);
     kempe_status status = KEMPE_E_MEMORY;
     int told = 0;
     for (unsigned long at = 1; status != KEMPE_OK && at < 1000000; at += 1 + at / 8) {

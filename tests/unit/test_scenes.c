@@ -4,46 +4,10 @@
 #include "check.h"
 #include "constraints/plant.h"
 #include "derived.h"
+#include "loaded.h"
 #include "model/model.h"
 
 enum { MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD };
-
-typedef struct loaded {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} loaded;
-
-static loaded finish(loaded l)
-{
-    if (!l.model || kempe_system_new(l.model, &l.system) != KEMPE_OK)
-        printf("%s\n", kempe_context_message(l.context));
-    CHECK(l.system != NULL);
-    return l;
-}
-
-static loaded load(const char *path)
-{
-    char full[512];
-    loaded l = {.context = kempe_context_new()};
-    (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read(l.context, full, &l.model);
-    return finish(l);
-}
-
-static loaded load_text(const char *text)
-{
-    loaded l = {.context = kempe_context_new()};
-    (void)kempe_model_read_text(l.context, text, "text", &l.model);
-    return finish(l);
-}
-
-static void unload(loaded *l)
-{
-    kempe_system_free(l->system);
-    kempe_model_free(l->model);
-    kempe_context_free(l->context);
-}
 
 static kmp_counts motion_counts(const loaded *l)
 {

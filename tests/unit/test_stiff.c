@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
+#include "loaded.h"
 #include <stdlib.h>
 
 /* t, slider, rods, shaft, rate of the shaft */
@@ -64,26 +65,20 @@ typedef struct way {
 /* Steps taken; the worst difference to the digits of the model as it is in *worst. */
 static long run(const char *stiffness, way w, double *worst)
 {
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
+    loaded l = load_text(governor(stiffness));
     judge j = {0};
     double times[ROWS];
     kmp_run_report report = {0};
     for (int k = 0; k < ROWS; k++)
         times[k] = digits[k][0];
-    CHECK(kempe_model_read_text(context, governor(stiffness), "governor", &model) == KEMPE_OK);
-    CHECK(model && kempe_system_new(model, &system) == KEMPE_OK);
     kmp_run_spec spec = {
         .road = w.road, .integrator = w.integrator, .rtol = w.rtol, .t_end = 10, .time_count = ROWS, .times = times};
-    if (system && kmp_run_resolve(system, &spec) == KEMPE_OK)
-        CHECK(kmp_run(system, &spec, NULL, take, &j, &report) == KEMPE_OK);
+    if (l.system && kmp_run_resolve(l.system, &spec) == KEMPE_OK)
+        CHECK(kmp_run(l.system, &spec, NULL, take, &j, &report) == KEMPE_OK);
     CHECK(j.row == ROWS);
     *worst = j.worst;
     kmp_free(report.reason);
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    unload(&l);
     return report.steps;
 }
 

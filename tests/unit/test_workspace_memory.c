@@ -2,21 +2,18 @@
 /* A workspace allocates when it is made and never again. */
 #include "base/memory.h"
 #include "check.h"
+#include "loaded.h"
 #include <kempe/kempe.h>
 
 static void no_allocation(const char *path)
 {
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
+    loaded l = load(path);
     kempe_workspace *ws = NULL;
     double q[16] = {0}, qd[16] = {0}, qdd[16], Q[16], lambda[16];
-    CHECK(kempe_model_read(context, path, &model) == KEMPE_OK);
-    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
     kempe_assembly *assembly = NULL;
-    CHECK(kempe_assemble(system, &assembly) == KEMPE_OK);
-    memcpy(q, kempe_assembly_q(assembly), (size_t)kempe_model_coordinate_count(model) * sizeof *q);
+    CHECK(kempe_assemble(l.system, &assembly) == KEMPE_OK);
+    memcpy(q, kempe_assembly_q(assembly), (size_t)kempe_model_coordinate_count(l.model) * sizeof *q);
     kempe_assembly_free(assembly);
     unsigned long before = kmp_memory_count();
     CHECK(kempe_eval(ws, 0, q, qd) == KEMPE_OK);
@@ -25,20 +22,18 @@ static void no_allocation(const char *path)
     CHECK(kempe_inverse_dynamics(ws, 0, q, qd, qdd, Q) == KEMPE_OK);
     CHECK(kmp_memory_count() == before);
     kempe_workspace_free(ws);
-    kempe_system_free(system);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    unload(&l);
 }
 
 static void four_bar(void)
 {
-    no_allocation(KEMPE_ROOT "/examples/four_bar/four_bar.yaml");
+    no_allocation("examples/four_bar/four_bar.yaml");
 }
 
 /* Redundant rows. */
 static void bricard(void)
 {
-    no_allocation(KEMPE_ROOT "/tests/models/bricard.yaml");
+    no_allocation("tests/models/bricard.yaml");
 }
 
 int main(void)
