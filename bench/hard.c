@@ -19,9 +19,8 @@ static void print_one(const hard_case *c, const hard_road *road, hard_result *r)
 {
     char name[32];
     bool dae = strcmp(road->road, "dae") == 0;
-    double rtol = dae && c->rtol_dae > 0 ? c->rtol_dae : c->rtol;
     snprintf(name, sizeof name, "%s/%s", road->road, road->form);
-    printf("%-28s %-15s %.0e  %-7s %8.1e %8.1e %8.1e %7ld %8.3f  %s%s", c->name, name, rtol,
+    printf("%-28s %-15s %.0e  %-7s %8.1e %8.1e %8.1e %7ld %8.3f  %s%s", c->name, name, hard_rtol(c, dae),
            r->status == KEMPE_OK        ? "ok"
            : r->status == KEMPE_STOPPED ? "stopped"
                                         : "failed",
@@ -52,7 +51,7 @@ static void run_case(const hard_case *c)
 static void keep_energy(const hard_case *c)
 {
     hard_scene s;
-    if (c->energy <= 0 || !hard_load(&s, ".", c))
+    if (c->end == HARD_STOPS || c->energy == HARD_ANY || !hard_load(&s, ".", c))
         return;
     for (int k = 0; k < HARD_ROADS - 1; k++) {
         hard_result r = hard_run(&s, ".", c, &hard_roads[k], 1e-13);
