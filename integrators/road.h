@@ -102,7 +102,7 @@ typedef struct kmp_saddle {
     kmp_sparse *sparse; /* NULL: dense, or singular by its pattern */
     bool large, by_bodies;
     int *position; /* m: of a row among the independent ones, -1 when dropped */
-    bool *out;     /* r: independent rows that are left out for now; NULL: they never are */
+    bool *out;     /* r: independent rows that are left out; NULL: none ever is */
     long factorizations;
 } kmp_saddle;
 
