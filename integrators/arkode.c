@@ -242,46 +242,17 @@ static kempe_status step(void *solver)
     return complain(s, bad ? bad : ARK_RHSFUNC_FAIL);
 }
 
-static double end_of_step(const void *solver)
+static int into_out(void *solver, double t)
 {
-    return ((const arkode *)solver)->base.t;
-}
-
-static double start_of_step(const void *solver)
-{
-    return ((const arkode *)solver)->base.t_old;
+    arkode *s = solver;
+    return KMP_SUN_ARK(GetDky)(s->memory, t, 0, s->base.out);
 }
 
 static kempe_status dense(void *solver, double t, double *y, double *yp)
 {
-    arkode *s = solver;
-    kmp_sun_ode *base = &s->base;
-    size_t size = (size_t)base->ode.n * sizeof *y;
     (void)yp;
-    if (t == base->t || !(base->t > base->t_old)) {
-        memcpy(y, kmp_sun_data(base->y), size);
-        return KEMPE_OK;
-    }
-    int bad = kmp_sun_within(base, t) ? KMP_SUN_ARK(GetDky)(s->memory, t, 0, base->out) : ARK_BAD_T;
-    if (bad)
-        return kmp_fail(base->context, KEMPE_E_BUG, "ARKODE has no value at t = %.9g: its last step is %.9g to %.9g", t,
-                        base->t_old, base->t);
-    memcpy(y, kmp_sun_data(base->out), size);
-    return KEMPE_OK;
+    return kmp_sun_dense(solver, "ARKODE", t, y, into_out);
 }
 
-#define ARKODE(id, is_implicit)                                                                                        \
-    const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
-                                             .corrects = !is_implicit,                                                 \
-                                             .implicit = is_implicit,                                                  \
-                                             .create = create_##id,                                                    \
-                                             .release = release,                                                       \
-                                             .start = start,                                                           \
-                                             .step = step,                                                             \
-                                             .t = end_of_step,                                                         \
-                                             .t_old = start_of_step,                                                   \
-                                             .dense = dense,                                                           \
-                                             .work = work}
-
-ARKODE(erk, false);
-ARKODE(dirk, true);
+KMP_SUN_SOLVER(erk, true, false);
+KMP_SUN_SOLVER(dirk, false, true);

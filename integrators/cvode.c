@@ -196,45 +196,17 @@ static kempe_status step(void *solver)
     return complain(s, bad ? bad : CV_REPTD_RHSFUNC_ERR);
 }
 
-static double end_of_step(const void *solver)
+static int into_out(void *solver, double t)
 {
-    return ((const cvode *)solver)->base.t;
-}
-
-static double start_of_step(const void *solver)
-{
-    return ((const cvode *)solver)->base.t_old;
+    cvode *s = solver;
+    return CVodeGetDky(s->memory, t, 0, s->base.out);
 }
 
 static kempe_status dense(void *solver, double t, double *y, double *yp)
 {
-    cvode *s = solver;
-    kmp_sun_ode *base = &s->base;
-    size_t size = (size_t)base->ode.n * sizeof *y;
     (void)yp;
-    if (t == base->t || !(base->t > base->t_old)) {
-        memcpy(y, kmp_sun_data(base->y), size);
-        return KEMPE_OK;
-    }
-    int bad = kmp_sun_within(base, t) ? CVodeGetDky(s->memory, t, 0, base->out) : CV_BAD_T;
-    if (bad)
-        return kmp_fail(base->context, KEMPE_E_BUG, "CVODE has no value at t = %.9g: its last step is %.9g to %.9g", t,
-                        base->t_old, base->t);
-    memcpy(y, kmp_sun_data(base->out), size);
-    return KEMPE_OK;
+    return kmp_sun_dense(solver, "CVODE", t, y, into_out);
 }
 
-#define CVODE(id, is_implicit)                                                                                         \
-    const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
-                                             .implicit = is_implicit,                                                  \
-                                             .create = create_##id,                                                    \
-                                             .release = release,                                                       \
-                                             .start = start,                                                           \
-                                             .step = step,                                                             \
-                                             .t = end_of_step,                                                         \
-                                             .t_old = start_of_step,                                                   \
-                                             .dense = dense,                                                           \
-                                             .work = work}
-
-CVODE(bdf, true);
-CVODE(adams, false);
+KMP_SUN_SOLVER(bdf, false, true);
+KMP_SUN_SOLVER(adams, false, false);

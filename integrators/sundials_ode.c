@@ -131,8 +131,31 @@ bool kmp_sun_progress(kmp_sun_ode *s, const char *name)
     return false;
 }
 
-bool kmp_sun_within(const kmp_sun_ode *s, double t)
+/* -- behind the socket ----------------------------------------------------------------------------- */
+
+double kmp_sun_t(const void *solver)
+{
+    return ((const kmp_sun_ode *)solver)->t;
+}
+
+double kmp_sun_t_old(const void *solver)
+{
+    return ((const kmp_sun_ode *)solver)->t_old;
+}
+
+/* Up to rounding. */
+static bool is_within(const kmp_sun_ode *s, double t)
 {
     double slack = 1e-12 * (fabs(s->t) + s->t - s->t_old);
     return t >= s->t_old - slack && t <= s->t + slack;
+}
+
+kempe_status kmp_sun_dense(kmp_sun_ode *s, const char *name, double t, double *y, int (*into_out)(void *s, double t))
+{
+    bool at_end = t == s->t || !(s->t > s->t_old);
+    if (!at_end && (!is_within(s, t) || into_out(s, t)))
+        return kmp_fail(s->context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g", name, t,
+                        s->t_old, s->t);
+    memcpy(y, kmp_sun_data(at_end ? s->y : s->out), (size_t)s->ode.n * sizeof *y);
+    return KEMPE_OK;
 }

@@ -47,7 +47,25 @@ kempe_status kmp_sun_complain(kmp_sun_ode *s, const char *name, const char *mean
 /** After a step: false, with a message, when steps have collapsed. */
 bool kmp_sun_progress(kmp_sun_ode *s, const char *name);
 
-/** Whether t is within the last step, up to rounding. */
-bool kmp_sun_within(const kmp_sun_ode *s, double t);
+/* Behind the socket. */
+double kmp_sun_t(const void *solver);
+double kmp_sun_t_old(const void *solver);
+
+/** y at t within the last step; `into_out` has SUNDIALS put it into s->out, not 0 when it cannot. */
+kempe_status kmp_sun_dense(kmp_sun_ode *s, const char *name, double t, double *y, int (*into_out)(void *s, double t));
+
+/* The kind of an integrator whose file has create_ID and the static functions of its kind. */
+#define KMP_SUN_SOLVER(id, is_corrected, is_implicit)                                                                  \
+    const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
+                                             .corrects = is_corrected,                                                 \
+                                             .implicit = is_implicit,                                                  \
+                                             .create = create_##id,                                                    \
+                                             .release = release,                                                       \
+                                             .start = start,                                                           \
+                                             .step = step,                                                             \
+                                             .t = kmp_sun_t,                                                           \
+                                             .t_old = kmp_sun_t_old,                                                   \
+                                             .dense = dense,                                                           \
+                                             .work = work}
 
 #endif
