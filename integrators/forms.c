@@ -14,6 +14,7 @@
  * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
  * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
 #include "base/memory.h"
+#include "integrators/closing.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include "integrators/tangent.h"
@@ -314,22 +315,9 @@ static void put_multipliers(const dae *d, const double *lambda, double *y, doubl
 /* Closes the integrator's q and qd along the mass-orthogonal direction; then accelerations and multipliers there. */
 static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
 {
-    for (int pass = 0; pass < 3; pass++) {
-        kmp_plant_closure(d->plant, t, q);
-        kmp_plant_mass(d->plant);
-        kmp_plant_bias(d->plant, qd);
-        if (kmp_saddle_factor(&d->saddle))
-            return KMP_HALT;
-        if (pass == 2)
-            break;
-        kmp_saddle_correction(&d->saddle, d->plant->h, qdd);
-        for (int i = 0; i < d->n; i++)
-            q[i] += qdd[i];
-        kmp_plant_rates(d->plant, qd, d->mu);
-        kmp_saddle_correction(&d->saddle, d->mu, qdd);
-        for (int i = 0; i < d->n; i++)
-            qd[i] += qdd[i];
-    }
+    kmp_closing closing = kmp_closing_by_saddle(&d->saddle, d->mu, qdd);
+    if (kmp_closing_run(&closing, t, q, qd) != KMP_GO)
+        return KMP_HALT;
     memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
     kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
     return KMP_GO;

@@ -3,6 +3,7 @@
  * back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand. It
  * needs no choice of u. The independent rows are those of the start; dropped ones are watched. */
 #include "base/memory.h"
+#include "integrators/closing.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include <math.h>
@@ -132,23 +133,13 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 {
     projected *d = (projected *)road;
     int n = d->n;
+    kmp_closing closing = kmp_closing_by_saddle(&d->saddle, d->violation, d->dx);
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
-    for (int pass = 0; pass < 3; pass++) {
-        if (place(d, t, q, qd) != KMP_GO) {
-            kmp_text_printf(&road->reason, "the accelerations are not determined at the output time t = %.9g", t);
-            return KMP_HALT;
-        }
-        if (pass == 2)
-            break;
-        kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
-        for (int i = 0; i < n; i++)
-            q[i] += d->dx[i];
-        kmp_plant_rates(d->plant, qd, d->violation);
-        kmp_saddle_correction(&d->saddle, d->violation, d->dx);
-        for (int i = 0; i < n; i++)
-            qd[i] += d->dx[i];
+    if (kmp_closing_run(&closing, t, q, qd) != KMP_GO) {
+        kmp_text_printf(&road->reason, "the accelerations are not determined at the output time t = %.9g", t);
+        return KMP_HALT;
     }
     kmp_saddle_accelerations(&d->saddle, qdd, lambda);
     *work = d->has_work ? y[2 * n] : 0;

@@ -12,6 +12,7 @@
  * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps,
  * and the saddle system of the others is solved, sparse: the same equations on the rows that stay. */
 #include "base/memory.h"
+#include "integrators/closing.h"
 #include "integrators/road.h"
 #include "linalg/dense.h"
 #include <math.h>
@@ -243,8 +244,9 @@ static void accelerations(zone *d, double *qdd, double *lambda)
 }
 
 /* Mass-orthogonal dx with J dx = -violation on the kept directions. */
-static void correction(zone *d, const double *violation, double *dx)
+static void correction(void *self, const double *violation, double *dx)
 {
+    zone *d = self;
     if (d->large) {
         kmp_saddle_correction(&d->saddle, violation, dx);
         return;
@@ -254,8 +256,9 @@ static void correction(zone *d, const double *violation, double *dx)
     backward(d, dx);
 }
 
-static int place(zone *d, double t, const double *q, const double *qd)
+static int place(void *self, double t, const double *q, const double *qd)
 {
+    zone *d = self;
     d->eps = d->eps_march;
     kmp_plant_closure(d->plant, t, q);
     kmp_plant_mass(d->plant);
@@ -376,22 +379,12 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 {
     zone *d = (zone *)road;
     int n = d->n;
+    kmp_closing closing = {d, d->plant, n, d->y, d->dx, place, correction};
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
-    for (int pass = 0; pass < 3; pass++) {
-        if (place(d, t, q, qd) != KMP_GO)
-            return KMP_HALT;
-        if (pass == 2)
-            break;
-        correction(d, d->plant->h, d->dx);
-        kmp_plant_rates(d->plant, qd, d->y);
-        correction(d, d->y, d->x);
-        for (int i = 0; i < n; i++) {
-            q[i] += d->dx[i];
-            qd[i] += d->x[i];
-        }
-    }
+    if (kmp_closing_run(&closing, t, q, qd) != KMP_GO)
+        return KMP_HALT;
     accelerations(d, qdd, lambda);
     *work = d->has_work ? y[2 * n] : 0;
     return KMP_GO;
