@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "bench/chain.h"
 #include "bench/four_bar_by_hand.h"
 #include "integrators/run.h"
 #include "results/verdict.h"
@@ -62,20 +63,7 @@ typedef struct hard_scene {
 static char *hard_windows(int n, double angle, double rate)
 {
     kmp_text t = {0};
-    kmp_text_put(&t, "kempe: 1\nname: windows\ngravity: [0, -9.81, 0]\nground: {points: {");
-    for (int i = 0; i <= n; i++)
-        kmp_text_printf(&t, "%sG%d: [%d, 0, 0]", i ? ", " : "", i, i);
-    kmp_text_put(&t, "}}\nbodies:\n");
-    for (int i = 0; i <= 2 * n; i++) {
-        bool upright = i <= n;
-        kmp_text_printf(&t, "  %c%d: {joint: {name: %c%d, revolute: z, at: ", upright ? 'v' : 'h',
-                        upright ? i : i - n - 1, upright ? 'a' : 'b', upright ? i : i - n - 1);
-        kmp_text_printf(&t, upright ? "ground.G%d" : "v%d.T", upright ? i : i - n - 1);
-        kmp_text_put(&t, "}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 1/12}, points: {T: [1, 0, 0]}}\n");
-    }
-    kmp_text_put(&t, "loops:\n");
-    for (int i = 0; i < n; i++)
-        kmp_text_printf(&t, "  C%d: {ball: [h%d.T, v%d.T]}\n", i, i, i + 1);
+    chain_put(&t, "windows", n, false);
     kmp_text_put(&t, "start:\n  q: {");
     for (int i = 0; i <= 2 * n; i++)
         kmp_text_printf(&t, "%s%c%d: %.17g", i ? ", " : "", i <= n ? 'a' : 'b', i <= n ? i : i - n - 1,

@@ -2,7 +2,7 @@
 /* Positions where branches of a mechanism meet and J loses a row: the IFToMM windows A02, whose exact motion is a
  * pendulum's, and an antiparallelogram. In every run of a sweep over 61 tolerances the right branch, on every road. */
 #include "base/memory.h"
-#include "base/text.h"
+#include "bench/chain.h"
 #include "check.h"
 #include "integrators/run.h"
 #include "loaded.h"
@@ -24,35 +24,9 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 /* N square windows: vertical links on the ground, horizontal ones on top, started upright at -1 rad/s. */
 static loaded windows(int n)
 {
-    kmp_text t = {0};
-    kmp_text_put(&t, "kempe: 1\nname: windows\ngravity: [0, -9.81, 0]\nground: {points: {");
-    for (int i = 0; i <= n; i++)
-        kmp_text_printf(&t, "%sG%d: [%d, 0, 0]", i ? ", " : "", i, i);
-    kmp_text_put(&t, "}}\nbodies:\n");
-    for (int i = 0; i <= n; i++)
-        kmp_text_printf(
-            &t,
-            "  v%d: {joint: {name: a%d, revolute: z, at: ground.G%d}, mass: 1, com: [0.5, 0, 0], inertia: {zz: "
-            "1/12}, points: {T: [1, 0, 0]}}\n",
-            i, i, i);
-    for (int i = 0; i < n; i++)
-        kmp_text_printf(
-            &t,
-            "  h%d: {joint: {name: b%d, revolute: z, at: v%d.T}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 1/12}, "
-            "points: {E: [1, 0, 0]}}\n",
-            i, i, i);
-    kmp_text_put(&t, "loops:\n");
-    for (int i = 0; i < n; i++)
-        kmp_text_printf(&t, "  C%d: {ball: [h%d.E, v%d.T]}\n", i, i, i + 1);
-    kmp_text_put(&t, "start:\n  q: {");
-    for (int i = 0; i <= n; i++)
-        kmp_text_printf(&t, "a%d: 90 deg, ", i);
-    for (int i = 0; i < n; i++)
-        kmp_text_printf(&t, "%sb%d: -90 deg", i ? ", " : "", i);
-    kmp_text_put(&t, "}\n  qd: {a0: -1}\n");
-    CHECK(!t.failed);
-    loaded s = load_text(t.s);
-    kmp_text_free(&t);
+    char *text = chain_text(n, false, 0);
+    loaded s = load_text(text);
+    kmp_free(text);
     return s;
 }
 

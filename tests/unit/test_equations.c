@@ -4,6 +4,7 @@
 #include "check.h"
 #include "constraints/plant.h"
 #include "derived.h"
+#include "distance.h"
 #include "random_model.h"
 #include "symbolic/table.h"
 
@@ -13,17 +14,6 @@ enum { MODELS = 128, ALL_SETS = 255 };
 static random_model model_number(int k)
 {
     return random_model_new((uint64_t)(k + 1), 1 + k % 5, (unsigned)k * 7 % 16);
-}
-
-/* |a - b| in units of the largest of b, at least 1. */
-static double distance(int n, const double *a, const double *b)
-{
-    double off = 0, size = 1;
-    for (int k = 0; k < n; k++) {
-        off = fmax(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
-        size = fmax(size, fabs(b[k]));
-    }
-    return off / size;
 }
 
 #define CHECK_CLOSE(n, a, b, tolerance)                                                                                \

@@ -7,22 +7,12 @@
 #include "bench/plain_articulated.h"
 #include "check.h"
 #include "derived.h"
+#include "distance.h"
 #include "dynamics/forces.h"
 #include "random_model.h"
 #include <stdlib.h>
 
 enum { MODELS = 96, MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };
-
-/* |a - b| in units of the largest of b, at least 1. */
-static double distance(int n, const double *a, const double *b)
-{
-    double off = 0, size = 1;
-    for (int k = 0; k < n; k++) {
-        off = fmax(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
-        size = fmax(size, fabs(b[k]));
-    }
-    return off / size;
-}
 
 static void check_close(int number, const char *what, double off, double tolerance)
 {

@@ -2,18 +2,15 @@
 /* Graphs of joints have the equations of trees and closures, wherever their bodies have their origins and axes. */
 #include "check.h"
 #include "derived.h"
+#include "distance.h"
 #include "linkage.h"
 
 static void check_close(const char *what, int n, const double *a, const double *b)
 {
-    double off = 0, size = 1;
-    for (int k = 0; k < n; k++) {
-        off = fmax(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
-        size = fmax(size, fabs(b[k]));
-    }
-    if (!(off <= 1e-12 * size))
-        printf("%s: off by %.3g of %.3g\n", what, off, size);
-    CHECK(off <= 1e-12 * size);
+    double off = distance(n, a, b);
+    if (!(off <= 1e-12))
+        printf("%s: off by %.3g\n", what, off);
+    CHECK(off <= 1e-12);
 }
 
 /* M and C, with `closures` h, J and jdqd too, at random states; frees both models. */

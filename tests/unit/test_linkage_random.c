@@ -2,18 +2,9 @@
 /* Random graphs of joints in space: the same motion from every tree, and the tree that is chosen among all that there
  * are. */
 #include "check.h"
+#include "distance.h"
 #include "linkage.h"
 #include "random_model.h"
-
-static double farthest(int n, const double *a, const double *b)
-{
-    double off = 0, size = 1;
-    for (int k = 0; k < n; k++) {
-        off = fmax(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
-        size = fmax(size, fabs(b[k]));
-    }
-    return off / size;
-}
 
 enum { GRAPH_BODIES = 5, GRAPH_LOOPS = 3, GRAPH_JOINTS = GRAPH_BODIES + GRAPH_LOOPS };
 
@@ -159,8 +150,8 @@ static void test_random_graphs(void)
             kmp_text_free(&text);
             if (trial == 0)
                 continue;
-            double start = farthest(6 * GRAPH_BODIES, first[trial], first[0]);
-            double end = farthest(6 * GRAPH_BODIES, last[trial], last[0]);
+            double start = distance(6 * GRAPH_BODIES, first[trial], first[0]);
+            double end = distance(6 * GRAPH_BODIES, last[trial], last[0]);
             if (!(start <= 1e-9 && end <= 1e-7))
                 printf("graph %d, tree %d: off by %.3g and %.3g\n", (int)seed, trial, start, end);
             CHECK(start <= 1e-9 && end <= 1e-7);
