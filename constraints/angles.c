@@ -1,29 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/angles.h"
+#include "linalg/dot.h"
 #include <math.h>
 
 /* Of the largest determinant of the three axes. */
 #define NEAR 0.05
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int i = 0; i < 3; i++)
-        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
 
 /* a.(b x R c) where R turns about b by an angle: with the parts of a and c across b it is A cos + B sin, A = a.(b x c),
  * B = a.(b x (b x c)). */
 static bool is_singular(const double a[3], const double b[3], const double c[3], double angle)
 {
     double bc[3], bbc[3];
-    cross(b, c, bc);
-    cross(b, bc, bbc);
-    double cosine = dot(a, bc), sine = dot(a, bbc), most = hypot(cosine, sine);
+    kmp_cross3(b, c, bc);
+    kmp_cross3(b, bc, bbc);
+    double cosine = kmp_dot3(a, bc), sine = kmp_dot3(a, bbc), most = hypot(cosine, sine);
     return fabs(cosine * cos(angle) + sine * sin(angle)) < NEAR * most;
 }
 

@@ -8,6 +8,7 @@
  * axes across each other). The angles of a rotation R: v = R c makes the angle psi with a, and q2 = phi +- psi where
  * R_b(phi) c = a; then q1 turns R_b(q2) c onto v about a, and q3 is what is left about c. */
 #include "constraints/charts.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -42,17 +43,6 @@ static joint joint_of(const kempe_system *s, int c)
 
 /* -- three numbers ----------------------------------------------------------------------------------- */
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int i = 0; i < 3; i++)
-        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
 static void add_scaled(double *x, double factor, const double y[3])
 {
     for (int i = 0; i < 3; i++)
@@ -63,7 +53,7 @@ static void apply(matrix m, bool transposed, const double v[3], double out[3])
 {
     double r[3];
     for (int i = 0; i < 3; i++)
-        r[i] = transposed ? m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2] : dot(m[i], v);
+        r[i] = transposed ? m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2] : kmp_dot3(m[i], v);
     memcpy(out, r, sizeof r);
 }
 
@@ -83,8 +73,8 @@ static void multiply(matrix a, matrix b, bool transposed, matrix out)
 /* Rodrigues: v turned about the unit axis e. */
 static void turn(const double e[3], double angle, const double v[3], double out[3])
 {
-    double ev[3], s = sin(angle), c = cos(angle), along = dot(e, v), r[3];
-    cross(e, v, ev);
+    double ev[3], s = sin(angle), c = cos(angle), along = kmp_dot3(e, v), r[3];
+    kmp_cross3(e, v, ev);
     for (int i = 0; i < 3; i++)
         r[i] = c * v[i] + s * ev[i] + (1 - c) * along * e[i];
     memcpy(out, r, sizeof r);
@@ -109,8 +99,8 @@ static void clean(matrix m)
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < 3; i++) {
             for (int k = 0; k < i; k++)
-                add_scaled(m[i], -dot(m[i], m[k]), m[k]);
-            double size = sqrt(dot(m[i], m[i]));
+                add_scaled(m[i], -kmp_dot3(m[i], m[k]), m[k]);
+            double size = sqrt(kmp_dot3(m[i], m[i]));
             for (int k = 0; k < 3; k++)
                 m[i][k] /= size;
         }
@@ -133,7 +123,7 @@ static void bias(matrix e, const double qd[3], double out[3])
     double w[3] = {0}, x[3];
     memset(out, 0, 3 * sizeof *out);
     for (int k = 0; k < 3; k++) {
-        cross(w, e[k], x);
+        kmp_cross3(w, e[k], x);
         add_scaled(out, qd[k], x);
         add_scaled(w, qd[k], e[k]);
     }
@@ -207,7 +197,7 @@ static void solve(matrix e, const double right[3], double x[3])
         y[i] = sum / m[i][i];
         last[i] = i == 2 ? null : null / m[i][i];
     }
-    double square = dot(last, last), part = square > 0 ? dot(last, y) / square : 0;
+    double square = kmp_dot3(last, last), part = square > 0 ? kmp_dot3(last, y) / square : 0;
     for (int i = 0; i < 3; i++)
         x[order[i]] = y[i] - part * last[i];
 }
@@ -278,8 +268,8 @@ bool kmp_chart_is_own(const double *chart, int c)
 static double fold(const joint *j)
 {
     double ca[3];
-    cross(j->c, j->a, ca);
-    return atan2(dot(j->b, ca), dot(j->c, j->a));
+    kmp_cross3(j->c, j->a, ca);
+    return atan2(kmp_dot3(j->b, ca), kmp_dot3(j->c, j->a));
 }
 
 double kmp_chart_regular(const kempe_system *system, int c, const double *q)
@@ -315,8 +305,8 @@ static double middle(const joint *j)
 static double angle_about(const double e[3], const double x[3], const double y[3])
 {
     double xy[3];
-    cross(x, y, xy);
-    return atan2(dot(e, xy), dot(x, y) - dot(e, x) * dot(e, y));
+    kmp_cross3(x, y, xy);
+    return atan2(kmp_dot3(e, xy), kmp_dot3(x, y) - kmp_dot3(e, x) * kmp_dot3(e, y));
 }
 
 /* Where the angles begin in a new chart: the second in its middle, and of the outer ones that which C can make up for
@@ -326,8 +316,8 @@ static void begin_angles(const joint *j, const double w[3], double q[3])
 {
     double level[3], along = 0;
     const double *axis = j->before ? j->c : j->a;
-    cross(axis, j->b, level);
-    if (dot(w, w) - dot(axis, w) * dot(axis, w) > LEAST_TURN * dot(w, w))
+    kmp_cross3(axis, j->b, level);
+    if (kmp_dot3(w, w) - kmp_dot3(axis, w) * kmp_dot3(axis, w) > LEAST_TURN * kmp_dot3(w, w))
         along = remainder(angle_about(axis, w, level), TWO_PI / 2);
     q[0] = j->before ? 0 : -along;
     q[1] = middle(j);
@@ -390,8 +380,8 @@ static double angles_on(const joint *j, matrix r, const double near[3], double s
 {
     double v[3], av[3], w[3], left[3], far = 0;
     apply(r, false, j->c, v);
-    cross(j->a, v, av);
-    double sine = sqrt(dot(av, av)), psi = atan2(sine, dot(j->a, v));
+    kmp_cross3(j->a, v, av);
+    double sine = sqrt(kmp_dot3(av, av)), psi = atan2(sine, kmp_dot3(j->a, v));
     out[1] = nearest(fold(j) + side * psi, near[1]);
     turn(j->b, out[1], j->c, w);
     out[0] = sine > least ? nearest(angle_about(j->a, w, v), near[0]) : near[0];

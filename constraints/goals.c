@@ -17,6 +17,7 @@
 #include "constraints/charts.h"
 #include "constraints/doctor_walk.h"
 #include "dynamics/goals.h"
+#include "linalg/dot.h"
 #include "linalg/least.h"
 #include "linalg/symmetric.h"
 #include <math.h>
@@ -86,14 +87,6 @@ static double norm(int n, const double *x)
     return sqrt(s);
 }
 
-static double dot(int n, const double *x, const double *y)
-{
-    double s = 0;
-    for (int i = 0; i < n; i++)
-        s += x[i] * y[i];
-    return s;
-}
-
 /* -- distances --------------------------------------------------------------------------------------- */
 
 static void set_factors(search *w)
@@ -135,7 +128,7 @@ static void evaluate_goals(search *w, place *p)
             w->verdict->value[at] = x;
         }
     }
-    p->half = 0.5 * dot(w->count, p->r, p->r);
+    p->half = 0.5 * kmp_dot(w->count, p->r, p->r);
 }
 
 /* -- a position -------------------------------------------------------------------------------------- */
@@ -152,7 +145,7 @@ static void find_tangents(search *w, place *p)
             x[c] = w->hold[c] ? 0 : x[c];
         for (int pass = 0; pass < 2; pass++) {
             for (int b = 0; b < p->d; b++) {
-                double part = dot(n, x, p->tangent + b * n);
+                double part = kmp_dot(n, x, p->tangent + b * n);
                 for (int c = 0; c < n; c++)
                     x[c] -= part * p->tangent[b * n + c];
             }
@@ -178,7 +171,7 @@ static void look(search *w, place *p)
             p->gradient[c] += p->slope[i * n + c] * p->r[i];
     }
     for (int a = 0; a < p->d; a++)
-        p->projected[a] = dot(n, p->tangent + a * n, p->gradient);
+        p->projected[a] = kmp_dot(n, p->tangent + a * n, p->gradient);
     for (int i = 0; i < w->count; i++)
         most = fmax(most, norm(n, p->slope + i * n));
     whole *= fmax(norm(w->count, p->r), most);
@@ -237,7 +230,7 @@ static bool find_hessian(search *w, const place *p)
             const double *x = p->tangent + a * n, *y = p->tangent + b * n;
             double sum = 0, part[2] = {0, 0};
             for (int i = 0; i < w->count; i++)
-                sum += dot(n, p->slope + i * n, x) * dot(n, p->slope + i * n, y);
+                sum += kmp_dot(n, p->slope + i * n, x) * kmp_dot(n, p->slope + i * n, y);
             for (int k = 0; k < (a == b ? 1 : 2); k++) {
                 for (int c = 0; c < n; c++)
                     w->rate[c] = a == b ? x[c] : k == 0 ? x[c] + y[c] : x[c] - y[c];
@@ -262,7 +255,7 @@ static double choose_step(search *w, const place *p, double bound)
     memset(w->step, 0, (size_t)n * sizeof *w->step);
     for (int i = 0; i < d; i++) {
         const double *v = w->hessian + i * d;
-        double c = dot(d, v, p->projected), value = w->eigen[i];
+        double c = kmp_dot(d, v, p->projected), value = w->eigen[i];
         double y = fabs(c) <= NOISE * whole ? 0 : -c / fmax(fabs(value), FLAT * top);
         if (value < -SADDLE * top && fabs(y) < NEAR)
             y = c > 0 ? -bound : bound;
@@ -292,7 +285,7 @@ static bool make_step(search *w)
     evaluate_goals(w, &w->there);
     look(w, &w->there);
     for (int a = 0; a < w->there.d; a++)
-        aligned = hypot(aligned, dot(n, w->step, w->there.tangent + a * n));
+        aligned = hypot(aligned, kmp_dot(n, w->step, w->there.tangent + a * n));
     return aligned >= LEAST_ALIGNED * size;
 }
 

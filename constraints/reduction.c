@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/reduction.h"
 #include "base/memory.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -199,14 +200,6 @@ static void add_mass_times(const kmp_plant *plant, const double *x, double *out)
     }
 }
 
-static double dot(int n, const double *a, const double *b)
-{
-    double s = 0;
-    for (int i = 0; i < n; i++)
-        s += a[i] * b[i];
-    return s;
-}
-
 /* a0 = (0; -Jv^-1 jdqd), force = C + M a0. */
 static void bias_force(kmp_reduction *red)
 {
@@ -254,9 +247,9 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
     memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
     for (int k = 0; k < p; k++) {
         add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
-        udd[k] = -dot(n, red->x + k * n, red->force);
+        udd[k] = -kmp_dot(n, red->x + k * n, red->force);
         for (int i = k; i < p; i++)
-            red->mr[i + k * p] = dot(n, red->x + i * n, red->mx + k * n);
+            red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
     }
     return solve_reduced(red, udd);
 }

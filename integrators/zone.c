@@ -15,6 +15,7 @@
 #include "integrators/closing.h"
 #include "integrators/road.h"
 #include "linalg/dense.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -78,14 +79,6 @@ static void backward(const zone *d, double *x)
     }
 }
 
-static double dot(int n, const double *a, const double *b)
-{
-    double s = 0;
-    for (int i = 0; i < n; i++)
-        s += a[i] * b[i];
-    return s;
-}
-
 static void swap_columns(zone *d, int i, int k)
 {
     int p = d->pivot[i];
@@ -115,7 +108,7 @@ static void factor_columns(zone *d)
         int k = d->kept, best = k;
         double most = -1;
         for (int j = k; j < r; j++) {
-            double size = dot(n, d->a + j * n, d->a + j * n);
+            double size = kmp_dot(n, d->a + j * n, d->a + j * n);
             if (size > most * (1 + 1e-12)) {
                 most = size;
                 best = j;
@@ -124,12 +117,12 @@ static void factor_columns(zone *d)
         swap_columns(d, k, best);
         double *q = d->a + k * n;
         for (int j = 0; j < k; j++) { /* once more against those kept */
-            double again = dot(n, d->a + j * n, q);
+            double again = kmp_dot(n, d->a + j * n, q);
             d->rr[j + k * r] += again;
             for (int i = 0; i < n; i++)
                 q[i] -= again * d->a[i + j * n];
         }
-        double size = sqrt(dot(n, q, q));
+        double size = sqrt(kmp_dot(n, q, q));
         first = k == 0 ? size : first;
         if (!(size > d->eps * first))
             return;
@@ -137,7 +130,7 @@ static void factor_columns(zone *d)
         for (int i = 0; i < n; i++)
             q[i] /= size;
         for (int j = k + 1; j < r; j++) {
-            double along = dot(n, q, d->a + j * n);
+            double along = kmp_dot(n, q, d->a + j * n);
             d->rr[k + j * r] = along;
             for (int i = 0; i < n; i++)
                 d->a[i + j * n] -= along * q[i];
@@ -210,7 +203,7 @@ static void least_change(zone *d, const double *b, double *w)
     int n = d->n, r = d->r;
     for (int k = 0; k < d->kept; k++) {
         int row = d->pivot[k];
-        double s = -b[d->part->rows[row]] - dot(n, d->full + row * n, w);
+        double s = -b[d->part->rows[row]] - kmp_dot(n, d->full + row * n, w);
         for (int j = 0; j < k; j++)
             s -= d->rr[j + k * r] * d->z[j];
         d->z[k] = s / d->rr[k + k * r];

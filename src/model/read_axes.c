@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Axes and orientations: unit vectors, and frames from one or two of them. */
+#include "linalg/dot.h"
 #include "model/reading.h"
 #include <math.h>
 #include <string.h>
@@ -58,17 +59,6 @@ static void set_column(double m[3][3], int k, const double v[3])
         m[i][k] = v[i] + 0.0;
 }
 
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int i = 0; i < 3; i++)
-        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3] + 0.0;
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 void kmp_complete_axes(int k, const double axis[3], double m[3][3])
 {
     int i = (k + 1) % 3, j = (k + 2) % 3;
@@ -78,7 +68,7 @@ void kmp_complete_axes(int k, const double axis[3], double m[3][3])
     u[k] = axis[k] < 0 ? axis[i] : -axis[i];
     u[i] = 1 - c * axis[i] * axis[i];
     u[j] = -c * axis[i] * axis[j];
-    cross(axis, u, w);
+    kmp_cross3(axis, u, w);
     set_column(m, k, axis);
     set_column(m, i, u);
     set_column(m, j, w);
@@ -86,16 +76,16 @@ void kmp_complete_axes(int k, const double axis[3], double m[3][3])
 
 bool kmp_square_axes(int k, const double first[3], int l, const double second[3], double m[3][3])
 {
-    double along = dot(first, second), v[3], w[3];
+    double along = kmp_dot3(first, second), v[3], w[3];
     for (int i = 0; i < 3; i++)
         v[i] = second[i] - along * first[i];
-    double length = sqrt(dot(v, v));
+    double length = sqrt(kmp_dot3(v, v));
     if (!(length > 1e-6))
         return false;
     for (int i = 0; i < 3; i++)
         v[i] /= length;
     bool forward = l == (k + 1) % 3;
-    cross(forward ? first : v, forward ? v : first, w);
+    kmp_cross3(forward ? first : v, forward ? v : first, w);
     set_column(m, k, first);
     set_column(m, l, v);
     set_column(m, 3 - k - l, w);
