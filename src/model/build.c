@@ -14,18 +14,18 @@ static kmp_place place_of_call(const kmp_builder *b)
     return (kmp_place){.file = b->call_count - 1};
 }
 
-static kmp_node *new_node(kmp_builder *b, kmp_node_kind kind)
+static kmp_yaml *new_node(kmp_builder *b, kmp_yaml_kind kind)
 {
-    return kmp_node_new(&b->arena, kind, place_of_call(b));
+    return kmp_yaml_new(&b->arena, kind, place_of_call(b));
 }
 
-static const kmp_node *word(kmp_builder *b, const char *text)
+static const kmp_yaml *word(kmp_builder *b, const char *text)
 {
-    return kmp_node_word(&b->arena, place_of_call(b), text);
+    return kmp_yaml_word(&b->arena, place_of_call(b), text);
 }
 
 /* What is not finite becomes an expression that is not, so that the reader says so. */
-static const kmp_node *number(kmp_builder *b, kempe_number n)
+static const kmp_yaml *number(kmp_builder *b, kempe_number n)
 {
     kmp_text text = {0};
     if (n.text)
@@ -34,34 +34,34 @@ static const kmp_node *number(kmp_builder *b, kempe_number n)
         kmp_text_number(&text, n.value);
     else
         kmp_text_put(&text, isnan(n.value) ? "0/0" : n.value > 0 ? "1/0" : "-1/0");
-    const kmp_node *node = text.failed ? NULL : word(b, text.s);
+    const kmp_yaml *node = text.failed ? NULL : word(b, text.s);
     if (text.failed)
         b->arena.failed = true;
     kmp_text_free(&text);
     return node;
 }
 
-static void append(kmp_builder *b, kmp_node *list, const kmp_node *item)
+static void append(kmp_builder *b, kmp_yaml *list, const kmp_yaml *item)
 {
-    kmp_node_append(&b->arena, list, NULL, item);
+    kmp_yaml_append(&b->arena, list, NULL, item);
 }
 
-static void put(kmp_builder *b, kmp_node *map, const char *key, const kmp_node *item)
+static void put(kmp_builder *b, kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
-    kmp_node_put(&b->arena, map, place_of_call(b), key, item);
+    kmp_yaml_put(&b->arena, map, place_of_call(b), key, item);
 }
 
-static const kmp_node *vector(kmp_builder *b, const kempe_number *n)
+static const kmp_yaml *vector(kmp_builder *b, const kempe_number *n)
 {
-    kmp_node *list = new_node(b, KMP_NODE_LIST);
+    kmp_yaml *list = new_node(b, KMP_YAML_LIST);
     for (int i = 0; i < 3; i++)
         append(b, list, number(b, n[i]));
     return list;
 }
 
-static const kmp_node *two_words(kmp_builder *b, const char *const words[2])
+static const kmp_yaml *two_words(kmp_builder *b, const char *const words[2])
 {
-    kmp_node *list = new_node(b, KMP_NODE_LIST);
+    kmp_yaml *list = new_node(b, KMP_YAML_LIST);
     for (int i = 0; i < 2; i++)
         append(b, list, word(b, words[i]));
     return list;
@@ -72,16 +72,16 @@ static bool is_given(kempe_number n)
     return n.text || n.value != 0;
 }
 
-static void put_given(kmp_builder *b, kmp_node *map, const char *key, kempe_number n)
+static void put_given(kmp_builder *b, kmp_yaml *map, const char *key, kempe_number n)
 {
     if (is_given(n))
         put(b, map, key, number(b, n));
 }
 
 /* The mapping (or list) under a key, made when it is not there. Nodes are ours to change until the reading. */
-static kmp_node *part(kmp_builder *b, kmp_node *map, const char *key, kmp_node_kind kind)
+static kmp_yaml *part(kmp_builder *b, kmp_yaml *map, const char *key, kmp_yaml_kind kind)
 {
-    kmp_node *there = (kmp_node *)kmp_node_get(map, key);
+    kmp_yaml *there = (kmp_yaml *)kmp_yaml_get(map, key);
     if (there || !map)
         return there;
     there = new_node(b, kind);
@@ -132,7 +132,7 @@ static kempe_status check_call(kempe_model *model, const char *what, const char 
 static kempe_status check_new(kempe_model *model, const char *what, const char *name, const char *section)
 {
     kempe_status status = check_call(model, what, name);
-    if (status == KEMPE_OK && kmp_node_get(kmp_node_get(model->builder->root, section), name))
+    if (status == KEMPE_OK && kmp_yaml_get(kmp_yaml_get(model->builder->root, section), name))
         status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s' stands already in the model", what, name);
     return status;
 }
@@ -143,11 +143,11 @@ static kempe_status end_call(kempe_model *model)
 }
 
 /* A new entry of a section that the file would have had. */
-static kempe_status add(kempe_model *model, const char *section, const char *name, const kmp_node *entry)
+static kempe_status add(kempe_model *model, const char *section, const char *name, const kmp_yaml *entry)
 {
     kmp_builder *b = model->builder;
     if (!b->arena.failed)
-        put(b, part(b, b->root, section, KMP_NODE_MAP), name, entry);
+        put(b, part(b, b->root, section, KMP_YAML_MAP), name, entry);
     return end_call(model);
 }
 
@@ -164,7 +164,7 @@ kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_mod
     m->builder = KMP_NEW(kmp_builder, 1);
     if (m->builder && m->name) {
         begin_call(m->builder, m->name, NULL);
-        m->builder->root = new_node(m->builder, KMP_NODE_MAP);
+        m->builder->root = new_node(m->builder, KMP_YAML_MAP);
         put(m->builder, m->builder->root, "kempe", word(m->builder, "1"));
         put(m->builder, m->builder->root, "name", word(m->builder, m->name));
     }
@@ -191,7 +191,7 @@ kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_n
     kempe_status status = check_call(model, "model", "gravity");
     if (status != KEMPE_OK)
         return status;
-    if (kmp_node_get(b->root, "gravity"))
+    if (kmp_yaml_get(b->root, "gravity"))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "gravity is set already");
     begin_call(b, "gravity", NULL);
     put(b, b->root, "gravity", vector(b, n));
@@ -214,14 +214,14 @@ kempe_body_def kempe_body_default(const char *name)
     return (kempe_body_def){.name = name, .at = "ground", .kind = "revolute", .axis = {0, 0, 1}};
 }
 
-static const kmp_node *motions(kmp_builder *b, const char *text)
+static const kmp_yaml *motions(kmp_builder *b, const char *text)
 {
-    kmp_node *list = new_node(b, KMP_NODE_LIST);
+    kmp_yaml *list = new_node(b, KMP_YAML_LIST);
     while (list && *text) {
         kmp_text code = {0};
         size_t length = strcspn(text, " ,");
         kmp_text_printf(&code, "%.*s", (int)length, text);
-        const kmp_node *item = length && !code.failed ? word(b, code.s) : NULL;
+        const kmp_yaml *item = length && !code.failed ? word(b, code.s) : NULL;
         if (code.failed)
             b->arena.failed = true;
         append(b, list, item);
@@ -231,10 +231,10 @@ static const kmp_node *motions(kmp_builder *b, const char *text)
     return list;
 }
 
-static const kmp_node *joint(kmp_builder *b, const kempe_body_def *def)
+static const kmp_yaml *joint(kmp_builder *b, const kempe_body_def *def)
 {
     const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
-    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     if (def->joint)
         put(b, map, "name", word(b, def->joint));
     put(b, map, "at", word(b, def->at));
@@ -245,10 +245,10 @@ static const kmp_node *joint(kmp_builder *b, const kempe_body_def *def)
     return map;
 }
 
-static const kmp_node *inertia(kmp_builder *b, const kempe_number inertia[6])
+static const kmp_yaml *inertia(kmp_builder *b, const kempe_number inertia[6])
 {
     static const char *const keys[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     for (int i = 0; i < 6; i++)
         put_given(b, map, keys[i], inertia[i]);
     return map;
@@ -261,7 +261,7 @@ kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
     if (status != KEMPE_OK)
         return status;
     begin_call(b, "body", def->name);
-    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     if (def->at)
         put(b, map, "joint", joint(b, def));
     put_given(b, map, "mass", def->mass);
@@ -279,19 +279,19 @@ kempe_status kempe_model_add_point(kempe_model *model, const char *body, const c
     if (status != KEMPE_OK)
         return status;
     bool ground = body && strcmp(body, "ground") == 0;
-    const kmp_node *bodies = kmp_node_get(b->root, "bodies");
-    kmp_node *owner =
-        ground ? part(b, b->root, "ground", KMP_NODE_MAP) : (kmp_node *)kmp_node_get(bodies, body ? body : "");
+    const kmp_yaml *bodies = kmp_yaml_get(b->root, "bodies");
+    kmp_yaml *owner =
+        ground ? part(b, b->root, "ground", KMP_YAML_MAP) : (kmp_yaml *)kmp_yaml_get(bodies, body ? body : "");
     if (!owner && !ground)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s': there is no body '%s' yet", name,
                         body ? body : "");
-    if (kmp_node_get(kmp_node_get(owner, "points"), name))
+    if (kmp_yaml_get(kmp_yaml_get(owner, "points"), name))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s.%s' stands already in the model", body, name);
     kmp_text full = {0};
     kmp_text_printf(&full, "%s.%s", body, name);
     begin_call(b, "point", full.s ? full.s : name);
     kmp_text_free(&full);
-    put(b, part(b, owner, "points", KMP_NODE_MAP), name, vector(b, n));
+    put(b, part(b, owner, "points", KMP_YAML_MAP), name, vector(b, n));
     return end_call(model);
 }
 
@@ -310,7 +310,7 @@ kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *de
     if (status != KEMPE_OK)
         return status;
     begin_call(b, "joint", def->name);
-    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
     if (def->kind && strcmp(def->kind, "weld") != 0)
         put(b, map, "axis", vector(b, axis));
@@ -334,7 +334,7 @@ kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def
     if (status != KEMPE_OK)
         return status;
     begin_call(b, "loop", def->name);
-    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
     put_given(b, map, "length", def->length);
     return add(model, "loops", def->name, map);
@@ -352,7 +352,7 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
     if (status != KEMPE_OK)
         return status;
     begin_call(b, "force", def->name);
-    kmp_node *map = new_node(b, KMP_NODE_MAP);
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     const char *const words[3][2] = {{"joint", def->joint}, {"torque", def->torque}, {"force", def->force}};
     for (int i = 0; i < 3; i++)
         if (words[i][1])
@@ -382,7 +382,7 @@ static const char *kind_of(const char *section)
 kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name, const char *text)
 {
     kmp_builder *b = model->builder;
-    const kmp_node *node = NULL;
+    const kmp_yaml *node = NULL;
     kempe_status status = check_new(model, kind_of(section), name, section);
     if (status != KEMPE_OK)
         return status;
@@ -403,12 +403,12 @@ static kempe_status set_start(kempe_model *model, const char *coordinate, const 
     kempe_status status = check_call(model, "start value", coordinate);
     if (status != KEMPE_OK)
         return status;
-    if (kmp_node_get(kmp_node_get(kmp_node_get(b->root, "start"), key), coordinate))
+    if (kmp_yaml_get(kmp_yaml_get(kmp_yaml_get(b->root, "start"), key), coordinate))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the start %s of '%s' is set already", key, coordinate);
     begin_call(b, "start of", coordinate);
-    kmp_node *start = part(b, b->root, "start", KMP_NODE_MAP);
-    put(b, part(b, start, key, KMP_NODE_MAP), coordinate, number(b, value));
-    kmp_node *held = hold ? part(b, start, "hold", KMP_NODE_LIST) : NULL;
+    kmp_yaml *start = part(b, b->root, "start", KMP_YAML_MAP);
+    put(b, part(b, start, key, KMP_YAML_MAP), coordinate, number(b, value));
+    kmp_yaml *held = hold ? part(b, start, "hold", KMP_YAML_LIST) : NULL;
     append(b, held, held ? word(b, coordinate) : NULL);
     return end_call(model);
 }

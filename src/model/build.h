@@ -8,7 +8,7 @@
 
 typedef struct kmp_builder {
     kmp_arena arena;
-    kmp_node *root;
+    kmp_yaml *root;
     const char **calls; /* what was called, "body 'crank'": the files, without lines, of its nodes; 0: the model */
     int call_count, call_capacity;
 } kmp_builder;

@@ -20,7 +20,7 @@ static bool is_xml(const char *text, size_t length)
 }
 
 kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                               size_t length, const kmp_node **root)
+                               size_t length, const kmp_yaml **root)
 {
     bool mbs = ends_with(file, ".mbs") || is_xml(text, length);
     return (mbs ? kmp_mbs_load : kmp_yaml_load)(context, arena, file, number, text, length, root);

@@ -8,6 +8,6 @@
 /** The contract of kmp_yaml_load. What is in another format begins with '<' or is in a file whose name ends with
  *  ".mbs" (model/mbs.h). */
 kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                               size_t length, const kmp_node **root);
+                               size_t length, const kmp_yaml **root);
 
 #endif

@@ -137,7 +137,7 @@ static void complain_loop(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 /* The place of a key of the joint, or of the joint. */
 static kmp_place place_of(const kmp_edge *edge, const char *key)
 {
-    const kmp_node *node = kmp_node_get(edge->map, key);
+    const kmp_yaml *node = kmp_yaml_get(edge->map, key);
     return node ? node->place : edge->key->place;
 }
 

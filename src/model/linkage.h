@@ -23,26 +23,26 @@ typedef enum kmp_cut_wish { KMP_CUT_CHOICE, KMP_CUT_YES, KMP_CUT_NO } kmp_cut_wi
 /** A joint between two bodies. Those that stand in a body are there to stay. */
 typedef struct kmp_edge {
     const char *name; /* as the model has it */
-    const kmp_node *key, *map;
+    const kmp_yaml *key, *map;
     bool own;                 /* it stands in its second body */
     int body[2];              /* the first and the second, as the joint's coordinates are counted */
-    const kmp_node *point[2]; /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
+    const kmp_yaml *point[2]; /* BODY.POINT; of an own joint `at` and `to`, which may be absent */
     kmp_joint_kind kind;      /* without a name: unknown, or motions */
     int freedoms;
     kmp_cut_wish wish;
     const char *need;      /* why it must have a coordinate, NULL: it need not */
     const char *asked;     /* the output that asks for its multipliers, NULL: none */
-    const kmp_node *start; /* a start value of it */
+    const kmp_yaml *start; /* a start value of it */
     bool stays;            /* in the tree whatever else would be better (while choosing: joined to its group) */
     bool tree, reversed;   /* chosen: in the tree; its second body carries the first */
     bool faulty;           /* complained of: neither in the tree nor cut */
-    const kmp_node *made;  /* what stands for it: a joint, or a closure */
+    const kmp_yaml *made;  /* what stands for it: a joint, or a closure */
 } kmp_edge;
 
 struct kmp_linkage {
     int body_count; /* ground included */
     const char **body_names;
-    const kmp_node **body_keys, **body_maps; /* NULL for the ground */
+    const kmp_yaml **body_keys, **body_maps; /* NULL for the ground */
     kmp_edge *edges;
     int edge_count;
     bool broken;   /* an edge could not be read: what hangs on nothing is not complained of */
@@ -51,7 +51,7 @@ struct kmp_linkage {
     int *order;    /* bodies in the order in which they were reached */
     int *group;    /* bodies that what stays joins */
     int *path;     /* edges of the last path found */
-    kmp_node cuts; /* the cut joints as a mapping of closures */
+    kmp_yaml cuts; /* the cut joints as a mapping of closures */
 };
 
 /** Whether a joint has to stay in the tree. */

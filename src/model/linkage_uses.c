@@ -30,9 +30,9 @@ static void need(const search *s, int file, const char *text, size_t length)
         edge->need = s->reason;
 }
 
-static void need_node(const search *s, const kmp_node *node)
+static void need_node(const search *s, const kmp_yaml *node)
 {
-    if (node && node->kind == KMP_NODE_SCALAR)
+    if (node && node->kind == KMP_YAML_SCALAR)
         need(s, node->place.file, node->text, strlen(node->text));
 }
 
@@ -57,7 +57,7 @@ static const char *skip_spaces(const char *s)
 }
 
 /* Every WORD(NAME) of a text. */
-static void look_through(const search *s, const kmp_node *node)
+static void look_through(const search *s, const kmp_yaml *node)
 {
     static const char *const coordinates[] = {"q", "qd", "qdd", "angle", NULL};
     static const char *const multipliers[] = {"lambda", "reaction", "moment", NULL};
@@ -86,9 +86,9 @@ static void look_through(const search *s, const kmp_node *node)
     }
 }
 
-static void look_into(const search *s, const kmp_node *node)
+static void look_into(const search *s, const kmp_yaml *node)
 {
-    if (node->kind == KMP_NODE_SCALAR)
+    if (node->kind == KMP_YAML_SCALAR)
         look_through(s, node);
     for (int k = 0; k < node->count; k++)
         look_into(s, node->items[k]);
@@ -99,38 +99,38 @@ static void look_into(const search *s, const kmp_node *node)
 /* Entries whose `joint` is a coordinate, and which may hold expressions. */
 static void search_entries(search *s, const char *section, const char *acts, const char *depends)
 {
-    const kmp_node *map = kmp_node_get(s->r->root, section);
-    for (int k = 0; map && map->kind == KMP_NODE_MAP && k < map->count; k++) {
+    const kmp_yaml *map = kmp_yaml_get(s->r->root, section);
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
         s->reason = kmp_reader_say(s->r, acts, map->keys[k]->text);
-        need_node(s, kmp_node_get(map->items[k], "joint"));
+        need_node(s, kmp_yaml_get(map->items[k], "joint"));
         s->reason = kmp_reader_say(s->r, depends, map->keys[k]->text);
         look_into(s, map->items[k]);
-        const kmp_node *couple = kmp_node_get(map->items[k], "couple");
-        for (int i = 0; couple && couple->kind == KMP_NODE_MAP && i < couple->count; i++)
+        const kmp_yaml *couple = kmp_yaml_get(map->items[k], "couple");
+        for (int i = 0; couple && couple->kind == KMP_YAML_MAP && i < couple->count; i++)
             need_node(s, couple->keys[i]);
     }
 }
 
 static void search_list(search *s, const char *section, const char *key, const char *reason)
 {
-    const kmp_node *list = kmp_node_get(kmp_node_get(s->r->root, section), key);
+    const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
     s->reason = reason;
-    for (int k = 0; list && list->kind == KMP_NODE_LIST && k < list->count; k++)
+    for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++)
         need_node(s, list->items[k]);
 }
 
 static void search_keys(search *s, const char *section, const char *key, const char *reason)
 {
-    const kmp_node *map = kmp_node_get(kmp_node_get(s->r->root, section), key);
+    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, section), key);
     s->reason = reason;
-    for (int k = 0; map && map->kind == KMP_NODE_MAP && k < map->count; k++)
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
         need_node(s, map->keys[k]);
 }
 
 static void search_outputs(search *s)
 {
-    const kmp_node *list = kmp_node_get(kmp_node_get(s->r->root, "run"), "outputs");
-    for (int k = 0; list && list->kind == KMP_NODE_LIST && k < list->count; k++) {
+    const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, "run"), "outputs");
+    for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++) {
         s->reason = kmp_reader_say(s->r, "output %s asks for it", list->items[k]->text);
         look_into(s, list->items[k]);
     }
@@ -138,9 +138,9 @@ static void search_outputs(search *s)
 
 static void find_start(const search *s, const char *key)
 {
-    const kmp_node *map = kmp_node_get(kmp_node_get(s->r->root, "start"), key);
-    for (int k = 0; map && map->kind == KMP_NODE_MAP && k < map->count; k++) {
-        const kmp_node *name = map->keys[k];
+    const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, "start"), key);
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
+        const kmp_yaml *name = map->keys[k];
         kmp_edge *edge = find_edge(s, name->place.file, name->text, strlen(name->text));
         if (edge && !edge->start)
             edge->start = name;

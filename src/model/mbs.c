@@ -17,7 +17,7 @@ typedef struct importer {
     const kmp_element *model;
     const kmp_element *bodies; /* the first one */
     const kmp_element *cuts;
-    kmp_node *root;
+    kmp_yaml *root;
     kempe_status status;
 } importer;
 
@@ -29,59 +29,59 @@ static void complain(importer *im, kmp_place place, const char *what, const char
 
 /* -- nodes ----------------------------------------------------------------------------------------- */
 
-static kmp_node *new_map(importer *im, kmp_place place)
+static kmp_yaml *new_map(importer *im, kmp_place place)
 {
-    return kmp_node_new(im->arena, KMP_NODE_MAP, place);
+    return kmp_yaml_new(im->arena, KMP_YAML_MAP, place);
 }
 
-static void put(importer *im, kmp_node *map, kmp_place place, const char *key, const kmp_node *item)
+static void put(importer *im, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item)
 {
-    kmp_node_put(im->arena, map, place, key, item);
+    kmp_yaml_put(im->arena, map, place, key, item);
 }
 
 /* The mapping or list under a key, made when it is not there. */
-static kmp_node *part(importer *im, kmp_node *map, const char *key, kmp_node_kind kind)
+static kmp_yaml *part(importer *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind)
 {
-    kmp_node *there = (kmp_node *)kmp_node_get(map, key);
+    kmp_yaml *there = (kmp_yaml *)kmp_yaml_get(map, key);
     if (there || !map)
         return there;
-    there = kmp_node_new(im->arena, kind, map->place);
+    there = kmp_yaml_new(im->arena, kind, map->place);
     put(im, map, map->place, key, there);
     return there;
 }
 
 /* An entry of a section; a name may stand once in it. */
-static void add(importer *im, const char *section, const kmp_element *from, const char *name, const kmp_node *entry)
+static void add(importer *im, const char *section, const kmp_element *from, const char *name, const kmp_yaml *entry)
 {
-    kmp_node *map = part(im, im->root, section, KMP_NODE_MAP);
-    if (kmp_node_get(map, name))
+    kmp_yaml *map = part(im, im->root, section, KMP_YAML_MAP);
+    if (kmp_yaml_get(map, name))
         complain(im, from->place, from->name, name, "stands twice in the model: it needs a name of its own");
     else
         put(im, map, from->place, name, entry);
 }
 
 /* The text of an element as it stands; nothing counts as an empty scalar, of which the reader complains. */
-static const kmp_node *text_of(importer *im, const kmp_element *e)
+static const kmp_yaml *text_of(importer *im, const kmp_element *e)
 {
-    return kmp_node_word(im->arena, e->text_place, e->text);
+    return kmp_yaml_word(im->arena, e->text_place, e->text);
 }
 
 /* A number that may be absent: 0. */
-static void put_number(importer *im, kmp_node *map, const char *key, const kmp_element *in, const char *name)
+static void put_number(importer *im, kmp_yaml *map, const char *key, const kmp_element *in, const char *name)
 {
     const kmp_element *e = kmp_element_find(in, name);
     if (e)
         put(im, map, e->place, key, text_of(im, e));
 }
 
-static const kmp_node *vector(importer *im, const kmp_element *in)
+static const kmp_yaml *vector(importer *im, const kmp_element *in)
 {
     static const char *const names[3] = {"x", "y", "z"};
     const kmp_element *coordinates = kmp_element_find(in, "coordinates");
-    kmp_node *list = kmp_node_new(im->arena, KMP_NODE_LIST, in->place);
+    kmp_yaml *list = kmp_yaml_new(im->arena, KMP_YAML_LIST, in->place);
     for (int k = 0; k < 3; k++) {
         const kmp_element *e = kmp_element_find(coordinates, names[k]);
-        kmp_node_append(im->arena, list, NULL, e ? text_of(im, e) : kmp_node_word(im->arena, in->place, "0"));
+        kmp_yaml_append(im->arena, list, NULL, e ? text_of(im, e) : kmp_yaml_word(im->arena, in->place, "0"));
     }
     return list;
 }
@@ -160,26 +160,26 @@ static bool has_point(const kmp_element *body, const char *name)
 }
 
 /* `origin` is there without being said; what is between points names it. */
-static void put_points(importer *im, kmp_node *map, const kmp_element *body)
+static void put_points(importer *im, kmp_yaml *map, const kmp_element *body)
 {
-    kmp_node *points = part(im, map, "points", KMP_NODE_MAP);
+    kmp_yaml *points = part(im, map, "points", KMP_YAML_MAP);
     for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
         const char *name = name_of(im, p, "pointname");
-        if (name && kmp_node_get(points, name))
+        if (name && kmp_yaml_get(points, name))
             complain(im, p->place, "point", name, "stands twice in its body: it needs a name of its own");
         else if (name)
             put(im, points, p->place, name, vector(im, p));
     }
-    if (!kmp_node_get(points, "origin")) {
-        kmp_node *zero = kmp_node_new(im->arena, KMP_NODE_LIST, body->place);
+    if (!kmp_yaml_get(points, "origin")) {
+        kmp_yaml *zero = kmp_yaml_new(im->arena, KMP_YAML_LIST, body->place);
         for (int k = 0; k < 3; k++)
-            kmp_node_append(im->arena, zero, NULL, kmp_node_word(im->arena, body->place, "0"));
+            kmp_yaml_append(im->arena, zero, NULL, kmp_yaml_word(im->arena, body->place, "0"));
         put(im, points, body->place, "origin", zero);
     }
 }
 
 /* BODY.POINT of what an element says by `bodyname` and `pointname`; an origin that is not said is the body. */
-static const kmp_node *place_on(importer *im, const kmp_element *e, bool point)
+static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
 {
     const char *body = kmp_element_text(e, "bodyname"), *name = kmp_element_text(e, "pointname");
     if (!body) {
@@ -189,10 +189,10 @@ static const kmp_node *place_on(importer *im, const kmp_element *e, bool point)
     const char *on = is_ground(body) ? "ground" : clean(im, body);
     bool origin = !name || (strcmp(name, "origin") == 0 && !has_point(find_body(im, body), name));
     if (!on || (origin && !point))
-        return on ? kmp_node_word(im->arena, e->place, on) : NULL;
+        return on ? kmp_yaml_word(im->arena, e->place, on) : NULL;
     const char *at = clean(im, name ? name : "origin");
     const char *full = at ? joined(im, on, ".", at) : NULL;
-    return full ? kmp_node_word(im->arena, e->place, full) : NULL;
+    return full ? kmp_yaml_word(im->arena, e->place, full) : NULL;
 }
 
 /* -- joints ---------------------------------------------------------------------------------------- */
@@ -244,14 +244,14 @@ static bool is_cut(const importer *im, const char *name)
 }
 
 /* What holds a driven joint: its start value, or the motion that begins with its start values. */
-static const kmp_node *drive(importer *im, const kmp_element *joint, const char *coordinate, const char *type)
+static const kmp_yaml *drive(importer *im, const kmp_element *joint, const char *coordinate, const char *type)
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
     const char *q = kmp_element_text(start, "q"), *qd = kmp_element_text(start, "qd");
-    kmp_node *map = new_map(im, joint->place);
-    put(im, map, joint->place, "joint", kmp_node_word(im->arena, joint->place, coordinate));
+    kmp_yaml *map = new_map(im, joint->place);
+    put(im, map, joint->place, "joint", kmp_yaml_word(im->arena, joint->place, coordinate));
     if (!qd || strtod(qd, NULL) == 0) {
-        put(im, map, joint->place, "locked", kmp_node_word(im->arena, joint->place, "yes"));
+        put(im, map, joint->place, "locked", kmp_yaml_word(im->arena, joint->place, "yes"));
         return map;
     }
     kmp_text law = {0};
@@ -260,7 +260,7 @@ static const kmp_node *drive(importer *im, const kmp_element *joint, const char 
         im->arena->failed = true;
     else
         put(im, map, joint->place, type && type[0] == 'T' ? "displacement" : "angle",
-            kmp_node_word(im->arena, start->place, law.s));
+            kmp_yaml_word(im->arena, start->place, law.s));
     kmp_text_free(&law);
     return map;
 }
@@ -271,16 +271,16 @@ static void put_start(importer *im, const kmp_element *joint, const char *coordi
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
     const char *nature = kmp_element_text(joint, "nature");
-    kmp_node *begin = part(im, im->root, "start", KMP_NODE_MAP);
+    kmp_yaml *begin = part(im, im->root, "start", KMP_YAML_MAP);
     if (kmp_element_text(start, "q"))
-        put_number(im, part(im, begin, "q", KMP_NODE_MAP), coordinate, start, "q");
+        put_number(im, part(im, begin, "q", KMP_YAML_MAP), coordinate, start, "q");
     if (kmp_element_text(start, "qd"))
-        put_number(im, part(im, begin, "qd", KMP_NODE_MAP), coordinate, start, "qd");
+        put_number(im, part(im, begin, "qd", KMP_YAML_MAP), coordinate, start, "qd");
     if (nature && strcmp(nature, "driven") == 0)
         add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
     else if (nature && strcmp(nature, "independent") == 0)
-        kmp_node_append(im->arena, part(im, begin, "hold", KMP_NODE_LIST), NULL,
-                        kmp_node_word(im->arena, joint->place, coordinate));
+        kmp_yaml_append(im->arena, part(im, begin, "hold", KMP_YAML_LIST), NULL,
+                        kmp_yaml_word(im->arena, joint->place, coordinate));
     else if (nature && strcmp(nature, "dependent") != 0)
         complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
 }
@@ -297,11 +297,11 @@ static void put_motion(importer *im, const kmp_element *joint, const char *coord
 }
 
 /* The joints of a body in their order: motions, coordinates with the names of the joints, start and drives. */
-static void put_motions(importer *im, kmp_node *map, const kmp_element *body, const char *name)
+static void put_motions(importer *im, kmp_yaml *map, const kmp_element *body, const char *name)
 {
     const kmp_element *joint = kmp_element_find(body, "joint");
-    kmp_node *motions = kmp_node_new(im->arena, KMP_NODE_LIST, joint->place);
-    kmp_node *names = kmp_node_new(im->arena, KMP_NODE_LIST, joint->place);
+    kmp_yaml *motions = kmp_yaml_new(im->arena, KMP_YAML_LIST, joint->place);
+    kmp_yaml *names = kmp_yaml_new(im->arena, KMP_YAML_LIST, joint->place);
     bool several = kmp_element_again(joint);
     for (int k = 1; joint; k++, joint = kmp_element_again(joint)) {
         const kmp_element *type = kmp_element_find(joint, "type");
@@ -309,11 +309,11 @@ static void put_motions(importer *im, kmp_node *map, const kmp_element *body, co
         char number[16];
         snprintf(number, sizeof number, "%d", k);
         if (type)
-            kmp_node_append(im->arena, motions, NULL, text_of(im, type));
+            kmp_yaml_append(im->arena, motions, NULL, text_of(im, type));
         else
             complain(im, joint->place, "a joint of body", name, "lacks its 'type'");
         own = own ? clean(im, own) : NULL;
-        kmp_node_append(im->arena, names, NULL, kmp_node_word(im->arena, joint->place, own ? own : "~"));
+        kmp_yaml_append(im->arena, names, NULL, kmp_yaml_word(im->arena, joint->place, own ? own : "~"));
         put_motion(im, joint, own ? own : name, number, several && !own);
     }
     put(im, map, map->place, "motions", motions);
@@ -323,39 +323,39 @@ static void put_motions(importer *im, kmp_node *map, const kmp_element *body, co
 
 /* -- bodies ---------------------------------------------------------------------------------------- */
 
-static void put_joint(importer *im, kmp_node *map, const kmp_element *body, const char *body_name)
+static void put_joint(importer *im, kmp_yaml *map, const kmp_element *body, const char *body_name)
 {
     const kmp_element *parent = kmp_element_find(body, "parent");
     const kmp_element *joint = kmp_element_find(body, "joint");
     const char *name = joint_name(im, body, body_name);
-    kmp_node *own = new_map(im, joint ? joint->place : body->place);
+    kmp_yaml *own = new_map(im, joint ? joint->place : body->place);
     if (!parent) {
         complain(im, body->place, "body", body_name, "lacks its 'parent'");
         return;
     }
     if (!name || !own)
         return;
-    put(im, own, own->place, "name", kmp_node_word(im->arena, own->place, name));
+    put(im, own, own->place, "name", kmp_yaml_word(im->arena, own->place, name));
     put(im, own, own->place, "at", place_on(im, parent, false));
     if (joint)
         put_motions(im, own, body, name);
     else
-        put(im, own, own->place, "weld", kmp_node_word(im->arena, own->place, "yes"));
+        put(im, own, own->place, "weld", kmp_yaml_word(im->arena, own->place, "yes"));
     put(im, map, own->place, "joint", own);
 }
 
 /* What no distribution of mass can have occurs in published models. */
-static void put_inertia(importer *im, kmp_node *map, const kmp_element *body)
+static void put_inertia(importer *im, kmp_yaml *map, const kmp_element *body)
 {
     static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
                                             {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
     const kmp_element *inertia = kmp_element_find(body, "inertia");
     if (!inertia)
         return;
-    kmp_node *own = new_map(im, inertia->place);
+    kmp_yaml *own = new_map(im, inertia->place);
     for (int k = 0; k < 6; k++)
         put_number(im, own, names[k][1], inertia, names[k][0]);
-    put(im, own, inertia->place, "as_given", kmp_node_word(im->arena, inertia->place, "yes"));
+    put(im, own, inertia->place, "as_given", kmp_yaml_word(im->arena, inertia->place, "yes"));
     put(im, map, inertia->place, "inertia", own);
 }
 
@@ -363,7 +363,7 @@ static void add_body(importer *im, const kmp_element *body)
 {
     const char *name = name_of(im, body, "bodyname");
     const kmp_element *com = kmp_element_find(body, "com");
-    kmp_node *map = new_map(im, body->place);
+    kmp_yaml *map = new_map(im, body->place);
     if (!name || !map)
         return;
     put_joint(im, map, body, name);
@@ -399,13 +399,13 @@ static void add_cut(importer *im, const kmp_element *cut, const char *kind)
 {
     static const char *const ends[2] = {"endpoint2", "endpoint1"};
     const char *name = name_of(im, cut, "name");
-    kmp_node *map = new_map(im, cut->place), *points = kmp_node_new(im->arena, KMP_NODE_LIST, cut->place);
+    kmp_yaml *map = new_map(im, cut->place), *points = kmp_yaml_new(im->arena, KMP_YAML_LIST, cut->place);
     if (!name)
         return;
     for (int k = 0; k < 2; k++) {
         const kmp_element *end = kmp_element_find(cut, ends[k]);
         if (end)
-            kmp_node_append(im->arena, points, NULL, place_on(im, end, true));
+            kmp_yaml_append(im->arena, points, NULL, place_on(im, end, true));
         else
             complain(im, cut->place, "cut", name, k == 0 ? "lacks its 'endpoint2'" : "lacks its 'endpoint1'");
     }
@@ -442,10 +442,10 @@ static void add_parameter(importer *im, const char *model, const kmp_element *pa
     const kmp_element *value = kmp_element_find(parameter, "value");
     if (!name || !type || strcmp(type, "scalar") != 0 || !value || !is_number(value->text))
         return;
-    kmp_node *parameters = part(im, im->root, "parameters", KMP_NODE_MAP);
+    kmp_yaml *parameters = part(im, im->root, "parameters", KMP_YAML_MAP);
     const char *full = joined(im, model, "_", name);
     full = full ? clean(im, full) : NULL;
-    if (full && !kmp_node_get(parameters, full))
+    if (full && !kmp_yaml_get(parameters, full))
         put(im, parameters, parameter->place, full, text_of(im, value));
 }
 
@@ -467,13 +467,13 @@ static void add_base(importer *im)
     const kmp_element *gravity = kmp_element_find(base, "gravity");
     if (gravity)
         put(im, im->root, gravity->place, "gravity", vector(im, gravity));
-    put_points(im, part(im, im->root, "ground", KMP_NODE_MAP), base ? base : im->model);
+    put_points(im, part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
 }
 
 static void add_all(importer *im)
 {
     const kmp_element *name = kmp_element_find(im->model, "mbsname");
-    put(im, im->root, im->model->place, "kempe", kmp_node_word(im->arena, im->model->place, "1"));
+    put(im, im->root, im->model->place, "kempe", kmp_yaml_word(im->arena, im->model->place, "1"));
     if (name && name->text[0])
         put(im, im->root, name->place, "name", text_of(im, name));
     add_parameters(im);
@@ -486,7 +486,7 @@ static void add_all(importer *im)
 }
 
 kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                          size_t length, const kmp_node **root)
+                          size_t length, const kmp_yaml **root)
 {
     static const char *const drawing[] = {"graphics", "x3D", NULL};
     importer im = {.context = context, .arena = arena, .file = file};

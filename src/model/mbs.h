@@ -8,7 +8,7 @@
 
 /** The contract of kmp_yaml_load. What is passed over is named in the log. */
 kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                          size_t length, const kmp_node **root);
+                          size_t length, const kmp_yaml **root);
 
 /** Names in the log what of a model is passed over: elements that are not known, and force elements whose law is in
  *  user code. false: no memory. */

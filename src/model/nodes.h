@@ -8,13 +8,13 @@
 #include "model/yaml.h"
 
 /** An empty list or mapping. */
-kmp_node *kmp_node_new(kmp_arena *arena, kmp_node_kind kind, kmp_place place);
+kmp_yaml *kmp_yaml_new(kmp_arena *arena, kmp_yaml_kind kind, kmp_place place);
 
 /** A scalar; NULL and "" are nothing. */
-kmp_node *kmp_node_word(kmp_arena *arena, kmp_place place, const char *text);
+kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text);
 
 /** Adds an item to a list, or with a key to a mapping. NULL items are passed over. */
-void kmp_node_append(kmp_arena *arena, kmp_node *to, const kmp_node *key, const kmp_node *item);
-void kmp_node_put(kmp_arena *arena, kmp_node *map, kmp_place place, const char *key, const kmp_node *item);
+void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item);
+void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);
 
 #endif

@@ -31,11 +31,11 @@ static bool normalise(double axis[3])
     return true;
 }
 
-bool kmp_read_axis(kmp_reader *r, const kmp_node *node, const char *what, double axis[3])
+bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double axis[3])
 {
     kmp_number vector[3];
-    if (node->kind != KMP_NODE_LIST) {
-        if (node->kind == KMP_NODE_SCALAR && read_letter_axis(node->text, axis))
+    if (node->kind != KMP_YAML_LIST) {
+        if (node->kind == KMP_YAML_SCALAR && read_letter_axis(node->text, axis))
             return true;
         kmp_reader_complain(r, node->place, "%s: an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s", what,
                             node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
@@ -94,11 +94,11 @@ bool kmp_square_axes(int k, const double first[3], int l, const double second[3]
 
 static const char *const axes_keys[] = {"x", "y", "z", NULL};
 
-bool kmp_read_axes(kmp_reader *r, const kmp_node *node, const char *what, double m[3][3])
+bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3])
 {
     double axis[2][3];
     int number[2] = {0};
-    if (node->kind != KMP_NODE_MAP || node->count < 1 || node->count > 2) {
+    if (node->kind != KMP_YAML_MAP || node->count < 1 || node->count > 2) {
         kmp_reader_complain(r, node->place, "%s: axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}",
                             what);
         return false;

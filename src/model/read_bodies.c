@@ -6,7 +6,7 @@
 
 /* A body as it stands in the file. */
 typedef struct source {
-    const kmp_node *key, *map, *joint, *at, *to;
+    const kmp_yaml *key, *map, *joint, *at, *to;
     int parent; /* source, -1 the ground */
     bool placed;
 } source;
@@ -22,14 +22,14 @@ typedef struct sources {
 static const char *const ground_keys[] = {"points", NULL};
 static const char *const body_keys[] = {"joint", "mass", "com", "inertia", "points", NULL};
 
-static void complain_body_key(kmp_reader *r, const kmp_node *key)
+static void complain_body_key(kmp_reader *r, const kmp_yaml *key)
 {
     const char *name = kmp_read_name(r, key, "a body");
     if (name && strcmp(name, "ground") == 0)
         kmp_reader_complain(r, key->place, "'ground' is there already: its points are under the key 'ground'");
 }
 
-static bool take_sources(sources *s, const kmp_node *map)
+static bool take_sources(sources *s, const kmp_yaml *map)
 {
     kmp_reader *r = s->r;
     s->list = KMP_ARENA_NEW(&r->scratch, source, map->count);
@@ -46,9 +46,9 @@ static bool take_sources(sources *s, const kmp_node *map)
         if (!kmp_read_map(r, to->map, what, body_keys))
             continue;
         to->joint = r->linkage ? kmp_linkage_joint(r->linkage, i + 1) : kmp_read_required(r, to->map, what, "joint");
-        if (to->joint && to->joint->kind == KMP_NODE_MAP)
+        if (to->joint && to->joint->kind == KMP_YAML_MAP)
             to->at = kmp_read_required(r, to->joint, kmp_reader_say(r, "the joint of %s", what), "at");
-        to->to = kmp_node_get(to->joint, "to");
+        to->to = kmp_yaml_get(to->joint, "to");
     }
     s->count = map->count;
     return true;
@@ -57,7 +57,7 @@ static bool take_sources(sources *s, const kmp_node *map)
 /* -- order --------------------------------------------------------------------------------------- */
 
 /* An end of a joint in complaints. */
-static const char *what_of(kmp_reader *r, const kmp_node *joint, const char *end, const char *body)
+static const char *what_of(kmp_reader *r, const kmp_yaml *joint, const char *end, const char *body)
 {
     const char *linked = kmp_linkage_name(r, joint) ? kmp_linkage_what(r, joint) : NULL;
     return linked ? linked : kmp_reader_say(r, "'%s' of body '%s'", end, body);
@@ -161,7 +161,7 @@ static bool make_bodies(sources *s)
 }
 
 /* BODY.POINT, or -1 for a body's origin. */
-static int resolve_end(kmp_reader *r, const kmp_node *node, const char *what)
+static int resolve_end(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const kmp_instance *instance = node ? kmp_reader_instance(r, node->place.file) : NULL;
     if (instance && strcmp(node->text, "ground") == 0)
@@ -170,7 +170,7 @@ static int resolve_end(kmp_reader *r, const kmp_node *node, const char *what)
 }
 
 /* The body's own end: one of its points, or BODY.POINT. */
-static int resolve_own_end(kmp_reader *r, const kmp_node *node, int body, const char *what)
+static int resolve_own_end(kmp_reader *r, const kmp_yaml *node, int body, const char *what)
 {
     if (!node || !kmp_read_word(r, node, what))
         return -1;
@@ -196,11 +196,11 @@ static void resolve_ends(sources *s, int k)
 static const char *const point_keys[] = {"at", "axes", NULL};
 
 /* [x, y, z], or {at: [x, y, z], axes: {..}}. */
-static void read_point(kmp_reader *r, const kmp_node *node, const char *what, kmp_point *point)
+static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
 {
-    if (node->kind == KMP_NODE_MAP) {
+    if (node->kind == KMP_YAML_MAP) {
         kmp_read_map(r, node, what, point_keys);
-        const kmp_node *axes = kmp_node_get(node, "axes");
+        const kmp_yaml *axes = kmp_yaml_get(node, "axes");
         point->turned = axes && kmp_read_axes(r, axes, what, point->axes);
         node = kmp_read_required(r, node, what, "at");
     }
@@ -208,11 +208,11 @@ static void read_point(kmp_reader *r, const kmp_node *node, const char *what, km
         kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at);
 }
 
-static void read_points(kmp_reader *r, const kmp_node *owner, int body)
+static void read_points(kmp_reader *r, const kmp_yaml *owner, int body)
 {
     kempe_model *model = r->model;
     const char *what = kmp_reader_say(r, "the points of body '%s'", model->bodies[body].name);
-    const kmp_node *map = kmp_node_get(owner, "points");
+    const kmp_yaml *map = kmp_yaml_get(owner, "points");
     if (!map || !kmp_read_map(r, map, what, NULL))
         return;
     for (int i = 0; i < map->count; i++) {
@@ -228,10 +228,10 @@ static void read_points(kmp_reader *r, const kmp_node *owner, int body)
     }
 }
 
-static int count_points(const kmp_node *owner)
+static int count_points(const kmp_yaml *owner)
 {
-    const kmp_node *points = kmp_node_get(owner, "points");
-    return points && points->kind == KMP_NODE_MAP ? points->count : 0;
+    const kmp_yaml *points = kmp_yaml_get(owner, "points");
+    return points && points->kind == KMP_YAML_MAP ? points->count : 0;
 }
 
 /* -- the ground of included files ---------------------------------------------------------------- */
@@ -288,7 +288,7 @@ static int place_ground(kmp_reader *r, const kmp_instance *instance)
 static void read_included_ground(kmp_reader *r, kmp_instance *instance)
 {
     kempe_model *model = r->model;
-    const kmp_node *ground = kmp_node_get(instance->root, "ground");
+    const kmp_yaml *ground = kmp_yaml_get(instance->root, "ground");
     instance->ground = place_ground(r, instance);
     if (instance->ground < 0 || !ground || !kmp_read_map(r, ground, "ground", ground_keys))
         return;
@@ -303,14 +303,14 @@ static void read_included_ground(kmp_reader *r, kmp_instance *instance)
     }
 }
 
-static bool read_all_points(sources *s, const kmp_node *ground)
+static bool read_all_points(sources *s, const kmp_yaml *ground)
 {
     kempe_model *model = s->r->model;
     int count = count_points(ground);
     for (int i = 0; i < s->count; i++)
         count += count_points(s->list[i].map);
     for (int i = 0; i < s->r->instance_count; i++)
-        count += 1 + count_points(kmp_node_get(s->r->instances[i].root, "ground"));
+        count += 1 + count_points(kmp_yaml_get(s->r->instances[i].root, "ground"));
     model->points = KMP_ARENA_NEW(&model->arena, kmp_point, count);
     if (!model->points)
         return false;
@@ -344,7 +344,7 @@ static bool make_ground(kempe_model *model, int bodies)
 
 static void read_joints(sources *s)
 {
-    const kmp_node **joints = KMP_ARENA_NEW(&s->r->scratch, const kmp_node *, s->count);
+    const kmp_yaml **joints = KMP_ARENA_NEW(&s->r->scratch, const kmp_yaml *, s->count);
     for (int k = 0; joints && k < s->count; k++) {
         resolve_ends(s, k);
         joints[k] = s->list[s->order[k]].joint;
@@ -356,11 +356,11 @@ static void read_joints(sources *s)
 void kmp_read_bodies(kmp_reader *r)
 {
     sources s = {.r = r};
-    const kmp_node *map = kmp_read_required(r, r->root, "the model", "bodies");
+    const kmp_yaml *map = kmp_read_required(r, r->root, "the model", "bodies");
     bool good = map && kmp_read_map(r, map, "bodies", NULL);
     if (good && map->count == 0)
         kmp_reader_complain(r, map->place, "bodies: a model has at least one body");
-    if (good && map->kind == KMP_NODE_MAP)
+    if (good && map->kind == KMP_YAML_MAP)
         kmp_read_linkage(r, map);
     if (!make_ground(r->model, good ? map->count : 0) || (good && map->count > 0 && !take_sources(&s, map)))
         return;
@@ -368,7 +368,7 @@ void kmp_read_bodies(kmp_reader *r)
         find_parent(&s, &s.list[i]);
     for (int i = 0; i < s.count; i++)
         place(&s, i);
-    if (!make_bodies(&s) || !read_all_points(&s, kmp_node_get(r->root, "ground")))
+    if (!make_bodies(&s) || !read_all_points(&s, kmp_yaml_get(r->root, "ground")))
         return;
     read_joints(&s);
     for (int k = 0; k < s.count; k++)

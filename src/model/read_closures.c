@@ -38,17 +38,17 @@ static const struct {
              {"equals", 1u << TERMS},
              {"power", 1u << EXPRESSION | 1u << CURVE}};
 
-static void check_keys(kmp_reader *r, const kmp_node *map, const char *what, const closure_kind *kind)
+static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const closure_kind *kind)
 {
     for (size_t k = 0; k < sizeof takes / sizeof *takes; k++) {
-        const kmp_node *node = kmp_node_get(map, takes[k].key);
+        const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
         if (node && !(takes[k].needs & 1u << kind->needs))
             kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, kind->name, takes[k].key);
     }
 }
 
 /* Of a function of time the value at t = 0 is judged. */
-static void read_length(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
+static void read_length(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
     const char *length_of = kmp_reader_say(r, "the length of %s", what);
     double first = 0;
@@ -65,12 +65,12 @@ static void read_length(kmp_reader *r, const kmp_node *node, const char *what, k
                             length_of, first);
 }
 
-static const closure_kind *find_kind(kmp_reader *r, const kmp_node *map, const char *what)
+static const closure_kind *find_kind(kmp_reader *r, const kmp_yaml *map, const char *what)
 {
     const closure_kind *kind = NULL;
     int found = 0;
     for (int i = 0; i < KINDS; i++)
-        if (kmp_node_get(map, kinds[i].name)) {
+        if (kmp_yaml_get(map, kinds[i].name)) {
             kind = &kinds[i];
             found++;
         }
@@ -84,10 +84,10 @@ static const closure_kind *find_kind(kmp_reader *r, const kmp_node *map, const c
 }
 
 /* `axis` for both points, or `axes: [of the first, of the second]`; z without either. */
-static void read_closure_axes(kmp_reader *r, const kmp_node *map, const char *what, const closure_kind *kind,
+static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *what, const closure_kind *kind,
                               kmp_closure *closure)
 {
-    const kmp_node *axis = kmp_node_get(map, "axis"), *axes = kmp_node_get(map, "axes");
+    const kmp_yaml *axis = kmp_yaml_get(map, "axis"), *axes = kmp_yaml_get(map, "axes");
     closure->axis[0][2] = closure->axis[1][2] = 1;
     if (kind->needs == TWO_AXES && !axes)
         kmp_read_required(r, map, what, "axes");
@@ -100,9 +100,9 @@ static void read_closure_axes(kmp_reader *r, const kmp_node *map, const char *wh
             kmp_read_axis(r, axes->items[k], what, closure->axis[k]);
 }
 
-static void read_power(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
-    const kmp_node *power = kmp_node_get(map, "power");
+    const kmp_yaml *power = kmp_yaml_get(map, "power");
     kmp_number number = {.value = 1};
     if (power)
         kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
@@ -111,7 +111,7 @@ static void read_power(kmp_reader *r, const kmp_node *map, const char *what, kmp
         kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
 }
 
-static const kmp_named_table *read_table_name(kmp_reader *r, const kmp_node *node, const char *what)
+static const kmp_named_table *read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *name = kmp_read_word(r, node, what);
     if (!name)
@@ -142,7 +142,7 @@ static bool has_condition(const kmp_expr *e)
 }
 
 /* Rows are differentiated twice: no jumps. */
-static void read_curve_expression(kmp_reader *r, const kmp_node *node, const char *what, int side, kmp_closure *closure)
+static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const char *what, int side, kmp_closure *closure)
 {
     const kmp_expr *expr = kmp_read_curve(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? 1 : 3);
     if (has_condition(expr))
@@ -151,7 +151,7 @@ static void read_curve_expression(kmp_reader *r, const kmp_node *node, const cha
 }
 
 /* y = table(x), as an expression. */
-static void read_curve_table(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
+static void read_curve_table(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
     kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
     closure->table = read_table_name(r, node, what);
@@ -163,9 +163,9 @@ static void read_curve_table(kmp_reader *r, const kmp_node *node, const char *wh
 }
 
 /* One expression that is zero on the curve (or surface), or two, of surfaces that meet in it. */
-static void read_implicit(kmp_reader *r, const kmp_node *node, const char *what, kmp_closure *closure)
+static void read_implicit(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
-    if (node->kind != KMP_NODE_LIST) {
+    if (node->kind != KMP_YAML_LIST) {
         read_curve_expression(r, node, what, 0, closure);
         return;
     }
@@ -177,10 +177,10 @@ static void read_implicit(kmp_reader *r, const kmp_node *node, const char *what,
         read_curve_expression(r, node->items[k], what, 0, closure);
 }
 
-static void read_curve(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
-    const kmp_node *table = kmp_node_get(map, "table"), *y = kmp_node_get(map, "y"), *z = kmp_node_get(map, "z");
-    const kmp_node *curve = kmp_node_get(map, "curve"), *power = kmp_node_get(map, "power");
+    const kmp_yaml *table = kmp_yaml_get(map, "table"), *y = kmp_yaml_get(map, "y"), *z = kmp_yaml_get(map, "z");
+    const kmp_yaml *curve = kmp_yaml_get(map, "curve"), *power = kmp_yaml_get(map, "power");
     closure->power = 1;
     if ((table != NULL) + (y || z) + (curve != NULL) != 1) {
         kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is wanted", what);
@@ -201,11 +201,11 @@ static void read_curve(kmp_reader *r, const kmp_node *map, const char *what, kmp
 }
 
 /* {COORDINATE: factor, ...}; the factors bring the coordinates to the unit of the first one. */
-static void read_terms(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+static void read_terms(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
-    const kmp_node *node = kmp_node_get(map, "couple"), *equals = kmp_node_get(map, "equals");
+    const kmp_yaml *node = kmp_yaml_get(map, "couple"), *equals = kmp_yaml_get(map, "equals");
     kmp_number *constant = equals ? KMP_ARENA_NEW(&r->model->arena, kmp_number, 1) : NULL;
-    if (node->kind != KMP_NODE_MAP || node->count < 2) {
+    if (node->kind != KMP_YAML_MAP || node->count < 2) {
         kmp_reader_complain(r, node->place, "%s: a coupling has two coordinates or more, such as {A: 1, B: -2}", what);
         return;
     }
@@ -230,16 +230,16 @@ static bool has_rate(const kmp_expr *e)
     return e && (e->kind == KMP_EXPR_QD || has_rate(e->a) || has_rate(e->b) || has_rate(e->c));
 }
 
-static void read_constraint(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
-    const kmp_node *node = kmp_node_get(map, "constraint");
+    const kmp_yaml *node = kmp_yaml_get(map, "constraint");
     closure->function = kmp_read_effort(r, node, what, KMP_DIM_ANY);
     if (has_rate(closure->function))
         kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
     read_power(r, map, what, closure);
 }
 
-static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *closure)
+static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     if (!kmp_read_map(r, map, what, closure_keys))
         return;
@@ -256,10 +256,10 @@ static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, k
         read_constraint(r, map, what, closure);
         return;
     }
-    kmp_read_two_points(r, kmp_node_get(map, kind->name), what, closure->point);
+    kmp_read_two_points(r, kmp_yaml_get(map, kind->name), what, closure->point);
     if (kind->needs == AXIS || kind->needs == SAME_AXIS || kind->needs == TWO_AXES)
         read_closure_axes(r, map, what, kind, closure);
-    const kmp_node *length = kind->needs == LENGTH ? kmp_read_required(r, map, what, "length") : NULL;
+    const kmp_yaml *length = kind->needs == LENGTH ? kmp_read_required(r, map, what, "length") : NULL;
     if (length)
         read_length(r, length, what, closure);
     if (kind->needs == CURVE)
@@ -270,14 +270,14 @@ static void read_closure(kmp_reader *r, const kmp_node *map, const char *what, k
 
 static const char *const drive_keys[] = {"joint", "angle", "displacement", "locked", NULL};
 
-static void read_drive(kmp_reader *r, const kmp_node *map, const char *what, kmp_closure *drive)
+static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *drive)
 {
     double first;
     if (!kmp_read_map(r, map, what, drive_keys))
         return;
-    const kmp_node *joint = kmp_read_required(r, map, what, "joint");
-    const kmp_node *angle = kmp_node_get(map, "angle"), *displacement = kmp_node_get(map, "displacement");
-    const kmp_node *locked = kmp_node_get(map, "locked");
+    const kmp_yaml *joint = kmp_read_required(r, map, what, "joint");
+    const kmp_yaml *angle = kmp_yaml_get(map, "angle"), *displacement = kmp_yaml_get(map, "displacement");
+    const kmp_yaml *locked = kmp_yaml_get(map, "locked");
     drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
     if ((angle != NULL) + (displacement != NULL) + (locked != NULL) != 1) {
         kmp_reader_complain(r, map->place, "%s: exactly one of the keys angle, displacement, locked is wanted", what);
@@ -285,14 +285,14 @@ static void read_drive(kmp_reader *r, const kmp_node *map, const char *what, kmp
     }
     if (locked) {
         drive->kind = "lock";
-        if (locked->kind != KMP_NODE_SCALAR || strcmp(locked->text, "yes") != 0)
+        if (locked->kind != KMP_YAML_SCALAR || strcmp(locked->text, "yes") != 0)
             kmp_reader_complain(r, locked->place, "%s: locked is 'yes' or absent", what);
         return;
     }
     if (drive->motion < 0)
         return;
     const kmp_motion *m = &r->model->motions[drive->motion];
-    const kmp_node *given = angle ? angle : displacement;
+    const kmp_yaml *given = angle ? angle : displacement;
     if (m->rotation != (angle != NULL))
         kmp_reader_complain(r, given->place, "%s: '%s' is a %s, which is driven by '%s'", what, m->name,
                             m->rotation ? "rotation" : "translation", m->rotation ? "angle" : "displacement");
@@ -327,7 +327,7 @@ static const kmp_closure *find_namesake(const kempe_model *model, int number)
     return NULL;
 }
 
-static kmp_closure *add_closure(kmp_reader *r, const kmp_node *key, const char *what, const char *kind)
+static kmp_closure *add_closure(kmp_reader *r, const kmp_yaml *key, const char *what, const char *kind)
 {
     kempe_model *model = r->model;
     kmp_closure *closure = &model->closures[model->closure_count];
@@ -344,7 +344,7 @@ static kmp_closure *add_closure(kmp_reader *r, const kmp_node *key, const char *
     return closure;
 }
 
-static void read_loops(kmp_reader *r, const kmp_node *map)
+static void read_loops(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++) {
         kmp_closure *closure = add_closure(r, map->keys[i], "a loop", "");
@@ -355,7 +355,7 @@ static void read_loops(kmp_reader *r, const kmp_node *map)
 }
 
 /* Joints between bodies that are cut; their names are judged where they stand. */
-static void read_cuts(kmp_reader *r, const kmp_node *map)
+static void read_cuts(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++) {
         kmp_closure *closure = add_closure(r, map->keys[i], NULL, "");
@@ -366,7 +366,7 @@ static void read_cuts(kmp_reader *r, const kmp_node *map)
     }
 }
 
-static void read_drives(kmp_reader *r, const kmp_node *map)
+static void read_drives(kmp_reader *r, const kmp_yaml *map)
 {
     for (int i = 0; i < map->count; i++) {
         kmp_closure *drive = add_closure(r, map->keys[i], "a drive", "drive");
@@ -412,8 +412,8 @@ static void add_screws(kmp_reader *r)
 
 void kmp_read_closures(kmp_reader *r)
 {
-    const kmp_node *loops = kmp_node_get(r->root, "loops"), *drives = kmp_node_get(r->root, "drives");
-    const kmp_node *cuts = kmp_linkage_cuts(r);
+    const kmp_yaml *loops = kmp_yaml_get(r->root, "loops"), *drives = kmp_yaml_get(r->root, "drives");
+    const kmp_yaml *cuts = kmp_linkage_cuts(r);
     bool has_loops = loops && kmp_read_map(r, loops, "loops", NULL);
     bool has_drives = drives && kmp_read_map(r, drives, "drives", NULL);
     int count = (has_loops ? loops->count : 0) + (cuts ? cuts->count : 0) + (has_drives ? drives->count : 0) +

@@ -14,7 +14,7 @@ enum { PLACES = sizeof places / sizeof places[0] };
 /* An element being read. */
 typedef struct element {
     kmp_reader *r;
-    const kmp_node *map;
+    const kmp_yaml *map;
     const char *what;
     kmp_force *force;
 } element;
@@ -26,9 +26,9 @@ static const char *find_place(const element *e)
 {
     const char *place = NULL;
     int found = 0;
-    bool joint = kmp_node_get(e->map, "joint");
+    bool joint = kmp_yaml_get(e->map, "joint");
     for (int k = 0; k < PLACES; k++)
-        if (kmp_node_get(e->map, places[k]) && !(joint && strcmp(places[k], "spring") == 0)) {
+        if (kmp_yaml_get(e->map, places[k]) && !(joint && strcmp(places[k], "spring") == 0)) {
             place = places[k];
             found++;
         }
@@ -44,8 +44,8 @@ static bool has_word(const element *e, const char *word)
     if (!word)
         return true;
     if (strcmp(word, "effort") == 0)
-        return kmp_node_get(e->map, "torque") || kmp_node_get(e->map, "force");
-    return kmp_node_get(e->map, word);
+        return kmp_yaml_get(e->map, "torque") || kmp_yaml_get(e->map, "force");
+    return kmp_yaml_get(e->map, word);
 }
 
 static void complain_words(const element *e, const char *place, int found)
@@ -67,7 +67,7 @@ static int find_kind(const element *e, const char *place)
             kind = k;
             found++;
         }
-    if (kind == KMP_FORCE_JOINT && kmp_node_get(e->map, "torque") && kmp_node_get(e->map, "force"))
+    if (kind == KMP_FORCE_JOINT && kmp_yaml_get(e->map, "torque") && kmp_yaml_get(e->map, "force"))
         found++;
     if (found == 1)
         return kind;
@@ -85,7 +85,7 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-static void check_rule(const element *e, const kmp_node *node, const char *what, int k)
+static void check_rule(const element *e, const kmp_yaml *node, const char *what, int k)
 {
     double value = kmp_force_get(e->force, k)->value;
     kmp_field_rule rule = kmp_force_fields[k].rule;
@@ -96,14 +96,14 @@ static void check_rule(const element *e, const kmp_node *node, const char *what,
 }
 
 /* The numbers of the element, keys of `map`. */
-static void read_fields(const element *e, const kmp_node *map, const char *what)
+static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 {
     for (int k = 0; k < kmp_force_field_count; k++) {
         const kmp_force_field *field = &kmp_force_fields[k];
         if (field->kind != e->force->kind)
             continue;
         const char *key = e->force->motion < 0 ? field->key : kmp_force_key(e->r->model, e->force->motion, field->key);
-        const kmp_node *node = kmp_node_get(map, key);
+        const kmp_yaml *node = kmp_yaml_get(map, key);
         if (!node && field->required)
             kmp_read_required(e->r, map, what, key);
         if (!node)
@@ -125,11 +125,11 @@ static const char *const *keys_of(const element *e)
     return keys;
 }
 
-static void check_stops(const element *e, const kmp_node *map)
+static void check_stops(const element *e, const kmp_yaml *map)
 {
     kmp_force *force = e->force;
-    force->has_lower = kmp_node_get(map, "lower");
-    force->has_upper = kmp_node_get(map, "upper");
+    force->has_lower = kmp_yaml_get(map, "lower");
+    force->has_upper = kmp_yaml_get(map, "upper");
     if (!force->has_lower && !force->has_upper)
         kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is wanted", e->what);
     else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
@@ -143,7 +143,7 @@ static void check_stops(const element *e, const kmp_node *map)
 static void read_effort(const element *e)
 {
     kmp_reader *r = e->r;
-    const kmp_node *torque = kmp_node_get(e->map, "torque"), *effort = torque ? torque : kmp_node_get(e->map, "force");
+    const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"), *effort = torque ? torque : kmp_yaml_get(e->map, "force");
     int motion = e->force->motion;
     kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
     if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
@@ -158,12 +158,12 @@ static void read_effort(const element *e)
 
 static void read_in_joint(const element *e)
 {
-    e->force->motion = kmp_read_motion(e->r, kmp_node_get(e->map, "joint"), e->what);
+    e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
     if (e->force->kind == KMP_FORCE_JOINT) {
         read_effort(e);
         return;
     }
-    const kmp_node *map = kmp_node_get(e->map, kmp_force_rows[e->force->kind].word);
+    const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
     const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
     const char *const *keys = e->force->motion < 0 ? NULL : keys_of(e);
     if (!keys || !kmp_read_map(e->r, map, what, keys))
@@ -173,7 +173,7 @@ static void read_in_joint(const element *e)
         check_stops(e, map);
 }
 
-static void read_components(const element *e, const kmp_node *list, kmp_dimension wanted)
+static void read_components(const element *e, const kmp_yaml *list, kmp_dimension wanted)
 {
     if (!kmp_read_list(e->r, list, e->what, 3))
         return;
@@ -184,20 +184,20 @@ static void read_components(const element *e, const kmp_node *list, kmp_dimensio
 
 static void read_at_point(const element *e)
 {
-    const kmp_node *at = kmp_node_get(e->map, "at");
+    const kmp_yaml *at = kmp_yaml_get(e->map, "at");
     e->force->point[0] = kmp_read_point(e->r, at, e->what);
     if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
         kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it does nothing", e->what);
-    read_components(e, kmp_node_get(e->map, "force"), KMP_DIM_FORCE);
+    read_components(e, kmp_yaml_get(e->map, "force"), KMP_DIM_FORCE);
 }
 
 static void read_on_body(const element *e)
 {
-    const kmp_node *on = kmp_node_get(e->map, "on");
+    const kmp_yaml *on = kmp_yaml_get(e->map, "on");
     e->force->body = kmp_read_body(e->r, on, e->what);
     if (e->force->body == 0)
         kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it does nothing", e->what);
-    read_components(e, kmp_node_get(e->map, "torque"), KMP_DIM_TORQUE);
+    read_components(e, kmp_yaml_get(e->map, "torque"), KMP_DIM_TORQUE);
 }
 
 /* Keys that are known but belong to another kind. */
@@ -205,7 +205,7 @@ static void refuse_others(const element *e, const char *place)
 {
     const kmp_force_row *row = &kmp_force_rows[e->force->kind];
     for (int i = 0; i < e->map->count; i++) {
-        const kmp_node *key = e->map->keys[i];
+        const kmp_yaml *key = e->map->keys[i];
         bool good = strcmp(key->text, place) == 0 || (row->word && strcmp(key->text, row->word) == 0);
         if (row->word && strcmp(row->word, "effort") == 0)
             good = good || strcmp(key->text, "torque") == 0 || strcmp(key->text, "force") == 0;
@@ -236,7 +236,7 @@ static void read_force(const element *e)
     } else if (strcmp(place, "on") == 0) {
         read_on_body(e);
     } else {
-        kmp_read_two_points(e->r, kmp_node_get(e->map, "spring"), e->what, e->force->point);
+        kmp_read_two_points(e->r, kmp_yaml_get(e->map, "spring"), e->what, e->force->point);
         read_fields(e, e->map, e->what);
     }
     refuse_others(e, place);
@@ -245,7 +245,7 @@ static void read_force(const element *e)
 void kmp_read_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_node *map = kmp_node_get(r->root, "forces");
+    const kmp_yaml *map = kmp_yaml_get(r->root, "forces");
     if (!map || !kmp_read_map(r, map, "forces", NULL))
         return;
     model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, map->count);

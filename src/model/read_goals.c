@@ -16,7 +16,7 @@ static const char *point_of(kmp_reader *r, const char *text)
 }
 
 /* What the goal is about; false after a complaint. */
-static bool read_subject(kmp_reader *r, const kmp_node *key, kmp_goal *goal)
+static bool read_subject(kmp_reader *r, const kmp_yaml *key, kmp_goal *goal)
 {
     const kempe_model *model = r->model;
     const char *text = kmp_read_word(r, key, "start goals"), *point = text ? point_of(r, text) : NULL;
@@ -37,7 +37,7 @@ static bool read_subject(kmp_reader *r, const kmp_node *key, kmp_goal *goal)
     return true;
 }
 
-static void read_values(kmp_reader *r, const kmp_node *node, const char *what, kmp_goal *goal)
+static void read_values(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
     kmp_dimension wanted = goal->motion < 0 ? KMP_DIM_LENGTH : kmp_motion_dimension(r->model, goal->motion, 0);
     if (goal->width == 3)
@@ -47,9 +47,9 @@ static void read_values(kmp_reader *r, const kmp_node *node, const char *what, k
 }
 
 /* One for all components, or one for each. */
-static void read_weights(kmp_reader *r, const kmp_node *node, const char *what, kmp_goal *goal)
+static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
-    if (goal->width == 3 && node->kind == KMP_NODE_LIST) {
+    if (goal->width == 3 && node->kind == KMP_YAML_LIST) {
         if (!kmp_read_vector(r, node, what, KMP_DIM_NUMBER, goal->weight))
             return;
     } else if (kmp_read_number(r, node, what, KMP_DIM_NUMBER, goal->weight)) {
@@ -62,14 +62,14 @@ static void read_weights(kmp_reader *r, const kmp_node *node, const char *what, 
         }
 }
 
-void kmp_read_goals(kmp_reader *r, const kmp_node *map)
+void kmp_read_goals(kmp_reader *r, const kmp_yaml *map)
 {
     kmp_start *start = &r->model->start;
     if (!map || !kmp_read_map(r, map, "start goals", NULL))
         return;
     start->goals = KMP_ARENA_NEW(&r->model->arena, kmp_goal, map->count);
     for (int i = 0; start->goals && i < map->count; i++) {
-        const kmp_node *node = map->items[i];
+        const kmp_yaml *node = map->items[i];
         const char *name = map->keys[i]->text;
         kmp_goal goal;
         if (!read_subject(r, map->keys[i], &goal))
@@ -77,8 +77,8 @@ void kmp_read_goals(kmp_reader *r, const kmp_node *map)
         for (int k = 0; k < 3; k++)
             goal.weight[k].value = 1;
         const char *what = kmp_reader_say(r, "the goal of '%s'", name);
-        if (node->kind == KMP_NODE_MAP) {
-            const kmp_node *weight = kmp_node_get(node, "weight");
+        if (node->kind == KMP_YAML_MAP) {
+            const kmp_yaml *weight = kmp_yaml_get(node, "weight");
             kmp_read_map(r, node, what, goal_keys);
             if (weight)
                 read_weights(r, weight, kmp_reader_say(r, "the weight of '%s'", name), &goal);

@@ -52,7 +52,7 @@ static const char *path_beside(kmp_reader *r, int file, const char *name)
 }
 
 /* A file that is being included already, further up. */
-static bool goes_in_circle(kmp_reader *r, const kmp_node *node, int parent, const char *path)
+static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, const char *path)
 {
     const kmp_instance *up;
     int depth = 0;
@@ -66,10 +66,10 @@ static bool goes_in_circle(kmp_reader *r, const kmp_node *node, int parent, cons
     return false;
 }
 
-static const kmp_node *load(kmp_reader *r, const kmp_node *node, const char *path, int file)
+static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file)
 {
     kempe_context *aside = kempe_context_new();
-    const kmp_node *root = NULL;
+    const kmp_yaml *root = NULL;
     char *text = NULL;
     size_t length;
     kempe_status status = aside ? kmp_file_read(aside, path, &text, &length) : KEMPE_E_MEMORY;
@@ -85,13 +85,13 @@ static const kmp_node *load(kmp_reader *r, const kmp_node *node, const char *pat
     return root;
 }
 
-static bool check_root(kmp_reader *r, const kmp_node *root)
+static bool check_root(kmp_reader *r, const kmp_yaml *root)
 {
-    if (root->kind != KMP_NODE_MAP) {
+    if (root->kind != KMP_YAML_MAP) {
         kmp_reader_complain(r, root->place, "a model is a mapping that begins with 'kempe: 1'");
         return false;
     }
-    const kmp_node *version = kmp_read_required(r, root, "the included model", "kempe");
+    const kmp_yaml *version = kmp_read_required(r, root, "the included model", "kempe");
     if (version && strcmp(version->text, "1") != 0)
         kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model language, not '%s'",
                             version->text);
@@ -111,7 +111,7 @@ static kmp_instance *add_instance(kmp_reader *r)
 
 /* -- joining ------------------------------------------------------------------------------------- */
 
-static const kmp_node *find_key(const kmp_node *map, const char *text)
+static const kmp_yaml *find_key(const kmp_yaml *map, const char *text)
 {
     for (int i = 0; map && i < map->count; i++)
         if (strcmp(map->keys[i]->text, text) == 0)
@@ -119,9 +119,9 @@ static const kmp_node *find_key(const kmp_node *map, const char *text)
     return NULL;
 }
 
-static const kmp_node *rename_key(kmp_reader *r, const kmp_node *key, int file)
+static const kmp_yaml *rename_key(kmp_reader *r, const kmp_yaml *key, int file)
 {
-    kmp_node *copy = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
+    kmp_yaml *copy = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
     if (!copy)
         return key;
     *copy = *key;
@@ -130,18 +130,18 @@ static const kmp_node *rename_key(kmp_reader *r, const kmp_node *key, int file)
 }
 
 /* Both maps in one; either may be NULL. `file`: of `more`, whose keys are new names; -1: they are references. */
-static const kmp_node *join_maps(kmp_reader *r, const kmp_node *map, const kmp_node *more, int file)
+static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *more, int file)
 {
-    if (!more || more->kind != KMP_NODE_MAP || (map && map->kind != KMP_NODE_MAP && !map->empty))
+    if (!more || more->kind != KMP_YAML_MAP || (map && map->kind != KMP_YAML_MAP && !map->empty))
         return map ? map : more;
     int count = map ? map->count : 0;
-    kmp_node *joined = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
-    const kmp_node **keys = KMP_ARENA_NEW(&r->scratch, const kmp_node *, count + more->count);
-    const kmp_node **items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, count + more->count);
+    kmp_yaml *joined = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    const kmp_yaml **keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count + more->count);
+    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count + more->count);
     if (!joined || !keys || !items)
         return map;
     *joined = map ? *map : *more;
-    joined->kind = KMP_NODE_MAP;
+    joined->kind = KMP_YAML_MAP;
     joined->empty = false;
     joined->keys = keys;
     joined->items = items;
@@ -151,8 +151,8 @@ static const kmp_node *join_maps(kmp_reader *r, const kmp_node *map, const kmp_n
         items[i] = map->items[i];
     }
     for (int i = 0; i < more->count; i++) {
-        const kmp_node *key = file < 0 ? more->keys[i] : rename_key(r, more->keys[i], file);
-        const kmp_node *there = file < 0 ? NULL : find_key(map, key->text);
+        const kmp_yaml *key = file < 0 ? more->keys[i] : rename_key(r, more->keys[i], file);
+        const kmp_yaml *there = file < 0 ? NULL : find_key(map, key->text);
         if (there) {
             kmp_reader_complain(r, key->place, "the name '%s' stands already in %s:%d: another prefix is wanted",
                                 key->text, r->model->files[there->place.file], there->place.line);
@@ -164,12 +164,12 @@ static const kmp_node *join_maps(kmp_reader *r, const kmp_node *map, const kmp_n
     return joined;
 }
 
-static const kmp_node *join_lists(kmp_reader *r, const kmp_node *list, const kmp_node *more)
+static const kmp_yaml *join_lists(kmp_reader *r, const kmp_yaml *list, const kmp_yaml *more)
 {
-    if (!list || !more || list->kind != KMP_NODE_LIST || more->kind != KMP_NODE_LIST)
+    if (!list || !more || list->kind != KMP_YAML_LIST || more->kind != KMP_YAML_LIST)
         return list ? list : more;
-    kmp_node *joined = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
-    const kmp_node **items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, list->count + more->count);
+    kmp_yaml *joined = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, list->count + more->count);
     if (!joined || !items)
         return list;
     *joined = *list;
@@ -182,18 +182,18 @@ static const kmp_node *join_lists(kmp_reader *r, const kmp_node *list, const kmp
 }
 
 /* `map` with another value of `key`. */
-static const kmp_node *with_item(kmp_reader *r, const kmp_node *map, const char *key, const kmp_node *item)
+static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
-    kmp_node *changed = KMP_ARENA_NEW(&r->scratch, kmp_node, 1), *name = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
-    const kmp_node **keys = KMP_ARENA_NEW(&r->scratch, const kmp_node *, map->count + 1);
-    const kmp_node **items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, map->count + 1);
+    kmp_yaml *changed = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1), *name = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
+    const kmp_yaml **keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, map->count + 1);
+    const kmp_yaml **items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, map->count + 1);
     if (!item || !changed || !name || !keys || !items)
         return map;
     *changed = *map;
     changed->keys = keys;
     changed->items = items;
     changed->count = 0;
-    *name = (kmp_node){.place = item->place, .text = key};
+    *name = (kmp_yaml){.place = item->place, .text = key};
     bool there = false;
     for (int i = 0; i < map->count; i++) {
         bool same = strcmp(map->keys[i]->text, key) == 0;
@@ -209,13 +209,13 @@ static const kmp_node *with_item(kmp_reader *r, const kmp_node *map, const char 
 }
 
 /* The parameters of an included file, some of them set by who includes it. */
-static const kmp_node *set_parameters(kmp_reader *r, const kmp_node *root, const kmp_node *set)
+static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
-    const kmp_node *parameters = kmp_node_get(root, "parameters");
+    const kmp_yaml *parameters = kmp_yaml_get(root, "parameters");
     if (!set || !kmp_read_map(r, set, "include set", NULL))
         return root;
     for (int i = 0; i < set->count; i++) {
-        const kmp_node *there = find_key(parameters, set->keys[i]->text);
+        const kmp_yaml *there = find_key(parameters, set->keys[i]->text);
         kmp_nearest nearest = kmp_nearest_begin(set->keys[i]->text);
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
@@ -228,39 +228,39 @@ static const kmp_node *set_parameters(kmp_reader *r, const kmp_node *root, const
     return with_item(r, root, "parameters", parameters);
 }
 
-static const kmp_node *join_start(kmp_reader *r, const kmp_node *start, const kmp_node *more)
+static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const kmp_yaml *more)
 {
-    if (!start || !more || start->kind != KMP_NODE_MAP || more->kind != KMP_NODE_MAP)
+    if (!start || !more || start->kind != KMP_YAML_MAP || more->kind != KMP_YAML_MAP)
         return start ? start : more;
-    start = with_item(r, start, "q", join_maps(r, kmp_node_get(start, "q"), kmp_node_get(more, "q"), -1));
-    start = with_item(r, start, "qd", join_maps(r, kmp_node_get(start, "qd"), kmp_node_get(more, "qd"), -1));
-    start = with_item(r, start, "goals", join_maps(r, kmp_node_get(start, "goals"), kmp_node_get(more, "goals"), -1));
-    return with_item(r, start, "hold", join_lists(r, kmp_node_get(start, "hold"), kmp_node_get(more, "hold")));
+    start = with_item(r, start, "q", join_maps(r, kmp_yaml_get(start, "q"), kmp_yaml_get(more, "q"), -1));
+    start = with_item(r, start, "qd", join_maps(r, kmp_yaml_get(start, "qd"), kmp_yaml_get(more, "qd"), -1));
+    start = with_item(r, start, "goals", join_maps(r, kmp_yaml_get(start, "goals"), kmp_yaml_get(more, "goals"), -1));
+    return with_item(r, start, "hold", join_lists(r, kmp_yaml_get(start, "hold"), kmp_yaml_get(more, "hold")));
 }
 
-static void join(kmp_reader *r, const kmp_node *root, int file)
+static void join(kmp_reader *r, const kmp_yaml *root, int file)
 {
     for (int k = 0; k < JOINED_PARTS; k++) {
         const char *part = joined_parts[k];
         r->root =
-            with_item(r, r->root, part, join_maps(r, kmp_node_get(r->root, part), kmp_node_get(root, part), file));
+            with_item(r, r->root, part, join_maps(r, kmp_yaml_get(r->root, part), kmp_yaml_get(root, part), file));
     }
     r->root =
-        with_item(r, r->root, "start", join_start(r, kmp_node_get(r->root, "start"), kmp_node_get(root, "start")));
+        with_item(r, r->root, "start", join_start(r, kmp_yaml_get(r->root, "start"), kmp_yaml_get(root, "start")));
 }
 
 /* -- includes ------------------------------------------------------------------------------------ */
 
-static void include_all(kmp_reader *r, const kmp_node *root, int parent);
+static void include_all(kmp_reader *r, const kmp_yaml *root, int parent);
 
-static void include_one(kmp_reader *r, const kmp_node *node, int parent)
+static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
 {
-    if (node->kind != KMP_NODE_MAP) {
+    if (node->kind != KMP_YAML_MAP) {
         kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
         return;
     }
     kmp_read_map(r, node, "an include", include_keys);
-    const kmp_node *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_node_get(node, "prefix");
+    const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
     const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
     const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";
     const char *path = word ? path_beside(r, parent, word) : NULL;
@@ -271,19 +271,19 @@ static void include_one(kmp_reader *r, const kmp_node *node, int parent)
         return;
     }
     int file = kmp_reader_add_file(r, path);
-    const kmp_node *root = file < 0 ? NULL : load(r, name, path, file);
+    const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file);
     const char *whole = kmp_reader_say(r, "%s", kmp_reader_name(r, parent, own));
     kmp_instance *instance = root && check_root(r, root) ? add_instance(r) : NULL;
     if (!instance)
         return;
-    *instance = (kmp_instance){file, parent, whole, kmp_node_get(node, "at"), kmp_node_get(node, "offset"), root, -1};
-    join(r, set_parameters(r, root, kmp_node_get(node, "set")), file);
+    *instance = (kmp_instance){file, parent, whole, kmp_yaml_get(node, "at"), kmp_yaml_get(node, "offset"), root, -1};
+    join(r, set_parameters(r, root, kmp_yaml_get(node, "set")), file);
     include_all(r, root, file);
 }
 
-static void include_all(kmp_reader *r, const kmp_node *root, int parent)
+static void include_all(kmp_reader *r, const kmp_yaml *root, int parent)
 {
-    const kmp_node *list = kmp_node_get(root, "include");
+    const kmp_yaml *list = kmp_yaml_get(root, "include");
     if (!list || !kmp_read_list(r, list, "include", -1))
         return;
     for (int i = 0; i < list->count; i++)

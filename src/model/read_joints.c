@@ -66,11 +66,11 @@ static bool read_code(const char *text, bool *rotation, double axis[3])
     return true;
 }
 
-static void read_one_motion(list *l, const kmp_node *node, const char *what, int body)
+static void read_one_motion(list *l, const kmp_yaml *node, const char *what, int body)
 {
     bool rotation = false;
     double axis[3];
-    if (node->kind == KMP_NODE_MAP && node->count == 1 &&
+    if (node->kind == KMP_YAML_MAP && node->count == 1 &&
         (strcmp(node->keys[0]->text, "R") == 0 || strcmp(node->keys[0]->text, "T") == 0)) {
         rotation = node->keys[0]->text[0] == 'R';
         if (kmp_read_axis(l->r, node->items[0], what, axis))
@@ -79,7 +79,7 @@ static void read_one_motion(list *l, const kmp_node *node, const char *what, int
             add_stand_in(l, body, rotation);
         return;
     }
-    if (node->kind == KMP_NODE_SCALAR && read_code(node->text, &rotation, axis)) {
+    if (node->kind == KMP_YAML_SCALAR && read_code(node->text, &rotation, axis)) {
         add_motion(l, body, rotation, axis);
         return;
     }
@@ -90,7 +90,7 @@ static void read_one_motion(list *l, const kmp_node *node, const char *what, int
     add_stand_in(l, body, !strchr(node->text, 'T'));
 }
 
-static void read_motions(list *l, const kmp_node *node, const char *what, int body)
+static void read_motions(list *l, const kmp_yaml *node, const char *what, int body)
 {
     if (!kmp_read_list(l->r, node, kmp_reader_say(l->r, "%s: motions", what), -1))
         return;
@@ -101,7 +101,7 @@ static void read_motions(list *l, const kmp_node *node, const char *what, int bo
 }
 
 /* Two axes [a, b], which are perpendicular to each other. */
-static void read_two_axes(kmp_reader *r, const kmp_node *node, const char *what, double m[3][3])
+static void read_two_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3])
 {
     double a[3], b[3], square[3][3];
     if (!kmp_read_axis(r, node->items[0], what, a) || !kmp_read_axis(r, node->items[1], what, b))
@@ -113,11 +113,11 @@ static void read_two_axes(kmp_reader *r, const kmp_node *node, const char *what,
 }
 
 /* The columns of m are a, b and c of the chain. */
-void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_node *node, const char *what, double m[3][3])
+void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_yaml *node, const char *what, double m[3][3])
 {
     double axis[3], own[3][3];
     int first = 2;
-    if (node->kind == KMP_NODE_LIST && node->count == 2 && strchr(chain, 'b')) {
+    if (node->kind == KMP_YAML_LIST && node->count == 2 && strchr(chain, 'b')) {
         read_two_axes(r, node, what, m);
         return;
     }
@@ -132,10 +132,10 @@ void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_node *node,
             m[i][k] = own[i][(first + k) % 3];
 }
 
-static void read_row(list *l, const char *chain, const kmp_node *node, const char *what, int body)
+static void read_row(list *l, const char *chain, const kmp_yaml *node, const char *what, int body)
 {
     double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-    if (!chain[0] && (node->kind != KMP_NODE_SCALAR || strcmp(node->text, "yes") != 0))
+    if (!chain[0] && (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "yes") != 0))
         kmp_reader_complain(l->r, node->place, "%s: a joint without motions is given by 'yes'", what);
     if (chain[0])
         kmp_read_chain_axes(l->r, chain, node, what, m);
@@ -148,10 +148,10 @@ static void read_row(list *l, const char *chain, const kmp_node *node, const cha
 }
 
 /* The key that couples slide and turn of a joint. */
-static void read_pitch(kmp_reader *r, const char *chain, const kmp_node *joint, const char *what, kmp_body *body)
+static void read_pitch(kmp_reader *r, const char *chain, const kmp_yaml *joint, const char *what, kmp_body *body)
 {
     const char *key = strchr(chain, '=');
-    const kmp_node *pitch = kmp_node_get(joint, "pitch");
+    const kmp_yaml *pitch = kmp_yaml_get(joint, "pitch");
     body->screw = key != NULL;
     if (!key && pitch)
         kmp_reader_complain(r, pitch->place, "%s: only a screw has a pitch", what);
@@ -163,17 +163,17 @@ static void read_pitch(kmp_reader *r, const char *chain, const kmp_node *joint, 
 }
 
 /* The one key that says what kind of joint it is. */
-static void read_kind(list *l, const kmp_node *joint, const char *what, int body)
+static void read_kind(list *l, const kmp_yaml *joint, const char *what, int body)
 {
     int kinds = 0;
     const char *chain = "";
     for (int i = 0; i < JOINTS; i++) {
-        const kmp_node *axis = kmp_node_get(joint, joints[i].name);
+        const kmp_yaml *axis = kmp_yaml_get(joint, joints[i].name);
         if (axis && kinds++ == 0)
             read_row(l, chain = joints[i].chain, axis, what, body);
     }
     read_pitch(l->r, chain, joint, what, &l->r->model->bodies[body]);
-    const kmp_node *motions = kmp_node_get(joint, "motions");
+    const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
     if (motions && kinds++ == 0)
         read_motions(l, motions, what, body);
     if (kinds == 1)
@@ -216,9 +216,9 @@ static void reverse_chain(kmp_motion *motions, int count)
 }
 
 /* The given name of coordinate k of a joint, which its names leave out by `~`; otherwise its own. */
-static const char *coordinate_name(kmp_reader *r, const kmp_body *body, const kmp_node *names, int k)
+static const char *coordinate_name(kmp_reader *r, const kmp_body *body, const kmp_yaml *names, int k)
 {
-    const kmp_node *node = names && k < names->count ? names->items[k] : NULL;
+    const kmp_yaml *node = names && k < names->count ? names->items[k] : NULL;
     if (node && strcmp(node->text, "~") != 0) {
         const char *given = kmp_read_name(r, node, kmp_reader_say(r, "a coordinate of joint '%s'", body->joint));
         if (given)
@@ -227,7 +227,7 @@ static const char *coordinate_name(kmp_reader *r, const kmp_body *body, const km
     return body->motion_count == 1 ? body->joint : kmp_reader_say(r, "%s.%d", body->joint, k + 1);
 }
 
-static void check_coordinate(kmp_reader *r, const kmp_body *body, const kmp_node *names, int k)
+static void check_coordinate(kmp_reader *r, const kmp_body *body, const kmp_yaml *names, int k)
 {
     const kempe_model *model = r->model;
     const char *name = model->motions[k].name;
@@ -243,7 +243,7 @@ static void check_coordinate(kmp_reader *r, const kmp_body *body, const kmp_node
 }
 
 /* Names and numbers that the motions have before a chain is reversed. */
-static void name_motions(kmp_reader *r, const kmp_body *body, const kmp_node *names)
+static void name_motions(kmp_reader *r, const kmp_body *body, const kmp_yaml *names)
 {
     const char *what = kmp_reader_say(r, "the coordinates of joint '%s'", body->joint);
     if (names && !kmp_read_list(r, names, what, body->motion_count))
@@ -276,7 +276,7 @@ static void check_unique(kmp_reader *r, kmp_place place, int body)
                                 bodies[body].joint, bodies[r->model->motions[k].body].joint);
 }
 
-static void read_joint(list *l, const kmp_node *joint, int i)
+static void read_joint(list *l, const kmp_yaml *joint, int i)
 {
     kmp_reader *r = l->r;
     kmp_body *body = &r->model->bodies[i];
@@ -285,7 +285,7 @@ static void read_joint(list *l, const kmp_node *joint, int i)
     body->first_motion = r->model->motion_count;
     if (!joint)
         return;
-    if (joint->kind != KMP_NODE_MAP) {
+    if (joint->kind != KMP_YAML_MAP) {
         kmp_reader_complain(r, joint->place, "%s must be a mapping such as {revolute: z, at: ground}", what);
         return;
     }
@@ -294,17 +294,17 @@ static void read_joint(list *l, const kmp_node *joint, int i)
         body->joint = kmp_arena_strdup(&r->model->arena, linked_name);
     if (!body->joint)
         body->joint = "";
-    const kmp_node *name = kmp_node_get(joint, "name");
+    const kmp_yaml *name = kmp_yaml_get(joint, "name");
     const char *given = name ? kmp_read_name(r, name, "a joint") : NULL;
     const char *kept = given ? kmp_arena_strdup(&r->model->arena, kmp_reader_name(r, name->place.file, given)) : NULL;
     if (kept)
         body->joint = kept;
     check_unique(r, name ? name->place : body->place, i);
-    const kmp_node *frame = kmp_node_get(joint, "frame");
+    const kmp_yaml *frame = kmp_yaml_get(joint, "frame");
     body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
     read_kind(l, joint, what, i);
-    name_motions(r, body, kmp_node_get(joint, "coordinates"));
-    const kmp_node *reversed = kmp_node_get(joint, "reversed");
+    name_motions(r, body, kmp_yaml_get(joint, "coordinates"));
+    const kmp_yaml *reversed = kmp_yaml_get(joint, "reversed");
     body->reversed = reversed && strcmp(reversed->text, "yes") == 0;
     if (reversed && !body->reversed)
         kmp_reader_complain(r, reversed->place, "%s: reversed is 'yes' or absent", what);
@@ -312,7 +312,7 @@ static void read_joint(list *l, const kmp_node *joint, int i)
         reverse_chain(&r->model->motions[body->first_motion], body->motion_count);
 }
 
-void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes)
+void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes)
 {
     list l = {.r = r};
     for (int i = 1; i < r->model->body_count; i++)

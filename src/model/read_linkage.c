@@ -13,42 +13,42 @@ static const char *const edge_keys[] = {
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-static kmp_node *new_node(kmp_reader *r, kmp_node_kind kind, const kmp_node *place, int room)
+static kmp_yaml *new_node(kmp_reader *r, kmp_yaml_kind kind, const kmp_yaml *place, int room)
 {
-    kmp_node *node = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
+    kmp_yaml *node = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
     if (!node)
         return NULL;
-    *node = (kmp_node){.kind = kind, .place = place->place, .text_place = place->text_place, .text = ""};
+    *node = (kmp_yaml){.kind = kind, .place = place->place, .text_place = place->text_place, .text = ""};
     if (room > 0) {
-        node->keys = KMP_ARENA_NEW(&r->scratch, const kmp_node *, room);
-        node->items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, room);
+        node->keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, room);
+        node->items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, room);
         if (!node->keys || !node->items)
             return NULL;
     }
     return node;
 }
 
-static const kmp_node *word(kmp_reader *r, const char *text, const kmp_node *place)
+static const kmp_yaml *word(kmp_reader *r, const char *text, const kmp_yaml *place)
 {
-    kmp_node *node = new_node(r, KMP_NODE_SCALAR, place, 0);
+    kmp_yaml *node = new_node(r, KMP_YAML_SCALAR, place, 0);
     if (node)
         node->text = text;
     return node;
 }
 
 /* `map` has room. */
-static void put(kmp_reader *r, kmp_node *map, const char *key, const kmp_node *item)
+static void put(kmp_reader *r, kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
-    const kmp_node *name = map && map->keys && item ? word(r, key, item) : NULL;
+    const kmp_yaml *name = map && map->keys && item ? word(r, key, item) : NULL;
     if (!name)
         return;
     map->keys[map->count] = name;
     map->items[map->count++] = item;
 }
 
-static const kmp_node *pair(kmp_reader *r, const kmp_node *a, const kmp_node *b, const kmp_node *place)
+static const kmp_yaml *pair(kmp_reader *r, const kmp_yaml *a, const kmp_yaml *b, const kmp_yaml *place)
 {
-    kmp_node *list = new_node(r, KMP_NODE_LIST, place, 2);
+    kmp_yaml *list = new_node(r, KMP_YAML_LIST, place, 2);
     if (!list)
         return NULL;
     list->items[0] = a;
@@ -57,9 +57,9 @@ static const kmp_node *pair(kmp_reader *r, const kmp_node *a, const kmp_node *b,
     return list;
 }
 
-static const kmp_node *direction(kmp_reader *r, const double axis[3], const kmp_node *place)
+static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_yaml *place)
 {
-    kmp_node *list = new_node(r, KMP_NODE_LIST, place, 3);
+    kmp_yaml *list = new_node(r, KMP_YAML_LIST, place, 3);
     for (int k = 0; list && k < 3; k++) {
         kmp_text text = {0};
         kmp_text_number(&text, axis[k]);
@@ -75,7 +75,7 @@ static const kmp_node *direction(kmp_reader *r, const double axis[3], const kmp_
 /* -- bodies -------------------------------------------------------------------------------------- */
 
 /* Body of a point BODY.POINT, or of a body's name; -1 after a complaint. */
-static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_node *node, const char *what)
+static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_yaml *node, const char *what)
 {
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(node->text, "."), node->text);
     const char *name = kmp_reader_body_name(r, node->place.file, said);
@@ -98,8 +98,8 @@ static int count_motions(const char *chain)
 /* The joint in a body; what is wrong with it is said when it is read. */
 static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
 {
-    const kmp_node *joint = kmp_node_get(g->body_maps[body], "joint");
-    const kmp_node *at = kmp_node_get(joint, "at"), *name = kmp_node_get(joint, "name");
+    const kmp_yaml *joint = kmp_yaml_get(g->body_maps[body], "joint");
+    const kmp_yaml *at = kmp_yaml_get(joint, "at"), *name = kmp_yaml_get(joint, "name");
     if (!joint)
         return;
     kmp_edge *edge = &g->edges[g->edge_count++];
@@ -107,20 +107,20 @@ static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
         (kmp_edge){.name = g->body_names[body], .key = g->body_keys[body], .map = joint, .own = true, .made = joint};
     edge->body[1] = body;
     edge->point[0] = at;
-    edge->point[1] = kmp_node_get(joint, "to");
-    if (name && name->kind == KMP_NODE_SCALAR)
+    edge->point[1] = kmp_yaml_get(joint, "to");
+    if (name && name->kind == KMP_YAML_SCALAR)
         edge->name = kmp_reader_name(r, name->place.file, name->text);
-    const char *said = at && at->kind == KMP_NODE_SCALAR ? at->text : "ground";
+    const char *said = at && at->kind == KMP_YAML_SCALAR ? at->text : "ground";
     said = kmp_reader_body_name(r, joint->place.file, kmp_reader_say(r, "%.*s", (int)strcspn(said, "."), said));
     for (int b = 0; b < g->body_count; b++)
         if (strcmp(g->body_names[b], said) == 0)
             edge->body[0] = b;
     edge->faulty = edge->body[0] == body;
-    const kmp_node *motions = kmp_node_get(joint, "motions");
+    const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
     edge->freedoms = motions ? motions->count : 0;
     kmp_joint_kind kind;
     for (int k = 0; kmp_joint_kind_at(k, &kind); k++)
-        if (kmp_node_get(joint, kind.name)) {
+        if (kmp_yaml_get(joint, kind.name)) {
             edge->kind = kind;
             edge->freedoms = count_motions(kind.chain);
         }
@@ -134,7 +134,7 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
     const char *names = NULL;
     kmp_joint_kind kind;
     for (int k = 0; kmp_joint_kind_at(k, &kind); k++) {
-        if (kmp_node_get(edge->map, kind.name) && found++ == 0)
+        if (kmp_yaml_get(edge->map, kind.name) && found++ == 0)
             edge->kind = kind;
         if (strcmp(kind.name, "free") != 0)
             names = names ? kmp_reader_say(r, "%s, %s", names, kind.name) : kind.name;
@@ -155,8 +155,8 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
 /* What does not go with the kind. */
 static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
 {
-    const kmp_node *axis = kmp_node_get(edge->map, "axis"), *axes = kmp_node_get(edge->map, "axes");
-    const kmp_node *pitch = kmp_node_get(edge->map, "pitch");
+    const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
+    const kmp_yaml *pitch = kmp_yaml_get(edge->map, "pitch");
     const char *chain = edge->kind.chain;
     if (axis && axes)
         kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
@@ -173,7 +173,7 @@ static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *wha
 
 static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
 {
-    const kmp_node *cut = kmp_node_get(edge->map, "cut");
+    const kmp_yaml *cut = kmp_yaml_get(edge->map, "cut");
     if (!cut)
         return;
     edge->wish = strcmp(cut->text, "yes") == 0  ? KMP_CUT_YES
@@ -185,7 +185,7 @@ static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
 
 static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const char *what)
 {
-    const kmp_node *points = kmp_node_get(edge->map, edge->kind.name);
+    const kmp_yaml *points = kmp_yaml_get(edge->map, edge->kind.name);
     bool good = kmp_read_list(r, points, what, 2);
     for (int k = 0; k < 2 && good; k++) {
         edge->point[k] = points->items[k];
@@ -208,7 +208,7 @@ static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge
     static const char *const sections[][2] = {{"loops", "loop"}, {"drives", "drive"}};
     kmp_read_name(r, edge->key, "a joint");
     for (int k = 0; k < 2; k++)
-        if (kmp_node_get(kmp_node_get(r->root, sections[k][0]), edge->name))
+        if (kmp_yaml_get(kmp_yaml_get(r->root, sections[k][0]), edge->name))
             kmp_reader_complain(r, edge->key->place,
                                 "a joint cannot be called '%s', like a %s: when it is cut, lambda(%s) is one of them",
                                 edge->name, sections[k][1], edge->name);
@@ -218,7 +218,7 @@ static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge
                                 edge->name, other->key->text);
 }
 
-static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_node *key, const kmp_node *map)
+static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const kmp_yaml *map)
 {
     kmp_edge *edge = &g->edges[g->edge_count++];
     *edge = (kmp_edge){.name = kmp_arena_strdup(&r->model->arena, key->text), .key = key, .map = map, .faulty = true};
@@ -227,7 +227,7 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_node *key, const 
         edge->name = "";
     const char *what = kmp_edge_what(r, edge);
     check_name(r, g, edge);
-    bool good = map->kind == KMP_NODE_MAP;
+    bool good = map->kind == KMP_YAML_MAP;
     if (!good)
         kmp_reader_complain(r, map->place, "%s must be a mapping such as {revolute: [ground.O, crank.O]}", what);
     if (good) {
@@ -245,18 +245,18 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_node *key, const 
 /* -- what stands for them -------------------------------------------------------------------------- */
 
 /* The value of the joint's kind as it stands in a body. */
-static const kmp_node *axis_of(kmp_reader *r, const kmp_edge *edge)
+static const kmp_yaml *axis_of(kmp_reader *r, const kmp_edge *edge)
 {
-    const kmp_node *axis = kmp_node_get(edge->map, "axis"), *axes = kmp_node_get(edge->map, "axes");
+    const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
     if (!edge->kind.chain[0])
         return word(r, "yes", edge->key);
     return axes ? axes : axis ? axis : word(r, "z", edge->key);
 }
 
-static const kmp_node *make_joint(kmp_reader *r, const kmp_edge *edge)
+static const kmp_yaml *make_joint(kmp_reader *r, const kmp_edge *edge)
 {
-    kmp_node *joint = new_node(r, KMP_NODE_MAP, edge->map, 5);
-    const kmp_node *pitch = kmp_node_get(edge->map, "pitch");
+    kmp_yaml *joint = new_node(r, KMP_YAML_MAP, edge->map, 5);
+    const kmp_yaml *pitch = kmp_yaml_get(edge->map, "pitch");
     put(r, joint, edge->kind.name, axis_of(r, edge));
     put(r, joint, "at", edge->point[edge->reversed ? 1 : 0]);
     put(r, joint, "to", edge->point[edge->reversed ? 0 : 1]);
@@ -277,12 +277,12 @@ static const char *name_in_file(kmp_reader *r, const kmp_linkage *g, int body)
 }
 
 /* A body's own joint, by which the body now carries what it hung on. */
-static const kmp_node *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
+static const kmp_yaml *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
 {
     static const char *const ends[] = {"at", "to", "reversed", NULL};
-    kmp_node *joint = new_node(r, KMP_NODE_MAP, edge->map, edge->map->count + 3);
+    kmp_yaml *joint = new_node(r, KMP_YAML_MAP, edge->map, edge->map->count + 3);
     const char *name = name_in_file(r, g, edge->body[1]);
-    const kmp_node *to = edge->point[1], *at = edge->point[0];
+    const kmp_yaml *to = edge->point[1], *at = edge->point[0];
     for (int k = 0; joint && k < edge->map->count; k++) {
         bool end = false;
         for (int i = 0; ends[i]; i++)
@@ -295,16 +295,16 @@ static const kmp_node *turn_own_joint(kmp_reader *r, const kmp_linkage *g, const
     put(r, joint, "at", word(r, name, to ? to : edge->key));
     if (at && (strchr(at->text, '.') || strcmp(at->text, "ground") == 0))
         put(r, joint, "to", at);
-    if (!kmp_node_get(edge->map, "reversed"))
+    if (!kmp_yaml_get(edge->map, "reversed"))
         put(r, joint, "reversed", word(r, "yes", edge->key));
     return joint;
 }
 
 /* Both axes of a joint with two: of the first point, and of the second. */
-static const kmp_node *both_axes(kmp_reader *r, const kmp_edge *edge)
+static const kmp_yaml *both_axes(kmp_reader *r, const kmp_edge *edge)
 {
     double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-    const kmp_node *axes = kmp_node_get(edge->map, "axes"), *axis = axis_of(r, edge);
+    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes"), *axis = axis_of(r, edge);
     if (axes || !axis)
         return axes;
     kmp_read_chain_axes(r, edge->kind.chain, axis, kmp_edge_what(r, edge), m);
@@ -312,11 +312,11 @@ static const kmp_node *both_axes(kmp_reader *r, const kmp_edge *edge)
     return pair(r, axis, direction(r, b, axis), axis);
 }
 
-static const kmp_node *make_closure(kmp_reader *r, const kmp_edge *edge)
+static const kmp_yaml *make_closure(kmp_reader *r, const kmp_edge *edge)
 {
-    kmp_node *closure = new_node(r, KMP_NODE_MAP, edge->map, 2);
-    const kmp_node *axes = kmp_node_get(edge->map, "axes");
-    put(r, closure, edge->kind.closure, kmp_node_get(edge->map, edge->kind.name));
+    kmp_yaml *closure = new_node(r, KMP_YAML_MAP, edge->map, 2);
+    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes");
+    put(r, closure, edge->kind.closure, kmp_yaml_get(edge->map, edge->kind.name));
     if (edge->kind.axes == KMP_CUT_BOTH)
         put(r, closure, "axes", both_axes(r, edge));
     if (edge->kind.axes == KMP_CUT_SAME)
@@ -351,10 +351,10 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
 static void make_all(kmp_reader *r, kmp_linkage *g)
 {
     r->model->cuts = KMP_ARENA_NEW(&r->model->arena, kmp_cut, g->edge_count);
-    g->cuts = (kmp_node){.kind = KMP_NODE_MAP,
+    g->cuts = (kmp_yaml){.kind = KMP_YAML_MAP,
                          .text = "",
-                         .keys = KMP_ARENA_NEW(&r->scratch, const kmp_node *, g->edge_count),
-                         .items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, g->edge_count)};
+                         .keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, g->edge_count),
+                         .items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, g->edge_count)};
     if (!r->model->cuts || !g->cuts.keys || !g->cuts.items)
         return;
     for (int e = 0; e < g->edge_count; e++) {
@@ -377,8 +377,8 @@ static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
     if (!g)
         return NULL;
     g->body_names = KMP_ARENA_NEW(&r->scratch, const char *, n);
-    g->body_keys = KMP_ARENA_NEW(&r->scratch, const kmp_node *, n);
-    g->body_maps = KMP_ARENA_NEW(&r->scratch, const kmp_node *, n);
+    g->body_keys = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, n);
+    g->body_maps = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, n);
     g->edges = KMP_ARENA_NEW(&r->scratch, kmp_edge, bodies + joints);
     g->by = KMP_ARENA_NEW(&r->scratch, int, n);
     g->depth = KMP_ARENA_NEW(&r->scratch, int, n);
@@ -388,9 +388,9 @@ static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
     return r->scratch.failed ? NULL : g;
 }
 
-void kmp_read_linkage(kmp_reader *r, const kmp_node *bodies)
+void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies)
 {
-    const kmp_node *map = kmp_node_get(r->root, "joints");
+    const kmp_yaml *map = kmp_yaml_get(r->root, "joints");
     if (!map || !kmp_read_map(r, map, "joints", NULL) || map->count == 0)
         return;
     kmp_linkage *g = new_linkage(r, bodies->count, map->count);
@@ -413,7 +413,7 @@ void kmp_read_linkage(kmp_reader *r, const kmp_node *bodies)
     r->linkage = g;
 }
 
-const kmp_node *kmp_linkage_joint(const kmp_linkage *g, int body)
+const kmp_yaml *kmp_linkage_joint(const kmp_linkage *g, int body)
 {
     int e = g->by[body];
     if (e >= 0)
@@ -421,12 +421,12 @@ const kmp_node *kmp_linkage_joint(const kmp_linkage *g, int body)
     return NULL;
 }
 
-const kmp_node *kmp_linkage_cuts(const kmp_reader *r)
+const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r)
 {
     return r->linkage ? &r->linkage->cuts : NULL;
 }
 
-const char *kmp_linkage_name(const kmp_reader *r, const kmp_node *made)
+const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made)
 {
     for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
         if (r->linkage->edges[e].made == made)
@@ -434,7 +434,7 @@ const char *kmp_linkage_name(const kmp_reader *r, const kmp_node *made)
     return NULL;
 }
 
-const char *kmp_linkage_what(kmp_reader *r, const kmp_node *made)
+const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made)
 {
     for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
         if (r->linkage->edges[e].made == made)

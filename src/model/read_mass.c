@@ -28,15 +28,15 @@ static bool is_possible(const kmp_number inertia[6])
            yy * zz - yz * yz >= -slack && determinant >= -slack;
 }
 
-static bool is_as_given(kmp_reader *r, const kmp_node *node)
+static bool is_as_given(kmp_reader *r, const kmp_yaml *node)
 {
-    const kmp_node *word = kmp_node_get(node, "as_given");
-    if (word && (word->kind != KMP_NODE_SCALAR || strcmp(word->text, "yes") != 0))
+    const kmp_yaml *word = kmp_yaml_get(node, "as_given");
+    if (word && (word->kind != KMP_YAML_SCALAR || strcmp(word->text, "yes") != 0))
         kmp_reader_complain(r, word->place, "an inertia that is taken as it stands says 'as_given: yes'");
     return word;
 }
 
-static void say_impossible(kmp_reader *r, const kmp_node *node, kmp_place place, const char *sentence)
+static void say_impossible(kmp_reader *r, const kmp_yaml *node, kmp_place place, const char *sentence)
 {
     if (is_as_given(r, node))
         kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is taken as given", r->model->files[place.file],
@@ -45,12 +45,12 @@ static void say_impossible(kmp_reader *r, const kmp_node *node, kmp_place place,
         kmp_reader_complain(r, place, "%s", sentence);
 }
 
-static bool check_diagonal(kmp_reader *r, const kmp_node *node, const kmp_body *body)
+static bool check_diagonal(kmp_reader *r, const kmp_yaml *node, const kmp_body *body)
 {
     bool good = true;
     for (int i = 0; i < 3; i++)
         if (body->inertia[i].value < 0) {
-            say_impossible(r, node, kmp_node_get(node, inertia_keys[i])->place,
+            say_impossible(r, node, kmp_yaml_get(node, inertia_keys[i])->place,
                            kmp_reader_say(r, "the inertia of body '%s' is impossible: %s = %.6g is negative",
                                           body->name, inertia_keys[i], body->inertia[i].value));
             good = false;
@@ -58,7 +58,7 @@ static bool check_diagonal(kmp_reader *r, const kmp_node *node, const kmp_body *
     return good;
 }
 
-static void check_tensor(kmp_reader *r, const kmp_node *node, const kmp_body *body)
+static void check_tensor(kmp_reader *r, const kmp_yaml *node, const kmp_body *body)
 {
     double scale = 0;
     for (int i = 0; i < 3; i++)
@@ -82,7 +82,7 @@ static void check_tensor(kmp_reader *r, const kmp_node *node, const kmp_body *bo
                                       body->name));
 }
 
-static void read_inertia(kmp_reader *r, const kmp_node *node, kmp_body *body)
+static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
 {
     const char *what = kmp_reader_say(r, "the inertia of body '%s'", body->name);
     bool good = true, complete = true;
@@ -90,7 +90,7 @@ static void read_inertia(kmp_reader *r, const kmp_node *node, kmp_body *body)
         return;
     (void)is_as_given(r, node);
     for (int i = 0; i < 6; i++) {
-        const kmp_node *entry = kmp_node_get(node, inertia_keys[i]);
+        const kmp_yaml *entry = kmp_yaml_get(node, inertia_keys[i]);
         if (entry &&
             !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i], body->name),
                              KMP_DIM_INERTIA, &body->inertia[i]))
@@ -103,11 +103,11 @@ static void read_inertia(kmp_reader *r, const kmp_node *node, kmp_body *body)
         check_tensor(r, node, body);
 }
 
-void kmp_read_mass(kmp_reader *r, const kmp_node *map, kmp_body *body)
+void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
 {
-    const kmp_node *mass = kmp_node_get(map, "mass");
-    const kmp_node *com = kmp_node_get(map, "com");
-    const kmp_node *inertia = kmp_node_get(map, "inertia");
+    const kmp_yaml *mass = kmp_yaml_get(map, "mass");
+    const kmp_yaml *com = kmp_yaml_get(map, "com");
+    const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
     if (mass &&
         kmp_read_number(r, mass, kmp_reader_say(r, "the mass of body '%s'", body->name), KMP_DIM_MASS, &body->mass) &&
         body->mass.value < 0)

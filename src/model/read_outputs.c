@@ -9,7 +9,7 @@
 void kmp_read_sensors(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_node *map = kmp_node_get(r->root, "sensors");
+    const kmp_yaml *map = kmp_yaml_get(r->root, "sensors");
     if (!map || !kmp_read_map(r, map, "sensors", NULL))
         return;
     model->sensors = KMP_ARENA_NEW(&model->arena, kmp_sensor, map->count);
@@ -48,7 +48,7 @@ static const char *sensor_name(const kempe_model *model, int k)
     return model->sensors[k].name;
 }
 
-static int find_thing(kmp_reader *r, const kmp_node *node, const char *word, things list, const char *name)
+static int find_thing(kmp_reader *r, const kmp_yaml *node, const char *word, things list, const char *name)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     for (int i = 0; i < list.count; i++) {
@@ -70,7 +70,7 @@ static bool has_components(const kempe_model *model, int force)
     return force >= 0 && model->forces[force].vector[0];
 }
 
-static int find_force(kmp_reader *r, const kmp_node *node, const char *word, const char *name)
+static int find_force(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
 {
     int force = find_thing(r, node, word, (things){"force", r->model->force_count, force_name}, name);
     if (has_components(r->model, force))
@@ -78,7 +78,7 @@ static int find_force(kmp_reader *r, const kmp_node *node, const char *word, con
     return force;
 }
 
-static int find_argument(kmp_reader *r, const kmp_node *node, const kmp_output_row *row, const char *name)
+static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const kempe_model *model = r->model;
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -111,7 +111,7 @@ static const char *argument_of(kmp_reader *r, const char *text, const char *word
     return kmp_reader_say(r, "%.*s", (int)(length - head - 2), text + head + 1);
 }
 
-static void complain_output(kmp_reader *r, const kmp_node *node)
+static void complain_output(kmp_reader *r, const kmp_yaml *node)
 {
     kmp_nearest nearest = kmp_nearest_begin(node->text);
     for (int i = 0; i < KMP_OUTPUT_KINDS; i++)
@@ -146,7 +146,7 @@ static bool read_word(kmp_reader *r, const char *text, kmp_output *output)
     return false;
 }
 
-static void read_output(kmp_reader *r, const kmp_node *node, kmp_output *output)
+static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
 {
     const char *text = kmp_read_word(r, node, "an output");
     if (!text || read_word(r, text, output))
@@ -171,7 +171,7 @@ static void use_default_outputs(kempe_model *model)
         model->outputs[model->output_count++] = (kmp_output){(kmp_output_kind)i, -1};
 }
 
-void kmp_read_outputs(kmp_reader *r, const kmp_node *list)
+void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list)
 {
     kempe_model *model = r->model;
     if (!list) {

@@ -10,8 +10,8 @@ typedef enum state { WAITING, KNOWN, BAD } state;
 
 typedef struct valuation {
     kmp_reader *r;
-    const kmp_node *map;
-    const kmp_node **items; /* what the parameters are: their items of the map, or settings */
+    const kmp_yaml *map;
+    const kmp_yaml **items; /* what the parameters are: their items of the map, or settings */
     const kmp_expr **exprs;
     state *states;
 } valuation;
@@ -42,7 +42,7 @@ static int find_need(const valuation *v, const kmp_expr *expr, state wanted)
 static state value_one(valuation *v, int i)
 {
     kmp_reader *r = v->r;
-    const kmp_node *node = v->items[i];
+    const kmp_yaml *node = v->items[i];
     if (find_need(v, v->exprs[i], BAD) >= 0)
         return BAD;
     if (find_need(v, v->exprs[i], WAITING) >= 0)
@@ -101,7 +101,7 @@ static void complain_circle(valuation *v, int i)
 }
 
 /* The reader has the names, so that expressions find them, before any expression is read. */
-static bool take_names(kmp_reader *r, const kmp_node *map)
+static bool take_names(kmp_reader *r, const kmp_yaml *map)
 {
     kempe_model *model = r->model;
     model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, map->count);
@@ -132,9 +132,9 @@ static void complain_setting(kmp_reader *r, kmp_place place, const char *name)
 }
 
 /* A setting as if it stood in a file of its own; NULL: no memory. */
-static kmp_node *node_of_setting(kmp_reader *r, const kempe_setting *setting)
+static kmp_yaml *node_of_setting(kmp_reader *r, const kempe_setting *setting)
 {
-    kmp_node *node = KMP_ARENA_NEW(&r->scratch, kmp_node, 1);
+    kmp_yaml *node = KMP_ARENA_NEW(&r->scratch, kmp_yaml, 1);
     const char *text = kmp_arena_strdup(&r->scratch, setting->value);
     int file = kmp_reader_add_file(r, kmp_reader_say(r, "--set %s", setting->name));
     if (!node || !text || file < 0)
@@ -145,11 +145,11 @@ static kmp_node *node_of_setting(kmp_reader *r, const kempe_setting *setting)
     return node;
 }
 
-static bool take_settings(kmp_reader *r, const kmp_node **items)
+static bool take_settings(kmp_reader *r, const kmp_yaml **items)
 {
     for (int k = 0; k < r->setting_count; k++) {
         const kempe_setting *setting = &r->settings[k];
-        const kmp_node *node = node_of_setting(r, setting);
+        const kmp_yaml *node = node_of_setting(r, setting);
         int i = 0;
         if (!node)
             return false;
@@ -180,9 +180,9 @@ static bool take_expressions(valuation *v)
 
 void kmp_read_parameters(kmp_reader *r)
 {
-    valuation v = {.r = r, .map = kmp_node_get(r->root, "parameters")};
+    valuation v = {.r = r, .map = kmp_yaml_get(r->root, "parameters")};
     int count = v.map && kmp_read_map(r, v.map, "parameters", NULL) ? v.map->count : 0;
-    v.items = KMP_ARENA_NEW(&r->scratch, const kmp_node *, count);
+    v.items = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, count);
     if (!v.items || (count > 0 && !take_names(r, v.map)))
         return;
     if (count > 0)

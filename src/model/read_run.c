@@ -8,13 +8,13 @@
 static const char *const start_keys[] = {"q", "qd", "hold", "goals", NULL};
 
 /* `power` of s: 0 for coordinates, -1 for rates. */
-static void read_values(kmp_reader *r, const kmp_node *map, const char *what, double power, kmp_number *values,
+static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power, kmp_number *values,
                         bool *given)
 {
     if (!map || !kmp_read_map(r, map, what, NULL))
         return;
     for (int i = 0; i < map->count; i++) {
-        const kmp_node *key = map->keys[i];
+        const kmp_yaml *key = map->keys[i];
         const char *name = kmp_reader_name(r, key->place.file, key->text);
         if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a warning of its own says so */
             continue;
@@ -32,7 +32,7 @@ static void read_values(kmp_reader *r, const kmp_node *map, const char *what, do
     }
 }
 
-static void read_hold(kmp_reader *r, const kmp_node *list)
+static void read_hold(kmp_reader *r, const kmp_yaml *list)
 {
     if (!list || !kmp_read_list(r, list, "start hold", -1))
         return;
@@ -53,13 +53,13 @@ void kmp_read_start(kmp_reader *r)
     start->q_given = KMP_ARENA_NEW(&model->arena, bool, n);
     start->qd_given = KMP_ARENA_NEW(&model->arena, bool, n);
     start->hold = KMP_ARENA_NEW(&model->arena, bool, n);
-    const kmp_node *map = kmp_node_get(r->root, "start");
+    const kmp_yaml *map = kmp_yaml_get(r->root, "start");
     if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
         return;
-    read_values(r, kmp_node_get(map, "q"), "start q", 0, start->q, start->q_given);
-    read_values(r, kmp_node_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
-    read_hold(r, kmp_node_get(map, "hold"));
-    kmp_read_goals(r, kmp_node_get(map, "goals"));
+    read_values(r, kmp_yaml_get(map, "q"), "start q", 0, start->q, start->q_given);
+    read_values(r, kmp_yaml_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
+    read_hold(r, kmp_yaml_get(map, "hold"));
+    kmp_read_goals(r, kmp_yaml_get(map, "goals"));
 }
 
 /* -- settings ------------------------------------------------------------------------------------ */
@@ -67,9 +67,9 @@ void kmp_read_start(kmp_reader *r)
 static const char *const run_keys[] = {"t_end",      "rtol",     "atol", "every",   "road", "form",
                                        "integrator", "dynamics", "u",    "outputs", NULL};
 
-static void read_positive(kmp_reader *r, const kmp_node *map, const char *key, kmp_dimension wanted, double *value)
+static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {
-    const kmp_node *node = kmp_node_get(map, key);
+    const kmp_yaml *node = kmp_yaml_get(map, key);
     const char *what = kmp_reader_say(r, "run %s", key);
     kmp_number number;
     if (!node || !kmp_read_number(r, node, what, wanted, &number))
@@ -80,15 +80,15 @@ static void read_positive(kmp_reader *r, const kmp_node *map, const char *key, k
         kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
 }
 
-static void read_choice(kmp_reader *r, const kmp_node *map, const char *key, const char **choice)
+static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, const char **choice)
 {
-    const kmp_node *node = kmp_node_get(map, key);
+    const kmp_yaml *node = kmp_yaml_get(map, key);
     const char *word = node ? kmp_read_word(r, node, kmp_reader_say(r, "run %s", key)) : NULL;
     if (word)
         *choice = kmp_arena_strdup(&r->model->arena, word);
 }
 
-static void read_dynamics(kmp_reader *r, const kmp_node *node)
+static void read_dynamics(kmp_reader *r, const kmp_yaml *node)
 {
     const char *word = node ? kmp_read_word(r, node, "run dynamics") : NULL;
     kmp_text complaint = {0};
@@ -100,7 +100,7 @@ static void read_dynamics(kmp_reader *r, const kmp_node *node)
     kmp_text_free(&complaint);
 }
 
-static void read_u(kmp_reader *r, const kmp_node *list)
+static void read_u(kmp_reader *r, const kmp_yaml *list)
 {
     kmp_run_settings *run = &r->model->run;
     if (!list || !kmp_read_list(r, list, "run u", -1))
@@ -121,8 +121,8 @@ static void read_u(kmp_reader *r, const kmp_node *list)
 void kmp_read_run(kmp_reader *r)
 {
     kmp_run_settings *run = &r->model->run;
-    const kmp_node *map = kmp_node_get(r->root, "run");
-    kmp_read_outputs(r, kmp_node_get(map, "outputs"));
+    const kmp_yaml *map = kmp_yaml_get(r->root, "run");
+    kmp_read_outputs(r, kmp_yaml_get(map, "outputs"));
     if (!map || !kmp_read_map(r, map, "run", run_keys))
         return;
     read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);
@@ -132,6 +132,6 @@ void kmp_read_run(kmp_reader *r)
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);
-    read_dynamics(r, kmp_node_get(map, "dynamics"));
-    read_u(r, kmp_node_get(map, "u"));
+    read_dynamics(r, kmp_yaml_get(map, "dynamics"));
+    read_u(r, kmp_yaml_get(map, "u"));
 }

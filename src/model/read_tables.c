@@ -9,7 +9,7 @@
 /* The points of one table, and where each stands. */
 typedef struct points {
     kmp_reader *r;
-    const kmp_node *map;
+    const kmp_yaml *map;
     const char *what;
     int count;
     double *x, *y;
@@ -26,7 +26,7 @@ static bool make_room(points *p, int count)
 
 /* -- points in the file -------------------------------------------------------------------------- */
 
-static bool read_numbers(points *p, const kmp_node *list, const char *key, double *values)
+static bool read_numbers(points *p, const kmp_yaml *list, const char *key, double *values)
 {
     bool good = true;
     for (int i = 0; i < list->count; i++) {
@@ -42,7 +42,7 @@ static bool read_numbers(points *p, const kmp_node *list, const char *key, doubl
 
 static bool read_lists(points *p)
 {
-    const kmp_node *x = kmp_read_required(p->r, p->map, p->what, "x"),
+    const kmp_yaml *x = kmp_read_required(p->r, p->map, p->what, "x"),
                    *y = kmp_read_required(p->r, p->map, p->what, "y");
     if (!x || !y || !kmp_read_list(p->r, x, kmp_reader_say(p->r, "x of %s", p->what), -1) ||
         !kmp_read_list(p->r, y, kmp_reader_say(p->r, "y of %s", p->what), -1))
@@ -64,7 +64,7 @@ static bool read_lists(points *p)
 
 typedef struct sheet {
     points *p;
-    const kmp_node *column[2]; /* the names of x and y */
+    const kmp_yaml *column[2]; /* the names of x and y */
     int index[2];              /* their columns */
     int file;
 } sheet;
@@ -162,7 +162,7 @@ static bool read_sheet(sheet *s, const char *text)
 }
 
 /* Beside the file that names it. */
-static const char *path_beside(const points *p, const kmp_node *csv)
+static const char *path_beside(const points *p, const kmp_yaml *csv)
 {
     const char *from = p->r->model->files[csv->place.file], *slash = strrchr(from, '/');
     if (csv->text[0] == '/' || !slash)
@@ -173,7 +173,7 @@ static const char *path_beside(const points *p, const kmp_node *csv)
 static bool read_csv(points *p)
 {
     sheet s = {.p = p};
-    const kmp_node *csv = kmp_node_get(p->map, "csv");
+    const kmp_yaml *csv = kmp_yaml_get(p->map, "csv");
     s.column[0] = kmp_read_required(p->r, p->map, p->what, "x");
     s.column[1] = kmp_read_required(p->r, p->map, p->what, "y");
     if (!s.column[0] || !s.column[1] || !kmp_read_word(p->r, csv, p->what) ||
@@ -214,7 +214,7 @@ static bool check_points(const points *p, kmp_place place)
     return bad < 0;
 }
 
-static bool is_linear(kmp_reader *r, const kmp_node *node, const char *what)
+static bool is_linear(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     if (!node || strcmp(node->text, "spline") == 0)
         return false;
@@ -228,14 +228,14 @@ static bool is_linear(kmp_reader *r, const kmp_node *node, const char *what)
     return true;
 }
 
-static void read_table(kmp_reader *r, const kmp_node *map, kmp_named_table *table)
+static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *table)
 {
     static const char *const keys[] = {"x", "y", "csv", "method", NULL};
     points p = {.r = r, .map = map, .what = kmp_reader_say(r, "table '%s'", table->name)};
     if (!kmp_read_map(r, map, p.what, keys))
         return;
-    bool linear = is_linear(r, kmp_node_get(map, "method"), p.what);
-    bool good = kmp_node_get(map, "csv") ? read_csv(&p) : read_lists(&p);
+    bool linear = is_linear(r, kmp_yaml_get(map, "method"), p.what);
+    bool good = kmp_yaml_get(map, "csv") ? read_csv(&p) : read_lists(&p);
     if (!good || !check_points(&p, map->place))
         return;
     if (!kmp_named_table_make(table, linear, p.count, p.x, p.y))
@@ -256,7 +256,7 @@ static bool is_taken(const kmp_reader *r, const char *name)
 void kmp_read_tables(kmp_reader *r)
 {
     kempe_model *model = r->model;
-    const kmp_node *map = kmp_node_get(r->root, "tables");
+    const kmp_yaml *map = kmp_yaml_get(r->root, "tables");
     if (!map || !kmp_read_map(r, map, "tables", NULL))
         return;
     model->tables = KMP_ARENA_NEW(&model->arena, kmp_named_table, map->count);

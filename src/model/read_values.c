@@ -117,12 +117,12 @@ static void suggest(void *user, const char *name, bool coordinate, kmp_text *sen
 /* What may stand in an expression beside parameters. */
 typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_X, OF_PLACE } symbols;
 
-static const kmp_expr *parse(kmp_reader *r, const kmp_node *node, const char *what, symbols allowed)
+static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
 {
-    if (node->kind != KMP_NODE_SCALAR || node->empty) {
+    if (node->kind != KMP_YAML_SCALAR || node->empty) {
         kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
                             node->empty                   ? "nothing"
-                            : node->kind == KMP_NODE_LIST ? "a list"
+                            : node->kind == KMP_YAML_LIST ? "a list"
                                                           : "a mapping");
         return NULL;
     }
@@ -157,7 +157,7 @@ static bool is_known(const kmp_reader *r, const kmp_expr *expr)
            (!expr->c || is_known(r, expr->c));
 }
 
-static bool check_finite(kmp_reader *r, const kmp_node *node, const char *what, double value)
+static bool check_finite(kmp_reader *r, const kmp_yaml *node, const char *what, double value)
 {
     if (!isfinite(value))
         kmp_reader_complain(r, node->place, "%s is '%s', which is %s: a finite number is wanted", what, node->text,
@@ -165,7 +165,7 @@ static bool check_finite(kmp_reader *r, const kmp_node *node, const char *what, 
     return isfinite(value);
 }
 
-bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, const kmp_expr *expr,
+bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_expr *expr,
                          kmp_dimension wanted, kmp_dimension *dimension)
 {
     kmp_expr_fault fault = {0};
@@ -202,7 +202,7 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
     return model->motions[motion].rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE;
 }
 
-const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what)
+const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     return parse(r, node, what, CONSTANT);
 }
@@ -213,7 +213,7 @@ kmp_number kmp_number_of(const kmp_expr *expr, double value)
     return (kmp_number){.value = value, .expr = literal ? NULL : expr};
 }
 
-bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number)
+bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number)
 {
     const kmp_expr *expr = parse(r, node, what, CONSTANT);
     if (!expr || !is_known(r, expr))
@@ -227,11 +227,11 @@ bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_
     return true;
 }
 
-bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number vector[3])
+bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3])
 {
     kmp_number read[3];
     bool good = kmp_read_list(r, node, what, 3);
-    for (int i = 0; i < 3 && node->kind == KMP_NODE_LIST && i < node->count; i++)
+    for (int i = 0; i < 3 && node->kind == KMP_YAML_LIST && i < node->count; i++)
         if (!kmp_read_number(r, node->items[i], kmp_reader_say(r, "%s, component %d,", what, i + 1), wanted, &read[i]))
             good = false;
     if (good)
@@ -240,7 +240,7 @@ bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_
 }
 
 /* What is constant must be finite, and what is known have the dimension. */
-static const kmp_expr *read_variable(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                      symbols allowed)
 {
     kmp_dimension dimension;
@@ -253,17 +253,17 @@ static const kmp_expr *read_variable(kmp_reader *r, const kmp_node *node, const 
     return expr;
 }
 
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted)
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
 {
     return read_variable(r, node, what, wanted, OF_STATE);
 }
 
-const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, int place)
+const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place)
 {
     return read_variable(r, node, what, wanted, place == 1 ? OF_X : OF_PLACE);
 }
 
-const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                   double *first)
 {
     kmp_dimension dimension;
@@ -343,7 +343,7 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     return point;
 }
 
-int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what)
+int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);
     const char *name = text ? kmp_reader_body_name(r, node->place.file, text) : NULL;
@@ -353,17 +353,17 @@ int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what)
     return body;
 }
 
-int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what)
+int kmp_read_point(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);
     return text ? kmp_read_point_text(r, node->place, text, what) : -1;
 }
 
-bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2])
+bool kmp_read_two_points(kmp_reader *r, const kmp_yaml *node, const char *what, int point[2])
 {
     int read[2] = {-1, -1};
     bool good = kmp_read_list(r, node, what, 2);
-    for (int i = 0; i < 2 && node->kind == KMP_NODE_LIST && i < node->count; i++)
+    for (int i = 0; i < 2 && node->kind == KMP_YAML_LIST && i < node->count; i++)
         read[i] = kmp_read_point(r, node->items[i], what);
     if (!good || read[0] < 0 || read[1] < 0)
         return false;
@@ -391,7 +391,7 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
     return motion;
 }
 
-int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what)
+int kmp_read_motion(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *name = kmp_read_word(r, node, what);
     return name ? kmp_read_motion_text(r, node->place, name, what) : -1;

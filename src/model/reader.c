@@ -20,7 +20,7 @@ const char *const kmp_model_keys[] = {"kempe",   "include", "name",   "gravity",
 /* False when the rest means something else in this version. */
 static bool read_version(kmp_reader *r)
 {
-    const kmp_node *version = kmp_read_required(r, r->root, "the model", "kempe");
+    const kmp_yaml *version = kmp_read_required(r, r->root, "the model", "kempe");
     if (!version || strcmp(version->text, "1") == 0)
         return true;
     kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model language, not '%s'",
@@ -40,8 +40,8 @@ static const char *name_of_file(kmp_reader *r)
 
 static void read_head(kmp_reader *r)
 {
-    const kmp_node *name = kmp_node_get(r->root, "name");
-    const kmp_node *gravity = kmp_node_get(r->root, "gravity");
+    const kmp_yaml *name = kmp_yaml_get(r->root, "name");
+    const kmp_yaml *gravity = kmp_yaml_get(r->root, "gravity");
     const char *given = name ? kmp_read_word(r, name, "name") : name_of_file(r);
     r->model->name = given ? kmp_arena_strdup(&r->model->arena, given) : "";
     if (gravity)
@@ -50,7 +50,7 @@ static void read_head(kmp_reader *r)
 
 static void read_parts(kmp_reader *r)
 {
-    if (r->root->kind != KMP_NODE_MAP) {
+    if (r->root->kind != KMP_YAML_MAP) {
         kmp_reader_complain(r, r->root->place, "a model is a mapping that begins with 'kempe: 1'");
         return;
     }

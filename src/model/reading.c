@@ -50,14 +50,14 @@ const char *kmp_reader_say(kmp_reader *r, const char *format, ...)
     return kept ? kept : "";
 }
 
-static const char *kind_name(const kmp_node *node)
+static const char *kind_name(const kmp_yaml *node)
 {
     if (node->empty)
         return "nothing";
-    return node->kind == KMP_NODE_LIST ? "a list" : node->kind == KMP_NODE_MAP ? "a mapping" : "a word";
+    return node->kind == KMP_YAML_LIST ? "a list" : node->kind == KMP_YAML_MAP ? "a mapping" : "a word";
 }
 
-static void complain_key(kmp_reader *r, const kmp_node *key, const char *what, const char *const *keys)
+static void complain_key(kmp_reader *r, const kmp_yaml *key, const char *what, const char *const *keys)
 {
     kmp_text sentence = {0};
     kmp_nearest nearest = kmp_nearest_begin(key->text);
@@ -82,11 +82,11 @@ static bool is_one_of(const char *word, const char *const *words)
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-bool kmp_read_map(kmp_reader *r, const kmp_node *node, const char *what, const char *const *keys)
+bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const char *const *keys)
 {
     if (node->empty)
         return true;
-    if (node->kind != KMP_NODE_MAP) {
+    if (node->kind != KMP_YAML_MAP) {
         kmp_reader_complain(r, node->place, "%s must be a mapping (key: value), not %s", what, kind_name(node));
         return false;
     }
@@ -96,9 +96,9 @@ bool kmp_read_map(kmp_reader *r, const kmp_node *node, const char *what, const c
     return true;
 }
 
-bool kmp_read_list(kmp_reader *r, const kmp_node *node, const char *what, int count)
+bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int count)
 {
-    if (node->kind != KMP_NODE_LIST)
+    if (node->kind != KMP_YAML_LIST)
         kmp_reader_complain(r, node->place, "%s must be a list [..], not %s", what, kind_name(node));
     else if (count >= 0 && node->count != count)
         kmp_reader_complain(r, node->place, "%s must be a list of %d items, not %d", what, count, node->count);
@@ -107,9 +107,9 @@ bool kmp_read_list(kmp_reader *r, const kmp_node *node, const char *what, int co
     return false;
 }
 
-const char *kmp_read_word(kmp_reader *r, const kmp_node *node, const char *what)
+const char *kmp_read_word(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    if (node->kind == KMP_NODE_SCALAR && node->text[0])
+    if (node->kind == KMP_YAML_SCALAR && node->text[0])
         return node->text;
     kmp_reader_complain(r, node->place, "%s must be a word, not %s", what, kind_name(node));
     return NULL;
@@ -120,7 +120,7 @@ static bool is_letter(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (c & 0x80);
 }
 
-const char *kmp_read_name(kmp_reader *r, const kmp_node *node, const char *what)
+const char *kmp_read_name(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *name = kmp_read_word(r, node, what);
     bool good = name && is_letter(name[0]);
@@ -133,9 +133,9 @@ const char *kmp_read_name(kmp_reader *r, const kmp_node *node, const char *what)
     return good ? name : NULL;
 }
 
-const kmp_node *kmp_read_required(kmp_reader *r, const kmp_node *map, const char *what, const char *key)
+const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key)
 {
-    const kmp_node *value = kmp_node_get(map, key);
+    const kmp_yaml *value = kmp_yaml_get(map, key);
     if (!value)
         kmp_reader_complain(r, map->place, "%s lacks the key '%s'", what, key);
     return value;

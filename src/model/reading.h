@@ -13,8 +13,8 @@
 typedef struct kmp_instance {
     int file, parent;            /* of the model's files: its own, and the one that includes it */
     const char *prefix;          /* of all its names */
-    const kmp_node *at, *offset; /* where its ground is: a body or a point, NULL the ground, and how far from there */
-    const kmp_node *root;
+    const kmp_yaml *at, *offset; /* where its ground is: a body or a point, NULL the ground, and how far from there */
+    const kmp_yaml *root;
     int ground; /* point that stands for its ground, once bodies are read */
 } kmp_instance;
 
@@ -30,7 +30,7 @@ typedef struct kmp_reader {
     kmp_instance *instances; /* included files, parents first */
     int instance_count;
     int scope; /* file whose names the expression at hand means */
-    const kmp_node *root;
+    const kmp_yaml *root;
     kmp_linkage *linkage;  /* NULL without joints between bodies */
     bool wrong;            /* something was complained of */
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
@@ -65,17 +65,17 @@ const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name);
 /* -- joints between bodies (read_linkage.c) ---------------------------------------------------------- */
 
 /** Reads `joints` and chooses which of them make the tree; the others become closures: r->linkage. */
-void kmp_read_linkage(kmp_reader *r, const kmp_node *bodies);
+void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies);
 
 /** The joint by which the k-th body (1: the first of the file) hangs, NULL after a complaint. */
-const kmp_node *kmp_linkage_joint(const kmp_linkage *linkage, int body);
+const kmp_yaml *kmp_linkage_joint(const kmp_linkage *linkage, int body);
 
 /** The cut joints as a mapping of closures, NULL without joints between bodies. */
-const kmp_node *kmp_linkage_cuts(const kmp_reader *r);
+const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r);
 
 /** Of a node that stands for a joint: its name, and what it is called in complaints; NULL for every other node. */
-const char *kmp_linkage_name(const kmp_reader *r, const kmp_node *made);
-const char *kmp_linkage_what(kmp_reader *r, const kmp_node *made);
+const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made);
+const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made);
 
 typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_linked;
 
@@ -98,42 +98,42 @@ const char *kmp_reader_say(kmp_reader *r, const char *format, ...) __attribute__
 
 /** True when `node` is a mapping (nothing counts as an empty one); unknown keys are complained of. `keys` ends
  *  with NULL; NULL allows all. */
-bool kmp_read_map(kmp_reader *r, const kmp_node *node, const char *what, const char *const *keys);
+bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const char *const *keys);
 
 /** True when `node` is a list, of `count` items when that is not negative. */
-bool kmp_read_list(kmp_reader *r, const kmp_node *node, const char *what, int count);
+bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int count);
 
 /** The text of a scalar; NULL when it is none or empty. */
-const char *kmp_read_word(kmp_reader *r, const kmp_node *node, const char *what);
+const char *kmp_read_word(kmp_reader *r, const kmp_yaml *node, const char *what);
 
 /** Like kmp_read_word, for a new name: letters, digits and _, not beginning with a digit. */
-const char *kmp_read_name(kmp_reader *r, const kmp_node *node, const char *what);
+const char *kmp_read_name(kmp_reader *r, const kmp_yaml *node, const char *what);
 
 /** The value of a required key of `map`. */
-const kmp_node *kmp_read_required(kmp_reader *r, const kmp_node *map, const char *what, const char *key);
+const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key);
 
 /* -- values -------------------------------------------------------------------------------------- */
 
 /** An expression of parameters, finite, of this dimension where its own is known. */
-bool kmp_read_number(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number *number);
-bool kmp_read_vector(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
+bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
+bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
 /** An expression of parameters, not valued; NULL after a complaint. */
-const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_node *node, const char *what);
+const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
 
 /** Complains of an expression whose dimensions do not fit each other, or whose own is known and not the wanted one. */
-bool kmp_check_dimension(kmp_reader *r, const kmp_node *node, const char *what, const kmp_expr *expr,
+bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_expr *expr,
                          kmp_dimension wanted, kmp_dimension *dimension);
 
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted);
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
 
 /** An expression of parameters, t and the first `place` of x, y, z; NULL after a complaint. */
-const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted, int place);
+const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place);
 
 /** An expression of parameters and t; NULL after a complaint. `*first`: its value at t = 0. */
-const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_node *node, const char *what, kmp_dimension wanted,
+const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                   double *first);
 
 /** The dimension of a coordinate, times s^power: that of its rate with -1. */
@@ -145,29 +145,29 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion);
 /* -- names: an index, or -1 after a complaint ------------------------------------------------------ */
 
 int kmp_find_body(const kempe_model *model, const char *name, size_t length);
-int kmp_read_body(kmp_reader *r, const kmp_node *node, const char *what);
-int kmp_read_point(kmp_reader *r, const kmp_node *node, const char *what); /* BODY.POINT */
+int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what);
+int kmp_read_point(kmp_reader *r, const kmp_yaml *node, const char *what); /* BODY.POINT */
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what);
 int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name, const char *what); /* POINT */
-bool kmp_read_two_points(kmp_reader *r, const kmp_node *node, const char *what, int point[2]);
-int kmp_read_motion(kmp_reader *r, const kmp_node *node, const char *what); /* JOINT or JOINT.K */
+bool kmp_read_two_points(kmp_reader *r, const kmp_yaml *node, const char *what, int point[2]);
+int kmp_read_motion(kmp_reader *r, const kmp_yaml *node, const char *what); /* JOINT or JOINT.K */
 int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const char *what);
 
 /* -- axes (read_axes.c) ------------------------------------------------------------------------------ */
 
 /** A unit vector: x, -y, ..., or a list of three numbers. */
-bool kmp_read_axis(kmp_reader *r, const kmp_node *node, const char *what, double axis[3]);
+bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double axis[3]);
 
 /** An orientation {x: axis, z: axis}: the first one stands, the second is made perpendicular to it; of one alone the
  *  others follow (kmp_complete_axes). The columns of m are the three axes. */
-bool kmp_read_axes(kmp_reader *r, const kmp_node *node, const char *what, double m[3][3]);
+bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3]);
 
 /** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there, or of its opposite if that is nearer.
  */
 void kmp_complete_axes(int k, const double axis[3], double m[3][3]);
 
 /** The axes a, b and c of a joint's chain as columns of m: of an axis a, or, where b counts, of a list of two. */
-void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_node *node, const char *what, double m[3][3]);
+void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_yaml *node, const char *what, double m[3][3]);
 
 /** Those whose k-th is `first` and whose l-th is in the plane with `second`; false when the two are parallel. */
 bool kmp_square_axes(int k, const double first[3], int l, const double second[3], double m[3][3]);
@@ -177,14 +177,14 @@ bool kmp_square_axes(int k, const double first[3], int l, const double second[3]
 void kmp_read_parameters(kmp_reader *r);
 void kmp_read_tables(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
-void kmp_read_motions(kmp_reader *r, const kmp_node *const *joint_nodes); /* of bodies 1, 2, ... */
-void kmp_read_mass(kmp_reader *r, const kmp_node *node, kmp_body *body);
+void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
+void kmp_read_mass(kmp_reader *r, const kmp_yaml *node, kmp_body *body);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
-void kmp_read_goals(kmp_reader *r, const kmp_node *map); /* of the start, after what is held */
+void kmp_read_goals(kmp_reader *r, const kmp_yaml *map); /* of the start, after what is held */
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
-void kmp_read_outputs(kmp_reader *r, const kmp_node *list);
+void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);
 
 #endif

@@ -13,7 +13,7 @@ typedef struct loader {
     const char *file;
     int number; /* of the file, for places */
     yaml_document_t document;
-    kmp_node *nodes;
+    kmp_yaml *nodes;
     kempe_status status;
 } loader;
 
@@ -62,7 +62,7 @@ static void complain_syntax(loader *l, const yaml_parser_t *parser, const char *
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-static void copy_scalar(loader *l, const yaml_node_t *from, kmp_node *to)
+static void copy_scalar(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
     size_t length = from->data.scalar.length;
     yaml_scalar_style_t style = from->data.scalar.style;
@@ -77,23 +77,23 @@ static void copy_scalar(loader *l, const yaml_node_t *from, kmp_node *to)
     to->text_place.column += style == YAML_SINGLE_QUOTED_SCALAR_STYLE || style == YAML_DOUBLE_QUOTED_SCALAR_STYLE;
 }
 
-static void copy_list(loader *l, const yaml_node_t *from, kmp_node *to)
+static void copy_list(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
     const yaml_node_item_t *item = from->data.sequence.items.start;
     int count = (int)(from->data.sequence.items.top - item);
-    to->kind = KMP_NODE_LIST;
-    to->items = KMP_ARENA_NEW(l->arena, const kmp_node *, count);
+    to->kind = KMP_YAML_LIST;
+    to->items = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
     for (int i = 0; to->items && i < count; i++)
         to->items[to->count++] = &l->nodes[item[i] - 1];
 }
 
-static void copy_map(loader *l, const yaml_node_t *from, kmp_node *to)
+static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
 {
     const yaml_node_pair_t *pair = from->data.mapping.pairs.start;
     int count = (int)(from->data.mapping.pairs.top - pair);
-    to->kind = KMP_NODE_MAP;
-    to->keys = KMP_ARENA_NEW(l->arena, const kmp_node *, count);
-    to->items = KMP_ARENA_NEW(l->arena, const kmp_node *, count);
+    to->kind = KMP_YAML_MAP;
+    to->keys = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
+    to->items = KMP_ARENA_NEW(l->arena, const kmp_yaml *, count);
     for (int i = 0; to->keys && to->items && i < count; i++) {
         const yaml_node_t *key = yaml_document_get_node(&l->document, pair[i].key);
         if (key->type != YAML_SCALAR_NODE) {
@@ -105,7 +105,7 @@ static void copy_map(loader *l, const yaml_node_t *from, kmp_node *to)
     }
 }
 
-static void check_duplicates(loader *l, const kmp_node *map)
+static void check_duplicates(loader *l, const kmp_yaml *map)
 {
     for (int i = 1; i < map->count; i++)
         for (int k = 0; k < i; k++)
@@ -118,15 +118,15 @@ static void check_duplicates(loader *l, const kmp_node *map)
             }
 }
 
-static const kmp_node *copy_document(loader *l)
+static const kmp_yaml *copy_document(loader *l)
 {
     const yaml_node_t *from = l->document.nodes.start;
     int count = (int)(l->document.nodes.top - from);
-    l->nodes = KMP_ARENA_NEW(l->arena, kmp_node, count);
+    l->nodes = KMP_ARENA_NEW(l->arena, kmp_yaml, count);
     if (!l->nodes || count == 0)
         return NULL;
     for (int i = 0; i < count; i++) {
-        kmp_node *to = &l->nodes[i];
+        kmp_yaml *to = &l->nodes[i];
         to->place = to->text_place = place_of(from[i].start_mark);
         to->place.file = to->text_place.file = l->number;
         to->text = "";
@@ -138,7 +138,7 @@ static const kmp_node *copy_document(loader *l)
             copy_map(l, &from[i], to);
     }
     for (int i = 0; i < count; i++)
-        if (l->nodes[i].kind == KMP_NODE_MAP)
+        if (l->nodes[i].kind == KMP_YAML_MAP)
             check_duplicates(l, &l->nodes[i]);
     return &l->nodes[0];
 }
@@ -174,7 +174,7 @@ static void check_end(loader *l, yaml_parser_t *parser, const char *text, size_t
 }
 
 kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                           size_t length, const kmp_node **root)
+                           size_t length, const kmp_yaml **root)
 {
     loader l = {.context = context, .arena = arena, .file = file, .number = number};
     yaml_parser_t parser;
@@ -201,9 +201,9 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
     return l.status;
 }
 
-const kmp_node *kmp_node_get(const kmp_node *map, const char *key)
+const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key)
 {
-    if (!map || map->kind != KMP_NODE_MAP)
+    if (!map || map->kind != KMP_YAML_MAP)
         return NULL;
     for (int i = 0; i < map->count; i++)
         if (strcmp(map->keys[i]->text, key) == 0)
