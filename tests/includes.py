@@ -33,7 +33,7 @@ LAYERS = {
     "check": "",
 }
 FOLDERS = [  # first match wins
-    ("src/dynamics/kinematics.", "kinematics"),
+    ("src/dynamics/kinematics", "kinematics"),  # the header and its files, a subject each
     ("src/dynamics/vector.", "kinematics"),  # symbolic 3-vectors and tensors, what kinematics is written in
     ("src/dynamics/tensor.", "kinematics"),
     ("constraints/kinds/", "kinds"),

@@ -1,172 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Links from bodies and motions, welded bodies joined to those that carry them; vectors between link axes. */
+/* Links from bodies and motions, welded bodies joined to those that carry them. */
 #include "dynamics/kinematics.h"
 #include "base/memory.h"
-#include "model/spherical.h"
 #include "symbolic/rotation.h"
-#include "symbolic/table.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-/* -- numbers of the model as nodes ------------------------------------------------------------------- */
-
-static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
-{
-    (void)b, (void)c;
-    switch (f) {
-#define KMP_FUNCTION(name, arity, value, node)                                                                         \
-    case KMP_FUNCTION_##name:                                                                                          \
-        return node;
-#include "model/functions.def"
-#undef KMP_FUNCTION
-    case KMP_FUNCTION_COUNT:
-        break;
-    }
-    return KMP_ZERO;
-}
-
-static double parameter_value(const kmp_tree *tree, int index)
-{
-    return tree->model->parameters[index].number.value;
-}
-
-/* An exact zero stays a zero: the zero pattern of the data is part of a program's identity. */
-static kmp_ref parameter(const kmp_tree *tree, int index)
-{
-    double value = parameter_value(tree, index);
-    if (tree->keep == KMP_KEEP_NOTHING || value == 0)
-        return kmp_const(tree->graph, value);
-    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
-}
-
-static double constant_value(const kmp_tree *tree, const kmp_expr *e);
-
-/* Number of a condition, -1 when there is no memory. */
-static int event_number(kmp_events *events, const kmp_expr *e)
-{
-    for (int k = 0; k < events->count; k++)
-        if (events->condition[k] == e)
-            return k;
-    const kmp_expr **grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof(const kmp_expr *));
-    if (!grown)
-        return -1;
-    events->condition = grown;
-    events->condition[events->count] = e;
-    return events->count++;
-}
-
-/* a < b, or what stands for it during a step. */
-static kmp_ref condition(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref less = kmp_less(g, a, b);
-    bool moves = kmp_graph_node(g, kmp_id(less))->depends & ~(1u << KMP_IN_PARAMETER);
-    if (!tree->events || !moves)
-        return less;
-    int k = event_number(tree->events, e);
-    return k >= 0 ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
-}
-
-kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
-{
-    kmp_graph *g = tree->graph;
-    switch (e->kind) {
-    case KMP_EXPR_NUMBER:
-        return kmp_const(g, e->value);
-    case KMP_EXPR_PARAMETER:
-        return parameter(tree, e->index);
-    case KMP_EXPR_TIME:
-        return kmp_input(g, KMP_IN_TIME, 0);
-    case KMP_EXPR_Q:
-        return kmp_input(g, KMP_IN_Q, (uint32_t)e->index);
-    case KMP_EXPR_QD:
-        return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
-    case KMP_EXPR_PLACE:
-        return tree->place[e->index];
-    case KMP_EXPR_TABLE:
-        return kmp_table_at(g, kmp_graph_add_table(g, e->table->table), kmp_tree_expression(tree, e->a));
-    case KMP_EXPR_NEG:
-        return kmp_neg(kmp_tree_expression(tree, e->a));
-    case KMP_EXPR_POW:
-        return kmp_power(g, kmp_tree_expression(tree, e->a), constant_value(tree, e->b));
-    default:
-        break;
-    }
-    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
-    switch (e->kind) {
-    case KMP_EXPR_ADD:
-        return kmp_add(g, a, b);
-    case KMP_EXPR_SUB:
-        return kmp_sub(g, a, b);
-    case KMP_EXPR_MUL:
-        return kmp_mul(g, a, b);
-    case KMP_EXPR_LESS:
-        return condition(tree, e, a, b);
-    case KMP_EXPR_GREATER:
-        return condition(tree, e, b, a);
-    case KMP_EXPR_AT_MOST:
-        return kmp_select(g, condition(tree, e, b, a), KMP_ZERO, KMP_ONE);
-    case KMP_EXPR_AT_LEAST:
-        return kmp_select(g, condition(tree, e, a, b), KMP_ZERO, KMP_ONE);
-    case KMP_EXPR_CALL:
-        if (e->function == KMP_FUNCTION_sign)
-            return kmp_select(g, condition(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
-        return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
-    default:
-        return kmp_div(g, a, b);
-    }
-}
-
-kmp_ref kmp_tree_event(const kmp_tree *tree, int k)
-{
-    const kmp_expr *e = tree->events->condition[k];
-    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
-    bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
-    return turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
-}
-
-/* Exponents are numbers of the program, whatever the parameters do. */
-static double constant_value(const kmp_tree *tree, const kmp_expr *e)
-{
-    kmp_tree folded = *tree;
-    double value = NAN;
-    folded.keep = KMP_KEEP_NOTHING;
-    kmp_ref r = kmp_tree_expression(&folded, e);
-    return kmp_is_const(tree->graph, r, &value) ? value : NAN;
-}
-
-kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number)
-{
-    if (tree->keep == KMP_KEEP_NOTHING || number->value == 0)
-        return kmp_const(tree->graph, number->value);
-    if (number->expr)
-        return kmp_tree_expression(tree, number->expr);
-    if (tree->keep == KMP_KEEP_PARAMETERS || !number->symbol)
-        return kmp_const(tree->graph, number->value);
-    int symbol = tree->model->parameter_count + number->symbol - 1;
-    tree->symbols[symbol] = number->value;
-    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)symbol);
-}
-
-int kmp_tree_symbol_count(const kmp_tree *tree)
-{
-    return tree->model->parameter_count + (tree->keep == KMP_KEEP_NUMBERS ? tree->model->symbol_count : 0);
-}
-
-void kmp_tree_symbol_values(const kmp_tree *tree, double *value)
-{
-    for (int k = 0; k < kmp_tree_symbol_count(tree); k++)
-        value[k] = k < tree->model->parameter_count ? parameter_value(tree, k) : tree->symbols[k];
-}
-
-kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3])
-{
-    kmp_vec v;
-    for (int k = 0; k < 3; k++)
-        v.x[k] = kmp_tree_number(tree, &number[k]);
-    return v;
-}
 
 /* -- constant rotations ------------------------------------------------------------------------------ */
 
@@ -297,32 +136,6 @@ static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double 
     link->turned = true;
 }
 
-kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)
-{
-    const kmp_link *link = &tree->links[i];
-    if (link->before >= 0 || tree->links[link->parent].after >= 0)
-        return link->chart[row][column];
-    return kmp_const(tree->graph, link->g[row][column]);
-}
-
-/* v_parent = g v_link, or back. */
-static kmp_vec apply_axes(const kmp_tree *tree, int i, bool transposed, kmp_vec v)
-{
-    kmp_vec r = kmp_vec_zero();
-    for (int k = 0; k < 3; k++)
-        for (int j = 0; j < 3; j++) {
-            kmp_ref g = transposed ? kmp_link_axes(tree, i, j, k) : kmp_link_axes(tree, i, k, j);
-            r.x[k] = kmp_add(tree->graph, r.x[k], kmp_mul(tree->graph, g, v.x[j]));
-        }
-    return r;
-}
-
-static void turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v)
-{
-    if (link->rotation)
-        kmp_rotate(tree->graph, angle, &v->x[(link->axis + 1) % 3], &v->x[(link->axis + 2) % 3]);
-}
-
 /* v in axes that turn with the body's link, whether or not the link's own do. */
 static kmp_vec turning_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
@@ -338,7 +151,7 @@ kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
     const kmp_link *link = &tree->links[tree->mounts[body].link];
     v = turning_vector(tree, body, v);
-    turn(tree, link, link->lag, &v);
+    kmp_link_turn(tree, link, link->lag, &v);
     return v;
 }
 
@@ -510,75 +323,6 @@ static void set_body(kmp_tree *tree, int b)
     add_body(tree, b);
 }
 
-/* Whether a body moves with b: b itself, or welded to what does. */
-static bool moves_with(const kempe_model *model, int body, int b)
-{
-    while (body != b && body > 0 && model->bodies[body].motion_count == 0)
-        body = model->bodies[body].parent;
-    return body == b;
-}
-
-/* Whether no rotation stands between the ground and motion k. */
-static bool is_upright(const kempe_model *model, int k)
-{
-    for (int b = model->motions[k].body; b > 0; b = model->bodies[b].parent)
-        for (int i = model->bodies[b].first_motion; i < model->bodies[b].first_motion + model->bodies[b].motion_count;
-             i++)
-            if (i < k && model->motions[i].rotation)
-                return false;
-    return true;
-}
-
-/* Points that move with body b and whose places closures and forces ask for. */
-static int points_asked_for(const kempe_model *model, int b)
-{
-    int count = 0;
-    for (int k = 0; k < 2; k++) {
-        for (int c = 0; c < model->closure_count; c++) {
-            int point = model->closures[c].point[k];
-            count += point >= 0 && moves_with(model, model->points[point].body, b);
-        }
-        for (int f = 0; f < model->force_count; f++) {
-            const kmp_force *force = &model->forces[f];
-            bool asks = force->kind == KMP_FORCE_SPRING || (force->kind == KMP_FORCE_POINT && k == 0);
-            count += asks && moves_with(model, model->points[force->point[k]].body, b);
-        }
-    }
-    return count;
-}
-
-static int bodies_carried(const kempe_model *model, int b)
-{
-    int count = 0;
-    for (int c = b + 1; c < model->body_count; c++)
-        count += model->bodies[c].motion_count > 0 && moves_with(model, model->bodies[c].parent, b);
-    return count;
-}
-
-bool kmp_tree_chart_before(const kempe_model *model, int first)
-{
-    enum { POINT = 80, TURNING_BASE = 150, OWN_DATA = 90, CARRIED = 70 }; /* operations added, about, as counted */
-    int b = model->motions[first].body;
-    if (first + 3 < model->bodies[b].first_motion + model->bodies[b].motion_count)
-        return true; /* motions follow them */
-    int before = POINT * points_asked_for(model, b) + (is_upright(model, first) ? 0 : TURNING_BASE);
-    return before <= OWN_DATA + CARRIED * bodies_carried(model, b);
-}
-
-static bool place_charts(kmp_tree *tree)
-{
-    int *first = KMP_NEW(int, tree->count), count = first && tree->charted ? kmp_spherical_find(tree->model, first) : 0;
-    for (int i = 0; i < tree->count; i++)
-        tree->links[i].before = tree->links[i].after = -1;
-    for (int c = 0; c < count; c++)
-        if (kmp_tree_chart_before(tree->model, first[c]))
-            tree->links[first[c] + 1].before = c;
-        else
-            tree->links[first[c] + 3].after = c;
-    kmp_free(first);
-    return first && count >= 0;
-}
-
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted,
                    const bool *stay)
 {
@@ -587,7 +331,7 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
     tree->links = KMP_NEW(kmp_link, tree->count);
     tree->mounts = KMP_NEW(kmp_mount, model->body_count);
     tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
-    if (!tree->links || !tree->mounts || !tree->symbols || !place_charts(tree)) {
+    if (!tree->links || !tree->mounts || !tree->symbols || !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }
@@ -625,102 +369,4 @@ void kmp_tree_free(kmp_tree *tree)
     tree->links = NULL;
     tree->mounts = NULL;
     tree->symbols = NULL;
-}
-
-/* -- vectors between links --------------------------------------------------------------------------- */
-
-kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v)
-{
-    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
-    if (link->follows)
-        return v;
-    if (!link->stays)
-        turn(tree, link, link->q, &v);
-    if (link->turned)
-        v = apply_axes(tree, i, false, v);
-    turn(tree, parent, parent->lag, &v);
-    return v;
-}
-
-kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v)
-{
-    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
-    if (link->follows)
-        return v;
-    turn(tree, parent, kmp_neg(parent->lag), &v);
-    if (link->turned)
-        v = apply_axes(tree, i, true, v);
-    if (!link->stays)
-        turn(tree, link, kmp_neg(link->q), &v);
-    return v;
-}
-
-/* g of v_parent = g v_link. */
-static kmp_matrix link_matrix(const kmp_tree *tree, int i)
-{
-    kmp_matrix m;
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 3; column++)
-            m.x[row][column] = kmp_link_axes(tree, i, row, column);
-    return m;
-}
-
-kmp_tensor kmp_link_tensor_to_parent(const kmp_tree *tree, int i, kmp_tensor t)
-{
-    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
-    if (link->follows)
-        return t;
-    if (link->rotation && !link->stays)
-        t = kmp_tensor_turn(tree->graph, link->axis, link->q, t);
-    if (link->turned)
-        t = kmp_tensor_turn_by(tree->graph, link_matrix(tree, i), t);
-    return kmp_tensor_turn(tree->graph, parent->axis, parent->lag, t);
-}
-
-kmp_matrix kmp_link_matrix_to_parent(const kmp_tree *tree, int i, kmp_matrix m)
-{
-    kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
-    if (link->follows)
-        return m;
-    if (link->rotation && !link->stays)
-        m = kmp_matrix_turn(tree->graph, link->axis, link->q, m);
-    if (link->turned)
-        m = kmp_matrix_turn_by(tree->graph, link_matrix(tree, i), m);
-    return kmp_matrix_turn(tree->graph, parent->axis, parent->lag, m);
-}
-
-kmp_vec kmp_link_slide(const kmp_tree *tree, int i)
-{
-    const kmp_link *link = &tree->links[i];
-    return link->rotation ? kmp_vec_zero() : kmp_vec_axis(link->q, link->axis);
-}
-
-void kmp_tree_runs(const kmp_tree *tree, int *run)
-{
-    for (int i = 1; i < tree->count; i++) {
-        const kmp_link *link = &tree->links[i];
-        int before = link->parent;
-        bool same = !link->turned;
-        for (; before > 0 && !tree->links[before].rotation; before = tree->links[before].parent)
-            same = same && !tree->links[before].turned;
-        same = same && before > 0 && tree->links[before].axis == link->axis;
-        run[i - 1] = !link->rotation ? -1 : same ? run[before - 1] : i - 1;
-    }
-}
-
-int kmp_tree_common(const kmp_tree *tree, int i, int j)
-{
-    while (i != j) /* a parent has the smaller number */
-        if (i > j)
-            i = tree->links[i].parent;
-        else
-            j = tree->links[j].parent;
-    return i;
-}
-
-bool kmp_tree_is_above(const kmp_tree *tree, int a, int i)
-{
-    while (i > a)
-        i = tree->links[i].parent;
-    return i == a;
 }

@@ -75,6 +75,9 @@ typedef struct kmp_tree {
  * carried; before them each vector that passes the joint, where the base itself turns or a point is asked for. */
 bool kmp_tree_chart_before(const kempe_model *model, int first);
 
+/** Sets `before` and `after` of all links, none with a chart unless the tree is charted. false: no memory. */
+bool kmp_tree_place_charts(kmp_tree *tree);
+
 /** Builds the links. `stay` (a motion; NULL: none) says at which rotations the link's axes stay behind: vectors need
  * not be turned there, but all that is fixed to the body is. false: no memory. */
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted,
@@ -99,6 +102,9 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
 /** What is negative where condition k holds as `first < second`: first - second. Of a and b in `a < b` and `a >= b`
  *  first is a, otherwise b. */
 kmp_ref kmp_tree_event(const kmp_tree *tree, int k);
+
+/** Turns v by an angle about a link's axis, when the link rotates. */
+void kmp_link_turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v);
 
 /** Components of v in the parent's axes, from link i's, and back. */
 kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v);

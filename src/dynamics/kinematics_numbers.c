@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Numbers, expressions and conditions of the model as nodes of the graph. */
+#include "base/memory.h"
+#include "dynamics/kinematics.h"
+#include "symbolic/table.h"
+#include <math.h>
+
+static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
+{
+    (void)b, (void)c;
+    switch (f) {
+#define KMP_FUNCTION(name, arity, value, node)                                                                         \
+    case KMP_FUNCTION_##name:                                                                                          \
+        return node;
+#include "model/functions.def"
+#undef KMP_FUNCTION
+    case KMP_FUNCTION_COUNT:
+        break;
+    }
+    return KMP_ZERO;
+}
+
+static double parameter_value(const kmp_tree *tree, int index)
+{
+    return tree->model->parameters[index].number.value;
+}
+
+/* An exact zero stays a zero: the zero pattern of the data is part of a program's identity. */
+static kmp_ref parameter(const kmp_tree *tree, int index)
+{
+    double value = parameter_value(tree, index);
+    if (tree->keep == KMP_KEEP_NOTHING || value == 0)
+        return kmp_const(tree->graph, value);
+    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
+}
+
+static double constant_value(const kmp_tree *tree, const kmp_expr *e);
+
+/* Number of a condition, -1 when there is no memory. */
+static int event_number(kmp_events *events, const kmp_expr *e)
+{
+    for (int k = 0; k < events->count; k++)
+        if (events->condition[k] == e)
+            return k;
+    const kmp_expr **grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof(const kmp_expr *));
+    if (!grown)
+        return -1;
+    events->condition = grown;
+    events->condition[events->count] = e;
+    return events->count++;
+}
+
+/* a < b, or what stands for it during a step. */
+static kmp_ref condition(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref less = kmp_less(g, a, b);
+    bool moves = kmp_graph_node(g, kmp_id(less))->depends & ~(1u << KMP_IN_PARAMETER);
+    if (!tree->events || !moves)
+        return less;
+    int k = event_number(tree->events, e);
+    return k >= 0 ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
+}
+
+kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    switch (e->kind) {
+    case KMP_EXPR_NUMBER:
+        return kmp_const(g, e->value);
+    case KMP_EXPR_PARAMETER:
+        return parameter(tree, e->index);
+    case KMP_EXPR_TIME:
+        return kmp_input(g, KMP_IN_TIME, 0);
+    case KMP_EXPR_Q:
+        return kmp_input(g, KMP_IN_Q, (uint32_t)e->index);
+    case KMP_EXPR_QD:
+        return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
+    case KMP_EXPR_PLACE:
+        return tree->place[e->index];
+    case KMP_EXPR_TABLE:
+        return kmp_table_at(g, kmp_graph_add_table(g, e->table->table), kmp_tree_expression(tree, e->a));
+    case KMP_EXPR_NEG:
+        return kmp_neg(kmp_tree_expression(tree, e->a));
+    case KMP_EXPR_POW:
+        return kmp_power(g, kmp_tree_expression(tree, e->a), constant_value(tree, e->b));
+    default:
+        break;
+    }
+    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
+    switch (e->kind) {
+    case KMP_EXPR_ADD:
+        return kmp_add(g, a, b);
+    case KMP_EXPR_SUB:
+        return kmp_sub(g, a, b);
+    case KMP_EXPR_MUL:
+        return kmp_mul(g, a, b);
+    case KMP_EXPR_LESS:
+        return condition(tree, e, a, b);
+    case KMP_EXPR_GREATER:
+        return condition(tree, e, b, a);
+    case KMP_EXPR_AT_MOST:
+        return kmp_select(g, condition(tree, e, b, a), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_AT_LEAST:
+        return kmp_select(g, condition(tree, e, a, b), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_CALL:
+        if (e->function == KMP_FUNCTION_sign)
+            return kmp_select(g, condition(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
+        return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
+    default:
+        return kmp_div(g, a, b);
+    }
+}
+
+kmp_ref kmp_tree_event(const kmp_tree *tree, int k)
+{
+    const kmp_expr *e = tree->events->condition[k];
+    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
+    bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
+    return turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
+}
+
+/* Exponents are numbers of the program, whatever the parameters do. */
+static double constant_value(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_tree folded = *tree;
+    double value = NAN;
+    folded.keep = KMP_KEEP_NOTHING;
+    kmp_ref r = kmp_tree_expression(&folded, e);
+    return kmp_is_const(tree->graph, r, &value) ? value : NAN;
+}
+
+kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number)
+{
+    if (tree->keep == KMP_KEEP_NOTHING || number->value == 0)
+        return kmp_const(tree->graph, number->value);
+    if (number->expr)
+        return kmp_tree_expression(tree, number->expr);
+    if (tree->keep == KMP_KEEP_PARAMETERS || !number->symbol)
+        return kmp_const(tree->graph, number->value);
+    int symbol = tree->model->parameter_count + number->symbol - 1;
+    tree->symbols[symbol] = number->value;
+    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)symbol);
+}
+
+int kmp_tree_symbol_count(const kmp_tree *tree)
+{
+    return tree->model->parameter_count + (tree->keep == KMP_KEEP_NUMBERS ? tree->model->symbol_count : 0);
+}
+
+void kmp_tree_symbol_values(const kmp_tree *tree, double *value)
+{
+    for (int k = 0; k < kmp_tree_symbol_count(tree); k++)
+        value[k] = k < tree->model->parameter_count ? parameter_value(tree, k) : tree->symbols[k];
+}
+
+kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3])
+{
+    kmp_vec v;
+    for (int k = 0; k < 3; k++)
+        v.x[k] = kmp_tree_number(tree, &number[k]);
+    return v;
+}
