@@ -426,7 +426,7 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
     kmp_tree_free(&eq->staying);
     if (!set_frames(eq, scene))
         return kmp_fail_memory(eq->context);
-    kempe_status status = derive_dynamics(eq, scene->sets, scene->scheme);
+    kempe_status status = derive_dynamics(eq, scene);
     return status == KEMPE_OK && kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : status;
 }
 
