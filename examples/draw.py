@@ -31,9 +31,11 @@ class Picture:
     def see(self, *points):
         self.points += points
 
-    def body(self, name, *points):
+    def body(self, name, *points, other_side=False, shift=(0, 0), colour=None):
+        """Its name stands beside a bar, right of the way from its first point or on the other side; else in the
+        middle. A colour by its number, or the next one."""
         self.see(*points)
-        self.shapes.append(("body", name, points))
+        self.shapes.append(("body", (name, other_side, shift, colour), points))
 
     def spring(self, a, b):
         self.see(a, b)
@@ -66,8 +68,9 @@ class Picture:
                     continue
                 pixels = [place(p) for p in points]
                 if kind == "body":
-                    lines += draw_body(note, pixels, PALETTE[bodies % len(PALETTE)])
-                    bodies += 1
+                    colour = bodies if note[3] is None else note[3]
+                    lines += draw_body(*note[:3], pixels, PALETTE[colour % len(PALETTE)])
+                    bodies += note[3] is None
                 elif kind == "fixed" and order == ("fixed",):
                     lines += draw_ground(*pixels[0])
                 else:
@@ -75,7 +78,7 @@ class Picture:
         path.write_text("\n".join(lines) + "\n</svg>\n")
 
 
-def draw_body(name, pixels, colour):
+def draw_body(name, other_side, shift, pixels, colour):
     path = " L ".join(f"{x:.1f} {y:.1f}" for x, y in pixels)
     close, fill = (" Z", colour) if len(pixels) > 2 else ("", "none")
     x, y = (sum(p[k] for p in pixels) / len(pixels) for k in (0, 1))
@@ -83,8 +86,11 @@ def draw_body(name, pixels, colour):
         (ax, ay), (bx, by) = pixels
         length = math.hypot(bx - ax, by - ay)
         nx, ny = (by - ay) / length, (ax - bx) / length
+        if other_side:
+            nx, ny = -nx, -ny
         away = 12 + 4.5 * len(name) * abs(nx)
         x, y = x + away * nx, y + away * ny
+    x, y = x + shift[0], y + shift[1]
     return [f'<path d="M {path}{close}" fill="{fill}" fill-opacity="0.15" stroke="{colour}" stroke-width="6" '
             'stroke-linejoin="round" stroke-linecap="round"/>',
             f'<text x="{x:.1f}" y="{y + 5:.1f}" text-anchor="middle" fill="{colour}">{name}</text>']
@@ -184,7 +190,7 @@ def slider_crank(title="Slider-crank", angle=math.radians(50)):
     P = (A[0] + math.sqrt(l * l - A[1] ** 2), 0)
     p = Picture(f"{title}, crank turned by {round(math.degrees(angle))} degrees")
     p.guide((0, 0), (0.78, 0))
-    p.body("crank", A, (0, 0))
+    p.body("crank", A, (0, 0), other_side=angle > math.pi / 2)
     p.body("rod", P, A)
     p.slider(P)
     p.pivot((0, 0), "O", True, (-26, 4))
@@ -233,7 +239,7 @@ def bricard():
     for k in range(5):
         p.body(f"r{k + 1}", seen[k], seen[k + 1])
     for k in range(6):
-        p.pivot(seen[k], f"P{k + 1}", k in (0, 5), (10, -8))
+        p.pivot(seen[k], f"P{k + 1}", k in (0, 5), {1: (4, 24), 5: (-34, 4)}.get(k, (10, -8)))
     return p
 
 
@@ -241,12 +247,12 @@ def governor():
     angle = math.radians(30)
     p = Picture("Flyball governor at the start")
     p.guide((0, -0.05), (0, 1.05))
-    p.body("shaft", (0, 0), (0, 1))
+    p.body("shaft", (0, 0), (0, 1), shift=(0, 60))
     for side, name in ((-1, "rod b"), (1, "rod a")):
         hinge = (0.05 * side, 1)
         middle, ball = ((hinge[0] + side * x * math.cos(angle), 1 - x * math.sin(angle)) for x in (0.5, 1))
         p.spring(middle, (0.05 * side, 0.5))
-        p.body(name, *((ball, hinge) if side > 0 else (hinge, ball)))
+        p.body(name, ball, hinge, other_side=side > 0)
         p.pivot(ball, "5 kg", shift=(8, 16))
     p.slider((0, 0.5))
     p.pivot((0, 0), "O", True, (12, 4))
@@ -257,7 +263,7 @@ def spatial_slider_crank():
     A, P, S = ((0, 0.1, 0.12), (0, 0.1, 0.2), (0.2, 0, 0))
     p = Picture("Spatial slider-crank at the start")
     p.guide(oblique((-0.02, 0, 0)), oblique((0.32, 0, 0)))
-    p.body("crank", oblique(P), oblique(A))
+    p.body("crank", oblique(P), oblique(A), other_side=True)
     p.body("rod", oblique(S), oblique(P))
     p.slider(oblique(S))
     p.pivot(oblique(A), "A", True, (12, 4))
@@ -274,7 +280,7 @@ def stewart():
         p.spring(base[k], top[k])
     p.body("platform", *top)
     for k in range(6):
-        p.pivot(base[k], f"B{k + 1}", True, (12, 4))
+        p.pivot(base[k], f"B{k + 1}", True, (-9, 42) if k == 0 else (12, 4))
         p.pivot(top[k])
     return p
 
@@ -293,7 +299,7 @@ def bennett():
     for name, k in (("first", 0), ("second", 1), ("third", 2)):
         p.body(name, seen[k], seen[k + 1])
     for k, name in enumerate(("O", "1", "2", "P")):
-        p.pivot(seen[k], name, k in (0, 3), (12, -8))
+        p.pivot(seen[k], name, k in (0, 3), (-26, 4) if k in (0, 3) else (12, -8))
     return p
 
 
@@ -306,8 +312,8 @@ def peaucellier():
     A, B = (turn(half + k * math.acos(middle), (1, 0)) for k in (1, -1))
     p = Picture("Peaucellier's linkage, crank at 45 degrees")
     p.guide((1.2, -0.6), (1.2, 0.8))
-    p.body("arm a", A, O)
-    p.body("arm b", O, B)
+    p.body("arm a", A, O, other_side=True)
+    p.body("arm b", O, B, other_side=True)
     p.body("crank", Q, C)
     for name, one, two in (("ac", A, C), ("ad", D, A), ("bc", C, B), ("bd", B, D)):
         p.body(name, one, two)
@@ -326,7 +332,7 @@ def chebyshev():
     p = Picture("Chebyshev's lambda linkage, crank at 120 degrees")
     p.guide((0, 4), (4, 4))
     p.body("crank", A, O)
-    p.body("coupler", A, P)
+    p.body("coupler", A, P, shift=(95, -77))
     p.body("rocker", B, D)
     p.pivot(O, "O", True, (12, 4))
     p.pivot(D, "D", True, (12, 4))
@@ -352,7 +358,9 @@ def jansen_leg():
     p.body("leg", G, H, F)
     p.pivot(B, "B", True, (12, -4))
     p.pivot(O, "O", True, (12, 22))
-    for name, point in (("A", A), ("U", U), ("W", W), ("G", G), ("H", H), ("F", F)):
+    p.pivot(A, "A", shift=(10, 4))
+    p.pivot(G, "G", shift=(12, 14))
+    for name, point in (("U", U), ("W", W), ("H", H), ("F", F)):
         p.pivot(point, name, shift=(-20, -8))
     return p
 
@@ -371,7 +379,8 @@ def stephenson():
     p.see((-0.08, -0.05))
     for name, point, shift in (("O", O, (12, 4)), ("D", D, (12, 4)), ("E", E, (12, 4))):
         p.pivot(point, name, True, shift)
-    for name, point in (("A", A), ("B", B), ("P", P), ("Q", Q)):
+    p.pivot(A, "A", shift=(-26, 4))
+    for name, point in (("B", B), ("P", P), ("Q", Q)):
         p.pivot(point, name, shift=(-8, -14))
     return p
 
@@ -382,10 +391,10 @@ def double_wishbone():
     LF, LB, L = seen(0.223, 0.307, 0), seen(-0.223, 0.307, 0), seen(-0.036, 0.787, -0.118)
     T, R, S = seen(-0.250, 0.448, 0.054), seen(-0.176, 0.821, -0.016), seen(-0.040, 0.910, -0.026)
     p = Picture("Double wishbone, from the front")
-    p.body("upper", UF, U, UB)
+    p.body("upper", UF, U, UB, shift=(-30, -28))
     p.body("lower", LF, L, LB)
-    p.body("upright", U, L, R, S)
-    p.body("tie rod", T, R)
+    p.body("upright", U, L, R, S, shift=(30, -72))
+    p.body("tie rod", T, R, shift=(-50, -8))
     for point in (UF, UB, LF, LB, T):
         p.pivot(point, fixed=True)
     for name, point in (("U", U), ("L", L), ("T", R), ("S", S)):
@@ -419,16 +428,17 @@ def parallel_robot():
         rod = math.radians(-34.1725 if way < 0 else -145.8275)
         end = at(elbow, rod, (0.6, 0))
         add = lambda a, b: (a[0] + b[0], a[1] + b[1])
-        p.body(f"crank {side}", pivot, elbow)
-        p.body("", add(pivot, u), add(elbow, u))
-        p.body(f"rod {side}", elbow, end)
-        p.body("", add(elbow, v), add(end, v))
-        p.body("", elbow, add(elbow, u), add(elbow, v))
+        right = way > 0                                   # names stand mirrored, outside the parallelograms
+        p.body(f"crank_{side}", pivot, elbow, other_side=right, shift=(-29 * way, -15), colour=0)
+        p.body(f"crank_bar_{side}", add(pivot, u), add(elbow, u), other_side=not right, shift=(0, -4), colour=3)
+        p.body(f"rod_{side}", elbow, end, other_side=not right, shift=(0, 4), colour=1)
+        p.body(f"rod_bar_{side}", add(elbow, v), add(end, v), other_side=right, shift=(-10 * way, -2), colour=5)
+        p.body(f"elbow_{side}", elbow, add(elbow, u), add(elbow, v), shift=(30 * way, 30), colour=4)
         for place, fixed in ((pivot, True), (add(pivot, u), True), (elbow, False), (add(elbow, u), False),
                              (add(elbow, v), False), (end, False), (add(end, v), False)):
             p.pivot(place, fixed=fixed)
         tip[side] = (end, add(end, v))
-    p.body("platform", tip["l"][0], tip["r"][0], tip["l"][1], tip["r"][1])
+    p.body("platform", tip["l"][0], tip["r"][0], tip["l"][1], tip["r"][1], shift=(0, 34), colour=2)
     return p
 
 
