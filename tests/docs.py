@@ -154,6 +154,11 @@ class Pages(unittest.TestCase):
                 with self.subTest(word):
                     self.assertTrue(list(ROOT.glob(word)))
 
+    def test_readme_shows_what_is_recorded(self):
+        recorded = (ROOT / "bench/results/andrews.txt").read_text().rstrip("\n").split("\n")
+        shown = re.search(r"<!-- table -->\n(.*?)\n<!-- /table -->", (ROOT / "README.md").read_text(), re.S).group(1)
+        self.assertEqual(shown.split("\n"), [f"    {line}".rstrip() for line in [recorded[0][2:], *recorded[3:]]])
+
 
     def test_counts(self):
         """Counts on the page are those that are recorded."""
