@@ -41,7 +41,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
 {
     bool *no = KMP_NEW(bool, model->motion_count);
     uint8_t *derived = KMP_NEW(uint8_t, 4 * model->closure_count);
-    const kmp_ways plain = {no, no, derived};
+    const kmp_ways plain = {.stay = no, .about = no, .way = derived};
     const kmp_scene scene = {.sets = kmp_sets_derive(sets),
                              .scheme = KMP_SCHEME_NER,
                              .keep = KMP_KEEP_NUMBERS,

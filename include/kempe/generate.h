@@ -14,8 +14,9 @@ extern "C" {
 /** What to derive, and how. NULL and 0 take the default. */
 typedef struct kempe_generation {
     const char *sets;    /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
-                          * h_t, qdd: the accelerations without closure forces, in O(N); with + between several as one
-                          * program:    M_C+h_J+jdqd */
+                          * h_t, qdd: the accelerations without closure forces, in O(N); invdyn_q, invdyn_qd: derivatives
+                          * of    invdyn, tangents: these and M; R: invdyn less J' lambda, R_q, R_tangents likewise; with +
+                          * between several as one program: M_C+h_J+jdqd */
     const char *scheme;  /* how M is made: composite (default), ner */
     int keep_parameters; /* every number of the model that is not zero stays a symbol, instead of being folded in */
     int body_inputs;     /* three forces and three torques on every body are inputs */

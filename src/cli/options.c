@@ -63,7 +63,9 @@ static const option options[] = {
     {CLI_GENERATE, "count", 0, OPTION_FLAG, AT(count), NULL,
      "operations by set, each derived alone, and of all as one"},
     {CLI_GENERATE, "sets", 0, OPTION_TEXT, AT(generation.sets), "NAME,..",
-     "M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t; + for one program"},
+     "M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t, tangents, R, R_tangents, invdyn_q, "
+     "invdyn_qd, "
+     "R_q; + for one program"},
     {CLI_GENERATE, "scheme", 0, OPTION_TEXT, AT(generation.scheme), "NAME", "how M is made: composite (default), ner"},
     {CLI_GENERATE, "keep-parameters", 0, OPTION_FLAG, AT(keep_parameters), NULL,
      "every number that is not zero stays a symbol"},

@@ -7,6 +7,7 @@
 #include "dynamics/forces.h"
 #include "dynamics/gap.h"
 #include "dynamics/outputs.h"
+#include "dynamics/tangent_sets.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"
@@ -223,6 +224,24 @@ static kempe_status derive_residual(kmp_equations *eq, const kmp_forces *forces)
     return status;
 }
 
+/* -- tangents ---------------------------------------------------------------------------------------- */
+
+/* After the inverse dynamics. */
+static kempe_status derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigned sets)
+{
+    kmp_ref *jt_lambda = KMP_NEW(kmp_ref, eq->n);
+    bool ok = jt_lambda;
+    if (ok && sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q)) {
+        jacobian_transposed(eq, KMP_IN_LAMBDA, jt_lambda);
+        for (int k = 0; k < eq->n; k++)
+            eq->closed[k] = kmp_sub(eq->graph, eq->inverse[k], jt_lambda[k]);
+    }
+    if (ok && sets & KMP_TANGENT_SETS)
+        ok = kmp_tangent_sets_derive(eq, frames(eq), forces, sets, jt_lambda);
+    kmp_free(jt_lambda);
+    return ok ? KEMPE_OK : kmp_fail_memory(eq->context);
+}
+
 /* -- accelerations ----------------------------------------------------------------------------------- */
 
 static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
@@ -298,6 +317,7 @@ static bool allocate(kmp_equations *eq)
     eq->jdqd = KMP_NEW(kmp_ref, rows);
     eq->residual = KMP_NEW(kmp_ref, n);
     eq->inverse = KMP_NEW(kmp_ref, n);
+    eq->closed = KMP_NEW(kmp_ref, n);
     eq->jt_mu = KMP_NEW(kmp_ref, n);
     eq->hdot = KMP_NEW(kmp_ref, rows);
     eq->reaction = KMP_NEW(kmp_ref, 3 * model->closure_count);
@@ -309,7 +329,7 @@ static bool allocate(kmp_equations *eq)
     eq->drift = KMP_NEW(kmp_ref, rows);
     bool fast = eq->free_qdd && eq->compliance && eq->mobility && eq->drift;
     return fast && eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
-           eq->inverse && eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
+           eq->inverse && eq->closed && eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
 }
 
 static kempe_status derive_closures(kmp_equations *eq, const kmp_scene *scene)
@@ -317,6 +337,8 @@ static kempe_status derive_closures(kmp_equations *eq, const kmp_scene *scene)
     unsigned sets = scene->sets;
     if (sets & KMP_SET_ACCELERATION)
         sets |= KMP_SET_CLOSURE | KMP_SET_JDQD;
+    if (sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q))
+        sets |= KMP_SET_CLOSURE;
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing))
         return KEMPE_OK;
@@ -341,7 +363,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     if (sets & KMP_SET_MASS && !mass(frames(eq), eq->mass))
         return kmp_fail_memory(eq->context);
     bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
-    const unsigned dynamic = KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION;
+    const unsigned tangents = KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
+    const unsigned dynamic = KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | tangents;
     if (!(sets & dynamic) && !energy)
         return !(sets & KMP_SET_OUTPUT) || kmp_outputs_derive(eq, NULL) ? KEMPE_OK : kmp_fail_memory(eq->context);
     if (!kmp_forces_init(&forces, frames(eq), energy))
@@ -350,8 +373,10 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
         status = derive_bias(eq, &forces);
     if (status == KEMPE_OK && sets & KMP_SET_RESIDUAL)
         status = derive_residual(eq, &forces);
-    if (status == KEMPE_OK && sets & KMP_SET_INVERSE)
+    if (status == KEMPE_OK && sets & (KMP_SET_INVERSE | tangents))
         status = derive_inverse(eq, &forces, eq->inverse);
+    if (status == KEMPE_OK && sets & tangents)
+        status = derive_tangents(eq, &forces, sets);
     if (status == KEMPE_OK && sets & KMP_SET_ACCELERATION)
         status = derive_accelerations(eq, &forces, scene->efforts);
     if (status == KEMPE_OK && sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
@@ -394,11 +419,14 @@ static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
 {
     size_t n = (size_t)eq->n, closures = 4 * (size_t)eq->model->closure_count;
-    eq->ways = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
+    eq->ways = (kmp_ways){.stay = KMP_NEW(bool, n), .about = KMP_NEW(bool, n), .way = KMP_NEW(uint8_t, closures)};
     if (!eq->ways.stay || !eq->ways.about || !eq->ways.way)
         return false;
+    eq->ways.by_q = eq->ways.by_qd = scene->tangents;
     if (!scene->ways)
         return true;
+    eq->ways.by_q = scene->ways->by_q;
+    eq->ways.by_qd = scene->ways->by_qd;
     memcpy(eq->ways.way, scene->ways->way, closures);
     return set_frames(eq, scene);
 }
@@ -493,6 +521,10 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_free(eq->jdqd);
     kmp_free(eq->residual);
     kmp_free(eq->inverse);
+    kmp_free(eq->closed);
+    kmp_free(eq->inverse_q);
+    kmp_free(eq->inverse_qd);
+    kmp_free(eq->closed_q);
     kmp_free(eq->jt_mu);
     kmp_free(eq->hdot);
     kmp_free(eq->derived);

@@ -20,16 +20,24 @@ enum {
     KMP_SET_REACTION = 64,      /* closure forces from lambda */
     KMP_SET_OUTPUT = 128,       /* what the model asks for beside the table */
     KMP_SET_ACCELERATION = 256, /* accelerations by the O(N) scheme, and what closures need of it */
-    KMP_SET_INVERSE = 512       /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
+    KMP_SET_INVERSE = 512,      /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
+    KMP_SET_INVERSE_Q = 1024,   /* its derivatives by q, and by qd; by qdd it is M */
+    KMP_SET_INVERSE_QD = 2048,
+    KMP_SET_CLOSED = 4096,  /* the same with the closures' share: inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q = 8192 /* its derivatives by q; by qd those of the inverse dynamics */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
+
+/** How derivatives of the inverse dynamics are made (tangents.h). */
+typedef enum kmp_tangent_way { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_way;
 
 /** Ways to the same values, by which operations are saved. */
 typedef struct kmp_ways {
     bool *stay;   /* a motion: the link's axes do not turn with it (dynamics alone) */
     bool *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
     uint8_t *way; /* four a closure: how its two points are followed, for h and J, and for their rates (gap.h) */
+    kmp_tangent_way by_q, by_qd; /* SHORTER: both are chosen together */
 } kmp_ways;
 
 /** What of a model to derive, and how. */
@@ -37,15 +45,16 @@ typedef struct kmp_scene {
     unsigned sets;
     kmp_scheme scheme;
     kmp_keep keep;
-    bool body_inputs;     /* forces and torques on the bodies as inputs */
-    bool efforts;         /* efforts on the coordinates as inputs: of the accelerations */
-    bool loops_alone;     /* no rows of drives */
-    bool labels;          /* nodes are called what they are */
-    bool charted;         /* spherical joints have charts as inputs (model/spherical.h) */
-    unsigned without;     /* rules of the graph that shall not hold (symbolic/graph.h) */
-    bool optimize;        /* look longer for the choice with the fewest operations: joint by joint */
-    const kmp_ways *ways; /* NULL: the one with the fewest operations of some */
-    kmp_events *events;   /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
+    bool body_inputs;         /* forces and torques on the bodies as inputs */
+    bool efforts;             /* efforts on the coordinates as inputs: of the accelerations */
+    bool loops_alone;         /* no rows of drives */
+    bool labels;              /* nodes are called what they are */
+    bool charted;             /* spherical joints have charts as inputs (model/spherical.h) */
+    unsigned without;         /* rules of the graph that shall not hold (symbolic/graph.h) */
+    bool optimize;            /* look longer for the choice with the fewest operations: joint by joint */
+    const kmp_ways *ways;     /* NULL: the one with the fewest operations of some */
+    kmp_tangent_way tangents; /* without ways: how both derivatives of the inverse dynamics are made */
+    kmp_events *events;       /* conditions as inputs, added to what is there; NULL: evaluated where they stand */
 } kmp_scene;
 
 /** A closure row that is kept. */
@@ -64,18 +73,20 @@ typedef struct kmp_equations {
     kmp_ways ways;
     int *run; /* n: rotations about parallel axes */
     int n, m;
-    kmp_row *rows;     /* m */
-    kmp_ref *mass;     /* n x n, entry (i, k) at i n + k for k <= i */
-    kmp_ref *bias;     /* n */
-    kmp_ref *h, *h_t;  /* m */
-    kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
-    kmp_ref *jdqd;     /* m */
-    kmp_ref *residual; /* n */
-    kmp_ref *inverse;  /* n */
-    kmp_ref *jt_mu;    /* n */
-    kmp_ref *hdot;     /* m */
-    kmp_ref *derived;  /* h, hdot, jdqd (m each) and J with all points followed by differentiation; NULL: no way was
-                        * sought */
+    kmp_row *rows;                              /* m */
+    kmp_ref *mass;                              /* n x n, entry (i, k) at i n + k for k <= i */
+    kmp_ref *bias;                              /* n */
+    kmp_ref *h, *h_t;                           /* m */
+    kmp_ref *jacobian;                          /* m x n, entry (r, k) at r n + k */
+    kmp_ref *jdqd;                              /* m */
+    kmp_ref *residual;                          /* n */
+    kmp_ref *inverse;                           /* n */
+    kmp_ref *closed;                            /* n */
+    kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless asked for */
+    kmp_ref *jt_mu;                             /* n */
+    kmp_ref *hdot;                              /* m */
+    kmp_ref *derived; /* h, hdot, jdqd (m each) and J with all points followed by differentiation; NULL: no way was
+                       * sought */
     kmp_ref potential, power;
     kmp_ref *reaction; /* 3 a closure */
     kmp_ref *position; /* 3 a position output, in order */
@@ -106,6 +117,10 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
 kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                        kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
+
+/** The outputs of sets that are not zero, into room for kmp_equations_most_outputs; how many. */
+int kmp_equations_most_outputs(const kmp_equations *eq);
+int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out);
 
 /** The passes over outputs of these equations (symbolic/passes/shorten.h). false: no memory. */
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);

@@ -5,14 +5,8 @@
 #include "base/memory.h"
 #include "dynamics/naming.h"
 
-/* Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13) and alpha = acceleration - g (10). */
-typedef struct motion {
-    kmp_vec w, wd, alpha;
-    kmp_ref beta[3][3];
-} motion;
-
 /* (13) */
-static void set_beta(kmp_graph *g, motion *m)
+static void set_beta(kmp_graph *g, kmp_movement *m)
 {
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -24,7 +18,7 @@ static void set_beta(kmp_graph *g, motion *m)
     }
 }
 
-static kmp_vec apply_beta(kmp_graph *g, const motion *m, kmp_vec v)
+static kmp_vec apply_beta(kmp_graph *g, const kmp_movement *m, kmp_vec v)
 {
     kmp_vec r = kmp_vec_zero();
     for (int i = 0; i < 3; i++)
@@ -39,12 +33,12 @@ static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
 }
 
 /* Recursion (11)-(14) from link h to i. */
-static void forward(const kmp_tree *tree, int i, kmp_ref qdd, motion *m)
+static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
-    const motion *h = &m[link->parent];
-    motion *mi = &m[i];
+    const kmp_movement *h = &m[link->parent];
+    kmp_movement *mi = &m[i];
     kmp_ref acceleration = signed_for(link, qdd);
     kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
     mi->w = kmp_link_to_child(tree, i, h->w);
@@ -64,7 +58,7 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, motion *m)
     mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
 }
 
-static void name_motion(kmp_graph *g, int i, const motion *m)
+static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
 {
     kmp_name_vector(g, &kmp_name_rate, m->w, i, 0);
     kmp_name_vector(g, &kmp_name_acceleration, m->wd, i, 0);
@@ -73,16 +67,9 @@ static void name_motion(kmp_graph *g, int i, const motion *m)
         kmp_name_entry(g, &kmp_name_beta, m->beta[k / 3][k % 3], k + 1, i, 0);
 }
 
-/* Mass, first moment and second moment about the link's origin of a subtree as if frozen. */
-typedef struct composite {
-    kmp_ref mass;
-    kmp_vec moment;
-    kmp_tensor inertia;
-} composite;
-
 /* I wd + w x (I w), written with beta, whose products of rates are there already:
  *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and so on around. */
-static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const motion *m)
+static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *m)
 {
     kmp_vec r;
     for (int x = 0; x < 3; x++) {
@@ -99,17 +86,15 @@ static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const motion *m)
     return r;
 }
 
-static composite own_composite(const kmp_tree *tree, int i);
-
 /* Own share of (25) and (27): with f = m (alpha + beta l) - F and l x f, or by the first moment b = m l and the second
  * moments about the origin with f = m alpha + beta b - F and b x alpha - l x F. */
-static void body_wrench(const kmp_tree *tree, int i, const motion *m, const kmp_wrench *applied, kmp_wrench *w)
+static void body_wrench(const kmp_tree *tree, int i, const kmp_movement *m, const kmp_wrench *applied, kmp_wrench *w)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     kmp_vec f, moment;
     if (link->about) {
-        composite own = own_composite(tree, i);
+        kmp_composite own = kmp_composite_own(tree, i);
         f = kmp_vec_add(g, kmp_vec_scale(g, link->mass, m->alpha), apply_beta(g, m, own.moment));
         moment = kmp_vec_add(g, kmp_vec_cross(g, own.moment, m->alpha), gyroscopic(g, own.inertia, m));
         moment = kmp_vec_sub(g, moment, kmp_vec_cross(g, link->com, link->push));
@@ -143,7 +128,7 @@ static kmp_ref project(const kmp_link *link, const kmp_wrench *w)
 
 bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
 {
-    motion *m = KMP_NEW(motion, tree->count);
+    kmp_movement *m = KMP_NEW(kmp_movement, tree->count);
     if (m) {
         m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
         for (int i = 1; i < tree->count; i++) {
@@ -156,26 +141,33 @@ bool kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
     return m && !kmp_graph_failed(tree->graph);
 }
 
+void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
+                            kmp_wrench *w, kmp_ref *effort)
+{
+    m[0] = (kmp_movement){.alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity)};
+    for (int i = 0; i < tree->count; i++)
+        w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    for (int i = 1; i < tree->count; i++) {
+        forward(tree, i, qdd[i - 1], m);
+        name_motion(tree->graph, i, &m[i]);
+    }
+    for (int i = 1; i < tree->count; i++)
+        body_wrench(tree, i, &m[i], &applied[i], &w[i]);
+    for (int i = tree->count - 1; i > 0; i--) {
+        effort[i - 1] = project(&tree->links[i], &w[i]);
+        kmp_name_vector(tree->graph, &kmp_name_force, w[i].force, i, 0);
+        kmp_name_vector(tree->graph, &kmp_name_moment, w[i].moment, i, 0);
+        kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
+    }
+}
+
 bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
 {
-    motion *m = KMP_NEW(motion, tree->count);
+    kmp_movement *m = KMP_NEW(kmp_movement, tree->count);
     kmp_wrench *w = KMP_NEW(kmp_wrench, tree->count);
     bool ok = m && w;
-    if (ok) {
-        m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
-        for (int i = 1; i < tree->count; i++) {
-            forward(tree, i, qdd[i - 1], m);
-            name_motion(tree->graph, i, &m[i]);
-        }
-        for (int i = 1; i < tree->count; i++)
-            body_wrench(tree, i, &m[i], &applied[i], &w[i]);
-        for (int i = tree->count - 1; i > 0; i--) {
-            effort[i - 1] = project(&tree->links[i], &w[i]);
-            kmp_name_vector(tree->graph, &kmp_name_force, w[i].force, i, 0);
-            kmp_name_vector(tree->graph, &kmp_name_moment, w[i].moment, i, 0);
-            kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
-        }
-    }
+    if (ok)
+        kmp_newton_euler_whole(tree, qdd, applied, m, w, effort);
     kmp_free(m);
     kmp_free(w);
     return ok && !kmp_graph_failed(tree->graph);
@@ -264,11 +256,11 @@ bool kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
 
 /* -- M by composite bodies --------------------------------------------------------------------------- */
 
-static composite own_composite(const kmp_tree *tree, int i)
+kmp_composite kmp_composite_own(const kmp_tree *tree, int i)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
-    composite c;
+    kmp_composite c;
     c.mass = link->mass;
     c.moment = kmp_vec_scale(g, link->mass, link->com);
     c.inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, link->mass, link->com, link->com));
@@ -283,7 +275,7 @@ static bool is_number(const kmp_graph *g, kmp_ref r)
 /* The same body about a point d before its origin. With b the first moment and b' = b + m d the new one, what is added
  * is (d.(b + b')) 1 - (d b' + b d'), which is symmetric; where m and d are numbers b is kept apart from m d, which
  * becomes one number with what else is constant: 2 d.b 1 - (d b' + b d') and m (d.d 1 - d d'). */
-static composite shifted(kmp_graph *g, composite c, kmp_vec d)
+kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
 {
     kmp_vec b = c.moment;
     kmp_ref s[3];
@@ -305,19 +297,24 @@ static composite shifted(kmp_graph *g, composite c, kmp_vec d)
     return c;
 }
 
-static void add_to_parent(const kmp_tree *tree, int i, composite c, composite *parent)
+kmp_composite kmp_composite_at_joint(const kmp_tree *tree, int i, kmp_composite c)
 {
-    kmp_graph *g = tree->graph;
-    c = shifted(g, c, kmp_link_slide(tree, i));
+    c = kmp_composite_shifted(tree->graph, c, kmp_link_slide(tree, i));
     c.moment = kmp_link_to_parent(tree, i, c.moment);
     c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
-    c = shifted(g, c, tree->links[i].p);
+    return c;
+}
+
+void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_composite *parent)
+{
+    kmp_graph *g = tree->graph;
+    c = kmp_composite_shifted(g, kmp_composite_at_joint(tree, i, c), tree->links[i].p);
     parent->mass = kmp_add(g, parent->mass, c.mass);
     parent->moment = kmp_vec_add(g, parent->moment, c.moment);
     parent->inertia = kmp_tensor_add(g, parent->inertia, c.inertia);
 }
 
-static void name_composite(kmp_graph *g, int i, const composite *c)
+static void name_composite(kmp_graph *g, int i, const kmp_composite *c)
 {
     static const int entry[6] = {1, 5, 9, 2, 3, 6};
     kmp_name_entry(g, &kmp_name_mass, c->mass, 0, i, 0);
@@ -327,7 +324,7 @@ static void name_composite(kmp_graph *g, int i, const composite *c)
 }
 
 /* The wrench about the origin that accelerates the composite body of link i along its own joint. */
-static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const composite *c)
+static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
@@ -340,10 +337,10 @@ static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const composite *c)
 bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
 {
     int n = tree->count - 1;
-    composite *c = KMP_NEW(composite, tree->count);
+    kmp_composite *c = KMP_NEW(kmp_composite, tree->count);
     clear(m, n * n);
     for (int i = 1; c && i < tree->count; i++)
-        c[i] = own_composite(tree, i);
+        c[i] = kmp_composite_own(tree, i);
     for (int i = tree->count - 1; c && i > 0; i--) {
         name_composite(tree->graph, i, &c[i]);
         kmp_wrench w = unit_wrench(tree, i, &c[i]);
@@ -358,7 +355,7 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
             kmp_name_vector(tree->graph, &kmp_name_column_moment, w.moment, h, i);
         }
         if (tree->links[i].parent > 0)
-            add_to_parent(tree, i, c[i], &c[tree->links[i].parent]);
+            kmp_composite_to_parent(tree, i, c[i], &c[tree->links[i].parent]);
     }
     bool ok = c && !kmp_graph_failed(tree->graph);
     kmp_free(c);

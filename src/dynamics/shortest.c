@@ -62,8 +62,13 @@ typedef void pattern(const kmp_tree *tree, bool *of);
 
 /* -- counting ---------------------------------------------------------------------------------------- */
 
-/* The outputs of the sets, at most as many as there is room for. */
-static int outputs_of(const kmp_equations *eq, unsigned sets, kmp_ref *out)
+int kmp_equations_most_outputs(const kmp_equations *eq)
+{
+    int n = eq->n, m = eq->m;
+    return n * (4 * n + 6) + m * (2 * n + m + 4);
+}
+
+int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
 {
     int n = eq->n, m = eq->m, total = 0;
     const struct {
@@ -79,6 +84,10 @@ static int outputs_of(const kmp_equations *eq, unsigned sets, kmp_ref *out)
                 {KMP_SET_RESIDUAL, n, eq->jt_mu},
                 {KMP_SET_RESIDUAL, m, eq->hdot},
                 {KMP_SET_INVERSE, n, eq->inverse},
+                {KMP_SET_INVERSE_Q, n * n, eq->inverse_q},
+                {KMP_SET_INVERSE_QD, n * n, eq->inverse_qd},
+                {KMP_SET_CLOSED, n, eq->closed},
+                {KMP_SET_CLOSED_Q, n * n, eq->closed_q},
                 {KMP_SET_ACCELERATION, n, eq->free_qdd},
                 {KMP_SET_ACCELERATION, m * n, eq->compliance},
                 {KMP_SET_ACCELERATION, m * m, eq->mobility},
@@ -93,11 +102,10 @@ static int outputs_of(const kmp_equations *eq, unsigned sets, kmp_ref *out)
 /* Operations of all that was asked for, together, for small mechanisms after the passes; -1: no memory. */
 static long operations(const kmp_equations *eq, unsigned sets)
 {
-    int n = eq->n, m = eq->m;
-    kmp_ref *out = KMP_NEW(kmp_ref, n * (n + 5) + m * (2 * n + m + 4));
+    kmp_ref *out = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
     long count = -1;
     if (out) {
-        int total = outputs_of(eq, sets, out);
+        int total = kmp_equations_outputs(eq, sets, out);
         bool small = kmp_graph_count(eq->graph) < SMALL;
         if (!small || kmp_equations_shorten(eq, total, out))
             count = kmp_cost_of(eq->graph, small ? 0 : KMP_COST_ADDITION, total, out);
@@ -123,6 +131,8 @@ static void copy_ways(const search *s, kmp_ways *to, const kmp_ways *from)
     }
     for (int k = 0; k < 4 * s->model->closure_count; k++)
         to->way[k] = from->way[k];
+    to->by_q = from->by_q;
+    to->by_qd = from->by_qd;
 }
 
 /* Takes what is tried for the best when it has fewer operations. */
@@ -230,8 +240,10 @@ static kempe_status find(search *s)
     size_t n = (size_t)s->model->motion_count;
     bool large = n > LARGE; /* fewer patterns, those that mostly gain */
     size_t closures = 4 * (size_t)s->model->closure_count;
-    s->best = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
-    s->tried = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures)};
+    s->best = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures), s->first->ways.by_q,
+                         s->first->ways.by_qd};
+    s->tried = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures), s->first->ways.by_q,
+                          s->first->ways.by_qd};
     s->scene.ways = &s->tried;
     s->least = operations(s->first, s->scene.sets);
     bool ok = s->best.stay && s->best.about && s->best.way && s->tried.stay && s->tried.about && s->tried.way;
@@ -261,7 +273,8 @@ static void free_ways(kmp_ways *w)
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
     kempe_status status = kmp_equations_derive_once(eq, model, scene);
-    const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION;
+    const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
+                             KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
     if (status != KEMPE_OK || scene->ways || !(scene->sets & dynamic) || scene->sets & KMP_SET_RESIDUAL ||
         model->motion_count > MOST_MOTIONS)
         return status;
@@ -270,6 +283,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     status = find(&s);
     if (status == KEMPE_OK) {
         s.scene.ways = &s.best;
+        s.best.by_q = s.best.by_qd = scene->tangents; /* once more, with the axes that were chosen */
         status = kmp_equations_derive_once(eq, model, &s.scene);
     }
     if (status != KEMPE_OK)

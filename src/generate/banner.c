@@ -3,8 +3,8 @@
 #include <string.h>
 
 const char *const kmp_argument_names[KMP_IN_COUNT] = {
-    [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",      [KMP_IN_Q] = "q",          [KMP_IN_QD] = "qd",
-    [KMP_IN_QDD] = "qdd",     [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
+    [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
+    [KMP_IN_QDD] = "qdd",     [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
 
 /* A name in a comment: what would end it is taken out. */
 static void put_name(kmp_text *text, const char *name)
@@ -57,6 +57,10 @@ static void put_array(kmp_text *text, const kmp_array *a, const char *mark)
     } meanings[] = {{"M", "mass matrix"},
                     {"C", "M qdd + C are the efforts of the joints; forces of the model included"},
                     {"Q", "efforts that give qdd"},
+                    {"Q_q", "their derivatives by q"},
+                    {"Q_qd", "their derivatives by qd; by qdd: M"},
+                    {"R", "Q - J' lambda"},
+                    {"R_q", "its derivatives by q; by qd: Q_qd, by qdd: M, by lambda: -J'"},
                     {"acc", "accelerations without closure forces"},
                     {"h", "closures"},
                     {"J", "their derivatives by q"},
@@ -80,6 +84,8 @@ void kmp_banner_routine(kmp_text *text, const kmp_source *source, const kmp_rout
     if (r->arguments & 1u << KMP_IN_QDD)
         kmp_text_put(text, ", qdd");
     kmp_text_printf(text, ": %d\n", source->n);
+    if (r->arguments & 1u << KMP_IN_LAMBDA)
+        kmp_text_printf(text, "%s lambda_: %d, multipliers of h\n", mark, source->m);
     if (r->arguments & 1u << KMP_IN_FORCE)
         kmp_text_printf(text, "%s force, torque: three a body of %d, at its centre of mass, its axes\n", mark,
                         source->body_count);

@@ -148,6 +148,7 @@ static void place_leaves(builder *b)
                                      [KMP_IN_Q] = source->n,
                                      [KMP_IN_QD] = source->n,
                                      [KMP_IN_QDD] = source->n,
+                                     [KMP_IN_LAMBDA] = source->m,
                                      [KMP_IN_FORCE] = 3 * source->body_count,
                                      [KMP_IN_TORQUE] = 3 * source->body_count};
     l->numbers[l->number_count++] = 0;

@@ -57,15 +57,36 @@ static bool name_rows(kmp_source *source, const kmp_equations *eq)
 
 static unsigned arguments_of(unsigned sets, bool inputs)
 {
-    const unsigned pushed = 1u << KMP_EQ_C | 1u << KMP_EQ_INVDYN | 1u << KMP_EQ_QDD;
+    const unsigned closed = 1u << KMP_EQ_R | 1u << KMP_EQ_R_Q;
+    const unsigned accelerated = 1u << KMP_EQ_INVDYN | 1u << KMP_EQ_INVDYN_Q | closed;
+    const unsigned pushed = 1u << KMP_EQ_C | 1u << KMP_EQ_QDD | accelerated;
     unsigned a = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
-    if (sets & (pushed | 1u << KMP_EQ_JDQD))
+    if (sets & (pushed | 1u << KMP_EQ_JDQD | 1u << KMP_EQ_INVDYN_QD))
         a |= 1u << KMP_IN_QD;
-    if (sets & 1u << KMP_EQ_INVDYN)
+    if (sets & accelerated)
         a |= 1u << KMP_IN_QDD;
+    if (sets & closed)
+        a |= 1u << KMP_IN_LAMBDA;
     if (inputs && sets & pushed)
         a |= 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     return a;
+}
+
+/* What an output of a set is called. */
+static const char *array_name(kmp_eq_set set)
+{
+    switch (set) {
+    case KMP_EQ_INVDYN:
+        return "Q";
+    case KMP_EQ_INVDYN_Q:
+        return "Q_q";
+    case KMP_EQ_INVDYN_QD:
+        return "Q_qd";
+    case KMP_EQ_QDD:
+        return "acc";
+    default:
+        return kmp_set_name(set);
+    }
 }
 
 static void shape_arrays(kmp_routine *r, unsigned sets, int n, int m)
@@ -76,11 +97,10 @@ static void shape_arrays(kmp_routine *r, unsigned sets, int n, int m)
             continue;
         kmp_array *a = &r->arrays[r->array_count++];
         bool closures = k == KMP_EQ_H || k == KMP_EQ_J || k == KMP_EQ_H_T || k == KMP_EQ_JDQD, mass = k == KMP_EQ_M;
-        *a = (kmp_array){.name = k == KMP_EQ_INVDYN ? "Q"
-                                 : k == KMP_EQ_QDD  ? "acc"
-                                                    : kmp_set_name((kmp_eq_set)k),
+        bool tangent = k == KMP_EQ_INVDYN_Q || k == KMP_EQ_INVDYN_QD || k == KMP_EQ_R_Q;
+        *a = (kmp_array){.name = array_name((kmp_eq_set)k),
                          .rows = closures ? m : n,
-                         .cols = mass || k == KMP_EQ_J ? n : 0,
+                         .cols = mass || tangent || k == KMP_EQ_J ? n : 0,
                          .symmetric = mass,
                          .first = first};
         a->count = mass ? n * (n + 1) / 2 : a->rows * (a->cols ? a->cols : 1);

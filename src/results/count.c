@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "results/choice.h"
 #include "results/print.h"
+#include <string.h>
 #include <time.h>
 
 struct kempe_count {
@@ -57,25 +58,34 @@ void kempe_count_free(kempe_count *c)
 
 /* -- printing ---------------------------------------------------------------------------------------- */
 
-static void show_entry(kmp_text *text, const char *name, const kmp_tally *t)
+static void show_entry(kmp_text *text, int width, const char *name, const kmp_tally *t)
 {
     const kmp_counts *c = &t->counts;
-    kmp_text_printf(text, "  %-8s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
-                    name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other, t->runtime.paper,
-                    t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
+    kmp_text_printf(text, "  %-*s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
+                    width, name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other,
+                    t->runtime.paper, t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
+}
+
+static int longest_name(const kempe_count *c)
+{
+    size_t longest = 8;
+    for (int k = 0; k < c->choice.count; k++)
+        longest = strlen(c->choice.chosen[k].name) > longest ? strlen(c->choice.chosen[k].name) : longest;
+    return (int)longest;
 }
 
 static void show_count(kmp_text *text, const kempe_count *c)
 {
+    int width = longest_name(c);
     kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
                     c->choice.scene.keep ? "kept as symbols" : "folded",
                     c->choice.scene.body_inputs ? ", forces and torques on bodies as inputs" : "");
-    kmp_text_printf(text, "  %-8s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", "set", "paper",
-                    "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept", "removed",
-                    "serial", "vector");
+    kmp_text_printf(text, "  %-*s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", width, "set",
+                    "paper", "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept",
+                    "removed", "serial", "vector");
     for (int k = 0; k < c->choice.count; k++)
-        show_entry(text, c->choice.chosen[k].name, &c->tally[k]);
-    show_entry(text, "all", &c->all);
+        show_entry(text, width, c->choice.chosen[k].name, &c->tally[k]);
+    show_entry(text, width, "all", &c->all);
     kmp_text_put(text,
                  "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without what depends on "
                  "numbers alone\nkept, removed: operations that the set needs, and others that were made on the "

@@ -74,7 +74,7 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
                  {"rotations about one axis", 0}};
     bool *no = KMP_NEW(bool, model->motion_count);
     uint8_t *derived = KMP_NEW(uint8_t, 4 * model->closure_count);
-    const kmp_ways plain = {no, no, derived};
+    const kmp_ways plain = {.stay = no, .about = no, .way = derived};
     kempe_status status = no && derived ? KEMPE_OK : kmp_fail_memory(model->context);
     scene.ways = &plain;
     for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++) {

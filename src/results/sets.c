@@ -76,7 +76,12 @@ static int set_size(const kmp_equations *eq, kmp_eq_set set)
     case KMP_EQ_C:
     case KMP_EQ_INVDYN:
     case KMP_EQ_QDD:
+    case KMP_EQ_R:
         return eq->n;
+    case KMP_EQ_INVDYN_Q:
+    case KMP_EQ_INVDYN_QD:
+    case KMP_EQ_R_Q:
+        return eq->n * eq->n;
     case KMP_EQ_J:
         return eq->m * eq->n;
     case KMP_EQ_H:
@@ -113,6 +118,18 @@ static void put_set(kmp_assignment *a, const kmp_equations *eq, kmp_eq_set set)
         break;
     case KMP_EQ_INVDYN:
         put_vector(a, name, eq->n, eq->inverse);
+        break;
+    case KMP_EQ_INVDYN_Q:
+        put_matrix(a, name, eq->n, eq->n, false, eq->inverse_q);
+        break;
+    case KMP_EQ_INVDYN_QD:
+        put_matrix(a, name, eq->n, eq->n, false, eq->inverse_qd);
+        break;
+    case KMP_EQ_R:
+        put_vector(a, name, eq->n, eq->closed);
+        break;
+    case KMP_EQ_R_Q:
+        put_matrix(a, name, eq->n, eq->n, false, eq->closed_q);
         break;
     case KMP_EQ_QDD:
         put_vector(a, name, eq->n, eq->free_qdd);

@@ -200,7 +200,7 @@ static kempe_status count_operations(scene *s)
 {
     kempe_count *count = NULL;
     char *text = NULL;
-    const kempe_generation generation = {.keep_parameters = 1, .body_inputs = 1};
+    const kempe_generation generation = {.sets = "M_C,h_J,jdqd,R+R_tangents", .keep_parameters = 1, .body_inputs = 1};
     kempe_status status = kempe_count_new(s->model, &generation, &count);
     untouched(status, count);
     if (status == KEMPE_OK)

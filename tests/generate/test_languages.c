@@ -13,7 +13,7 @@
 enum { STATES = 3, MOST = 512, MOST_OUT = 40000 };
 
 typedef struct state {
-    double t, q[MOST], qd[MOST], qdd[MOST], force[MOST], torque[MOST];
+    double t, q[MOST], qd[MOST], qdd[MOST], lambda[MOST], force[MOST], torque[MOST];
 } state;
 
 static kempe_context *context;
@@ -37,6 +37,7 @@ static void choose_states(void)
         fill(states[s].q, s == 2 ? 3 : 1);
         fill(states[s].qd, 2);
         fill(states[s].qdd, 5);
+        fill(states[s].lambda, 5);
         fill(states[s].force, 5);
         fill(states[s].torque, 5);
     }
@@ -77,6 +78,7 @@ static double *run_tape(const kmp_source *source, const kmp_routine *r, const st
     kmp_machine_set(machine, KMP_IN_Q, s->q);
     kmp_machine_set(machine, KMP_IN_QD, s->qd);
     kmp_machine_set(machine, KMP_IN_QDD, s->qdd);
+    kmp_machine_set(machine, KMP_IN_LAMBDA, s->lambda);
     kmp_machine_set(machine, KMP_IN_FORCE, s->force);
     kmp_machine_set(machine, KMP_IN_TORQUE, s->torque);
     (void)kmp_machine_run(machine, 0);
@@ -128,23 +130,24 @@ static const char *python(void)
 /* -- C ----------------------------------------------------------------------------------------------- */
 
 typedef void shim_function(const double *p, double t, const double *q, const double *qd, const double *qdd,
-                           const double *force, const double *torque, double *out);
+                           const double *lambda_, const double *force, const double *torque, double *out);
 
 /* A function of one signature that calls all routines. */
 static void write_shim(const kmp_source *source)
 {
     static const char *const names[KMP_IN_COUNT] = {
-        [KMP_IN_TIME] = "t",  [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
-        [KMP_IN_QDD] = "qdd", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
+        [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",        [KMP_IN_QDD] = "qdd",
+        [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
     kmp_text text = {0};
     int at = 0;
-    kmp_text_printf(&text,
-                    "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
-                    "double *qdd,\n          const double *force, const double *torque, double *out);\nvoid "
-                    "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
-                    "const double *force, const double *torque, double *out)\n{\n(void)p; (void)qd; (void)qdd; "
-                    "(void)force; (void)torque;\n",
-                    source->name);
+    kmp_text_printf(
+        &text,
+        "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
+        "double *qdd,\n          const double *lambda_, const double *force, const double *torque, double *out);\nvoid "
+        "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
+        "const double *lambda_, const double *force, const double *torque, double *out)\n{\n(void)p; "
+        "(void)qd; (void)qdd; (void)lambda_; (void)force; (void)torque;\n",
+        source->name);
     for (int k = 0; k < source->count; k++) {
         const kmp_routine *r = &source->routines[k];
         if (source->parameters)
@@ -185,7 +188,8 @@ static bool run_c(const kmp_source *source)
     for (int k = 0; k < source->parameter_count; k++)
         p[k] = parameter(source, k);
     for (int s = 0; s < STATES; s++)
-        shim(p, states[s].t, states[s].q, states[s].qd, states[s].qdd, states[s].force, states[s].torque, got[s]);
+        shim(p, states[s].t, states[s].q, states[s].qd, states[s].qdd, states[s].lambda, states[s].force,
+             states[s].torque, got[s]);
     dlclose(handle);
     return true;
 }
@@ -204,16 +208,18 @@ static void put_list(kmp_text *text, int count, const double *x)
 /* A literal for each argument of a routine. */
 static void put_arguments(kmp_text *text, const kmp_source *source, const kmp_routine *r, const state *s)
 {
-    const double *values[KMP_IN_COUNT] = {[KMP_IN_Q] = s->q,
-                                          [KMP_IN_QD] = s->qd,
-                                          [KMP_IN_QDD] = s->qdd,
-                                          [KMP_IN_FORCE] = s->force,
-                                          [KMP_IN_TORQUE] = s->torque};
+    const double *values[KMP_IN_COUNT] = {
+        [KMP_IN_Q] = s->q,           [KMP_IN_QD] = s->qd,       [KMP_IN_QDD] = s->qdd,
+        [KMP_IN_LAMBDA] = s->lambda, [KMP_IN_FORCE] = s->force, [KMP_IN_TORQUE] = s->torque};
     kmp_text_printf(text, "%s%.17g", source->parameters ? "k, " : "", s->t);
     for (int kind = KMP_IN_Q; kind < KMP_IN_COUNT; kind++)
         if (r->arguments & 1u << kind) {
             kmp_text_put(text, ", ");
-            put_list(text, kind >= KMP_IN_FORCE ? 3 * source->body_count : source->n, values[kind]);
+            put_list(text,
+                     kind >= KMP_IN_FORCE    ? 3 * source->body_count
+                     : kind == KMP_IN_LAMBDA ? source->m
+                                             : source->n,
+                     values[kind]);
         }
 }
 
@@ -364,14 +370,17 @@ static void try_language(const kempe_model *model, const kempe_generation *g)
 }
 
 /* Ways: bit 0 numbers folded, bit 1 all sets as one with numbers kept, bit 2 inputs on bodies and compact names, bit 3
- * the other scheme. An interpreter, which starts twice for each, takes the even ones. */
+ * the other scheme; all four with tangents. An interpreter, which starts twice for each, takes the even ones. */
 static void try_model(const kempe_model *model, const char *language, unsigned ways)
 {
+    static const char *const sets[2][2] = {
+        {"M_C,invdyn,h_J,h_t,jdqd,qdd", "M+C+h+J+h_t+jdqd+invdyn"},
+        {"M_C,invdyn,h_J,h_t,jdqd,qdd,tangents,R+R_q", "M+C+h+J+h_t+jdqd+invdyn+R+R_tangents"}};
     bool compiled = strcmp(language, "c") == 0;
     for (int way = 0; way < 4; way++) {
         if (!(ways & 1u << way) || (way % 2 && !compiled))
             continue;
-        const kempe_generation g = {.sets = way & 1 ? "M+C+h+J+h_t+jdqd+invdyn" : "M_C,invdyn,h_J,h_t,jdqd,qdd",
+        const kempe_generation g = {.sets = sets[ways == 15][way & 1],
                                     .drives = true,
                                     .keep_parameters = way > 0,
                                     .body_inputs = way > 1,

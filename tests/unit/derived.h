@@ -10,7 +10,7 @@
 #include "symbolic/program.h"
 #include <string.h>
 
-enum { STATE_MAX = 128, DERIVED_SETS = 18 };
+enum { STATE_MAX = 128, DERIVED_SETS = 23 };
 
 typedef struct state {
     double t, q[STATE_MAX], qd[STATE_MAX], qdd[STATE_MAX], lambda[STATE_MAX], mu[STATE_MAX];
@@ -24,7 +24,8 @@ typedef struct derived {
     int n, m;
     /* owned by the machine; entries of M above the diagonal are zero */
     const double *mass, *bias, *h, *h_t, *jacobian, *jdqd, *residual, *jt_mu, *hdot, *potential, *power, *reaction,
-        *position, *shown, *free_qdd, *compliance, *mobility, *drift;
+        *position, *shown, *free_qdd, *compliance, *mobility, *drift, *inverse, *closed, *inverse_q, *inverse_qd,
+        *closed_q;
 } derived;
 
 static inline state random_state_vectors(void)
@@ -67,7 +68,12 @@ static inline int derived_list(derived *d, derived_set *set)
                                {eq->free_qdd, n, &d->free_qdd},
                                {eq->compliance, m * n, &d->compliance},
                                {eq->mobility, m * m, &d->mobility},
-                               {eq->drift, m, &d->drift}};
+                               {eq->drift, m, &d->drift},
+                               {eq->inverse, n, &d->inverse},
+                               {eq->closed, n, &d->closed},
+                               {eq->inverse_q, eq->inverse_q ? n * n : 0, &d->inverse_q},
+                               {eq->inverse_qd, eq->inverse_qd ? n * n : 0, &d->inverse_qd},
+                               {eq->closed_q, eq->closed_q ? n * n : 0, &d->closed_q}};
     memcpy(set, all, sizeof all);
     return (int)(sizeof all / sizeof *all);
 }

@@ -317,7 +317,7 @@ static void check_ways(int number, const kempe_model *model)
     }
     for (int k = 0; k < 64; k++)
         way[k] = (uint8_t)pick(3);
-    const kmp_ways ways = {stay, about, way};
+    const kmp_ways ways = {.stay = stay, .about = about, .way = way};
     const bool keep = number % 2;
     kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .ways = &ways};
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
@@ -373,7 +373,8 @@ static void parallel_axes_stay(void)
     long count[3] = {0, 0, 0};
     bool nowhere[4] = {false}, stay[4], about[4];
     uint8_t way[4] = {0};
-    const kmp_ways plain = {nowhere, nowhere, way}, found = {stay, about, way};
+    const kmp_ways plain = {.stay = nowhere, .about = nowhere, .way = way};
+    const kmp_ways found = {.stay = stay, .about = about, .way = way};
     for (int k = 0; model && k < 3; k++) { /* turning axes, what is found, and that beside turning axes */
         kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .ways = k == 1 ? NULL : &plain};
         kmp_equations eq;

@@ -380,6 +380,49 @@ static void every_file_of_robotran(void)
         printf("KEMPE_MBS names no folder of .mbs files: none is read\n");
 }
 
+/* Operations of some sets as one program. */
+static long operations(const kempe_model *model, const char *const *names, int count, kmp_tangent_way way)
+{
+    const kmp_scene scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
+    unsigned sets = 0;
+    kmp_tally tally = {.counts.paper = -1};
+    for (int k = 0; k < count; k++)
+        sets |= kmp_sets_find(names[k], strlen(names[k]));
+    CHECK(kmp_tally_sets(model, &scene, sets, &tally) == KEMPE_OK);
+    return tally.counts.paper;
+}
+
+/* Inverse dynamics with both derivatives in a few times its own operations, and fewer than by differentiation. */
+static void tangents_are_short(void)
+{
+    static const struct {
+        const char *file;
+        double most, most_closed;
+    } bars[] = {{"suspension5", 2.2, 3.2}, {"humanoid29", 7, 7}, {"car44", 7, 8.5}, {"limousine63", 8.5, 10.5}};
+    static const char *const names[] = {"invdyn", "invdyn_q", "invdyn_qd"}, *const closed[] = {"R", "R_tangents"};
+    const char *folder = getenv("KEMPE_MBS");
+    for (size_t k = 0; k < sizeof bars / sizeof *bars; k++) {
+        kempe_model *model = NULL;
+        const char *path =
+            k ? path_in(folder, bars[k].file, ".mbs") : path_in(KEMPE_ROOT "/tests/models", bars[k].file, ".yaml");
+        if (k && !folder) {
+            printf("skipped: %s.mbs, KEMPE_MBS names no folder\n", bars[k].file);
+            continue;
+        }
+        CHECK(kempe_model_read(context, path, &model) == KEMPE_OK);
+        if (!model)
+            continue;
+        double alone = (double)operations(model, names, 1, KMP_TANGENT_SHORTER);
+        long both = operations(model, names, 3, KMP_TANGENT_SHORTER);
+        long all = operations(model, closed, 2, KMP_TANGENT_SHORTER);
+        printf("   %s: %.0f, with tangents %ld, with lambda and M %ld\n", bars[k].file, alone, both, all);
+        CHECK((double)both <= bars[k].most * alone);
+        CHECK((double)all <= bars[k].most_closed * alone);
+        CHECK(both <= operations(model, names, 3, KMP_TANGENT_FORWARD));
+        kempe_model_free(model);
+    }
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -394,6 +437,7 @@ int main(void)
     TEST(values_of_own_models);
     TEST(values_of_robotran_files);
     TEST(every_file_of_robotran);
+    TEST(tangents_are_short);
     kempe_context_free(context);
     return check_report();
 }
