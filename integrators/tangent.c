@@ -5,6 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Larger mechanisms are differentiated and no more: the ways below need room for whole matrices. */
+enum { MOST_MOTIONS = 512 };
+
+/* A second derivation of R takes as long as some thousand evaluations gain by it where bodies turn in space, and longer
+ * in the plane, or where M and C take few operations: so many altogether, and so many a coordinate. */
+enum { LEAST_OPERATIONS = 400, LEAST_A_MOTION = 32 };
+
 /* Blocks of each value by q and by qd; -1: zero, or not needed by anyone. */
 static const int by_q[KMP_VALUES] = {KMP_R_Q, KMP_JTMU_Q, -1, KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q};
 static const int by_qd[KMP_VALUES] = {KMP_R_QD, -1, -1, -1, KMP_CURVE_QD, KMP_POWER_QD};
@@ -15,6 +22,7 @@ typedef struct gather {
     kmp_equations eq;
     kmp_ref *value;
     int value_count, size[KMP_VALUES];
+    kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
     kmp_ref *output;
     int output_count, output_capacity, entry_count, entry_capacity;
     bool failed;
@@ -115,8 +123,11 @@ static bool add_column(gather *g, kmp_partials *partials, kmp_input_kind kind, i
     for (int i = 0; i < count; i++) {
         while (g->t->at[v] < 0 || which[i] >= g->t->at[v] + g->size[v])
             v++;
-        if (block[v] >= 0)
-            add_entry(g, block[v], which[i] - g->t->at[v], k, output_of(g, column[i]));
+        int row = which[i] - g->t->at[v], b = block[v];
+        if (b >= 0 && g->matrix[b])
+            g->matrix[b][row * g->eq.n + k] = column[i];
+        else if (b >= 0)
+            add_entry(g, b, row, k, output_of(g, column[i]));
     }
     return count >= 0;
 }
@@ -139,6 +150,92 @@ static void add_mass_and_jacobian(gather *g)
                 add_entry(g, KMP_J, r, k, output_of(g, g->eq.jacobian[r * n + k]));
 }
 
+/* -- ways to the same derivatives --------------------------------------------------------------------- */
+
+static int rows_of(const gather *g, int block)
+{
+    for (int v = 0; v < KMP_VALUES; v++)
+        if (by_q[v] == block || by_qd[v] == block)
+            return g->size[v];
+    return 0;
+}
+
+static bool make_room_for_matrices(gather *g)
+{
+    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++) {
+        int rows = rows_of(g, b);
+        g->matrix[b] = rows ? KMP_NEW(kmp_ref, rows * g->eq.n) : NULL;
+        if (rows && !g->matrix[b])
+            return false;
+    }
+    return true;
+}
+
+static void free_matrices(gather *g)
+{
+    for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
+        kmp_free(g->matrix[b]);
+}
+
+static void add_matrix(gather *g, int block, const kmp_ref *matrix)
+{
+    int count = matrix ? rows_of(g, block) * g->eq.n : 0;
+    for (int k = 0; k < count; k++)
+        add_entry(g, block, k / g->eq.n, k % g->eq.n, output_of(g, matrix[k]));
+}
+
+/* J' mu is the gradient of mu' h. */
+static void add_symmetric(gather *g)
+{
+    if (g->matrix[KMP_JTMU_Q])
+        g->failed = g->failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
+    add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
+}
+
+/* Of the second time derivative of h(q, t) by qd: twice that of the first one by q. */
+static void add_curve(gather *g)
+{
+    int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
+    const kmp_ref *rate = g->matrix[KMP_RATE_Q];
+    kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_NEW(kmp_ref, count) : NULL;
+    kmp_ref *const none[2] = {NULL, NULL}, *const ways[2] = {twice, curve};
+    kmp_tangent_choice choice = {.by_qd = 1};
+    g->failed = g->failed || (rate && curve && !twice);
+    for (int k = 0; twice && k < count; k++)
+        twice[k] = kmp_mul(g->eq.graph, kmp_const(g->eq.graph, 2), rate[k]);
+    if (twice && !kmp_tangents_choose(g->eq.graph, g->output_count, g->output, count, none, ways, &choice))
+        g->failed = true;
+    add_matrix(g, KMP_CURVE_QD, ways[choice.by_qd]);
+    kmp_free(twice);
+}
+
+/* By composite bodies, when it was derived so, too, or by differentiation. */
+static void add_residual(gather *g)
+{
+    kmp_ref *const of_q[2] = {g->eq.closed_q, g->matrix[KMP_R_Q]};
+    kmp_ref *const of_qd[2] = {g->eq.inverse_qd, g->matrix[KMP_R_QD]};
+    kmp_tangent_choice *choice = &g->t->choice;
+    int n = g->eq.n;
+    if (!g->matrix[KMP_R_Q])
+        return;
+    *choice = (kmp_tangent_choice){.by_q = 1, .by_qd = 1};
+    if (g->eq.closed_q && !g->failed)
+        g->failed = !kmp_tangents_choose(g->eq.graph, g->output_count, g->output, n * n, of_q, of_qd, choice);
+    add_matrix(g, KMP_R_Q, of_q[choice->by_q]);
+    add_matrix(g, KMP_R_QD, of_qd[choice->by_qd]);
+}
+
+/* What is chosen from comes after what is not. */
+static void add_matrices(gather *g)
+{
+    static const int plain[] = {KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q, KMP_POWER_QD};
+    for (size_t k = 0; k < sizeof plain / sizeof *plain; k++)
+        add_matrix(g, plain[k], g->matrix[plain[k]]);
+    add_symmetric(g);
+    add_curve(g);
+    add_residual(g);
+}
+
 /* Tangents of the user's force stand after the outputs of the program: of R by q and qd, then of the power. */
 static void add_effort(gather *g)
 {
@@ -155,6 +252,8 @@ static void add_effort(gather *g)
 
 static kempe_status collect_tangents(gather *g)
 {
+    if (!make_room_for_matrices(g))
+        return kmp_fail_memory(g->eq.context);
     for (int k = 0; k < g->eq.n; k++) {
         (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);
         (void)kmp_input(g->eq.graph, KMP_IN_QD, (uint32_t)k);
@@ -165,6 +264,7 @@ static kempe_status collect_tangents(gather *g)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
     kmp_partials_free(partials);
     add_mass_and_jacobian(g);
+    add_matrices(g);
     add_effort(g);
     return g->failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
 }
@@ -218,16 +318,30 @@ static bool make_room(const gather *g)
     return t->with_effort && t->tangents_with_it;
 }
 
+static bool is_worth_two_derivations(const kempe_system *system)
+{
+    long operations = kmp_program_count(system->motion, KMP_STAGE_MASS, KMP_STAGE_BIAS).paper;
+    return system->n <= MOST_MOTIONS && operations >= LEAST_OPERATIONS &&
+           operations >= (long)LEAST_A_MOTION * system->n;
+}
+
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
                                unsigned values)
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
+    if (values & 1u << KMP_VALUE_R && is_worth_two_derivations(system))
+        sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has met all conditions: none is added */
-    kempe_status status = kmp_equations_init_smooth(&g.eq, system->model, sets, KMP_SCHEME_COMPOSITE, &events);
+    const kmp_scene scene = {.sets = sets,
+                             .scheme = KMP_SCHEME_COMPOSITE,
+                             .events = &events,
+                             .charted = true,
+                             .tangents = KMP_TANGENT_COMPOSITE};
+    kempe_status status = kmp_equations_derive(&g.eq, system->model, &scene);
     if (status != KEMPE_OK)
         return status;
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
@@ -237,6 +351,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     }
     kmp_free(g.value);
     kmp_free(g.output);
+    free_matrices(&g);
     kmp_equations_free(&g.eq);
     if (ok && status == KEMPE_OK)
         return KEMPE_OK;

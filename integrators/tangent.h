@@ -10,6 +10,7 @@
 
 #include "backend/machine.h"
 #include "dynamics/system.h"
+#include "dynamics/tangents.h"
 #include "integrators/effort.h"
 
 /** The values. Number and size of each are n for R and J' mu, m for closures, 1 for the power. */
@@ -54,6 +55,7 @@ typedef struct kmp_tangents {
     kmp_effort effort;                      /* of the user, which no program knows */
     double *with_effort, *tangents_with_it; /* outputs of the programs with it */
     int first_effort;                       /* source of its first tangent */
+    kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
 /** Where the equations are evaluated; lambda and mu have m entries, mu may be NULL when J' mu was not asked for. */

@@ -3,7 +3,7 @@
  * differentiation, in axes that turn or stay, and both as two-sided differences say. */
 #include "check.h"
 #include "derived.h"
-#include "dynamics/tangents.h"
+#include "integrators/tangent.h"
 #include "random_model.h"
 
 enum {
@@ -247,10 +247,64 @@ static void every_force(void)
     kempe_context_free(context);
 }
 
+/* -- roads --------------------------------------------------------------------------------------------- */
+
+/* A block of the road's tangents as a matrix. */
+static void spread(const kmp_tangents *t, kmp_tangent_block block, const double *d, double *matrix)
+{
+    for (int k = 0; k < t->n * t->n; k++)
+        matrix[k] = 0;
+    for (int k = t->start[block]; k < t->start[block + 1]; k++)
+        matrix[t->entry[k].row * t->n + t->entry[k].col] += d[t->entry[k].source];
+}
+
+static void check_road(int number, const kempe_system *system, int *composite)
+{
+    kmp_tangents t;
+    derived d = {0};
+    inputs in;
+    const kmp_scene scene = {.sets = SETS, .charted = true, .tangents = KMP_TANGENT_FORWARD};
+    CHECK(kmp_equations_derive_once(&d.eq, system->model, &scene) == KEMPE_OK);
+    derived_finish(&d);
+    CHECK(kmp_tangents_init(&t, system, kmp_backend_find("tape"), 1u << KMP_VALUE_R) == KEMPE_OK);
+    state s = random_state_vectors();
+    choose_inputs(&in);
+    eval(&d, &in, &s);
+    const kmp_instant at = {s.t, s.q, s.qd, s.qdd, s.lambda, NULL, NULL, in.chart, 1};
+    const double *out = kmp_tangents_derivatives(&t, &at);
+    double *matrix = KMP_NEW(double, d.n *d.n);
+    spread(&t, KMP_R_Q, out, matrix);
+    check_close(number, "road, by q", distance(d.n * d.n, matrix, d.closed_q), 1e-12);
+    spread(&t, KMP_R_QD, out, matrix);
+    check_close(number, "road, by qd", distance(d.n * d.n, matrix, d.inverse_qd), 1e-12);
+    *composite += t.choice.by_q == 0 && t.choice.by_qd == 0;
+    kmp_free(matrix);
+    kmp_tangents_free(&t);
+    derived_free(&d);
+}
+
+static void roads(void)
+{
+    int used = 0, composite = 0;
+    for (int number = 0; number < MODELS; number += 3) {
+        random_model r = model_number(number);
+        kempe_system *system = NULL;
+        if (r.model && kempe_system_new(r.model, &system) == KEMPE_OK) {
+            check_road(number, system, &composite);
+            used++;
+        }
+        kempe_system_free(system);
+        random_model_free(&r);
+    }
+    printf("   %d of %d by composite bodies\n", composite, used);
+    CHECK(4 * composite > used && composite < used);
+}
+
 int main(void)
 {
     TEST(composite_as_forward);
     TEST(as_differences);
     TEST(every_force);
+    TEST(roads);
     return check_report();
 }
