@@ -323,7 +323,8 @@ static void check_ways(int number, const kempe_model *model)
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
     derived other = {0}, plain;
     bool nowhere[STATE_MAX] = {false};
-    const kmp_ways first = {number % 4 < 2 ? stay : nowhere, number % 4 < 2 ? about : nowhere, way};
+    const kmp_ways first = {
+        .stay = number % 4 < 2 ? stay : nowhere, .about = number % 4 < 2 ? about : nowhere, .way = way};
     scene.ways = &first;
     if (kmp_equations_derive_once(&other.eq, model, &scene) != KEMPE_OK)
         return;
