@@ -93,7 +93,8 @@ static void compare_row(kmp_verdict *verdict, const kmp_samples *table, int row,
         int width = k == KMP_QUANTITY_LAMBDA ? table->m : table->n;
         const double *x = values && k != KMP_QUANTITY_LAMBDA ? values + (ptrdiff_t)k * table->n
                                                              : kmp_samples_get(table, (kmp_quantity)k, row);
-        compare_entries(&verdict->error[k], width, x, reference->value[k] + (size_t)r * (size_t)width);
+        if (width > 0)
+            compare_entries(&verdict->error[k], width, x, reference->value[k] + (size_t)r * (size_t)width);
     }
 }
 
