@@ -4,7 +4,7 @@
  * the reduced road taken apart, each part run alone over states of the motion. */
 #include "backend/sincos.h"
 #include "bench.h"
-#include "constraints/reduction.h"
+#include "constraints/fused.h"
 #include "integrators/rk.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
@@ -117,6 +117,7 @@ typedef struct stand {
     kmp_plant *plant;
     kmp_partition part;
     kmp_reduction red;
+    kmp_fused *fused;
     kmp_road *road;
     double y[STATES][2 * N];
     int angles;
@@ -153,6 +154,14 @@ static void run_whole(stand *s, int k)
     double dy[2 * N];
     (void)s->road->ode.rhs(s->road->ode.self, 0, s->y[k], dy);
     s->sink += dy[1];
+}
+
+static void run_fused(stand *s, int k)
+{
+    double q[N], qd[N], udd[N];
+    memcpy(q, s->at.q[k], sizeof q);
+    if (kmp_fused_run(s->fused, 0, q, &s->at.qd[k][s->part.u[0]], qd, udd))
+        s->sink += udd[0];
 }
 
 static int nothing(void *self, double t, const double *y, double *dy)
@@ -234,12 +243,15 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                             .rate_scale = 1,
                             .t_end = 0.03};
     s->road = kmp_road_carried.create(&given);
+    if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red) || !s->fused)
+        exit(1);
     gather_states(s, start);
 }
 
 static void stand_free(stand *s)
 {
     s->road->release(s->road);
+    kmp_fused_free(s->fused);
     kmp_reduction_free(&s->red);
     kmp_partition_free(&s->part);
     kmp_plant_free(s->plant);
@@ -250,7 +262,8 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     static stand s;
     stand_init(&s, b, start, backend);
     double trig = time_part(&s, run_trig), program = time_part(&s, run_program), algebra = time_part(&s, run_algebra);
-    double whole = time_part(&s, run_whole), integrator = time_integrator(s.road->size);
+    double fused = time_part(&s, run_fused), whole = time_part(&s, run_whole),
+           integrator = time_integrator(s.road->size);
     kmp_counts c = kmp_program_count(b->system->motion, 1, b->system->motion->stages - 1);
     printf("one right-hand side of reduced/carried, ns, %s, each part alone over %d states of the motion\n", backend,
            STATES);
@@ -258,9 +271,13 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     printf("  %-46s %6.0f\n", "the rest of the program", program - trig);
     printf("  %-46s %6.0f\n", "linear algebra: Jv, Bvu, gamma, Mr, Fr, udd", algebra);
     printf("  %-46s %6.0f\n", "all of it, as the integrator calls it", whole);
+    printf("  %-46s %6.0f\n", "as one program with the linear algebra", fused);
     printf("  %-46s %6.0f\n", "the integrator beside it, by call", integrator);
     printf("%s: %ld operations, %.2f ns each (sines and cosines apart)\n\n", backend, c.paper + c.other,
            (program - trig) / (double)(c.paper + c.other));
+    kmp_counts all = kmp_fused_count(s.fused), algebra_count = kmp_reduction_count(&s.red);
+    printf("operations: program %ld, linear algebra %ld; as one program %ld (%ld +, %ld *, %ld /, %ld sincos)\n\n",
+           c.paper, algebra_count.paper, all.paper, all.add, all.mul, all.div, all.trig);
     if (!isfinite(s.sink))
         exit(1);
     stand_free(&s);

@@ -102,12 +102,14 @@ void kmp_plant_set_charts(kmp_plant *plant, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
+/* What is evaluated once in a while is left to the tape, which is sooner ready. */
 static bool prepare(kmp_plant *plant, const kmp_backend *backend)
 {
+    const kmp_backend *seldom = kmp_backend_find("tape");
     plant->motion = plant->composite = kmp_machine_new(plant->system->motion, backend);
-    plant->judge = kmp_machine_new(plant->system->judge, backend);
+    plant->judge = kmp_machine_new(plant->system->judge, plant->system->dissipative ? backend : seldom);
     if (plant->system->changes)
-        plant->changes = kmp_machine_new(plant->system->changes, backend);
+        plant->changes = kmp_machine_new(plant->system->changes, seldom);
     plant->mode = KMP_NEW(double, plant->system->events.count);
     plant->chart = KMP_NEW(double, KMP_CHART_SIZE * plant->system->chart_count);
     if (!plant->motion || !plant->judge || !plant->mode || !plant->chart || (plant->system->changes && !plant->changes))

@@ -10,7 +10,7 @@
  * A choice of u ends at a dead centre: |Bvu| grows without bound and det Jv changes sign. Both are watched at every
  * accepted step, because the ODE itself may pass such a point and go on wrongly without any other sign. */
 #include "base/memory.h"
-#include "constraints/reduction.h"
+#include "constraints/fused.h"
 #include "integrators/reduced_jacobian.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
@@ -29,6 +29,9 @@
 #define EXPLAIN_GROWTH 20.0
 /* A closure correction beyond this many error weights refuses a step. */
 #define CORRECTION_LIMIT 1.0
+/* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
+ * the program costs some dozens of them. */
+#define WORTH_FUSING 16
 /* Newton in an evaluation stops at this fraction of the error weights. */
 #define CLOSE_FRACTION 1e-2
 
@@ -39,6 +42,9 @@ typedef struct reduced {
     kmp_margin *margin;
     kmp_partition part; /* its own: exchanges change it */
     kmp_reduction red;
+    kmp_fused *fused;  /* carried; NULL: there is none */
+    bool apart;        /* its order of elimination is bad where the last step ended */
+    long steps;        /* since the last exchange */
     kmp_saddle saddle; /* by articulated bodies: accelerations and multipliers; v's rates are the reduction's */
     kmp_reduced_jacobian tangents; /* when asked for */
     bool carried, has_work, fixed, restarts;
@@ -83,6 +89,14 @@ static void put_u(reduced *d, const double *y)
         d->q[d->part.u[k]] = y[k];
 }
 
+/* Of the carried form. */
+static void put_state(reduced *d, const double *y)
+{
+    put_u(d, y);
+    for (int i = 0; i < d->r; i++)
+        d->q[d->part.v[i]] = y[2 * d->p + i];
+}
+
 /* Along the tangent from the last accepted step and its curvature: dv = B du + x_t tau + c tau^2 / 2. */
 static void predict_v(reduced *d, double t, const double *y)
 {
@@ -98,14 +112,13 @@ static void predict_v(reduced *d, double t, const double *y)
 /* q and factors of Jv at (t, y), and the tangent, which accelerations by articulated bodies do not need. */
 static int place(reduced *d, double t, const double *y)
 {
-    put_u(d, y);
     if (d->carried) {
-        for (int i = 0; i < d->r; i++)
-            d->q[d->part.v[i]] = y[2 * d->p + i];
+        put_state(d, y);
         kmp_plant_closure(d->plant, t, d->q);
         if (kmp_reduction_factor(&d->red))
             return KMP_RETRY;
     } else {
+        put_u(d, y);
         predict_v(d, t, y);
         if (kmp_reduction_close(&d->red, t, d->q, d->weight, CLOSE_FRACTION))
             return KMP_RETRY;
@@ -163,10 +176,24 @@ static double drive_power(reduced *d)
     return kmp_plant_drive_power(d->plant, d->lambda);
 }
 
+static bool is_fused(const reduced *d)
+{
+    return d->fused && !d->apart && !d->plant->by_bodies && kmp_fused_applies(d->fused);
+}
+
+/* q, qd and udd at (t, y). */
+static int evaluate(reduced *d, double t, const double *y)
+{
+    if (!is_fused(d))
+        return place(d, t, y) == KMP_GO ? accelerate(d, y + d->p) : KMP_RETRY;
+    put_state(d, y);
+    return kmp_fused_run(d->fused, t, d->q, y + d->p, d->qd, d->udd) ? KMP_GO : KMP_RETRY;
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     reduced *d = self;
-    if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
+    if (evaluate(d, t, y) != KMP_GO)
         return KMP_RETRY;
     for (int k = 0; k < d->p; k++) {
         dy[k] = y[d->p + k];
@@ -295,11 +322,13 @@ static bool is_noise(const reduced *d)
     return worst < 4e-15;
 }
 
-/* The step's end was evaluated last: h, the factors and, by M, the tangent are there. */
+/* The step's end was evaluated last: if not by one program, h, the factors and, by M, the tangent are there. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     reduced *d = self;
     (void)dy;
+    if (is_fused(d) && place(d, t, y) != KMP_GO)
+        return KMP_RETRY;
     if (d->plant->by_bodies)
         kmp_reduction_tangent(&d->red);
     if (d->carried && d->r > 0 && !is_noise(d)) {
@@ -322,6 +351,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     remember(d, t, y);
     d->road.newton = d->red.newton;
     d->road.factorizations = d->red.factorizations;
+    d->steps++;
+    d->apart = d->fused && !kmp_fused_is_good(d->fused, t, d->q);
     return KMP_GO;
 }
 
@@ -411,6 +442,22 @@ static void log_exchange(const reduced *d, double t, const kmp_partition *before
     kmp_text_free(&in);
 }
 
+/* By articulated bodies there is no M to write out; the power of a drive needs multipliers. */
+static bool can_fuse(const reduced *d)
+{
+    return d->carried && !d->plant->by_bodies && !(d->has_work && d->s->rheonomic);
+}
+
+/* For the choice of u at hand, whose factors are, too. */
+static int fuse(reduced *d, bool worth)
+{
+    kmp_fused_free(d->fused);
+    d->fused = NULL;
+    d->apart = false;
+    d->steps = 0;
+    return worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK ? KMP_HALT : KMP_GO;
+}
+
 /* Of the rows that the partition has; the plant has taken what the road goes by. */
 static bool renew_saddle(reduced *d)
 {
@@ -437,7 +484,8 @@ static int take_over(reduced *d, double t, double *y)
     pack(d, d->q, d->qd, y);
     set_tolerances(d);
     d->road.exchanges++;
-    return settle(d, t, y);
+    bool worth = d->steps >= WORTH_FUSING;
+    return settle(d, t, y) == KMP_GO ? fuse(d, worth) : KMP_HALT;
 }
 
 /* An exchange that is due, at d->q and d->qd, where the plant is. */
@@ -487,6 +535,7 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void release(kmp_road *road)
 {
     reduced *d = (reduced *)road;
+    kmp_fused_free(d->fused);
     kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
     kmp_saddle_free(&d->saddle);
@@ -551,6 +600,8 @@ static bool prepare(reduced *d, const kmp_road_start *start)
     if (!begin(d, start))
         return false;
     set_tolerances(d);
+    if (fuse(d, true) != KMP_GO)
+        return false;
     if (!start->implicit || d->carried)
         return true;
     d->road.ode.jacobian = jacobian;

@@ -25,6 +25,8 @@ void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 /** Number of diagonal blocks; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
+/** Its matrix rows. A row of block k has no columns of blocks before k. */
+const int *kmp_block_rows(const kmp_block *b, int k);
 
 /** Arithmetic of one factorisation, of one solve with one right-hand side. */
 kmp_flops kmp_block_factor_flops(const kmp_block *b);

@@ -262,6 +262,11 @@ const int *kmp_block_columns(const kmp_block *b, int k, int *count)
     return b->q + b->start[k];
 }
 
+const int *kmp_block_rows(const kmp_block *b, int k)
+{
+    return b->p + b->start[k];
+}
+
 int kmp_block_sign(const kmp_block *b)
 {
     return b->sign;

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced right-hand side as one program against the same by parts, on the examples: at the start, and at states
+ * along the motion for which the order of elimination was not chosen. */
+#include "../check.h"
+#include "base/memory.h"
+#include "constraints/fused.h"
+#include "integrators/run.h"
+#include "random.h"
+#include <math.h>
+#include <string.h>
+
+#include <kempe/kempe.h>
+
+enum { STATES = 8, FAR = 40 };
+
+static int worn;
+
+static const char *const examples[] = {"andrews/andrews",
+                                       "four_bar/four_bar",
+                                       "n_four_bar/n_four_bar_40",
+                                       "bricard/bricard",
+                                       "stewart/stewart",
+                                       "governor/governor",
+                                       "double_wishbone/double_wishbone",
+                                       "stephenson/stephenson",
+                                       "bennett/bennett",
+                                       "jansen_leg/jansen_leg",
+                                       "slider_crank/slider_crank",
+                                       "peaucellier/peaucellier",
+                                       "parallel_robot/parallel_robot_spatial",
+                                       "n_four_bar_spatial/n_four_bar_spatial",
+                                       "slider_crank_spatial/slider_crank_spatial",
+                                       "driven_slider_crank/driven_slider_crank"};
+
+typedef struct states {
+    int n, count;
+    double *q, *qd;
+} states;
+
+static int keep(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                double work)
+{
+    states *s = user;
+    (void)t, (void)qdd, (void)lambda, (void)work;
+    memcpy(s->q + s->count * s->n, q, (size_t)s->n * sizeof *q);
+    memcpy(s->qd + s->count * s->n, qd, (size_t)s->n * sizeof *qd);
+    s->count++;
+    return 0;
+}
+
+/* The largest difference of qd and udd, each beside its own largest number. */
+static double difference(kmp_fused *fused, kmp_reduction *red, double t, const double *q, const double *all)
+{
+    int n = red->n, p = red->p;
+    double *ud = KMP_NEW(double, 3 * n + 2 * p), *qd = ud + n, *other = qd + n, *udd = other + n;
+    double worst = 0, size = 1e-300, rates = 1e-300;
+    for (int k = 0; k < p; k++)
+        ud[k] = all[red->part->u[k]];
+    kmp_plant_closure(red->plant, t, q);
+    CHECK(kmp_reduction_factor(red) == 0);
+    kmp_reduction_tangent(red);
+    kmp_reduction_rates(red, ud, qd);
+    kmp_plant_mass(red->plant);
+    kmp_plant_bias(red->plant, qd);
+    CHECK(kmp_reduction_accelerate(red, udd) == 0);
+    CHECK(kmp_fused_run(fused, t, q, ud, other, udd + p));
+    for (int k = 0; k < p; k++)
+        size = fmax(size, fabs(udd[k]));
+    for (int i = 0; i < n; i++)
+        rates = fmax(rates, fabs(qd[i]));
+    size = fmax(size, rates * rates); /* where all accelerations are but rounding */
+    for (int k = 0; k < p; k++)
+        worst = fmax(worst, fabs(udd[k] - udd[p + k]) / size);
+    for (int i = 0; i < n; i++)
+        worst = fmax(worst, fabs(qd[i] - other[i]) / rates);
+    kmp_free(ud);
+    return worst;
+}
+
+/* At coordinates that close nothing the order of elimination may be bad: it is either good, or said not to be. */
+static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
+{
+    double *q = KMP_NEW(double, 2 * red->n), worst = 0;
+    random_seed(3);
+    for (int k = 0; k < FAR; k++) {
+        for (int i = 0; i < 2 * red->n; i++)
+            q[i] = between(-2, 2);
+        double d = difference(fused, red, 0.3, q, q + red->n);
+        if (!kmp_fused_is_good(fused, 0.3, q))
+            worn++;
+        else
+            worst = fmax(worst, red->block ? d * kmp_block_quality(red->block) : d);
+    }
+    CHECK(worst < 1e-10); /* multipliers up to ten may grow */
+    if (!(worst < 1e-10))
+        printf("  %s: %g\n", name, worst);
+    kmp_free(q);
+}
+
+static void along_the_motion(const kempe_system *system, const states *at, double end, const char *name)
+{
+    kmp_plant *plant = kmp_plant_new(system, "native");
+    kmp_partition part;
+    kmp_reduction red;
+    kmp_fused *fused = NULL;
+    double worst = 0;
+    int bad = 0;
+    kmp_plant_closure(plant, 0, at->q);
+    CHECK(kmp_partition_init(&part, system, plant->jacobian, NULL, 0) == KEMPE_OK);
+    CHECK(kmp_reduction_init(&red, plant, &part) == KEMPE_OK && kmp_reduction_factor(&red) == 0);
+    CHECK(kmp_fused_new(&fused, &red) == KEMPE_OK);
+    for (int k = 0; fused && k < at->count; k++) {
+        double t = end * k / STATES, d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
+        bad += !kmp_fused_is_good(fused, t, at->q + k * at->n);
+        worst = fmax(worst, red.block ? d * kmp_block_quality(red.block) : d);
+    }
+    CHECK(fused && worst < 1e-13 && bad == 0);
+    if (fused) {
+        kmp_counts parts = kmp_program_count(system->motion, 1, system->motion->stages - 1),
+                   one = kmp_fused_count(fused);
+        kmp_counts algebra = kmp_reduction_count(&red);
+        printf("  %-36s p %d r %d: %.1e, %ld + %ld operations, as one %ld, worn out at %d states\n", name, part.p,
+               part.r, worst, parts.paper, algebra.paper, one.paper, bad);
+        CHECK(one.paper < parts.paper + algebra.paper);
+        far_away(fused, &red, name);
+    }
+    kmp_fused_free(fused);
+    kmp_reduction_free(&red);
+    kmp_partition_free(&part);
+    kmp_plant_free(plant);
+}
+
+static void one_example(kempe_context *context, const char *name)
+{
+    char path[512];
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kmp_run_report report = {0};
+    double times[STATES];
+    snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, name);
+    bool ok = kempe_model_read(context, path, &model) == KEMPE_OK && kempe_system_new(model, &system) == KEMPE_OK;
+    CHECK(ok);
+    if (!ok)
+        printf("%s\n", kempe_context_message(context));
+    kmp_run_spec spec = {.road = "projected", .rtol = 1e-10, .time_count = STATES, .times = times};
+    if (ok && kmp_run_resolve(system, &spec) == KEMPE_OK) {
+        states at = {.n = system->n};
+        at.q = KMP_NEW(double, 2 * STATES * at.n);
+        at.qd = at.q + STATES * at.n;
+        spec.t_end = fmin(spec.t_end, 1);
+        for (int k = 0; k < STATES; k++)
+            times[k] = spec.t_end * k / STATES;
+        CHECK(kmp_run(system, &spec, NULL, keep, &at, &report) == KEMPE_OK);
+        along_the_motion(system, &at, spec.t_end, name);
+        kmp_free(report.reason);
+        kmp_free(at.q);
+    }
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+static void the_examples(void)
+{
+    kempe_context *context = kempe_context_new();
+    for (size_t k = 0; k < sizeof examples / sizeof *examples; k++)
+        one_example(context, examples[k]);
+    CHECK(worn > 20);
+    kempe_context_free(context);
+}
+
+int main(void)
+{
+    TEST(the_examples);
+    return check_report();
+}
