@@ -335,6 +335,25 @@ static void auto_takes_what_costs_less(void)
     kempe_context_free(context);
 }
 
+/* The word of a model holds where the call gives none; M column by column gives the same run. */
+static void words_of_a_model(void)
+{
+    scene s = read_text("kempe: 1\nname: word\ngravity: [0, -9.81, 0]\nbodies:\n"
+                        "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], points: {P: [1, 0, 0]}}\n"
+                        "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [0.3, 0, 0]}\n"
+                        "run: {dynamics: articulated}\n");
+    kempe_system *own = NULL, *ner = NULL;
+    CHECK(kempe_system_new(s.model, &own) == KEMPE_OK && own->articulated);
+    CHECK(kempe_system_new_by(s.model, "ner", &ner) == KEMPE_OK && !ner->articulated);
+    rows a = run(s.by[0], "reduced", "carried", 1e-11, 1), b = run(ner, "reduced", "carried", 1e-11, 1);
+    rows c = run(own, "reduced", "carried", 1e-11, 1);
+    CHECK(difference(&a, &b, 0) < 1e-10 && !b.report.by_bodies);
+    CHECK(difference(&a, &c, 0) < 1e-10 && c.report.by_bodies);
+    kempe_system_free(own);
+    kempe_system_free(ner);
+    unload(&s);
+}
+
 /* Universal and spherical joints as two and three motions have links without mass between them. */
 static void massless_links_between(void)
 {
@@ -476,6 +495,7 @@ int main(void)
     TEST(by_the_references);
     TEST(trees_need_no_matrix);
     TEST(auto_takes_what_costs_less);
+    TEST(words_of_a_model);
     TEST(massless_links_between);
     TEST(massless_ends_fall_back);
     TEST(rounding_is_no_inertia);
