@@ -326,6 +326,17 @@ static kempe_status simulate_projected(scene *s)
     return simulate(s, "projected", NULL, NULL);
 }
 
+static kempe_status simulate_bodies(scene *s)
+{
+    scene by = {.context = s->context, .model = s->model};
+    kempe_status status = kempe_system_new_by(s->model, "articulated", &by.system);
+    untouched(status, by.system);
+    if (status == KEMPE_OK)
+        status = simulate_carried(&by);
+    kempe_system_free(by.system);
+    return status;
+}
+
 static kempe_status simulate_ah(scene *s)
 {
     return simulate(s, "dae", "ah", NULL);
@@ -457,6 +468,7 @@ static const struct {
               {"closed", simulate_closed},
               {"bdf", simulate_bdf},
               {"projected", simulate_projected},
+              {"articulated bodies", simulate_bodies},
               {"ah", simulate_ah},
               {"index1", simulate_index1},
               {"step", step},
