@@ -3,6 +3,7 @@
  * called afterwards on the same context ends at its first step too. */
 #include "base/context.h"
 #include "base/memory.h"
+#include <limits.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 
@@ -11,6 +12,7 @@ struct kempe_context {
     kempe_log_fn *log;
     void *user;
     bool quiet;
+    int complaints; /* since the message was cleared */
     atomic_int interrupted;
 };
 
@@ -73,6 +75,7 @@ bool kmp_interrupted(const kempe_context *context)
 void kmp_context_clear(kempe_context *context)
 {
     kmp_text_free(&context->message);
+    context->complaints = 0;
 }
 
 /* A sentence is one line, whatever the names in it. */
@@ -108,6 +111,10 @@ kempe_status kmp_fail_memory(kempe_context *context)
 
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
 {
+    if (context->complaints < INT_MAX)
+        context->complaints++;
+    if (context->complaints > KMP_MOST_COMPLAINTS)
+        return context->message.failed ? KEMPE_E_MEMORY : KEMPE_E_INPUT;
     size_t from = begin_sentence(&context->message);
     if (line > 0)
         kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
@@ -119,6 +126,11 @@ kempe_status kmp_complain(kempe_context *context, const char *file, int line, in
     va_end(arguments);
     flatten(&context->message, from);
     return context->message.failed ? KEMPE_E_MEMORY : KEMPE_E_INPUT;
+}
+
+int kmp_context_complaints(const kempe_context *context)
+{
+    return context->complaints;
 }
 
 void kmp_context_quiet(kempe_context *context, bool quiet)

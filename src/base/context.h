@@ -18,11 +18,17 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
 /** KEMPE_E_MEMORY with its sentence. */
 kempe_status kmp_fail_memory(kempe_context *context);
 
+/** More complaints than these are counted and not kept: who has so many begins with the first. */
+enum { KMP_MOST_COMPLAINTS = 500 };
+
 /** Appends `file:line:column: sentence` (lines and columns count from 1; `file: sentence` for
  *  line 0, a model that was built in code) and returns KEMPE_E_INPUT
  *  (KEMPE_E_MEMORY when there is no memory to say it). */
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
+
+/** Complaints since the message was cleared, those that were not kept too. */
+int kmp_context_complaints(const kempe_context *context);
 
 /** While quiet nothing but progress is logged. */
 void kmp_context_quiet(kempe_context *context, bool quiet);

@@ -13,6 +13,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+enum { MOST_BYTES = 1 << 30 };
+
 static kempe_status read_stream(kempe_context *context, FILE *stream, const char *path, char **text, size_t *length)
 {
     size_t capacity = 4096, n = 0;
@@ -21,6 +23,10 @@ static kempe_status read_stream(kempe_context *context, FILE *stream, const char
         n += fread(s + n, 1, capacity - 1 - n, stream);
         if (n < capacity - 1)
             break;
+        if (n >= MOST_BYTES) { /* a device without end, as it is likely */
+            kmp_free(s);
+            return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': it is longer than %d MiB", path, MOST_BYTES >> 20);
+        }
         capacity *= 2;
         char *grown = kmp_realloc(s, capacity, 1);
         if (!grown)

@@ -3,6 +3,7 @@
  * mistake ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in
  * those who walk the tree. */
 #include "model/expression.h"
+#include "model/limits.h"
 #include "model/nearest.h"
 #include "symbolic/table.h"
 #include <math.h>
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_NESTING = 200, MOST_NODES = 4000, MOST_ARGUMENTS = 3 };
+enum { MOST_ARGUMENTS = 3 };
 
 typedef struct parser {
     const kmp_expr_scope *scope;
@@ -183,8 +184,9 @@ static const kmp_expr *complain_wanted(parser *p, const char *wanted)
 
 static const kmp_expr *make(parser *p, const char *where, kmp_expr expr)
 {
-    if (++p->nodes > MOST_NODES)
-        return complain(p, p->text, "the expression is too long: more than %d operations and operands", MOST_NODES);
+    if (++p->nodes > KMP_MOST_EXPRESSION_NODES)
+        return complain(p, p->text, "the expression is too long: more than %d operations and operands",
+                        KMP_MOST_EXPRESSION_NODES);
     kmp_expr *node = KMP_ARENA_NEW(p->scope->arena, kmp_expr, 1);
     if (!node)
         return NULL;
@@ -386,6 +388,13 @@ static int parse_next_unit(parser *p, kmp_unit *unit)
     return 1;
 }
 
+static const kmp_expr *make_number(parser *p, const char *where, double value, kmp_dimension unit)
+{
+    if (!isfinite(value))
+        return complain(p, where, "this number is too large: the largest is about 1.8e308 in SI units");
+    return make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit});
+}
+
 /* A number with the unit that may follow it: one literal. */
 static const kmp_expr *parse_unit(parser *p, const char *number, double value)
 {
@@ -394,7 +403,7 @@ static const kmp_expr *parse_unit(parser *p, const char *number, double value)
     skip_space(p);
     size_t length = word_length(p->at);
     if (length == 0)
-        return make(p, number, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value});
+        return make_number(p, number, value, (kmp_dimension){0});
     const char *where = p->at, *name = copy_word(p, length);
     if (!name)
         return NULL;
@@ -405,9 +414,7 @@ static const kmp_expr *parse_unit(parser *p, const char *number, double value)
     kmp_unit_multiply(&unit, &first, power);
     while ((more = parse_next_unit(p, &unit)) > 0)
         ;
-    value = value * unit.factor / unit.divisor;
-    return more < 0 ? NULL
-                    : make(p, number, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit.dimension});
+    return more < 0 ? NULL : make_number(p, number, value * unit.factor / unit.divisor, unit.dimension);
 }
 
 static const kmp_expr *parse_primary(parser *p)
@@ -449,8 +456,9 @@ static const kmp_expr *parse_factor(parser *p)
 {
     const kmp_expr *factor;
     skip_space(p);
-    if (p->depth >= MOST_NESTING)
-        return complain(p, p->at, "the expression is nested too deeply: more than %d levels", MOST_NESTING);
+    if (p->depth >= KMP_MOST_EXPRESSION_LEVELS)
+        return complain(p, p->at, "the expression is nested too deeply: more than %d levels",
+                        KMP_MOST_EXPRESSION_LEVELS);
     p->depth++;
     const char *where = p->at;
     if (take(p, '-')) {

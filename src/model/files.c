@@ -101,11 +101,27 @@ static kempe_status say_again(kmp_reader *r, const complaint *c)
     return kmp_complain(r->context, r->model->files[c->file], c->line, c->column, "%s", c->text);
 }
 
+/* Of what was not kept, at the last place of what was. */
+static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
+{
+    const char *file = last->file >= 0 ? r->model->files[last->file] : r->file;
+    kmp_text place = {0};
+    kmp_text_put(&place, file);
+    if (last->line > 0)
+        kmp_text_printf(&place, ":%d:%d", last->line, last->column);
+    kempe_status status =
+        place.failed ? KEMPE_E_MEMORY
+                     : kmp_fail(r->context, KEMPE_E_INPUT, "%s: at least %d more mistakes: the first %d are listed",
+                                place.s, rest, KMP_MOST_COMPLAINTS);
+    kmp_text_free(&place);
+    return status;
+}
+
 kempe_status kmp_reader_sort_complaints(kmp_reader *r)
 {
     kempe_status status = KEMPE_E_INPUT;
     char *text = kmp_arena_strdup(&r->scratch, kempe_context_message(r->context));
-    int count = text ? count_lines(text) : 0;
+    int count = text ? count_lines(text) : 0, rest = kmp_context_complaints(r->context) - KMP_MOST_COMPLAINTS;
     complaint *list = KMP_ARENA_NEW(&r->scratch, complaint, count);
     if (!text || !list)
         return KEMPE_E_MEMORY;
@@ -115,5 +131,7 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
     for (int i = 0; i < count && status == KEMPE_E_INPUT; i++)
         if (!is_repeated(list, i))
             status = say_again(r, &list[i]);
+    if (rest > 0 && status == KEMPE_E_INPUT)
+        status = say_rest(r, &list[count - 1], rest);
     return status;
 }

@@ -494,6 +494,8 @@ kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *
     kempe_status status = kmp_xml_load(context, arena, file, number, text, length, drawing, &im.model);
     if (status != KEMPE_OK)
         return status;
+    if (!im.model) /* its outermost element is a drawing */
+        return kmp_complain(context, file, 1, 1, "this is no ROBOTRAN model: its outermost element is not 'mbsDescR7'");
     if (strcmp(im.model->name, "mbsDescR7") != 0)
         return kmp_complain(context, file, im.model->place.line, im.model->place.column,
                             "the outermost element is '%s': a ROBOTRAN model begins with 'mbsDescR7'", im.model->name);

@@ -47,7 +47,9 @@ kmp_nearest kmp_nearest_begin(const char *word)
 
 void kmp_nearest_offer(kmp_nearest *nearest, const char *known)
 {
-    if (strlen(known) > LONGEST || strlen(nearest->word) > LONGEST)
+    size_t length = strlen(nearest->word), other = strlen(known);
+    size_t more = length > other ? length - other : other - length; /* so far apart at least */
+    if (other > LONGEST || length > LONGEST || more >= (size_t)nearest->distance)
         return;
     int d = strcasecmp(known, nearest->word) == 0 ? 0 : distance(nearest->word, known);
     if (d < nearest->distance) {

@@ -5,10 +5,9 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/document.h"
+#include "model/limits.h"
 #include "model/reading.h"
 #include <string.h>
-
-enum { MOST_NESTING = 16, MOST_INCLUDES = 1000 };
 
 static const char *const include_keys[] = {"file", "prefix", "at", "offset", "set", NULL};
 
@@ -58,7 +57,7 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
     int depth = 0;
     for (int file = parent; file >= 0; file = up ? up->parent : -1, depth++) {
         up = kmp_reader_instance(r, file);
-        if (strcmp(r->model->files[file], path) == 0 || depth > MOST_NESTING) {
+        if (strcmp(r->model->files[file], path) == 0 || depth > KMP_MOST_INCLUDE_LEVELS) {
             kmp_reader_complain(r, node->place, "include: '%s' goes in a circle: it is being included already", path);
             return true;
         }
@@ -266,10 +265,6 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
     const char *path = word ? path_beside(r, parent, word) : NULL;
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
-    if (r->instance_count == MOST_INCLUDES) {
-        kmp_reader_complain(r, node->place, "include: more than %d files are included", MOST_INCLUDES);
-        return;
-    }
     int file = kmp_reader_add_file(r, path);
     const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file);
     const char *whole = kmp_reader_say(r, "%s", kmp_reader_name(r, parent, own));
@@ -286,8 +281,14 @@ static void include_all(kmp_reader *r, const kmp_yaml *root, int parent)
     const kmp_yaml *list = kmp_yaml_get(root, "include");
     if (!list || !kmp_read_list(r, list, "include", -1))
         return;
-    for (int i = 0; i < list->count; i++)
+    for (int i = 0; i < list->count; i++) {
+        if (r->instance_count == KMP_MOST_INCLUDES) {
+            kmp_reader_complain(r, list->items[i]->place, "include: more than %d files are included",
+                                KMP_MOST_INCLUDES);
+            return;
+        }
         include_one(r, list->items[i], parent);
+    }
 }
 
 void kmp_read_includes(kmp_reader *r)

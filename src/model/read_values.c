@@ -119,6 +119,8 @@ typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_X, OF_PLACE } symbols;
 
 static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
 {
+    if (kmp_context_complaints(r->context) > KMP_MOST_COMPLAINTS) /* no more would be said of it */
+        return NULL;
     if (node->kind != KMP_YAML_SCALAR || node->empty) {
         kmp_reader_complain(r, node->place, "%s must be a number or an expression, not %s", what,
                             node->empty                   ? "nothing"

@@ -3,10 +3,11 @@
  * limited. */
 #include "model/xml.h"
 #include "base/memory.h"
+#include "model/limits.h"
 #include <expat.h>
 #include <string.h>
 
-enum { MOST_DEPTH = 100, CHUNK = 1 << 20 };
+enum { CHUNK = 1 << 20 };
 
 typedef struct loader {
     kempe_context *context;
@@ -15,7 +16,7 @@ typedef struct loader {
     int number; /* of the file, for places */
     const char *const *skipped;
     XML_Parser parser;
-    kmp_element *open[MOST_DEPTH]; /* from the root to where we are */
+    kmp_element *open[KMP_MOST_ELEMENTS]; /* from the root to where we are */
     int depth;
     int ignored; /* so many levels inside what is skipped */
     kmp_element *root;
@@ -93,7 +94,7 @@ static void XMLCALL on_start(void *user, const char *name, const char **attribut
         l->ignored++;
         return;
     }
-    if (l->depth == MOST_DEPTH) {
+    if (l->depth == KMP_MOST_ELEMENTS) {
         refuse(l, "the elements are nested too deeply");
         return;
     }

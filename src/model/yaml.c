@@ -2,10 +2,10 @@
 /* libyaml's document, node by node, into an arena. Nodes are numbered by libyaml, so that references become
  * pointers without recursion, also when an alias makes a cycle. */
 #include "model/yaml.h"
+#include "model/limits.h"
+#include <stdint.h>
 #include <string.h>
 #include <yaml.h>
-
-enum { MOST_NESTING = 1000 };
 
 typedef struct loader {
     kempe_context *context;
@@ -105,17 +105,39 @@ static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
     }
 }
 
+static size_t hash_of(const char *text)
+{
+    uint32_t hash = 0x811c9dc5u; /* FNV-1a (Fowler, Noll, Vo) */
+    for (; *text; text++)
+        hash = (hash ^ (unsigned char)*text) * 0x01000193u;
+    return hash ^ hash >> 15;
+}
+
+/* The place in a table of `size` (a power of two) where key i of the map is, or where it belongs. An entry is the
+ * number of a key, from 1 on. */
+static size_t find_slot(const kmp_yaml *map, const int *slots, size_t size, int i)
+{
+    size_t k = hash_of(map->keys[i]->text) & (size - 1);
+    while (slots[k] && strcmp(map->keys[slots[k] - 1]->text, map->keys[i]->text) != 0)
+        k = (k + 1) & (size - 1);
+    return k;
+}
+
 static void check_duplicates(loader *l, const kmp_yaml *map)
 {
-    for (int i = 1; i < map->count; i++)
-        for (int k = 0; k < i; k++)
-            if (strcmp(map->keys[i]->text, map->keys[k]->text) == 0) {
-                kmp_place place = map->keys[i]->place;
-                l->status = kmp_complain(l->context, l->file, place.line, place.column,
-                                         "duplicate key '%s': it stands already in line %d", map->keys[i]->text,
-                                         map->keys[k]->place.line);
-                break;
-            }
+    size_t size = 4;
+    while (size < 2 * (size_t)map->count)
+        size *= 2;
+    int *slots = KMP_ARENA_NEW(l->arena, int, size);
+    for (int i = 0; slots && i < map->count; i++) {
+        int *slot = &slots[find_slot(map, slots, size, i)];
+        if (*slot)
+            l->status = kmp_complain(l->context, l->file, map->keys[i]->place.line, map->keys[i]->place.column,
+                                     "duplicate key '%s': it stands already in line %d", map->keys[i]->text,
+                                     map->keys[*slot - 1]->place.line);
+        else
+            *slot = i + 1;
+    }
 }
 
 static const kmp_yaml *copy_document(loader *l)
@@ -143,17 +165,19 @@ static const kmp_yaml *copy_document(loader *l)
     return &l->nodes[0];
 }
 
-/* libyaml takes time that grows with the square of the depth. Brackets in comments count too, which does no
- * harm at this limit. */
-static bool check_depth(loader *l, const char *text, size_t length)
+/* What libyaml would take long for. Brackets and anchors in comments count too, which does no harm at these limits. */
+static bool check_size(loader *l, const char *text, size_t length)
 {
-    int depth = 0;
+    int depth = 0, anchors = 0;
     for (size_t i = 0; i < length; i++) {
         depth += (text[i] == '[' || text[i] == '{') - (text[i] == ']' || text[i] == '}');
-        if (depth > MOST_NESTING) {
-            complain(l, place_at(text, length, i), "the brackets are nested too deeply", "");
-            return false;
-        }
+        anchors += text[i] == '&';
+        if (depth <= KMP_MOST_BRACKETS && anchors <= KMP_MOST_ANCHORS)
+            continue;
+        complain(l, place_at(text, length, i),
+                 depth > KMP_MOST_BRACKETS ? "the brackets are nested too deeply" : "there are too many anchors '&'",
+                 "");
+        return false;
     }
     return true;
 }
@@ -179,7 +203,7 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
     loader l = {.context = context, .arena = arena, .file = file, .number = number};
     yaml_parser_t parser;
     *root = NULL;
-    if (!check_depth(&l, text, length))
+    if (!check_size(&l, text, length))
         return l.status;
     if (!yaml_parser_initialize(&parser))
         return kmp_fail_memory(context);

@@ -146,6 +146,42 @@ static void deep_brackets(void)
     CHECK(strstr(kempe_context_message(context), "nested too deeply") != NULL);
 }
 
+/* `before`, then `piece` so many times, then `after`. */
+static void refuse_repeated(const char *before, int times, const char *piece, const char *after)
+{
+    kmp_text text = {0};
+    kmp_text_put(&text, before);
+    for (int k = 0; k < times; k++)
+        kmp_text_put(&text, piece);
+    kmp_text_put(&text, after);
+    char *s = kmp_text_take(&text);
+    CHECK(s != NULL);
+    if (s)
+        refuse(s);
+    kmp_free(s);
+}
+
+static const char body[] = "bodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n";
+
+static void many_anchors(void)
+{
+    refuse_repeated("kempe: 1\nname: [", 1001, "&a 1, ", "0]\n");
+    CHECK(strstr(kempe_context_message(context), "text:2:6008: there are too many anchors") != NULL);
+    CHECK(count_lines(kempe_context_message(context)) == 1);
+    refuse_repeated("kempe: 1\nname: [", 1000, "&a 1, ", "0]\n");
+    CHECK(strstr(kempe_context_message(context), "anchors") == NULL);
+}
+
+/* More than are listed are counted. */
+static void many_mistakes(void)
+{
+    refuse_repeated("kempe: 1\n", 300, "x: 1\n", body); /* each is unknown, all but one stand twice */
+    const char *message = kempe_context_message(context);
+    CHECK(count_lines(message) == 501);
+    CHECK(strstr(message, "more mistakes: the first 500 are listed") != NULL);
+    CHECK(strstr(message, ": at least 99 more mistakes") != NULL);
+}
+
 static void odd_texts(void)
 {
     refuse("");
@@ -165,6 +201,8 @@ int main(void)
     TEST(missing_file);
     TEST(odd_texts);
     TEST(deep_brackets);
+    TEST(many_anchors);
+    TEST(many_mistakes);
     kempe_context_free(context);
     return check_report();
 }
