@@ -25,6 +25,7 @@ typedef struct reader {
     column *columns;
     int column_count;
     int complaints;
+    int room; /* for rows */
     kmp_reference *reference;
 } reader;
 
@@ -36,24 +37,37 @@ typedef struct field {
 
 /* -- storage ----------------------------------------------------------------------------------------- */
 
-static bool allocate(kmp_reference *reference, const int *width, int rows)
+/* The array with room for `count` values instead of `before`, the new ones NaN. NULL: no memory. */
+static double *grow(double *old, size_t before, size_t count)
 {
-    *reference = (kmp_reference){.t = KMP_NEW(double, rows)};
-    bool ok = reference->t;
+    double *grown = kmp_realloc(old, count, sizeof *grown);
+    for (size_t i = before; grown && i < count; i++)
+        grown[i] = NAN;
+    return grown;
+}
+
+/* Makes room for `rows` rows where there is some for `before`. */
+static bool reserve(kmp_reference *reference, const int *width, int before, int rows)
+{
+    double *t = grow(reference->t, (size_t)before, (size_t)rows);
+    if (!t)
+        return false;
+    reference->t = t;
     for (int k = 0; k < KMP_QUANTITIES; k++) {
-        size_t count = (size_t)rows * (size_t)width[k];
-        double *value = reference->value[k] = KMP_NEW(double, count);
-        for (size_t i = 0; value && i < count; i++)
-            value[i] = NAN;
-        ok = ok && value;
+        size_t w = width[k] > 0 ? (size_t)width[k] : 1; /* never nothing */
+        double *value = grow(reference->value[k], w * (size_t)before, w * (size_t)rows);
+        if (!value)
+            return false;
+        reference->value[k] = value;
     }
-    return ok;
+    return true;
 }
 
 bool kmp_reference_from_table(kmp_reference *reference, const kmp_samples *table)
 {
     const int width[KMP_QUANTITIES] = {table->n, table->n, table->n, table->m};
-    if (!allocate(reference, width, table->rows)) {
+    *reference = (kmp_reference){0};
+    if (!reserve(reference, width, 0, table->rows ? table->rows : 1)) {
         kmp_reference_free(reference);
         return false;
     }
@@ -176,6 +190,14 @@ static bool same_column(const column *a, const column *b)
     return a->kind == b->kind && a->kind >= COLUMN_TIME && a->quantity == b->quantity && a->index == b->index;
 }
 
+static bool stands_before(const reader *r, const column *c)
+{
+    int k = c->kind < COLUMN_TIME ? r->column_count : 0;
+    while (k < r->column_count && !same_column(c, &r->columns[k]))
+        k++;
+    return k < r->column_count;
+}
+
 static column resolve(reader *r, field f)
 {
     char known[128];
@@ -205,13 +227,12 @@ static bool read_header(reader *r)
     r->columns = KMP_NEW(column, commas + 1);
     if (!r->columns)
         return false;
-    for (const char *s = r->line_text; s;) {
+    for (const char *s = r->line_text; s && r->complaints < MOST_COMPLAINTS;) {
         field f = next_field(&s);
         column *c = &r->columns[r->column_count];
         *c = resolve(r, f);
-        for (int k = 0; k < r->column_count; k++)
-            if (same_column(c, &r->columns[k]))
-                complain(r, f.s, "this column stands twice");
+        if (stands_before(r, c))
+            complain(r, f.s, "this column stands twice");
         time = time || c->kind == COLUMN_TIME;
         r->column_count++;
     }
@@ -270,12 +291,24 @@ static bool is_passed_over(const char *line)
     return *line == '#' || *line == '\0';
 }
 
-/* Cuts the text into lines. false: no memory. */
+static bool make_room(reader *r)
+{
+    const int width[KMP_QUANTITIES] = {r->system->n, r->system->n, r->system->n, r->system->m};
+    int more = r->room ? 2 * r->room : 64;
+    if (r->reference->rows < r->room)
+        return true;
+    if (!reserve(r->reference, width, r->room, more))
+        return false;
+    r->room = more;
+    return true;
+}
+
+/* Cuts the text into lines, up to the last complaint that is said. false: no memory. */
 static bool read_lines(reader *r, char *text)
 {
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0)
         text += 3; /* byte order mark */
-    for (char *s = text; s;) {
+    for (char *s = text; s && r->complaints < MOST_COMPLAINTS;) {
         char *end = strchr(s, '\n');
         if (end)
             *end = '\0';
@@ -284,10 +317,11 @@ static bool read_lines(reader *r, char *text)
         s = end ? end + 1 : NULL;
         if (is_passed_over(r->line_text))
             continue;
-        if (r->columns)
-            read_row(r);
-        else if (!read_header(r))
+        bool header = !r->columns;
+        if (!(header ? read_header(r) : make_room(r)))
             return false;
+        if (!header)
+            read_row(r);
     }
     if (!r->columns) {
         r->line_text = "";
@@ -300,16 +334,12 @@ kempe_status kmp_reference_read(const kempe_system *system, const char *path, km
 {
     char *text;
     size_t length;
-    const int width[KMP_QUANTITIES] = {system->n, system->n, system->n, system->m};
     kempe_status status = kmp_file_read(system->context, path, &text, &length);
     if (status != KEMPE_OK)
         return status;
-    int lines = 1;
-    for (size_t i = 0; i < length; i++)
-        lines += text[i] == '\n';
-    kmp_reference made;
+    kmp_reference made = {0};
     reader r = {.system = system, .path = path, .reference = &made};
-    if (!allocate(&made, width, lines) || !read_lines(&r, text))
+    if (!make_room(&r) || !read_lines(&r, text))
         status = kmp_fail_memory(system->context);
     else if (r.complaints > 0)
         status = KEMPE_E_INPUT;

@@ -283,20 +283,34 @@ static bool read_body(kmp_program_reader *r)
     return true;
 }
 
+/* No line of an implicit block stands behind its "end"; one of the whole program may be anywhere. */
+static size_t count_lines(const kmp_program_reader *r, const char *text)
+{
+    size_t lines = 2;
+    for (const char *s = text; *s; s++) {
+        if (*s != '\n')
+            continue;
+        lines++;
+        const char *word = s + 1 + strspn(s + 1, " \t\r");
+        if (r->around && strncmp(word, "end", 3) == 0)
+            break;
+    }
+    return lines;
+}
+
 static bool begin(kmp_program_reader *r, const char *text)
 {
-    size_t lines = 2, length = strlen(text);
-    for (const char *s = text; *s; s++)
-        lines += *s == '\n';
+    size_t lines = count_lines(r, text);
     for (r->constant_size = 64; r->constant_size < 6 * lines + 2;)
         r->constant_size *= 2;
     r->constant = KMP_NEW(uint32_t, r->constant_size);
+    r->input = KMP_NEW(uint32_t, r->constant_size);
     r->x = KMP_NEW(double, lines);
     r->y = KMP_NEW(double, lines);
     r->p = KMP_NEW(kmp_program, 1);
-    if (!r->constant || !r->x || !r->y || !r->p)
+    if (!r->constant || !r->input || !r->x || !r->y || !r->p)
         return kmp_words_no_memory(r);
-    if (lines >= (size_t)1 << (KMP_CLASS_SHIFT - 3) || length >= (size_t)1 << 30)
+    if (lines >= (size_t)1 << (KMP_CLASS_SHIFT - 3) || (!r->around && strlen(text) >= (size_t)1 << 30))
         return kmp_words_complain(r, "the program is too long");
     r->p->code = KMP_NEW(int, lines);
     r->p->outputs = KMP_NEW(int, lines);
@@ -319,6 +333,7 @@ static kempe_status read_program(kmp_program_reader *r, kmp_program **program)
             (void)kmp_words_complain(r, "nothing may follow 'end'");
     }
     kmp_free(r->constant);
+    kmp_free(r->input);
     kmp_free(r->x);
     kmp_free(r->y);
     if (r->status == KEMPE_OK)

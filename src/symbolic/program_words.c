@@ -138,11 +138,17 @@ static uint32_t tagged(int class, uint32_t index)
     return ((uint32_t) class << KMP_CLASS_SHIFT | index) << 1;
 }
 
+/* Where a key is looked for first. */
+static size_t slot_of(const kmp_program_reader *r, uint64_t key)
+{
+    return (size_t)((key * 0x9e3779b97f4a7c15u) >> 20) & (r->constant_size - 1);
+}
+
 static uint32_t constant_operand(kmp_program_reader *r, double value)
 {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
-    size_t k = (size_t)((bits * 0x9e3779b97f4a7c15u) >> 20) & (r->constant_size - 1);
+    size_t k = slot_of(r, bits);
     for (; r->constant[k]; k = (k + 1) & (r->constant_size - 1))
         if (memcmp(&r->p->constant[r->constant[k] - 1], &value, sizeof value) == 0)
             return tagged(KMP_OF_CONSTANT, r->constant[k] - 1);
@@ -154,11 +160,15 @@ static uint32_t constant_operand(kmp_program_reader *r, double value)
 static uint32_t input_operand(kmp_program_reader *r, kmp_input_kind kind, uint32_t index)
 {
     kmp_program *p = r->p;
-    for (int k = 0; k < p->input_count; k++)
-        if (p->input[k].kind == kind && p->input[k].index == index)
-            return tagged(KMP_OF_INPUT, (uint32_t)k);
-    p->input[p->input_count] = (kmp_program_input){kind, index};
-    return tagged(KMP_OF_INPUT, (uint32_t)p->input_count++);
+    size_t k = slot_of(r, (uint64_t)index << 8 | (uint64_t)kind);
+    for (; r->input[k]; k = (k + 1) & (r->constant_size - 1)) {
+        const kmp_program_input *known = &p->input[r->input[k] - 1];
+        if (known->kind == kind && known->index == index)
+            return tagged(KMP_OF_INPUT, r->input[k] - 1);
+    }
+    p->input[p->input_count++] = (kmp_program_input){kind, index};
+    r->input[k] = (uint32_t)p->input_count;
+    return tagged(KMP_OF_INPUT, r->input[k] - 1);
 }
 
 /* v12, q[3], t */

@@ -18,9 +18,9 @@ typedef struct kmp_program_reader {
     int line;
     kempe_status status;
     kmp_program *p;
-    int code, outputs;  /* so far */
-    uint32_t *constant; /* hash table of constants: number + 1 */
-    size_t constant_size;
+    int code, outputs;                       /* so far */
+    uint32_t *constant, *input;              /* hash tables: number + 1 */
+    size_t constant_size;                    /* of each */
     double *x, *y;                           /* points of a table */
     const struct kmp_program_reader *around; /* whose implicit block this is */
 } kmp_program_reader;
