@@ -2,6 +2,7 @@
 #include "constraints/diagnose.h"
 #include "base/memory.h"
 #include "constraints/plant.h"
+#include <string.h>
 
 /* Rank and choice at the assembled configuration, then the examination. */
 static kempe_status examine(kempe_check *check)
@@ -25,12 +26,19 @@ static kempe_status examine(kempe_check *check)
     return status;
 }
 
-/* The complaint stays in the context. */
+/* The complaint stays in the context: tries at assembling otherwise have left theirs. */
 static kempe_status explain(kempe_check *check)
 {
-    check->reason = kmp_arena_strdup(&check->arena, kempe_context_message(check->system->context));
+    kempe_context *context = check->system->context;
+    check->reason = kmp_arena_strdup(&check->arena, kempe_context_message(context));
     if (!check->reason || kmp_obstacle_find(&check->obstacle, check->assembly, &check->arena) != KEMPE_OK)
-        return kmp_fail_memory(check->system->context);
+        return kmp_fail_memory(context);
+    kmp_context_clear(context);
+    for (const char *s = check->reason; *s; s += s[0] == '\n') {
+        int length = (int)strcspn(s, "\n");
+        (void)kmp_fail(context, KEMPE_E_FAILED, "%.*s", length, s);
+        s += length;
+    }
     return KEMPE_E_FAILED;
 }
 

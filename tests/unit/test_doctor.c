@@ -292,6 +292,8 @@ static void held_where_it_cannot_close(void)
         admit_text(four_bar(1.3, 0.3, 0.8, 0.4, one_loop, "q: {A: 150 deg, B: -1, D: 2}, hold: [A]"), KEMPE_E_FAILED);
     const kmp_obstacle *o = &p.check->obstacle;
     CHECK(o->reach_count == 0 && o->release_count == 1 && o->releases[0].closes);
+    CHECK(p.check->reason[0] != '\0');
+    CHECK_TEXT(kempe_context_message(p.context), p.check->reason); /* whatever was tried since */
     says(&p, "it closes when 'A' is not held");
     dismiss(&p);
     p = admit_text(four_bar(1.3, 0.3, 0.8, 0.4, one_loop, "q: {A: 150 deg, B: 2, D: 2}, hold: [A, B, D]"),
