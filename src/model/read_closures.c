@@ -305,10 +305,12 @@ static bool is_drive(const kmp_closure *c)
     return c->function || strcmp(c->kind, "lock") == 0;
 }
 
-/* A coordinate has one drive. */
+/* A coordinate has one drive; one that is not known was complained of. */
 static void check_driven(kmp_reader *r, int number)
 {
     const kmp_closure *closures = r->model->closures;
+    if (closures[number].motion < 0)
+        return;
     for (int k = 0; k < number; k++)
         if (is_drive(&closures[number]) && is_drive(&closures[k]) && closures[k].motion == closures[number].motion) {
             kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is driven by '%s' already",
