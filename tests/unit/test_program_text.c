@@ -127,6 +127,35 @@ static void test_complaints(void)
               "f:5:1: a table has at least two finite points, with x increasing");
 }
 
+/* Some that a table does not spread evenly. */
+static int number(int k)
+{
+    return 31 * k * k;
+}
+
+/* Inputs of the same number in several vectors, each of them twice; blocks that need less room than what follows. */
+static void test_many_inputs(void)
+{
+    enum { INPUTS = 500, BLOCKS = 20 };
+    static const char block[] = " unknowns 1 arguments 1\nprogram 1\nstage 0\nstage 1\n    out[0] = p[0]\nstage 2\n"
+                                "    out[0] = q[0]\n    out[1] = 1\nend\n";
+    kmp_text text = {0};
+    kmp_text_put(&text, "program 1\n");
+    for (int k = 0; k < BLOCKS; k++)
+        kmp_text_printf(&text, "implicit %d%s", k, block);
+    kmp_text_put(&text, "stage 0\nstage 1\n");
+    for (int k = 0; k < 2 * INPUTS; k++)
+        kmp_text_printf(&text, "    v%d = q[%d] + qd[%d]\n", k, number(k % INPUTS), number(k % INPUTS));
+    kmp_text_put(&text, "end\n");
+    kmp_program *p = text.failed ? NULL : read_text(text.s);
+    CHECK(p && p->input_count == 2 * INPUTS && p->block_count == BLOCKS);
+    char *again = p ? text_of(p) : NULL;
+    CHECK_TEXT(again ? again : "", text.s);
+    kmp_free(again);
+    kmp_text_free(&text);
+    kmp_program_free(p);
+}
+
 /* What can still be read can be written. */
 static void try_text(const char *text)
 {
@@ -167,6 +196,7 @@ int main(void)
     context = kempe_context_new();
     TEST(test_round_trip);
     TEST(test_complaints);
+    TEST(test_many_inputs);
     TEST(test_broken_texts);
     kempe_context_free(context);
     return check_report();

@@ -174,6 +174,46 @@ static void test_reference(void)
     close_scene(&s);
 }
 
+/* Room for rows grows with them. */
+static void test_long_reference(void)
+{
+    enum { ROWS = 1000 };
+    scene s = open_scene(slider_crank);
+    kmp_reference reference = {0};
+    kmp_text text = {0};
+    kmp_text_put(&text, "t,q.rod\n");
+    for (int k = 0; k < ROWS; k++)
+        kmp_text_printf(&text, "%d,%d.5\n", k, -k);
+    CHECK(!text.failed && read_reference(&s, text.s, &reference) == KEMPE_OK);
+    CHECK(reference.rows == ROWS);
+    for (int k = 0; k < reference.rows; k++) {
+        CHECK_NEAR(reference.t[k], k, 0);
+        CHECK_NEAR(reference.value[KMP_QUANTITY_Q][3 * k + 1], k > 0 ? -k - 0.5 : 0.5, 0);
+        CHECK(isnan(reference.value[KMP_QUANTITY_Q][3 * k + 2]) && isnan(reference.value[KMP_QUANTITY_QD][3 * k]));
+    }
+    kmp_reference_free(&reference);
+    kmp_text_free(&text);
+    close_scene(&s);
+}
+
+/* Twenty complaints are enough: the rest is not looked at. */
+static void test_hopeless_reference(void)
+{
+    scene s = open_scene(slider_crank);
+    kmp_reference reference = {0};
+    kmp_text text = {0};
+    int lines = 1;
+    kmp_text_put(&text, "t");
+    for (int k = 0; k < 200000; k++)
+        kmp_text_put(&text, ",u");
+    CHECK(!text.failed && read_reference(&s, text.s, &reference) == KEMPE_E_INPUT);
+    for (const char *c = kempe_context_message(s.context); *c; c++)
+        lines += *c == '\n';
+    CHECK(lines == 20);
+    kmp_text_free(&text);
+    close_scene(&s);
+}
+
 static void expect_complaint(const scene *s, const char *text, const char *place, const char *words)
 {
     kmp_reference reference = {0};
@@ -365,6 +405,8 @@ int main(void)
     TEST(test_table_without_closures);
     TEST(test_times);
     TEST(test_reference);
+    TEST(test_long_reference);
+    TEST(test_hopeless_reference);
     TEST(test_bad_references);
     TEST(test_residual);
     TEST(test_energy);
