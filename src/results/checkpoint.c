@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* The model's own text stands for it: 64-bit FNV-1a (Fowler, Noll, Vo). */
-static kempe_status print_head(const kempe_system *system, kmp_text *text)
+kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 {
     uint64_t hash = 0xcbf29ce484222325u;
     char *model = NULL;
@@ -44,7 +44,7 @@ static void print_row(const kempe_system *system, const kmp_samples *samples, in
 kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples *samples, const char *path)
 {
     kmp_text text = {0};
-    kempe_status status = print_head(system, &text);
+    kempe_status status = kmp_checkpoint_head(system, &text);
     for (int row = 0; status == KEMPE_OK && row < samples->rows; row++)
         print_row(system, samples, row, &text);
     if (status == KEMPE_OK)
@@ -100,7 +100,7 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
 {
     kmp_text head = {0};
     double *row = KMP_NEW(double, 2 + 3 * system->n + system->m);
-    kempe_status status = row ? print_head(system, &head) : kmp_fail_memory(system->context);
+    kempe_status status = row ? kmp_checkpoint_head(system, &head) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK && (head.failed || !head.s))
         status = kmp_fail_memory(system->context);
     if (status == KEMPE_OK && strncmp(text, "# kempe checkpoint 1,", 21) != 0)

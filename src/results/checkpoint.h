@@ -4,7 +4,11 @@
 #ifndef KMP_RESULTS_CHECKPOINT_H
 #define KMP_RESULTS_CHECKPOINT_H
 
+#include "base/text.h"
 #include "results/samples.h"
+
+/** Appends the lines that a checkpoint of this system begins with. */
+kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text);
 
 /** Whole or not at all. */
 kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples *samples, const char *path);

@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The words of a format as a dictionary of libFuzzer, from the tables that its reader is made from:
+
+    python3 tests/fuzz/dictionary.py model
+"""
+import json
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+NUMBERS = ["0", "-1", "1e-3", "1e9", "1e308", "1e-320", "1e999", "0.5", "3.14", "64", "2147483647", "4294967296"]
+
+
+def rows(path, macro):
+    """The first entry of every row of a table."""
+    return re.findall(macro + r'\((\w+)', (ROOT / path).read_text())
+
+
+def texts(path):
+    """The string literals of a source that look like words."""
+    return re.findall(r'"(\w+)"', (ROOT / path).read_text())
+
+
+def schema_words(node):
+    if isinstance(node, list):
+        return [word for item in node for word in schema_words(item)]
+    if not isinstance(node, dict):
+        return []
+    words = list(node.get("properties", {})) + [str(word) for word in node.get("enum", [])]
+    return words + schema_words(list(node.values()))
+
+
+def expression():
+    functions = [name + "(" for name in rows("src/model/functions.def", "KMP_FUNCTION")]
+    units = [" " + name for name in rows("src/model/units.def", "KMP_UNIT")]
+    return functions + units + ["q(A)", "qd(B)", "q(J.1)", "t", "pi", "L1", "if(a < ", ">=", "<=", "^-", "^2", ")^("]
+
+
+def model():
+    words = [word + ": " for word in schema_words(json.loads((ROOT / "schema/kempe.schema.json").read_text()))]
+    syntax = ["ground.O", "ground", "[0, 0, 0]", "{", "}", "- ", ": ", ", ", "&a ", "*a", "~", "!!str ", "|\n ", "\n#== ",
+              "? ", "--- ", "... ", "<<: ", "\"\\u00e9\"", "%YAML 1.1\n"]
+    return words + syntax + expression()
+
+
+def mbs():
+    tags = sorted(set(texts("src/model/mbs.c") + texts("src/model/mbs_notes.c")))
+    syntax = ["<![CDATA[", "]]>", "<!--", "-->", "&#65;", "&lt;", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "<?xml version='1.0'?>",
+              " a='b'", "encoding='utf-16'"]
+    return [f"<{tag}>" for tag in tags] + [f"</{tag}>" for tag in tags] + tags + syntax
+
+
+def columns():
+    names = ["A", "B", "D"]
+    return [f",{kind}.{name}" for kind in ("q", "qd", "qdd") for name in names] + [
+        "t", ",lambda.C.1", ",lambda.C.2", ",position.", "# ", ",", "\n", "\r\n", "\ufeff", "nan", "inf"]
+
+
+def program():
+    functions = re.findall(r'"(\w+)"', (ROOT / "src/symbolic/ops.def").read_text())
+    inputs = [word + "[0]" for word in texts("src/symbolic/program_words.c")[:12]]
+    lines = ["program 1\n", "table 0 linear\n", "table 1 cubic\n", "implicit 0 unknowns 1 arguments 1\n", "stage 0\n", "stage 1\n",
+             "stage 2\n", "out[0] = ", "out[1] = ", "v0 = ", "v1 = ", "end\n", "implicit[0, 0](v", "table[0, 1](", "list(",
+             " + ", " - ", " * ", " / ", "-inf", "nan"]
+    return [name + "(" for name in functions] + inputs + lines
+
+
+FORMATS = {"expression": expression, "model": model, "mbs": mbs, "reference": columns,
+           "checkpoint": lambda: ["# kempe checkpoint 1, model ", "\n", ",", ",0", "\n0.2,"], "program": program}
+
+
+def quoted(word):
+    plain = "".join(chr(b) if 32 <= b < 127 and chr(b) not in '"\\' else f"\\x{b:02x}" for b in word.encode())
+    return f'"{plain}"'
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2 or sys.argv[1] not in FORMATS:
+        sys.exit(f"usage: dictionary.py {'|'.join(FORMATS)}")
+    for word in dict.fromkeys(FORMATS[sys.argv[1]]() + NUMBERS):
+        print(quoted(word))

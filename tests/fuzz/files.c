@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Files in memory: the linker gives calls of fopen to the function below (--wrap=fopen). */
+#include "fuzz.h"
+#include <errno.h>
+#include <stdio.h>
+
+enum { MOST_FILES = 16 };
+
+typedef struct file {
+    const char *name, *text;
+    size_t name_length, length;
+} file;
+
+static file files[MOST_FILES];
+static int count;
+static const char mark[] = "\n#== ";
+
+/* The mark in the n characters at s, NULL when it is not there. */
+static const char *find_mark(const char *s, size_t n)
+{
+    size_t length = strlen(mark);
+    for (const char *at = s; (size_t)(at - s) + length <= n; at++) {
+        at = memchr(at, '\n', n - (size_t)(at - s));
+        if (!at || n - (size_t)(at - s) < length)
+            return NULL;
+        if (memcmp(at, mark, length) == 0)
+            return at;
+    }
+    return NULL;
+}
+
+void fuzz_files_set(const char *name, const uint8_t *data, size_t size)
+{
+    const char *at = (const char *)data, *end = at + size;
+    count = 0;
+    files[count++] = (file){.name = name, .name_length = strlen(name), .text = at, .length = size};
+    while (count < MOST_FILES) {
+        const char *next = find_mark(at, (size_t)(end - at));
+        if (!next)
+            return;
+        files[count - 1].length = (size_t)(next + 1 - files[count - 1].text);
+        next += strlen(mark);
+        const char *line_end = memchr(next, '\n', (size_t)(end - next));
+        at = line_end ? line_end : end;
+        files[count++] =
+            (file){next, line_end ? at + 1 : end, (size_t)(at - next), line_end ? (size_t)(end - at - 1) : 0};
+    }
+}
+
+void fuzz_files_clear(void)
+{
+    count = 0;
+}
+
+FILE *__real_fopen(const char *path, const char *mode);
+FILE *__wrap_fopen(const char *path, const char *mode);
+
+FILE *__wrap_fopen(const char *path, const char *mode)
+{
+    static char nothing[1];
+    if (count == 0 || mode[0] != 'r')
+        return __real_fopen(path, mode);
+    for (int k = 0; k < count; k++)
+        if (strlen(path) == files[k].name_length && memcmp(path, files[k].name, files[k].name_length) == 0) {
+            FILE *stream = fmemopen(files[k].length ? (void *)(uintptr_t)files[k].text : nothing,
+                                    files[k].length ? files[k].length : 1, "rb");
+            if (stream && files[k].length == 0)
+                (void)fgetc(stream);
+            return stream;
+        }
+    errno = ENOENT;
+    return NULL;
+}
