@@ -39,9 +39,8 @@ static void stop(const char *what)
 /* No axes stay, nothing is tried, no passes: derived once. */
 static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool inputs)
 {
-    bool *no = KMP_NEW(bool, model->motion_count);
-    uint8_t *derived = KMP_NEW(uint8_t, 4 * model->closure_count);
-    const kmp_ways plain = {.stay = no, .about = no, .way = derived};
+    kmp_ways plain;
+    bool ready = kmp_ways_init(&plain, model);
     const kmp_scene scene = {.sets = kmp_sets_derive(sets),
                              .scheme = KMP_SCHEME_NER,
                              .keep = KMP_KEEP_NUMBERS,
@@ -50,7 +49,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
                              .loops_alone = true,
                              .ways = &plain};
     *s = (scheme){0};
-    if (!no || !derived || kmp_equations_derive_once(&s->eq, model, &scene) != KEMPE_OK)
+    if (!ready || kmp_equations_derive_once(&s->eq, model, &scene) != KEMPE_OK)
         stop("not derived:");
     s->count = kmp_sets_size(&s->eq, sets);
     s->out = KMP_NEW(kmp_ref, s->count);
@@ -63,8 +62,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
         s->out[k] = entry[k].value;
     kmp_live_mark(s->eq.graph, s->count, s->out, s->live, 1);
     kmp_free(entry);
-    kmp_free(no);
-    kmp_free(derived);
+    kmp_ways_free(&plain);
 }
 
 /* What is computed at every state. */

@@ -10,7 +10,7 @@ enum { MOST_MOTIONS = 512 };
 
 /* A second derivation of R takes as long as some thousand evaluations gain by it where bodies turn in space, and longer
  * in the plane, or where M and C take few operations: so many altogether, and so many a coordinate. */
-enum { LEAST_OPERATIONS = 400, LEAST_A_MOTION = 32 };
+enum { LEAST_OPERATIONS = 350, LEAST_A_MOTION = 32 };
 
 /* Blocks of each value by q and by qd; -1: zero, or not needed by anyone. */
 static const int by_q[KMP_VALUES] = {KMP_R_Q, KMP_JTMU_Q, -1, KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q};

@@ -36,6 +36,7 @@ FOLDERS = [  # first match wins
     ("src/dynamics/kinematics", "kinematics"),  # the header and its files, a subject each
     ("src/dynamics/vector.", "kinematics"),  # symbolic 3-vectors and tensors, what kinematics is written in
     ("src/dynamics/tensor.", "kinematics"),
+    ("src/dynamics/composite.", "kinematics"),
     ("constraints/kinds/", "kinds"),
     ("constraints/", "constraints"),
     ("integrators/", "integrators"),

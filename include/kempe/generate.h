@@ -13,15 +13,16 @@ extern "C" {
 
 /** What to derive, and how. NULL and 0 take the default. */
 typedef struct kempe_generation {
-    const char *sets;    /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
-                          * h_t, qdd: the accelerations without closure forces, in O(N); invdyn_q, invdyn_qd: derivatives
-                          * of    invdyn, tangents: these and M; R: invdyn less J' lambda, R_q, R_tangents likewise; with +
-                          * between several as one program: M_C+h_J+jdqd */
-    const char *scheme;  /* how M is made: composite (default), ner */
-    int keep_parameters; /* every number of the model that is not zero stays a symbol, instead of being folded in */
-    int body_inputs;     /* three forces and three torques on every body are inputs */
-    int drives;          /* rows of drives and locks are among the closures: coordinates less functions of time */
-    int optimize;        /* look for the fewest operations joint by joint, not among some patterns alone: slower */
+    const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J,
+                            * h_t, qdd: the accelerations without closure forces, in O(N); invdyn_q, invdyn_qd: derivatives
+                            * of    invdyn, tangents: these and M; R: invdyn less J' lambda, R_q, R_tangents likewise; with +
+                            * between several as one program: M_C+h_J+jdqd */
+    const char *scheme;    /* how M is made: composite (default), ner */
+    int keep_parameters;   /* every number of the model that is not zero stays a symbol, instead of being folded in */
+    int body_inputs;       /* three forces and three torques on every body are inputs */
+    const char *no_inputs; /* comma-separated: bodies that have none of them */
+    int drives;            /* rows of drives and locks are among the closures: coordinates less functions of time */
+    int optimize;          /* look for the fewest operations at run time, joint by joint: slower */
     /* for kempe_code alone */
     const char *language; /* c (default), octave, python */
     const char *form;     /* names of variables: legible (default), compact */
@@ -30,8 +31,8 @@ typedef struct kempe_generation {
 
 typedef struct kempe_count kempe_count;
 
-/** Derives each of the asked sets alone, and all of them as one program. KEMPE_E_ARGUMENT: a set or scheme that does
- *  not exist; KEMPE_E_INPUT: a closure that can never be met. */
+/** Derives each of the asked sets alone, and all of them as one program. KEMPE_E_ARGUMENT: a set, scheme or body that
+ *  does not exist; KEMPE_E_INPUT: a closure that can never be met. */
 KEMPE_API kempe_status kempe_count_new(const kempe_model *model, const kempe_generation *generation,
                                        kempe_count **count);
 KEMPE_API void kempe_count_free(kempe_count *count);
@@ -43,8 +44,9 @@ KEMPE_API kempe_status kempe_count_print(const kempe_count *count, kempe_format 
 typedef struct kempe_code kempe_code;
 
 /** Derives each of the asked sets alone and writes them in a language: a function each, self-contained, with the
- *  constants in all their digits; the same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, language or
- * form that does not exist, or an operation that the language has not; KEMPE_E_INPUT: a closure that can never be met.
+ *  constants in all their digits; the same model gives the same bytes. KEMPE_E_ARGUMENT: a set, scheme, body, language
+ * or form that does not exist, or an operation that the language has not; KEMPE_E_INPUT: a closure that can never be
+ * met.
  */
 KEMPE_API kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *generation, kempe_code **code);
 KEMPE_API void kempe_code_free(kempe_code *code);

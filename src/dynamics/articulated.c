@@ -32,17 +32,15 @@ static kmp_vec matrix_column(kmp_matrix m, int j)
     return (kmp_vec){{m.x[0][j], m.x[1][j], m.x[2][j]}};
 }
 
-/* K = I + m (l.l 1 - l l'), H = m l~, A = m 1. */
+/* K, H = b~, A = m 1 with the first moment b. */
 static inertia own_inertia(const kmp_tree *tree, int i)
 {
-    kmp_graph *g = tree->graph;
-    const kmp_link *link = &tree->links[i];
-    kmp_vec ml = kmp_vec_scale(g, link->mass, link->com);
-    inertia r = {.k = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, link->mass, link->com, link->com))};
+    const kmp_composite *own = &tree->links[i].own;
+    inertia r = {.k = own->inertia};
     for (int n = 0; n < 3; n++) {
-        r.a.x[n] = link->mass;
-        r.h.x[(n + 1) % 3][(n + 2) % 3] = kmp_neg(ml.x[n]);
-        r.h.x[(n + 2) % 3][(n + 1) % 3] = ml.x[n];
+        r.a.x[n] = own->mass;
+        r.h.x[(n + 1) % 3][(n + 2) % 3] = kmp_neg(own->moment.x[n]);
+        r.h.x[(n + 2) % 3][(n + 1) % 3] = own->moment.x[n];
     }
     return r;
 }

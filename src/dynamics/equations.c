@@ -6,7 +6,11 @@
 #include "dynamics/articulated.h"
 #include "dynamics/forces.h"
 #include "dynamics/gap.h"
+#include "dynamics/origins.h"
 #include "dynamics/outputs.h"
+#include "dynamics/regroup.h"
+#include "dynamics/spread.h"
+#include "dynamics/staying.h"
 #include "dynamics/tangent_sets.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
@@ -98,6 +102,8 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         if (loops_alone && is_drive(closure))
             continue;
         kind->residual(&eq->tree, closure, h, &frame);
+        if (kmp_graph_failed(eq->graph))
+            return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
@@ -179,7 +185,7 @@ static void jacobian_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref 
 /* The links as the dynamics see them. */
 static const kmp_tree *frames(const kmp_equations *eq)
 {
-    return eq->staying.count ? &eq->staying : &eq->tree;
+    return eq->links.count ? &eq->links : &eq->tree;
 }
 
 /* Newton/Euler with given accelerations, less the efforts. */
@@ -387,48 +393,69 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     return status;
 }
 
-static bool add_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree, const bool *stay)
+static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
 {
-    if (!kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted, stay))
+    if (!kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted))
         return false;
     tree->events = scene->events;
+    return true;
+}
+
+static void finish_tree(const kmp_scene *scene, kmp_tree *tree)
+{
     if (scene->body_inputs)
-        kmp_tree_add_inputs(tree);
+        kmp_tree_add_inputs(tree, scene->no_inputs);
+}
+
+static bool add_tree(kmp_equations *eq, const kmp_scene *scene)
+{
+    if (!init_tree(eq, scene, &eq->tree))
+        return false;
+    kmp_tree_sum_up(&eq->tree);
+    finish_tree(scene, &eq->tree);
+    return true;
+}
+
+/* The links as the scene's ways have them. */
+static bool add_links(kmp_equations *eq, const kmp_scene *scene)
+{
+    const kmp_ways *ways = scene->ways;
+    kmp_tree *tree = &eq->links;
+    if (!init_tree(eq, scene, tree))
+        return false;
+    kmp_move_origins(tree, ways->origin);
+    kmp_tree_sum_up(tree);
+    for (int k = 0; k < eq->n; k++)
+        tree->links[k + 1].about = ways->about[k];
+    kmp_regroup(tree, ways->give);
+    kmp_lump(tree, ways->lump);
+    if (ways->spread)
+        kmp_spread_out(tree);
+    kmp_let_stay(tree, ways->stay);
+    finish_tree(scene, tree);
     return true;
 }
 
 /* The ways of the dynamics, and a second tree when they are written otherwise. */
 static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
 {
-    size_t n = (size_t)eq->n;
-    bool other = false;
-    memcpy(eq->ways.stay, scene->ways->stay, n * sizeof(bool));
-    memcpy(eq->ways.about, scene->ways->about, n * sizeof(bool));
-    for (int k = 0; k < eq->n; k++)
-        other = other || eq->ways.stay[k] || eq->ways.about[k];
-    if (!other)
-        return true;
-    if (!add_tree(eq, scene, &eq->staying, eq->ways.stay))
-        return false;
-    for (int k = 0; k < eq->n; k++)
-        eq->staying.links[k + 1].about = eq->ways.about[k];
-    return true;
+    kmp_ways_copy(&eq->ways, scene->ways, eq->model);
+    return kmp_ways_plain(scene->ways, eq->model) || add_links(eq, scene);
+}
+
+static void set_rules(const kmp_equations *eq, const kmp_scene *scene)
+{
+    unsigned without = scene->without | (eq->ways.apart ? KMP_RULE_RUNS : 0);
+    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~without);
 }
 
 /* A copy of the scene's ways, or room for them. */
 static bool add_ways(kmp_equations *eq, const kmp_scene *scene)
 {
-    size_t n = (size_t)eq->n, closures = 4 * (size_t)eq->model->closure_count;
-    eq->ways = (kmp_ways){.stay = KMP_NEW(bool, n), .about = KMP_NEW(bool, n), .way = KMP_NEW(uint8_t, closures)};
-    if (!eq->ways.stay || !eq->ways.about || !eq->ways.way)
+    if (!kmp_ways_init(&eq->ways, eq->model))
         return false;
     eq->ways.by_q = eq->ways.by_qd = scene->tangents;
-    if (!scene->ways)
-        return true;
-    eq->ways.by_q = scene->ways->by_q;
-    eq->ways.by_qd = scene->ways->by_qd;
-    memcpy(eq->ways.way, scene->ways->way, closures);
-    return set_frames(eq, scene);
+    return !scene->ways || set_frames(eq, scene);
 }
 
 static void swap(kmp_ref *a, kmp_ref *b, int count)
@@ -451,9 +478,12 @@ void kmp_equations_swap_derived(kmp_equations *eq)
 
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
 {
-    kmp_tree_free(&eq->staying);
+    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
+    kmp_tree_free(&eq->links);
+    eq->links.count = 0;
     if (!set_frames(eq, scene))
         return kmp_fail_memory(eq->context);
+    set_rules(eq, scene);
     kempe_status status = derive_dynamics(eq, scene);
     return status == KEMPE_OK && kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : status;
 }
@@ -467,14 +497,16 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
     if (eq->graph)
         kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
     eq->run = KMP_NEW(int, eq->n);
-    if (!labelled || !eq->run || !allocate(eq) || !add_tree(eq, scene, &eq->tree, NULL) || !add_ways(eq, scene))
+    if (!labelled || !eq->run || !allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
         status = kmp_fail_memory(eq->context);
     else
         kmp_tree_runs(&eq->tree, eq->run);
     if (status == KEMPE_OK)
         status = derive_closures(eq, scene);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK) {
+        set_rules(eq, scene);
         status = derive_dynamics(eq, scene);
+    }
     if (status == KEMPE_OK && kmp_graph_failed(eq->graph))
         status = kmp_fail_memory(eq->context);
     if (status != KEMPE_OK)
@@ -506,11 +538,9 @@ bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs)
 void kmp_equations_free(kmp_equations *eq)
 {
     kmp_tree_free(&eq->tree);
-    kmp_tree_free(&eq->staying);
+    kmp_tree_free(&eq->links);
     kmp_free(eq->run);
-    kmp_free(eq->ways.stay);
-    kmp_free(eq->ways.about);
-    kmp_free(eq->ways.way);
+    kmp_ways_free(&eq->ways);
     kmp_graph_free(eq->graph);
     kmp_free(eq->rows);
     kmp_free(eq->mass);

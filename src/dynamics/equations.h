@@ -7,6 +7,7 @@
 #define KMP_DYNAMICS_EQUATIONS_H
 
 #include "dynamics/kinematics.h"
+#include "dynamics/ways.h"
 
 /** What to derive. */
 enum {
@@ -29,23 +30,13 @@ enum {
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
 
-/** How derivatives of the inverse dynamics are made (tangents.h). */
-typedef enum kmp_tangent_way { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_way;
-
-/** Ways to the same values, by which operations are saved. */
-typedef struct kmp_ways {
-    bool *stay;   /* a motion: the link's axes do not turn with it (dynamics alone) */
-    bool *about;  /* a motion: its link's moments are taken about the joint instead of the centre of mass */
-    uint8_t *way; /* four a closure: how its two points are followed, for h and J, and for their rates (gap.h) */
-    kmp_tangent_way by_q, by_qd; /* SHORTER: both are chosen together */
-} kmp_ways;
-
 /** What of a model to derive, and how. */
 typedef struct kmp_scene {
     unsigned sets;
     kmp_scheme scheme;
     kmp_keep keep;
     bool body_inputs;         /* forces and torques on the bodies as inputs */
+    const char *no_inputs;    /* names of bodies without, with commas between; NULL: none */
     bool efforts;             /* efforts on the coordinates as inputs: of the accelerations */
     bool loops_alone;         /* no rows of drives */
     bool labels;              /* nodes are called what they are */
@@ -68,8 +59,8 @@ typedef struct kmp_equations {
     kempe_context *context;
     const kempe_model *model;
     kmp_graph *graph;
-    kmp_tree tree;    /* what closures, outputs and users see */
-    kmp_tree staying; /* for the dynamics, when some axes stay */
+    kmp_tree tree;  /* what closures, outputs and users see */
+    kmp_tree links; /* for the dynamics, when the ways have others */
     kmp_ways ways;
     int *run; /* n: rotations about parallel axes */
     int n, m;

@@ -182,7 +182,7 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     multiply(mount->r, true, tree->links[mount->link].a, b);
     bool charted = link->after >= 0;
     if (is_identity(b) && !charted)
-        return kmp_tensor_turn(tree->graph, link->axis, link->lag, t);
+        return t;
     for (int k = 0; charted && k < 6; k++) {
         kmp_vec ie = kmp_tensor_apply(tree->graph, t, link_axis(tree, body, column[k]));
         r.x[k] = turning_vector(tree, body, ie).x[row[k]];
@@ -194,7 +194,7 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
         kmp_vec ie = apply(tree->graph, b, true, kmp_tensor_apply(tree->graph, t, e));
         r.x[k] = ie.x[row[k]];
     }
-    return kmp_tensor_turn(tree->graph, link->axis, link->lag, r);
+    return r;
 }
 
 /* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 and what the masses at d = c2 - c1 from each
@@ -250,16 +250,6 @@ static kmp_mount find_base(const kmp_tree *tree, int b)
     return base;
 }
 
-/* Axes that stay turn what is fixed to the body by the joint's angle; with those of a parent that stays about the same
- * axis, by the sum. */
-static void stay_behind(kmp_link *link, const kmp_link *parent, kmp_graph *g, bool stay)
-{
-    link->stays = stay && link->rotation;
-    link->follows = link->stays && parent->stays && parent->axis == link->axis && !link->turned;
-    if (link->stays)
-        link->lag = link->follows ? kmp_angle_add(g, parent->lag, link->q) : link->q;
-}
-
 static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
 {
     const kmp_motion *motion = &tree->model->motions[k];
@@ -279,7 +269,6 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
         link->q = kmp_neg(link->q);
         link->qd = kmp_neg(link->qd);
     }
-    stay_behind(link, &tree->links[link->parent], tree->graph, tree->stay && tree->stay[k]);
     *base = (kmp_mount){.link = k + 1, .p = kmp_vec_zero()};
     identity(base->r);
 }
@@ -323,11 +312,9 @@ static void set_body(kmp_tree *tree, int b)
     add_body(tree, b);
 }
 
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted,
-                   const bool *stay)
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
-    *tree = (kmp_tree){
-        .graph = g, .model = model, .keep = keep, .charted = charted, .stay = stay, .count = model->motion_count + 1};
+    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     tree->links = KMP_NEW(kmp_link, tree->count);
     tree->mounts = KMP_NEW(kmp_mount, model->body_count);
     tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
@@ -344,12 +331,29 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
     return !kmp_graph_failed(g);
 }
 
-void kmp_tree_add_inputs(kmp_tree *tree)
+void kmp_tree_sum_up(kmp_tree *tree)
+{
+    for (int i = 1; i < tree->count; i++) {
+        kmp_link *link = &tree->links[i];
+        link->own = link->base = kmp_composite_of(tree->graph, link->mass, link->com, link->inertia);
+    }
+}
+
+static bool is_in(const char *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *s = list; s && *s; s += strcspn(s, ","), s += *s == ',')
+        if (strncmp(s, name, length) == 0 && (s[length] == ',' || s[length] == '\0'))
+            return true;
+    return false;
+}
+
+void kmp_tree_add_inputs(kmp_tree *tree, const char *without)
 {
     for (int i = 1; i < tree->count; i++) {
         kmp_link *link = &tree->links[i];
         kmp_vec push, twist;
-        if (link->body < 0)
+        if (link->body < 0 || is_in(without, tree->model->bodies[link->body].name))
             continue;
         for (int k = 0; k < 3; k++) {
             uint32_t number = (uint32_t)(3 * (link->body - 1) + k);

@@ -7,7 +7,7 @@
 #ifndef KMP_DYNAMICS_KINEMATICS_H
 #define KMP_DYNAMICS_KINEMATICS_H
 
-#include "dynamics/tensor.h"
+#include "dynamics/composite.h"
 #include "model/model.h"
 
 typedef struct kmp_link {
@@ -28,8 +28,11 @@ typedef struct kmp_link {
     kmp_vec p;           /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
-    bool about;         /* its own moments are written about the link's origin: fewer operations where that stands */
     kmp_tensor inertia; /* I^i about the com, link axes */
+    kmp_composite own;  /* what its wrench counts as its own, about its origin (kmp_tree_sum_up), link axes */
+    bool about;         /* its wrench is written by that */
+    kmp_composite base; /* what its composite body counts as its own; second moments as the tree has them */
+    bool lumped;        /* the mass of what it carries, and its own, is in its parent's `base` already */
     kmp_vec push;       /* body inputs: a force at the com and a torque, link axes; zero where there are none */
     kmp_vec twist;
 } kmp_link;
@@ -59,10 +62,10 @@ typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
     kmp_keep keep;
-    double *symbols;  /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
-    bool charted;     /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
-    const bool *stay; /* rotations at which the links' axes stay, a motion; NULL: none */
-    int count;        /* links, ground included: motion k is link k + 1 */
+    double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
+    bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
+    bool spread;     /* second moments of composite bodies are sums m x x' (spread.h) */
+    int count;       /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
@@ -78,14 +81,16 @@ bool kmp_tree_chart_before(const kempe_model *model, int first);
 /** Sets `before` and `after` of all links, none with a chart unless the tree is charted. false: no memory. */
 bool kmp_tree_place_charts(kmp_tree *tree);
 
-/** Builds the links. `stay` (a motion; NULL: none) says at which rotations the link's axes stay behind: vectors need
- * not be turned there, but all that is fixed to the body is. false: no memory. */
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted,
-                   const bool *stay);
+/** Builds the links, but for what kmp_tree_sum_up sets. false: no memory. */
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted);
+
+/** Sets each link's `own` and `base` from its mass, centre of mass and inertia. */
+void kmp_tree_sum_up(kmp_tree *tree);
 
 /** Gives every body that has motions of its own three force inputs at the centre of mass (of all that is welded to it)
- *  and three torque inputs: KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. */
-void kmp_tree_add_inputs(kmp_tree *tree);
+ *  and three torque inputs: KMP_IN_FORCE and KMP_IN_TORQUE, number 3 (body - 1) + k. Those whose names are in
+ * `without`, commas between, have none (NULL: all have). */
+void kmp_tree_add_inputs(kmp_tree *tree, const char *without);
 
 /** How many symbols there are, and the values of all. */
 int kmp_tree_symbol_count(const kmp_tree *tree);

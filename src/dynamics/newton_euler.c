@@ -4,6 +4,7 @@
 #include "dynamics/newton_euler.h"
 #include "base/memory.h"
 #include "dynamics/naming.h"
+#include "dynamics/spread.h"
 
 /* (13) */
 static void set_beta(kmp_graph *g, kmp_movement *m)
@@ -94,9 +95,9 @@ static void body_wrench(const kmp_tree *tree, int i, const kmp_movement *m, cons
     const kmp_link *link = &tree->links[i];
     kmp_vec f, moment;
     if (link->about) {
-        kmp_composite own = kmp_composite_own(tree, i);
-        f = kmp_vec_add(g, kmp_vec_scale(g, link->mass, m->alpha), apply_beta(g, m, own.moment));
-        moment = kmp_vec_add(g, kmp_vec_cross(g, own.moment, m->alpha), gyroscopic(g, own.inertia, m));
+        const kmp_composite *own = &link->own;
+        f = kmp_vec_add(g, kmp_vec_scale(g, own->mass, m->alpha), apply_beta(g, m, own->moment));
+        moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, m->alpha), gyroscopic(g, own->inertia, m));
         moment = kmp_vec_sub(g, moment, kmp_vec_cross(g, link->com, link->push));
     } else {
         f = kmp_vec_scale(g, link->mass, kmp_vec_add(g, m->alpha, apply_beta(g, m, link->com)));
@@ -202,6 +203,12 @@ static kmp_wrench column_wrench(const kmp_tree *tree, int i, column c)
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     kmp_wrench w;
+    if (link->about) {
+        const kmp_composite *own = &link->own;
+        w.force = kmp_vec_add(g, kmp_vec_scale(g, own->mass, c.a), kmp_vec_cross(g, c.o, own->moment));
+        w.moment = kmp_vec_add(g, kmp_vec_cross(g, own->moment, c.a), kmp_tensor_apply(g, own->inertia, c.o));
+        return w;
+    }
     w.force = kmp_vec_scale(g, link->mass, kmp_vec_add(g, c.a, kmp_vec_cross(g, c.o, link->com)));
     w.moment = kmp_vec_add(g, kmp_vec_cross(g, link->com, w.force), kmp_tensor_apply(g, link->inertia, c.o));
     return w;
@@ -256,47 +263,6 @@ bool kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
 
 /* -- M by composite bodies --------------------------------------------------------------------------- */
 
-kmp_composite kmp_composite_own(const kmp_tree *tree, int i)
-{
-    kmp_graph *g = tree->graph;
-    const kmp_link *link = &tree->links[i];
-    kmp_composite c;
-    c.mass = link->mass;
-    c.moment = kmp_vec_scale(g, link->mass, link->com);
-    c.inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, link->mass, link->com, link->com));
-    return c;
-}
-
-static bool is_number(const kmp_graph *g, kmp_ref r)
-{
-    return kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
-}
-
-/* The same body about a point d before its origin. With b the first moment and b' = b + m d the new one, what is added
- * is (d.(b + b')) 1 - (d b' + b d'), which is symmetric; where m and d are numbers b is kept apart from m d, which
- * becomes one number with what else is constant: 2 d.b 1 - (d b' + b d') and m (d.d 1 - d d'). */
-kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
-{
-    kmp_vec b = c.moment;
-    kmp_ref s[3];
-    if (kmp_vec_is_zero(d))
-        return c;
-    bool numbers = is_number(g, c.mass) && is_number(g, d.x[0]) && is_number(g, d.x[1]) && is_number(g, d.x[2]);
-    c.moment = kmp_vec_add(g, b, kmp_vec_scale(g, c.mass, d));
-    kmp_vec other = numbers ? b : c.moment;
-    for (int i = 0; i < 3; i++)
-        s[i] = kmp_mul(g, d.x[i], kmp_add(g, b.x[i], other.x[i]));
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3;
-        kmp_ref *mixed = &c.inertia.x[kmp_tensor_at[i][j]], *own = &c.inertia.x[i];
-        *mixed = kmp_sub(g, *mixed, kmp_add(g, kmp_mul(g, d.x[i], other.x[j]), kmp_mul(g, b.x[i], d.x[j])));
-        *own = kmp_add(g, *own, kmp_add(g, s[j], s[(i + 2) % 3]));
-    }
-    if (numbers)
-        c.inertia = kmp_tensor_add(g, c.inertia, kmp_tensor_steiner(g, c.mass, d, d));
-    return c;
-}
-
 kmp_composite kmp_composite_at_joint(const kmp_tree *tree, int i, kmp_composite c)
 {
     c = kmp_composite_shifted(tree->graph, c, kmp_link_slide(tree, i));
@@ -309,9 +275,26 @@ void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_c
 {
     kmp_graph *g = tree->graph;
     c = kmp_composite_shifted(g, kmp_composite_at_joint(tree, i, c), tree->links[i].p);
-    parent->mass = kmp_add(g, parent->mass, c.mass);
-    parent->moment = kmp_vec_add(g, parent->moment, c.moment);
-    parent->inertia = kmp_tensor_add(g, parent->inertia, c.inertia);
+    *parent = kmp_composite_add(g, *parent, c);
+}
+
+static kmp_composite shifted(const kmp_tree *tree, kmp_composite c, kmp_vec d)
+{
+    return tree->spread ? kmp_spread_shifted(tree->graph, c, d) : kmp_composite_shifted(tree->graph, c, d);
+}
+
+/* The same about the parent's origin, with second moments as the tree has them and what is lumped there already. */
+static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite c)
+{
+    c = shifted(tree, c, kmp_link_slide(tree, i));
+    c.moment = kmp_link_to_parent(tree, i, c.moment);
+    c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
+    kmp_ref mass = c.mass;
+    if (tree->links[i].lumped)
+        c.mass = KMP_ZERO;
+    c = shifted(tree, c, tree->links[i].p);
+    c.mass = mass;
+    return c;
 }
 
 static void name_composite(kmp_graph *g, int i, const kmp_composite *c)
@@ -329,6 +312,9 @@ static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     kmp_vec e = kmp_vec_axis(signed_for(link, KMP_ONE), link->axis);
+    if (link->rotation && tree->spread)
+        return (kmp_wrench){kmp_vec_cross(g, e, c->moment),
+                            kmp_vec_scale(g, e.x[link->axis], kmp_spread_column(g, c->inertia, link->axis))};
     if (link->rotation)
         return (kmp_wrench){kmp_vec_cross(g, e, c->moment), kmp_tensor_apply(g, c->inertia, e)};
     return (kmp_wrench){kmp_vec_scale(g, c->mass, e), kmp_vec_cross(g, c->moment, e)};
@@ -340,7 +326,7 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
     kmp_composite *c = KMP_NEW(kmp_composite, tree->count);
     clear(m, n * n);
     for (int i = 1; c && i < tree->count; i++)
-        c[i] = kmp_composite_own(tree, i);
+        c[i] = tree->links[i].base;
     for (int i = tree->count - 1; c && i > 0; i--) {
         name_composite(tree->graph, i, &c[i]);
         kmp_wrench w = unit_wrench(tree, i, &c[i]);
@@ -354,8 +340,9 @@ bool kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
             kmp_name_vector(tree->graph, &kmp_name_column_force, w.force, h, i);
             kmp_name_vector(tree->graph, &kmp_name_column_moment, w.moment, h, i);
         }
-        if (tree->links[i].parent > 0)
-            kmp_composite_to_parent(tree, i, c[i], &c[tree->links[i].parent]);
+        int h = tree->links[i].parent;
+        if (h > 0)
+            c[h] = kmp_composite_add(tree->graph, c[h], lumped_to_parent(tree, i, c[i]));
     }
     bool ok = c && !kmp_graph_failed(tree->graph);
     kmp_free(c);

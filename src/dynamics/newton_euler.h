@@ -17,13 +17,6 @@ typedef struct kmp_movement {
     kmp_ref beta[3][3];
 } kmp_movement;
 
-/** Mass, first moment and second moment about the link's origin of a subtree as if frozen. */
-typedef struct kmp_composite {
-    kmp_ref mass;
-    kmp_vec moment;
-    kmp_tensor inertia;
-} kmp_composite;
-
 /** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),
  * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. false: no memory. */
 bool kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort);
@@ -49,10 +42,7 @@ kmp_mass_scheme kmp_mass_ner;
  */
 kmp_mass_scheme kmp_mass_composite;
 
-/** What link i carries itself; the same body about a point d before its origin; link i's in the axes of its parent
- * about where the joint is at rest there; added to its parent's. */
-kmp_composite kmp_composite_own(const kmp_tree *tree, int i);
-kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d);
+/** Link i's composite in the axes of its parent about where the joint is at rest there; added to its parent's. */
 kmp_composite kmp_composite_at_joint(const kmp_tree *tree, int i, kmp_composite c);
 void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_composite *parent);
 

@@ -1,64 +1,32 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The same equations can be written in axes that turn with a joint or stay behind it: about parallel axes vectors then
- * need not be turned there and back, but what is fixed to the body is. Which is shorter shows by counting: some
- * patterns that follow from the tree are tried; with `optimize` also each joint by itself. The closures' ways are found
- * once. */
+/* The same equations can be written in many ways (ways.h). Which is shortest shows by counting: patterns that follow
+ * from the tree are tried one after the other, each on top of what is best so far; with `optimize` also each joint and
+ * body by itself. The closures' ways are found once, and the dynamics are written anew beside them in one graph, so
+ * that a trial costs what it changes; what is found is derived once more in a graph of its own, as small ones are at
+ * each trial. */
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
+#include "dynamics/origins.h"
+#include "dynamics/patterns.h"
+#include "dynamics/regroup.h"
 #include "symbolic/cost.h"
+#include "symbolic/passes/trig.h"
 
-/* Larger mechanisms are derived as they are. */
-enum { MOST_MOTIONS = 128, LARGE = 40, PASSES = 3, SMALL = 3000 };
+/* Larger mechanisms are derived as they are; above LARGE motions fewer patterns are tried; the passes run in trials of
+ * graphs of fewer than SMALL nodes. */
+enum { MOST_MOTIONS = 128, LARGE = 40, ROUNDS = 4, SMALL = 3000 };
 
-/* -- patterns ---------------------------------------------------------------------------------------- */
-
-static bool is_parallel(const kmp_tree *tree, int i)
-{
-    const kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
-    return link->parent > 0 && link->rotation && parent->rotation && link->axis == parent->axis && !link->turned;
-}
-
-/* Joints that follow one about the same axis. */
-static void following(const kmp_tree *tree, bool *stay)
-{
-    for (int i = 1; i < tree->count; i++)
-        stay[i - 1] = is_parallel(tree, i);
-}
-
-/* Those and the ones that they follow. */
-static void runs(const kmp_tree *tree, bool *stay)
-{
-    following(tree, stay);
-    for (int i = 1; i < tree->count; i++)
-        if (is_parallel(tree, i))
-            stay[tree->links[i].parent - 1] = true;
-}
-
-/* Joints that carry no other, and are carried. */
-static void leaves(const kmp_tree *tree, bool *stay)
-{
-    for (int i = 1; i < tree->count; i++)
-        stay[i - 1] = tree->links[i].rotation && tree->links[i].parent > 0;
-    for (int i = 1; i < tree->count; i++)
-        if (tree->links[i].parent > 0)
-            stay[tree->links[i].parent - 1] = false;
-}
-
-/* Bodies whose joint has no acceleration but that of gravity. */
-static void on_the_ground(const kmp_tree *tree, bool *about)
-{
-    for (int i = 1; i < tree->count; i++)
-        about[i - 1] = tree->links[i].rotation && tree->links[i].parent == 0;
-}
-
-static void all(const kmp_tree *tree, bool *about)
-{
-    for (int i = 1; i < tree->count; i++)
-        about[i - 1] = tree->links[i].mass != KMP_ZERO;
-}
-
-typedef void pattern(const kmp_tree *tree, bool *of);
+typedef struct search {
+    const kempe_model *model;
+    kmp_scene scene; /* with the ways that are tried */
+    kmp_ways best, tried;
+    kmp_equations *work; /* the closures, and the dynamics by the ways tried last */
+    uint32_t fresh;      /* nodes of its graph when it was new */
+    bool passes;         /* run before counting */
+    bool shares;         /* trials are written into one graph */
+    long least;
+} search;
 
 /* -- counting ---------------------------------------------------------------------------------------- */
 
@@ -99,129 +67,177 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
     return total;
 }
 
-/* Operations of all that was asked for, together, for small mechanisms after the passes; -1: no memory. */
-static long operations(const kmp_equations *eq, unsigned sets)
+/* Operations of parameters alone are made once, and count less than others; not at all where the shortest is looked for
+ * longer. */
+static long price(const search *s, const kmp_cost *cost)
+{
+    enum { EACH = 4, ONCE = 3 };
+    return EACH * (cost->operations - cost->once) + (s->scene.optimize ? 0 : ONCE * cost->once);
+}
+
+/* What all that was asked for takes as a program, together; -1: no memory. */
+static long price_of(const search *s, const kmp_equations *eq)
 {
     kmp_ref *out = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
-    long count = -1;
+    kmp_cost cost = {0};
+    long found = -1;
     if (out) {
-        int total = kmp_equations_outputs(eq, sets, out);
-        bool small = kmp_graph_count(eq->graph) < SMALL;
-        if (!small || kmp_equations_shorten(eq, total, out))
-            count = kmp_cost_of(eq->graph, small ? 0 : KMP_COST_ADDITION, total, out);
+        int total = kmp_equations_outputs(eq, s->scene.sets, out);
+        if ((!s->passes || (kmp_equations_shorten(eq, total, out) && kmp_trig_sums(eq->graph, total, out))) &&
+            kmp_cost_init(&cost, eq->graph, s->passes ? 0 : KMP_COST_ADDITION)) {
+            kmp_cost_add(&cost, total, out);
+            found = cost.failed ? -1 : price(s, &cost);
+        }
     }
+    kmp_cost_free(&cost);
     kmp_free(out);
-    return count;
+    return found;
 }
 
-typedef struct search {
-    const kempe_model *model;
-    kmp_equations *first; /* as they come; shared, with the closures' best ways */
-    kmp_scene scene;      /* with the ways that are tried */
-    bool shares;          /* trials are written into the graph of the first equations, closures and all */
-    kmp_ways best, tried;
-    long least;
-} search;
+/* -- trials ------------------------------------------------------------------------------------------ */
 
-static void copy_ways(const search *s, kmp_ways *to, const kmp_ways *from)
+/* In a graph of its own. */
+static kempe_status derive_work(search *s, const kmp_ways *ways)
 {
-    for (int k = 0; k < s->model->motion_count; k++) {
-        to->stay[k] = from->stay[k];
-        to->about[k] = from->about[k];
-    }
-    for (int k = 0; k < 4 * s->model->closure_count; k++)
-        to->way[k] = from->way[k];
-    to->by_q = from->by_q;
-    to->by_qd = from->by_qd;
+    kmp_equations_free(s->work);
+    s->scene.ways = ways;
+    kempe_status status = kmp_equations_derive_once(s->work, s->model, &s->scene);
+    s->scene.ways = &s->tried;
+    return status;
 }
 
-/* Takes what is tried for the best when it has fewer operations. */
-static kempe_status judge(search *s, const kmp_equations *eq, bool *better)
+/* What passes find depends a little on what else is in the graph. One that is mostly what trials have left is given up.
+ */
+static kempe_status write_tried(search *s)
 {
-    long count = operations(eq, s->scene.sets);
-    *better = count >= 0 && count < s->least;
-    if (*better) {
-        s->least = count;
-        copy_ways(s, &s->best, &s->tried);
+    kempe_status status = KEMPE_OK;
+    if (!s->shares)
+        return derive_work(s, &s->tried);
+    if (kmp_graph_count(s->work->graph) / 2 >= s->fresh) {
+        status = derive_work(s, &s->best);
+        s->fresh = status == KEMPE_OK ? kmp_graph_count(s->work->graph) : 0;
     }
-    return count < 0 ? kmp_fail_memory(s->model->context) : KEMPE_OK;
+    return status == KEMPE_OK ? kmp_equations_derive_again(s->work, &s->scene) : status;
+}
+
+static void begin(search *s)
+{
+    kmp_ways_copy(&s->tried, &s->best, s->model);
+}
+
+/* Takes what is tried for the best when it takes less. */
+static kempe_status judge(search *s, bool *better)
+{
+    long found = price_of(s, s->work);
+    if (found < 0)
+        return kmp_fail_memory(s->model->context);
+    if (found < s->least) {
+        s->least = found;
+        kmp_ways_copy(&s->best, &s->tried, s->model);
+        *better = true;
+    }
+    return KEMPE_OK;
 }
 
 static kempe_status try_it(search *s, bool *better)
 {
-    kmp_equations eq;
-    *better = false;
-    if (s->shares) {
-        kempe_status again = kmp_equations_derive_again(s->first, &s->scene);
-        return again == KEMPE_OK ? judge(s, s->first, better) : again;
-    }
-    kempe_status status = kmp_equations_derive_once(&eq, s->model, &s->scene);
-    if (status != KEMPE_OK)
-        return status;
-    status = judge(s, &eq, better);
-    kmp_equations_free(&eq);
-    return status;
+    if (kmp_ways_same(&s->tried, &s->best, s->model))
+        return KEMPE_OK;
+    kempe_status status = write_tried(s);
+    return status == KEMPE_OK ? judge(s, better) : status;
 }
 
 /* The closures' ways were found without the dynamics, which share more with derived rows in the plane. */
 static kempe_status try_plain_closures(search *s)
 {
-    bool better;
+    bool better = false;
     if (!(s->scene.sets & (KMP_SET_MASS | KMP_SET_BIAS)) || s->model->closure_count == 0)
         return KEMPE_OK;
+    begin(s);
     for (int k = 0; k < 4 * s->model->closure_count; k++)
         s->tried.way[k] = 0;
-    if (!s->shares || !s->first->derived)
+    if (!s->shares || !s->work->derived)
         return s->shares ? KEMPE_OK : try_it(s, &better);
-    kmp_equations_swap_derived(s->first);
-    kempe_status status = judge(s, s->first, &better);
+    kmp_equations_swap_derived(s->work);
+    kempe_status status = judge(s, &better);
     if (!better)
-        kmp_equations_swap_derived(s->first);
+        kmp_equations_swap_derived(s->work);
     return status;
 }
 
-/* Patterns of one kind, each with what is best so far. */
-static kempe_status try_patterns(search *s, bool *of, int count, pattern *const *patterns)
+static kempe_status try_patterns(search *s, bool *better)
 {
+    int count;
+    const kmp_pattern *patterns = kmp_patterns(&count);
     kempe_status status = KEMPE_OK;
-    bool better, *apply = KMP_NEW(bool, s->model->motion_count);
-    if (!apply)
-        return kmp_fail_memory(s->model->context);
+    bool large = s->model->motion_count > LARGE;
     for (int k = 0; k < count && status == KEMPE_OK; k++) {
-        bool any = false;
-        copy_ways(s, &s->tried, &s->best);
-        patterns[k](&s->first->tree, apply);
-        for (int i = 0; i < s->model->motion_count; i++) {
-            any = any || (apply[i] && !of[i]);
-            of[i] = of[i] || apply[i];
-        }
-        if (any)
-            status = try_it(s, &better);
+        bool asked = s->scene.optimize || patterns[k].when == KMP_PATTERN_EVER;
+        if (!asked && (large || patterns[k].when != KMP_PATTERN_SMALL))
+            continue;
+        begin(s);
+        patterns[k].apply(&s->work->tree, &s->tried);
+        status = try_it(s, better);
     }
-    kmp_free(apply);
     return status;
 }
 
-/* Each joint and body the other way, as long as it helps. */
-static kempe_status try_joints(search *s)
+/* -- joint by joint ---------------------------------------------------------------------------------- */
+
+static const uint8_t gifts[] = {0, KMP_GIVE_MASS, KMP_GIVE_INERTIA, KMP_GIVE_MASS | KMP_GIVE_INERTIA, KMP_GIVE_ALL};
+enum { GIFTS = sizeof gifts / sizeof *gifts };
+
+static kempe_status try_flags(search *s, int k, bool *better)
 {
     kempe_status status = KEMPE_OK;
-    bool better, any = true;
-    int n = s->model->motion_count;
-    for (int pass = 0; any && pass < PASSES; pass++) {
-        any = false;
-        for (int k = 0; k < 2 * n && status == KEMPE_OK; k++) {
-            bool applies = k < n ? s->model->motions[k].rotation : s->first->tree.links[k - n + 1].mass != KMP_ZERO;
-            copy_ways(s, &s->tried, &s->best);
-            bool *flag = k < n ? &s->tried.stay[k] : &s->tried.about[k - n];
-            *flag = !*flag;
-            if (applies)
-                status = try_it(s, &better);
-            any = any || (applies && better);
-        }
+    if (s->model->motions[k].rotation) {
+        begin(s);
+        s->tried.stay[k] = !s->tried.stay[k];
+        status = try_it(s, better);
+    }
+    if (status == KEMPE_OK && s->work->tree.links[k + 1].mass != KMP_ZERO) {
+        begin(s);
+        s->tried.about[k] = !s->tried.about[k];
+        status = try_it(s, better);
+    }
+    for (int o = 0; o < KMP_ORIGINS && status == KEMPE_OK; o++) {
+        begin(s);
+        s->tried.origin[k] = (uint8_t)o;
+        status = try_it(s, better);
     }
     return status;
 }
+
+/* The same gift of `count` motions, to wrenches and to composite bodies. */
+static kempe_status try_gifts(search *s, int first, int count, bool *better)
+{
+    kempe_status status = KEMPE_OK;
+    for (int to = 0; to < 2; to++)
+        for (int v = 0; v < GIFTS && status == KEMPE_OK; v++) {
+            begin(s);
+            for (int k = first; k < first + count; k++)
+                *(to ? &s->tried.lump[k] : &s->tried.give[k]) = gifts[v];
+            if (s->scene.sets & KMP_SET_MASS || !to)
+                status = try_it(s, better);
+        }
+    return status;
+}
+
+static kempe_status try_joints(search *s, bool *better)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < s->model->motion_count && status == KEMPE_OK; k++) {
+        status = try_flags(s, k, better);
+        if (status == KEMPE_OK && s->work->tree.links[k + 1].parent > 0)
+            status = try_gifts(s, k, 1, better);
+    }
+    for (int b = 1; b < s->model->body_count && status == KEMPE_OK; b++)
+        if (s->model->bodies[b].motion_count > 1)
+            status = try_gifts(s, s->model->bodies[b].first_motion, s->model->bodies[b].motion_count, better);
+    return status;
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
 
 /* Whether nothing is asked for but what may be written anew beside closures that stay, and so much that the passes are
  * left out of the count. */
@@ -229,45 +245,32 @@ static bool can_share(const search *s)
 {
     const unsigned sets =
         KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD;
-    return !(s->scene.sets & ~sets) && kmp_graph_count(s->first->graph) >= 2 * SMALL;
+    return !(s->scene.sets & ~sets) && kmp_graph_count(s->work->graph) >= SMALL;
 }
 
 /* From equations as they come to the best ones found. */
 static kempe_status find(search *s)
 {
-    static pattern *const axes[] = {leaves, following, runs};
-    static pattern *const bodies[] = {on_the_ground, all};
-    size_t n = (size_t)s->model->motion_count;
-    bool large = n > LARGE; /* fewer patterns, those that mostly gain */
-    size_t closures = 4 * (size_t)s->model->closure_count;
-    s->best = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures), s->first->ways.by_q,
-                         s->first->ways.by_qd};
-    s->tried = (kmp_ways){KMP_NEW(bool, n), KMP_NEW(bool, n), KMP_NEW(uint8_t, closures), s->first->ways.by_q,
-                          s->first->ways.by_qd};
+    bool any = true;
+    bool ok = kmp_ways_init(&s->best, s->model);
+    ok = kmp_ways_init(&s->tried, s->model) && ok;
     s->scene.ways = &s->tried;
-    s->least = operations(s->first, s->scene.sets);
-    bool ok = s->best.stay && s->best.about && s->best.way && s->tried.stay && s->tried.about && s->tried.way;
+    s->fresh = kmp_graph_count(s->work->graph);
+    s->passes = s->fresh < SMALL;
+    s->shares = can_share(s);
+    s->least = price_of(s, s->work);
     if (!ok || s->least < 0)
         return kmp_fail_memory(s->model->context);
-    for (size_t k = 0; k < closures; k++)
-        s->best.way[k] = s->first->ways.way[k];
-    s->shares = large && can_share(s);
+    kmp_ways_copy(&s->best, &s->work->ways, s->model);
     kempe_status status = try_plain_closures(s);
-    if (status == KEMPE_OK)
-        status = try_patterns(s, s->tried.stay, large ? 2 : 3, axes);
-    if (status == KEMPE_OK)
-        status = try_patterns(s, s->tried.about, 2, bodies);
-    s->shares = false; /* joint by joint there would be too much in one graph */
-    if (status == KEMPE_OK && s->scene.optimize)
-        status = try_joints(s);
+    for (int round = 0; any && status == KEMPE_OK && round < ROUNDS; round++) {
+        any = false;
+        status = try_patterns(s, &any);
+        if (status == KEMPE_OK && s->scene.optimize)
+            status = try_joints(s, &any);
+        any = any && s->scene.optimize;
+    }
     return status;
-}
-
-static void free_ways(kmp_ways *w)
-{
-    kmp_free(w->stay);
-    kmp_free(w->about);
-    kmp_free(w->way);
 }
 
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
@@ -278,8 +281,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     if (status != KEMPE_OK || scene->ways || !(scene->sets & dynamic) || scene->sets & KMP_SET_RESIDUAL ||
         model->motion_count > MOST_MOTIONS)
         return status;
-    kmp_equations first = *eq;
-    search s = {.model = model, .first = &first, .scene = *scene};
+    kmp_equations work = *eq;
+    search s = {.model = model, .scene = *scene, .work = &work};
     status = find(&s);
     if (status == KEMPE_OK) {
         s.scene.ways = &s.best;
@@ -288,8 +291,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     }
     if (status != KEMPE_OK)
         *eq = (kmp_equations){0};
-    kmp_equations_free(&first);
-    free_ways(&s.best);
-    free_ways(&s.tried);
+    kmp_equations_free(&work);
+    kmp_ways_free(&s.best);
+    kmp_ways_free(&s.tried);
     return status;
 }

@@ -395,7 +395,7 @@ bool kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
         for (int i = 1; i < tree->count; i++) {
             set_rates(&s, i);
             set_change(&s, i);
-            s.body[i] = kmp_composite_own(tree, i);
+            s.body[i] = tree->links[i].own;
             s.flow[i] = own_flow(&s, i);
         }
         all_passes(&s);

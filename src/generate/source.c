@@ -175,7 +175,7 @@ static bool take_routine(kmp_source *source, kmp_routine *r, const kmp_chosen *c
         *s = *s == '+' ? '_' : *s;
     r->program = kmp_sets_program(eq, chosen->sets);
     if (!r->program || !name_rows(source, eq) || !take_symbols(source, &eq->tree) || !take_values(source, &eq->tree) ||
-        (eq->staying.symbols && !take_values(source, &eq->staying)))
+        (eq->links.symbols && !take_values(source, &eq->links)))
         return false;
     shape_arrays(r, chosen->sets, eq->n, eq->m);
     r->arguments = arguments_of(chosen->sets, source->inputs);
@@ -228,7 +228,7 @@ kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const
     *source = (kmp_source){.context = model->context, .model = model, .n = model->motion_count};
     kempe_status status = read_form(source, g->form);
     if (status == KEMPE_OK)
-        status = kmp_choice_read(model->context, g, &choice);
+        status = kmp_choice_read(model, g, &choice);
     if (status != KEMPE_OK)
         return status;
     source->vectorised = g->vectorised;

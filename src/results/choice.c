@@ -65,11 +65,29 @@ static kempe_status read_scheme(kempe_context *context, const char *name, kmp_ch
     return KEMPE_OK;
 }
 
-kempe_status kmp_choice_read(kempe_context *context, const kempe_generation *g, kmp_choice *choice)
+/* Bodies without inputs have to exist, but may have no motion, and then no inputs anyway. */
+static kempe_status check_bodies(const kempe_model *model, const char *names)
 {
+    size_t length = 0;
+    for (const char *name = names; name && *name; name += length + (name[length] == ',')) {
+        bool found = false;
+        length = strcspn(name, ",");
+        for (int b = 1; b < model->body_count && !found; b++)
+            found = strlen(model->bodies[b].name) == length && strncmp(model->bodies[b].name, name, length) == 0;
+        if (!found)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "--no-inputs: there is no body '%.*s' in '%s'",
+                            (int)length, name, model->name);
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generation *g, kmp_choice *choice)
+{
+    kempe_context *context = model->context;
     *choice = (kmp_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,
                                      .keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
                                      .body_inputs = g->body_inputs,
+                                     .no_inputs = g->no_inputs,
                                      .optimize = g->optimize,
                                      .loops_alone = !g->drives}};
     kempe_status status = read_scheme(context, g->scheme, choice);
@@ -77,5 +95,5 @@ kempe_status kmp_choice_read(kempe_context *context, const kempe_generation *g, 
         s += *s == ',';
         status = add(context, choice, s, strcspn(s, ","));
     }
-    return status;
+    return status == KEMPE_OK ? check_bodies(model, g->no_inputs) : status;
 }

@@ -20,7 +20,7 @@ typedef struct kmp_choice {
     const char *scheme; /* its name */
 } kmp_choice;
 
-/** KEMPE_E_ARGUMENT: a set or scheme that does not exist. */
-kempe_status kmp_choice_read(kempe_context *context, const kempe_generation *generation, kmp_choice *choice);
+/** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist. The choice lives no longer than the generation. */
+kempe_status kmp_choice_read(const kempe_model *model, const kempe_generation *generation, kmp_choice *choice);
 
 #endif

@@ -20,7 +20,7 @@ static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_
 {
     kmp_choice *choice = &c->choice;
     clock_t begin = clock();
-    kempe_status status = kmp_choice_read(c->context, generation, choice);
+    kempe_status status = kmp_choice_read(model, generation, choice);
     for (int k = 0; k < choice->count && status == KEMPE_OK; k++)
         status = kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]);
     if (status == KEMPE_OK)

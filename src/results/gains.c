@@ -1,21 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The simplifications one after the other, each with those before it: rules at a node's birth are switched on in turn,
- * then the ways to write the equations are chosen, then the passes run. */
+ * then the ways to write the equations are chosen, then the passes run. Of the ways, which were chosen together, each
+ * is taken away from the others. */
 #include "results/gains.h"
 #include "base/memory.h"
 #include "results/sets.h"
 #include "symbolic/cost.h"
 #include "symbolic/live.h"
 #include "symbolic/passes/shorten.h"
+#include "symbolic/passes/trig.h"
+#include <string.h>
 
 /* Without zero elimination everything depends on everything: small models only. */
 enum { MOST_MOTIONS = 32 };
 
 static const unsigned wanted = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 
-static void put(kmp_gains *gains, const char *name, long operations)
+typedef struct amount {
+    long operations, runtime; /* -1: no memory, or not tried */
+} amount;
+
+static const amount unknown = {-1, -1};
+
+static void put(kmp_gains *gains, const char *name, amount a)
 {
-    gains->steps[gains->count++] = (kmp_gain){name, operations};
+    gains->steps[gains->count++] = (kmp_gain){name, a.operations, a.runtime};
 }
 
 /* All outputs; NULL: no memory. */
@@ -36,19 +45,18 @@ static kmp_ref *outputs_of(const kmp_equations *eq, int *count)
     return out;
 }
 
-/* -1: no memory. */
-static long operations(const kmp_graph *g, int count, const kmp_ref *outputs, int sum_price)
+static amount amount_of(const kmp_graph *g, int count, const kmp_ref *outputs, int sum_price)
 {
     kmp_cost cost;
     if (!kmp_cost_init(&cost, g, sum_price))
-        return -1;
+        return unknown;
     kmp_cost_add(&cost, count, outputs);
-    long n = cost.failed ? -1 : cost.operations;
+    amount a = cost.failed ? unknown : (amount){cost.operations, cost.operations - cost.once};
     kmp_cost_free(&cost);
-    return n;
+    return a;
 }
 
-static kempe_status try_rules(const kempe_model *model, const kmp_scene *scene, long *found)
+static kempe_status try_scene(const kempe_model *model, const kmp_scene *scene, amount *found)
 {
     kmp_equations eq;
     int count;
@@ -56,11 +64,13 @@ static kempe_status try_rules(const kempe_model *model, const kmp_scene *scene, 
     if (status != KEMPE_OK)
         return status;
     kmp_ref *out = outputs_of(&eq, &count);
-    *found = out ? operations(eq.graph, count, out, KMP_COST_ADDITION) : -1;
+    *found = out ? amount_of(eq.graph, count, out, KMP_COST_ADDITION) : unknown;
     kmp_free(out);
     kmp_equations_free(&eq);
-    return *found < 0 ? kmp_fail_memory(model->context) : KEMPE_OK;
+    return found->operations < 0 ? kmp_fail_memory(model->context) : KEMPE_OK;
 }
+
+/* -- rules ------------------------------------------------------------------------------------------- */
 
 static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *gains)
 {
@@ -72,22 +82,97 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
                  {"cancellation", KMP_RULE_SHARE | KMP_RULE_TRIG},
                  {"auxiliary variables", KMP_RULE_TRIG},
                  {"rotations about one axis", 0}};
-    bool *no = KMP_NEW(bool, model->motion_count);
-    uint8_t *derived = KMP_NEW(uint8_t, 4 * model->closure_count);
-    const kmp_ways plain = {.stay = no, .about = no, .way = derived};
-    kempe_status status = no && derived ? KEMPE_OK : kmp_fail_memory(model->context);
+    kmp_ways plain;
+    kempe_status status = kmp_ways_init(&plain, model) ? KEMPE_OK : kmp_fail_memory(model->context);
     scene.ways = &plain;
     for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++) {
-        long found = -1;
+        amount found = unknown;
         scene.without = steps[k].without;
         if (!(steps[k].without & KMP_RULE_SHARE) || model->motion_count <= MOST_MOTIONS)
-            status = try_rules(model, &scene, &found);
+            status = try_scene(model, &scene, &found);
         put(gains, steps[k].name, found);
     }
-    kmp_free(no);
-    kmp_free(derived);
+    kmp_ways_free(&plain);
     return status;
 }
+
+/* -- ways -------------------------------------------------------------------------------------------- */
+
+enum { CLOSURES, ORIGINS, REGROUPING, SECOND_MOMENTS, STAYING, MOMENTS, APART };
+
+static const char *const kind_names[KMP_GAINS_WAYS] = {
+    "closures point by point", "origins along axes",   "base parameters", "second moments",
+    "axes that stay",          "moments about joints", "rotations apart"};
+
+static void take_away(kmp_ways *ways, const kempe_model *model, int kind)
+{
+    size_t n = (size_t)model->motion_count;
+    switch (kind) {
+    case CLOSURES:
+        memset(ways->way, 0, 4 * (size_t)model->closure_count);
+        break;
+    case ORIGINS:
+        memset(ways->origin, 0, n);
+        break;
+    case REGROUPING:
+        memset(ways->give, 0, n);
+        memset(ways->lump, 0, n);
+        break;
+    case SECOND_MOMENTS:
+        ways->spread = false;
+        break;
+    case STAYING:
+        memset(ways->stay, 0, n * sizeof *ways->stay);
+        break;
+    case MOMENTS:
+        memset(ways->about, 0, n * sizeof *ways->about);
+        break;
+    default:
+        ways->apart = false;
+    }
+}
+
+/* What the equations take as a program, after all passes, in the scene's ways. */
+static kempe_status try_program(const kempe_model *model, const kmp_scene *scene, amount *found)
+{
+    kmp_equations eq;
+    kempe_status status = kmp_equations_derive_once(&eq, model, scene);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_program *p = kmp_sets_program(&eq, wanted);
+    if (p)
+        *found = (amount){kmp_program_count(p, 0, 1).paper, kmp_program_count(p, 1, 1).paper};
+    else
+        status = kmp_fail_memory(model->context);
+    kmp_program_free(p);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+/* Each kind that was taken, away from the others. */
+static kempe_status ways(const kempe_model *model, kmp_scene scene, const kmp_ways *best, kmp_gains *gains)
+{
+    kmp_ways some;
+    amount all = unknown;
+    kempe_status status = kmp_ways_init(&some, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    scene.ways = best;
+    if (status == KEMPE_OK)
+        status = try_program(model, &scene, &all);
+    scene.ways = &some;
+    for (int kind = 0; kind < KMP_GAINS_WAYS && status == KEMPE_OK; kind++) {
+        amount without = all;
+        kmp_ways_copy(&some, best, model);
+        take_away(&some, model, kind);
+        if (!kmp_ways_same(&some, best, model))
+            status = try_program(model, &scene, &without);
+        gains->ways[kind] = (kmp_gain){kind_names[kind], without.operations, without.runtime};
+    }
+    gains->all = (kmp_gain){"all of them", all.operations, all.runtime};
+    kmp_ways_free(&some);
+    return status;
+}
+
+/* -- passes ------------------------------------------------------------------------------------------ */
 
 static long count_made(const kmp_graph *g)
 {
@@ -99,6 +184,19 @@ static long count_made(const kmp_graph *g)
     return made;
 }
 
+/* With sines and cosines of sums written out as a program does. */
+static amount written_out(kmp_graph *g, int count, const kmp_ref *outputs)
+{
+    kmp_ref *out = KMP_NEW(kmp_ref, count);
+    amount a = unknown;
+    if (out && count)
+        memcpy(out, outputs, (size_t)count * sizeof *out);
+    if (out && kmp_trig_sums(g, count, out))
+        a = amount_of(g, count, out, 0);
+    kmp_free(out);
+    return a;
+}
+
 static kempe_status passes(kmp_equations *eq, kmp_gains *gains)
 {
     const kmp_parallel parallel = {eq->run, eq->n};
@@ -108,16 +206,16 @@ static kempe_status passes(kmp_equations *eq, kmp_gains *gains)
     bool ok = out;
     if (ok) {
         gains->made = count_made(eq->graph);
-        gains->needed = operations(eq->graph, count, out, 0);
-        put(gains, "axes, bodies, closures", operations(eq->graph, count, out, KMP_COST_ADDITION));
+        gains->needed = amount_of(eq->graph, count, out, 0).operations;
+        put(gains, "ways to write them", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
     }
     for (int k = 0; ok && k < pass_count; k++) {
         ok = pass[k].run(eq->graph, &parallel, count, out);
-        put(gains, pass[k].name, operations(eq->graph, count, out, k == 0 ? KMP_COST_ADDITION : 0));
+        put(gains, pass[k].name, written_out(eq->graph, count, out));
     }
     kmp_program *p = ok ? kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&out) : NULL;
-    if (p)
-        put(gains, "parameters in advance", kmp_program_count(p, 1, 1).paper);
+    long needed = p ? kmp_program_count(p, 1, 1).paper : -1;
+    put(gains, "parameters in advance", (amount){needed, needed});
     ok = p;
     kmp_program_free(p);
     kmp_free(out);
@@ -135,7 +233,9 @@ kempe_status kmp_gains_find(const kempe_model *model, kmp_gains *gains)
     status = kmp_equations_derive(&eq, model, &scene);
     if (status != KEMPE_OK)
         return status;
-    status = passes(&eq, gains);
+    status = ways(model, scene, &eq.ways, gains);
+    if (status == KEMPE_OK)
+        status = passes(&eq, gains);
     kmp_equations_free(&eq);
     return status;
 }

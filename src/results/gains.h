@@ -5,16 +5,19 @@
 
 #include "dynamics/system.h"
 
-enum { KMP_GAINS_MOST = 16 };
+enum { KMP_GAINS_MOST = 16, KMP_GAINS_WAYS = 7 };
 
 typedef struct kmp_gain {
     const char *name;
     long operations; /* + - * / after it, with those before it; -1: not tried, the model is too large */
+    long runtime;    /* of these, those of more than parameters */
 } kmp_gain;
 
 typedef struct kmp_gains {
     kmp_gain steps[KMP_GAINS_MOST];
     int count;
+    kmp_gain ways[KMP_GAINS_WAYS]; /* as a program after all passes without each, and with all */
+    kmp_gain all;
     long made, needed; /* operations of the graph, of the program */
 } kmp_gains;
 

@@ -151,10 +151,20 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
 }
 
 /* Percent of what it was before. */
-static double gain_of(const kmp_gains *gains, int k)
+/* In %. */
+static double gain_of(long before, long after)
 {
-    long before = k > 0 ? gains->steps[k - 1].operations : -1, after = gains->steps[k].operations;
-    return before > 0 && after >= 0 ? 100.0 * (double)(before - after) / (double)before : NAN;
+    return before ? 100.0 * (double)(before - after) / (double)before : 0;
+}
+
+static void show_amount(kmp_text *text, long before, long after)
+{
+    if (after < 0)
+        kmp_text_printf(text, " %10s %10s", "-", "");
+    else if (before < 0)
+        kmp_text_printf(text, " %10ld %10s", after, "");
+    else
+        kmp_text_printf(text, " %10ld %8.1f %%", after, gain_of(before, after));
 }
 
 static double useless_share(const kmp_gains *gains)
@@ -164,30 +174,50 @@ static double useless_share(const kmp_gains *gains)
 
 static void show_gains(kmp_text *text, const kmp_gains *gains)
 {
-    kmp_text_printf(text, "\n%-28s %10s %8s\n", "simplification", "+ - * /", "gain");
+    kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "simplification", "+ - * /", "gain", "run time", "gain");
     for (int k = 0; k < gains->count; k++) {
-        double gain = gain_of(gains, k);
-        kmp_text_printf(text, "  %-26s ", gains->steps[k].name);
-        if (gains->steps[k].operations >= 0)
-            kmp_text_printf(text, "%10ld", gains->steps[k].operations);
-        else
-            kmp_text_printf(text, "%10s", "-");
-        kmp_text_printf(text, isfinite(gain) ? " %6.1f %%\n" : "\n", gain);
+        const kmp_gain *gain = &gains->steps[k], *before = k ? gain - 1 : NULL;
+        kmp_text_printf(text, "  %-25s", gain->name);
+        show_amount(text, before ? before->operations : -1, gain->operations);
+        show_amount(text, before ? before->runtime : -1, gain->runtime);
+        kmp_text_put(text, "\n");
     }
+    kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one of the ways", "+ - * /", "gain", "run time",
+                    "gain");
+    for (int k = 0; k < KMP_GAINS_WAYS; k++) {
+        const kmp_gain *without = &gains->ways[k];
+        kmp_text_printf(text, "  %-25s %10ld %8.1f %% %10ld %8.1f %%\n", without->name, without->operations,
+                        gain_of(without->operations, gains->all.operations), without->runtime,
+                        gain_of(without->runtime, gains->all.runtime));
+    }
+    kmp_text_printf(text, "  %-25s %10ld %10s %10ld\n\n", gains->all.name, gains->all.operations, "",
+                    gains->all.runtime);
     kmp_text_printf(text, "useless equations: %ld of %ld operations made are not needed, %.0f %%\n",
                     gains->made - gains->needed, gains->made, useless_share(gains));
-    kmp_text_put(text, "M, C, h, J, jdqd as one program, numbers kept as symbols; each with those before it\n");
+    kmp_text_put(text,
+                 "M, C, h, J, jdqd as one program, numbers kept as symbols; each with those before it, ways as they "
+                 "were chosen together\nrun time: without what depends on numbers alone\n");
+}
+
+static void json_gain(kmp_json *json, const kmp_gain *gain)
+{
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "name", gain->name);
+    kmp_json_whole(json, "operations", gain->operations);
+    kmp_json_whole(json, "runtime", gain->runtime);
+    kmp_json_end(json);
 }
 
 static void json_gains(kmp_json *json, const kmp_gains *gains)
 {
     kmp_json_array(json, "simplifications");
-    for (int k = 0; k < gains->count; k++) {
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "name", gains->steps[k].name);
-        kmp_json_whole(json, "operations", gains->steps[k].operations);
-        kmp_json_end(json);
-    }
+    for (int k = 0; k < gains->count; k++)
+        json_gain(json, &gains->steps[k]);
+    kmp_json_end(json);
+    kmp_json_array(json, "without_ways");
+    for (int k = 0; k < KMP_GAINS_WAYS; k++)
+        json_gain(json, &gains->ways[k]);
+    json_gain(json, &gains->all);
     kmp_json_end(json);
     kmp_json_whole(json, "made", gains->made);
     kmp_json_whole(json, "needed", gains->needed);

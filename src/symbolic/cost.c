@@ -80,7 +80,9 @@ static void count_use(kmp_cost *cost, kmp_ref r, bool up)
             continue;
         const kmp_node *n = kmp_graph_node(cost->graph, id);
         long own = price(cost->graph, cost->sum_price, n);
-        cost->operations += up ? own : -own;
+        long paid = up ? own : -own;
+        cost->operations += paid;
+        cost->once += n->depends & ~(1u << KMP_IN_PARAMETER) ? 0 : paid;
         for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
             push(cost, &top, kmp_id(kmp_operand(n, k)));
     }

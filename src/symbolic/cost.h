@@ -12,6 +12,7 @@ typedef struct kmp_cost {
     uint32_t *stack, capacity;
     int sum_price;   /* of the sine or cosine of a sum */
     long operations; /* + - * / of the nodes in use */
+    long once;       /* of these, those of parameters alone */
     bool failed;     /* no memory */
 } kmp_cost;
 

@@ -59,7 +59,8 @@ enum {
     KMP_RULE_CANCEL = 2, /* a - a, a + b - a, terms with the same base */
     KMP_RULE_SHARE = 4,  /* equal nodes are one: what occurs twice is an auxiliary variable; squares are collected */
     KMP_RULE_TRIG = 8,   /* cos^2 + sin^2, rotations of what was rotated about the same axis */
-    KMP_RULE_ALL = 15
+    KMP_RULE_RUNS = 16,  /* of these, those by the sum of both angles; without it those back to where it came from */
+    KMP_RULE_ALL = 31
 };
 
 kmp_graph *kmp_graph_new(void);

@@ -157,10 +157,11 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     }
     if (r->size && collapse) {
         const entry *e = &r->entries[slot(r, first, second)];
-        if (e->first != KMP_ZERO) {
+        kmp_ref sum = e->first != KMP_ZERO ? kmp_angle_add(g, e->angle, angle) : angle;
+        if (e->first != KMP_ZERO && (sum == KMP_ZERO || kmp_graph_has_rule(g, KMP_RULE_RUNS))) {
             *y = turned ? kmp_neg(e->z) : e->y;
             *z = turned ? e->y : e->z;
-            angle = kmp_angle_add(g, e->angle, angle);
+            angle = sum;
         }
     }
     if (angle == KMP_ZERO)

@@ -3,6 +3,8 @@
  * differentiation, in axes that turn or stay, and both as two-sided differences say. */
 #include "check.h"
 #include "derived.h"
+#include "dynamics/origins.h"
+#include "dynamics/regroup.h"
 #include "integrators/tangent.h"
 #include "random_model.h"
 
@@ -57,10 +59,10 @@ static void eval(derived *d, const inputs *in, const state *s)
     derived_eval(d, s);
 }
 
-/* Axes stay and moments are about joints wherever, every third model. */
+/* Axes stay, moments are about joints, origins elsewhere and masses with parents wherever, every third model. */
 typedef struct choice {
     bool stay[STATE_MAX], about[STATE_MAX];
-    uint8_t way[64];
+    uint8_t way[64], origin[STATE_MAX], give[STATE_MAX], lump[STATE_MAX];
 } choice;
 
 static void choose_ways(choice *c, int number)
@@ -68,6 +70,9 @@ static void choose_ways(choice *c, int number)
     for (int k = 0; k < STATE_MAX; k++) {
         c->stay[k] = number % 3 && pick(3);
         c->about[k] = number % 3 == 2 && pick(2);
+        c->origin[k] = (uint8_t)(number % 3 == 2 ? pick(KMP_ORIGINS) : 0);
+        c->give[k] = (uint8_t)(number % 3 == 2 ? pick(KMP_GIVE_ALL + 1) : 0);
+        c->lump[k] = (uint8_t)(number % 3 == 2 ? pick(KMP_GIVE_ALL + 1) : 0);
     }
     for (int k = 0; k < 64; k++)
         c->way[k] = 0;
@@ -75,7 +80,14 @@ static void choose_ways(choice *c, int number)
 
 static bool derive(derived *d, const kempe_model *model, choice *c, kmp_tangent_way way, int number)
 {
-    const kmp_ways ways = {.stay = c->stay, .about = c->about, .way = c->way, .by_q = way, .by_qd = way};
+    const kmp_ways ways = {.stay = c->stay,
+                           .about = c->about,
+                           .origin = c->origin,
+                           .give = c->give,
+                           .lump = c->lump,
+                           .way = c->way,
+                           .by_q = way,
+                           .by_qd = way};
     const kmp_scene scene = {.sets = SETS,
                              .ways = &ways,
                              .keep = number % 2 ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING,

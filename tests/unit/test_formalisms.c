@@ -9,6 +9,8 @@
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/forces.h"
+#include "dynamics/origins.h"
+#include "dynamics/regroup.h"
 #include "random_model.h"
 #include <stdlib.h>
 
@@ -305,32 +307,46 @@ static kempe_model *model_of(kempe_context *context, const char *bodies)
 
 /* -- ways to write it ---------------------------------------------------------------------------------- */
 
-/* Axes that stay and moments about joints, wherever, at once or after others. */
+/* All of them, wherever, at once or after others. */
+static void pick_ways(kmp_ways *ways, const kempe_model *model)
+{
+    for (int k = 0; k < model->motion_count; k++) {
+        ways->stay[k] = pick(2);
+        ways->about[k] = pick(2);
+        ways->origin[k] = (uint8_t)pick(KMP_ORIGINS);
+        ways->give[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
+        ways->lump[k] = (uint8_t)pick(KMP_GIVE_ALL + 1);
+    }
+    for (int k = 0; k < 4 * model->closure_count; k++)
+        ways->way[k] = (uint8_t)pick(3);
+    ways->spread = pick(2);
+    ways->apart = pick(2);
+}
+
 static void check_ways(int number, const kempe_model *model)
 {
     enum { SETS = MOTION | KMP_SET_INVERSE | KMP_SET_ACCELERATION };
-    bool stay[STATE_MAX], about[STATE_MAX];
-    uint8_t way[64];
-    for (int k = 0; k < STATE_MAX; k++) {
-        stay[k] = pick(2);
-        about[k] = pick(2);
-    }
-    for (int k = 0; k < 64; k++)
-        way[k] = (uint8_t)pick(3);
-    const kmp_ways ways = {.stay = stay, .about = about, .way = way};
+    kmp_ways ways;
+    CHECK(kmp_ways_init(&ways, model));
+    pick_ways(&ways, model);
     const bool keep = number % 2;
     kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .ways = &ways};
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
     derived other = {0}, plain;
-    bool nowhere[STATE_MAX] = {false};
-    const kmp_ways first = {
-        .stay = number % 4 < 2 ? stay : nowhere, .about = number % 4 < 2 ? about : nowhere, .way = way};
+    kmp_ways first;
+    CHECK(kmp_ways_init(&first, model));
+    if (number % 4 < 2)
+        kmp_ways_copy(&first, &ways, model);
+    memcpy(first.way, ways.way, 4 * (size_t)model->closure_count);
     scene.ways = &first;
-    if (kmp_equations_derive_once(&other.eq, model, &scene) != KEMPE_OK)
-        return;
+    bool derives = kmp_equations_derive_once(&other.eq, model, &scene) == KEMPE_OK;
     scene.ways = &ways;
-    if (number % 4 > 1)
+    if (derives && number % 4 > 1)
         CHECK(kmp_equations_derive_again(&other.eq, &scene) == KEMPE_OK);
+    kmp_ways_free(&ways);
+    kmp_ways_free(&first);
+    if (!derives)
+        return;
     derived_finish(&other);
     CHECK(derived_init(&plain, model, SETS, KMP_SCHEME_COMPOSITE, keep));
     state s = random_state_vectors();
@@ -349,6 +365,46 @@ static void check_ways(int number, const kempe_model *model)
     derived_free(&plain);
 }
 
+/* Forces and torques on bodies act at centres of mass, wherever the origins are. */
+static void bias_of(const kempe_model *model, const kmp_scene *scene, const state *s, const double *input, double *bias)
+{
+    kmp_equations eq;
+    CHECK(kmp_equations_derive_once(&eq, model, scene) == KEMPE_OK);
+    const kmp_ref *outputs = eq.bias;
+    kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &outputs);
+    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
+    kmp_machine_set(machine, KMP_IN_TIME, &s->t);
+    kmp_machine_set(machine, KMP_IN_Q, s->q);
+    kmp_machine_set(machine, KMP_IN_QD, s->qd);
+    kmp_machine_set(machine, KMP_IN_FORCE, input);
+    kmp_machine_set(machine, KMP_IN_TORQUE, input + 1);
+    (void)kmp_machine_run(machine, 0);
+    memcpy(bias, kmp_machine_run(machine, 1), (size_t)eq.n * sizeof *bias);
+    kmp_machine_free(machine);
+    kmp_program_free(p);
+    kmp_equations_free(&eq);
+}
+
+static void inputs_agree(void)
+{
+    double input[3 * STATE_MAX + 1], plain[STATE_MAX], other[STATE_MAX];
+    for (int number = 0; number < MODELS; number += 3) {
+        random_model r = model_number(number);
+        kmp_ways ways = {0};
+        CHECK(r.model && kmp_ways_init(&ways, r.model));
+        kmp_scene scene = {.sets = KMP_SET_BIAS, .body_inputs = true, .ways = &ways};
+        state s = random_state_vectors();
+        for (int k = 0; k < 3 * STATE_MAX + 1; k++)
+            input[k] = between(-5, 5);
+        bias_of(r.model, &scene, &s, input, plain);
+        pick_ways(&ways, r.model);
+        bias_of(r.model, &scene, &s, input, other);
+        check_close(number, "C with inputs", distance(r.model->motion_count, other, plain), 1e-12);
+        kmp_ways_free(&ways);
+        random_model_free(&r);
+    }
+}
+
 static void ways_agree(void)
 {
     for (int number = 0; number < MODELS; number++) {
@@ -357,6 +413,58 @@ static void ways_agree(void)
             check_ways(number, r.model);
         random_model_free(&r);
     }
+}
+
+/* Operations of M and C together, numbers kept; those at run time alone. */
+static long count_of(const kempe_model *model, const kmp_ways *ways, kmp_ways *found)
+{
+    kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .keep = KMP_KEEP_NUMBERS, .ways = ways};
+    kmp_equations eq;
+    CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
+    const int sizes[2] = {eq.n * eq.n, eq.n};
+    const kmp_ref *const groups[2] = {eq.mass, eq.bias};
+    kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
+    long count = kmp_program_count(p, 1, 2).paper;
+    if (found)
+        kmp_ways_copy(found, &eq.ways, model);
+    kmp_program_free(p);
+    kmp_equations_free(&eq);
+    return count;
+}
+
+/* Two bodies in space: each way alone where it helps, and the search takes base parameters by itself. */
+static void base_parameters_pay(void)
+{
+    static const char bodies[] =
+        "  a: {joint: {revolute: x, at: ground}, mass: 1, com: [1, 2, 3], inertia: {xx: 5, yy: 6, "
+        "zz: 7, xy: 1}, points: {P: [3, 1, 2]}}\n"
+        "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [1, 2, 4], inertia: {xx: 5, yy: 6, "
+        "zz: 7, xz: 1}, points: {P: [0, 0, 2]}}\n"
+        "  c: {joint: {revolute: y, at: b.P}, mass: 1, com: [1, 2, 4], inertia: {xx: 5, yy: 6, "
+        "zz: 7, xz: 1}}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = model_of(context, bodies);
+    kmp_ways ways = {0}, found = {0};
+    if (!model || !kmp_ways_init(&ways, model) || !kmp_ways_init(&found, model)) {
+        CHECK(false);
+        return;
+    }
+    long plain = count_of(model, &ways, NULL);
+    ways.give[1] = ways.give[2] = KMP_GIVE_ALL;
+    long given = count_of(model, &ways, NULL);
+    ways.lump[1] = ways.lump[2] = KMP_GIVE_ALL;
+    long lumped = count_of(model, &ways, NULL);
+    ways.origin[1] = KMP_ORIGIN_CHILD; /* c hangs on the axis of b */
+    long moved = count_of(model, &ways, NULL);
+    long best = count_of(model, NULL, &found);
+    printf("   %ld operations, %ld %ld %ld with one way more, %ld found\n", plain, given, lumped, moved, best);
+    CHECK(given < plain && lumped < given && moved < lumped);
+    CHECK(10 * best < 9 * plain);
+    CHECK(found.give[1] == KMP_GIVE_ALL && found.lump[2] & KMP_GIVE_MASS);
+    kmp_ways_free(&ways);
+    kmp_ways_free(&found);
+    kempe_model_free(model);
+    kempe_context_free(context);
 }
 
 /* In the plane nothing is turned twice: chains of parallel axes are written in axes that stay. */
@@ -372,10 +480,8 @@ static void parallel_axes_stay(void)
                                            "  d: {joint: {revolute: z, at: c.P}, mass: 1, com: [3, 2, 0], "
                                            "inertia: {zz: 2}}\n");
     long count[3] = {0, 0, 0};
-    bool nowhere[4] = {false}, stay[4], about[4];
-    uint8_t way[4] = {0};
-    const kmp_ways plain = {.stay = nowhere, .about = nowhere, .way = way};
-    const kmp_ways found = {.stay = stay, .about = about, .way = way};
+    kmp_ways plain = {0}, found = {0};
+    CHECK(model && kmp_ways_init(&plain, model) && kmp_ways_init(&found, model));
     for (int k = 0; model && k < 3; k++) { /* turning axes, what is found, and that beside turning axes */
         kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .ways = k == 1 ? NULL : &plain};
         kmp_equations eq;
@@ -388,11 +494,12 @@ static void parallel_axes_stay(void)
         kmp_program *p = kmp_program_new(eq.graph, 2, sizes, groups);
         count[k] = kmp_program_count(p, 0, 2).paper;
         CHECK(eq.ways.stay[3] == (k > 0));
-        memcpy(stay, eq.ways.stay, sizeof stay);
-        memcpy(about, eq.ways.about, sizeof about);
+        kmp_ways_copy(&found, &eq.ways, model);
         kmp_program_free(p);
         kmp_equations_free(&eq);
     }
+    kmp_ways_free(&plain);
+    kmp_ways_free(&found);
     CHECK(count[2] == count[1]);
     printf("   %ld operations, %ld in turning axes\n", count[1], count[0]);
     CHECK(10 * count[1] < 9 * count[0]);
@@ -418,21 +525,21 @@ static void refused(const char *bodies, const char *sentence)
 
 static void massless_ends(void)
 {
-    refused(
-        "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}\n"
-        "  b: {joint: {revolute: y, at: a}}\n",
-        "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'b' of body 'b' moves none; "
-        "give the bodies behind it an inertia about its axis, or take M and C");
-    refused(
-        "  a: {joint: {prismatic: x, at: ground}}\n",
-        "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves none; "
-        "give the bodies behind it a mass, or take M and C");
+    refused("  a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}\n"
+            "  b: {joint: {revolute: y, at: a}}\n",
+            "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'b' of body 'b' moves "
+            "none; "
+            "give the bodies behind it an inertia about its axis, or take M and C");
+    refused("  a: {joint: {prismatic: x, at: ground}}\n",
+            "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves "
+            "none; "
+            "give the bodies behind it a mass, or take M and C");
     /* two joints about one axis: what is left behind the second is nothing about it */
-    refused(
-        "  a: {joint: {revolute: z, at: ground}}\n"
-        "  b: {joint: {revolute: z, at: a}, mass: 1, com: [1, 0, 0]}\n",
-        "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves none; "
-        "give the bodies behind it an inertia about its axis, or take M and C");
+    refused("  a: {joint: {revolute: z, at: ground}}\n"
+            "  b: {joint: {revolute: z, at: a}, mass: 1, com: [1, 0, 0]}\n",
+            "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'a' of body 'a' moves "
+            "none; "
+            "give the bodies behind it an inertia about its axis, or take M and C");
 }
 
 /* -- growth -------------------------------------------------------------------------------------------- */
@@ -484,6 +591,8 @@ int main(void)
     TEST(plain_numeric);
     TEST(full_matrices);
     TEST(ways_agree);
+    TEST(inputs_agree);
+    TEST(base_parameters_pay);
     TEST(parallel_axes_stay);
     TEST(massless_ends);
     TEST(operations_grow_linearly);

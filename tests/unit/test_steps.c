@@ -31,7 +31,8 @@ static void by_hand(void)
     kmp_graph_free(g);
 }
 
-/* Three bodies on R1 R2 R3 joints, by the paper's scheme, diagonal inertias: 18 vector steps, as it says. */
+/* Three bodies on R1 R2 R3 joints, by the paper's scheme, diagonal inertias: the paper has 18 vector
+ * steps, base parameters save one. */
 static void pendulum_of_the_paper(void)
 {
     kempe_context *context = kempe_context_new();
@@ -41,7 +42,7 @@ static void pendulum_of_the_paper(void)
     for (int k = 0; model && k < 2; k++) {
         const kmp_scene scene = {.scheme = KMP_SCHEME_NER, .keep = k ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING};
         CHECK(kmp_tally_sets(model, &scene, kmp_sets_find("M_C", 3), &tally) == KEMPE_OK);
-        CHECK(tally.steps.vector == 18);
+        CHECK(tally.steps.vector == 17);
         printf("   %ld operations, %d assignments in %d steps\n", tally.counts.paper, (int)tally.steps.serial,
                (int)tally.steps.vector);
     }
