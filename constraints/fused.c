@@ -257,7 +257,7 @@ static void make_reduced(maker *k, const int *place, kmp_ref mr[MOST_FREEDOMS][M
 static void solve_reduced(maker *k, kmp_ref mr[MOST_FREEDOMS][MOST_FREEDOMS], kmp_ref *force, kmp_ref *pivot)
 {
     kmp_graph *g = k->g;
-    kmp_ref inverse[MOST_FREEDOMS];
+    kmp_ref inverse[MOST_FREEDOMS] = {0};
     for (int j = 0; j < k->p; j++) {
         pivot[j] = mr[j][j];
         inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
