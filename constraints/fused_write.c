@@ -1,0 +1,403 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
+ * solved by their determinant, larger ones by elimination in the order that partial pivoting takes now. */
+#include "base/memory.h"
+#include "constraints/fused_inside.h"
+#include <math.h>
+
+/* What is being written. */
+typedef struct maker {
+    const kmp_reduction *red;
+    const kempe_system *s;
+    kmp_graph *g;
+    int n, p, r;
+    kmp_ref *out; /* of the motion program */
+    const kmp_ref *jacobian, *h_t, *mass, *jdqd;
+    kmp_ref *bias;
+    kmp_ref *ju;            /* r x p, row by row */
+    int *jv_start, *jv_col; /* by row */
+    kmp_ref *jv;            /* likewise */
+    double *jv_value;       /* likewise, now */
+    int *block_of;          /* by column */
+    kmp_ref *b, *x_t, *a0;  /* r x p row by row, r, r */
+    kmp_ref *mx;            /* n x p, row by row */
+    kmp_ref *multiplier;    /* of all blocks */
+    double *factor;         /* likewise */
+    int multipliers;
+    bool failed;
+} maker;
+
+/* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
+typedef struct block {
+    int size, row[KMP_FUSED_BLOCK], col[KMP_FUSED_BLOCK];
+    kmp_ref a[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
+    kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; of two rows: of the determinant */
+} block;
+
+static void find_entries(maker *k, int row, double value[KMP_FUSED_BLOCK], kmp_ref entry[KMP_FUSED_BLOCK],
+                         const block *b)
+{
+    for (int j = 0; j < b->size; j++) {
+        entry[j] = KMP_ZERO;
+        value[j] = 0;
+    }
+    for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
+        for (int j = 0; j < b->size; j++)
+            if (k->jv_col[e] == b->col[j]) {
+                entry[j] = k->jv[e];
+                value[j] = k->jv_value[e];
+            }
+}
+
+static double scale_of(const maker *k, int row)
+{
+    return k->s->row_scale[k->red->part->rows[row]];
+}
+
+/* The order in which partial pivoting takes the rows now, scaled. */
+static void order_rows(const maker *k, block *b, double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK])
+{
+    int size = b->size;
+    for (int i = 0; i < size; i++)
+        for (int j = 0; j < size; j++)
+            value[i][j] /= scale_of(k, b->row[i]);
+    for (int c = 0; c < size; c++) {
+        int best = c;
+        for (int i = c + 1; i < size; i++)
+            if (fabs(value[i][c]) > fabs(value[best][c]))
+                best = i;
+        for (int j = 0; best != c && j < size; j++) {
+            double x = value[c][j];
+            kmp_ref y = b->a[c][j];
+            value[c][j] = value[best][j];
+            b->a[c][j] = b->a[best][j];
+            value[best][j] = x;
+            b->a[best][j] = y;
+        }
+        int row = b->row[c];
+        b->row[c] = b->row[best];
+        b->row[best] = row;
+        for (int i = c + 1; i < size; i++) {
+            double l = value[c][c] != 0 ? value[i][c] / value[c][c] : 0;
+            for (int j = c; j < size; j++)
+                value[i][j] -= l * value[c][j];
+        }
+    }
+}
+
+static void take_block(maker *k, int number, block *b)
+{
+    double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
+    const int *col = kmp_block_columns(k->red->block, number, &b->size), *row = kmp_block_rows(k->red->block, number);
+    for (int i = 0; i < b->size; i++) {
+        b->col[i] = col[i];
+        b->row[i] = row[i];
+    }
+    for (int i = 0; i < b->size; i++)
+        find_entries(k, b->row[i], value[i], b->a[i], b);
+    if (b->size > 2)
+        order_rows(k, b, value);
+}
+
+/* One row: its inverse. Two: that of the determinant. More: L below the diagonal, U on and above it. */
+static void factor_block(maker *k, block *b)
+{
+    kmp_graph *g = k->g;
+    if (b->size == 2) {
+        kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
+        b->inverse[0] = kmp_div(g, KMP_ONE, det);
+        return;
+    }
+    for (int c = 0; c < b->size; c++) {
+        b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
+        for (int i = c + 1; i < b->size; i++) {
+            if (b->a[i][c] == KMP_ZERO)
+                continue;
+            b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
+            k->multiplier[k->multipliers] = b->a[i][c];
+            k->factor[k->multipliers++] = scale_of(k, b->row[c]) / scale_of(k, b->row[i]);
+            for (int j = c + 1; j < b->size; j++)
+                b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
+        }
+    }
+}
+
+static void solve_two(kmp_graph *g, const block *b, kmp_ref *x)
+{
+    kmp_ref y = x[0], z = x[1], w = b->inverse[0];
+    x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
+    x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
+}
+
+static void solve_block(kmp_graph *g, const block *b, kmp_ref *x)
+{
+    if (b->size == 2) {
+        solve_two(g, b, x);
+        return;
+    }
+    for (int i = 1; i < b->size; i++)
+        for (int j = 0; j < i; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+    for (int i = b->size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < b->size; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+        x[i] = kmp_mul(g, x[i], b->inverse[i]);
+    }
+}
+
+/* The right-hand side of a row less what is known of the solution: columns of later blocks. */
+static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
+{
+    for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
+        if (k->block_of[k->jv_col[e]] > number)
+            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[e], x[k->jv_col[e] * stride]));
+    return rhs;
+}
+
+/* x = Jv^-1 rhs of every column, the last block first. */
+static void solve_columns(maker *k, int number, const block *b, int columns, const kmp_ref *rhs, kmp_ref *x)
+{
+    for (int c = 0; c < columns; c++) {
+        kmp_ref y[KMP_FUSED_BLOCK];
+        for (int i = 0; i < b->size; i++)
+            y[i] = left_over(k, b->row[i], rhs[b->row[i] * columns + c], x + c, columns, number);
+        solve_block(k->g, b, y);
+        for (int i = 0; i < b->size; i++)
+            x[b->col[i] * columns + c] = y[i];
+    }
+}
+
+/* Bvu, x_t and a0: -Jv^-1 of Ju, h_t and jdqd. */
+static void make_tangent(maker *k)
+{
+    for (int number = k->r > 0 ? kmp_block_count(k->red->block) : 0; number-- > 0;) {
+        block b;
+        take_block(k, number, &b);
+        factor_block(k, &b);
+        solve_columns(k, number, &b, k->p, k->ju, k->b);
+        if (k->h_t)
+            solve_columns(k, number, &b, 1, k->h_t, k->x_t);
+        solve_columns(k, number, &b, 1, k->jdqd, k->a0);
+    }
+    for (int i = 0; i < k->r * k->p; i++)
+        k->b[i] = kmp_neg(k->b[i]);
+    for (int i = 0; i < k->r; i++) {
+        k->x_t[i] = kmp_neg(k->x_t[i]);
+        k->a0[i] = kmp_neg(k->a0[i]);
+    }
+}
+
+/* Entry of X = (1; Bvu) in the row of a coordinate, whose place among v is v, -1 - its place among u otherwise. */
+static kmp_ref x_entry(const maker *k, int place, int column)
+{
+    if (place >= 0)
+        return k->b[place * k->p + column];
+    return -1 - place == column ? KMP_ONE : KMP_ZERO;
+}
+
+static void add_product(kmp_graph *g, kmp_ref *sum, kmp_ref a, kmp_ref b)
+{
+    *sum = kmp_add(g, *sum, kmp_mul(g, a, b));
+}
+
+/* M X. */
+static void make_mx(maker *k, const int *place)
+{
+    const kmp_pattern *m = &k->s->mass;
+    for (int e = 0; e < m->count; e++)
+        for (int c = 0; c < k->p; c++) {
+            int i = m->row[e], j = m->col[e];
+            add_product(k->g, &k->mx[i * k->p + c], k->mass[e], x_entry(k, place[j], c));
+            if (i != j)
+                add_product(k->g, &k->mx[j * k->p + c], k->mass[e], x_entry(k, place[i], c));
+        }
+}
+
+/* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
+static void make_reduced(maker *k, const int *place, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS],
+                         kmp_ref force[KMP_FUSED_FREEDOMS])
+{
+    for (int c = 0; c < k->p; c++) {
+        force[c] = KMP_ZERO;
+        for (int i = 0; i < k->n; i++) {
+            add_product(k->g, &force[c], x_entry(k, place[i], c), k->bias[i]);
+            if (place[i] >= 0)
+                add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[place[i]]);
+        }
+        force[c] = kmp_neg(force[c]);
+        for (int d = 0; d <= c; d++) {
+            mr[c][d] = KMP_ZERO;
+            for (int i = 0; i < k->n; i++)
+                add_product(k->g, &mr[c][d], x_entry(k, place[i], c), k->mx[i * k->p + d]);
+        }
+    }
+}
+
+/* Mr = L D L', in place; then force becomes udd. The pivots D go out, too. */
+static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], kmp_ref *force, kmp_ref *pivot)
+{
+    kmp_graph *g = k->g;
+    kmp_ref inverse[KMP_FUSED_FREEDOMS] = {0};
+    for (int j = 0; j < k->p; j++) {
+        pivot[j] = mr[j][j];
+        inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
+        for (int i = j + 1; i < k->p; i++) {
+            kmp_ref l = kmp_mul(g, mr[i][j], inverse[j]);
+            for (int c = j + 1; c <= i; c++)
+                mr[i][c] = kmp_sub(g, mr[i][c], kmp_mul(g, l, mr[c][j]));
+        }
+        for (int i = j + 1; i < k->p; i++)
+            mr[i][j] = kmp_mul(g, mr[i][j], inverse[j]);
+    }
+    for (int i = 0; i < k->p; i++)
+        for (int j = 0; j < i; j++)
+            force[i] = kmp_sub(g, force[i], kmp_mul(g, mr[i][j], force[j]));
+    for (int i = k->p - 1; i >= 0; i--) {
+        force[i] = kmp_mul(g, force[i], inverse[i]);
+        for (int j = i + 1; j < k->p; j++)
+            force[i] = kmp_sub(g, force[i], kmp_mul(g, mr[j][i], force[j]));
+    }
+}
+
+/* qd of v. */
+static void make_rates(const maker *k, kmp_ref *rate)
+{
+    for (int i = 0; i < k->r; i++) {
+        rate[i] = k->x_t[i];
+        for (int c = 0; c < k->p; c++)
+            add_product(k->g, &rate[i], k->b[i * k->p + c], kmp_input(k->g, KMP_IN_QD, (uint32_t)k->red->part->u[c]));
+    }
+}
+
+/* -- making ------------------------------------------------------------------------------------------ */
+
+static bool allocate(maker *k)
+{
+    int entries = k->s->jacobian.count;
+    k->out = KMP_NEW(kmp_ref, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
+    k->ju = KMP_NEW(kmp_ref, k->r * k->p);
+    k->jv_start = KMP_NEW(int, k->r + 2);
+    k->jv_col = KMP_NEW(int, entries);
+    k->jv = KMP_NEW(kmp_ref, entries);
+    k->jv_value = KMP_NEW(double, entries);
+    k->block_of = KMP_NEW(int, k->r);
+    k->b = KMP_NEW(kmp_ref, k->r * k->p);
+    k->x_t = KMP_NEW(kmp_ref, k->r);
+    k->a0 = KMP_NEW(kmp_ref, k->r);
+    k->mx = KMP_NEW(kmp_ref, k->n * k->p);
+    k->multiplier = KMP_NEW(kmp_ref, k->r * KMP_FUSED_BLOCK);
+    k->factor = KMP_NEW(double, k->r *KMP_FUSED_BLOCK);
+    return k->out && k->ju && k->jv_start && k->jv_col && k->jv && k->jv_value && k->block_of && k->b && k->x_t &&
+           k->a0 && k->mx && k->multiplier && k->factor;
+}
+
+static void release(maker *k)
+{
+    kmp_graph_free(k->g);
+    void *parts[] = {k->out,      k->ju, k->jv_start, k->jv_col, k->jv, k->jv_value,
+                     k->block_of, k->b,  k->x_t,      k->a0,     k->mx, k->multiplier};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        kmp_free(parts[i]);
+}
+
+/* Rows of independent closures in the order of the partition, from those of all rows. */
+static const kmp_ref *independent(const maker *k, const kmp_ref *all, kmp_ref *into)
+{
+    for (int i = 0; i < k->r; i++)
+        into[i] = all[k->red->part->rows[i]];
+    return into;
+}
+
+/* The motion program's outputs, sorted into what they are. */
+static void sort_outputs(maker *k)
+{
+    const kempe_system *s = k->s;
+    const int *first = s->motion->outputs;
+    kmp_ref *room = k->out + first[s->motion->stages];
+    k->jacobian = k->out + first[KMP_STAGE_CLOSURE] + s->m;
+    k->h_t = s->rheonomic ? independent(k, k->jacobian + s->jacobian.count, room) : NULL;
+    k->mass = k->out + first[KMP_STAGE_MASS];
+    k->bias = k->out + first[KMP_STAGE_BIAS];
+    k->jdqd = independent(k, k->bias + s->n, room + s->m);
+    for (int i = 0; s->force && i < s->n; i++) /* C holds efforts with their sign turned */
+        k->bias[i] = kmp_sub(k->g, k->bias[i], kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i));
+}
+
+/* Jv by rows, and Ju. */
+static void sort_jacobian(maker *k, const int *place)
+{
+    const kmp_pattern *pattern = &k->s->jacobian;
+    const double *value = k->red->plant->jacobian;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int e = 0; e < pattern->count; e++) {
+            int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
+            if (row < 0)
+                continue;
+            if (col < 0) {
+                k->ju[row * k->p - 1 - col] = k->jacobian[e];
+            } else if (pass == 0) {
+                k->jv_start[row + 2]++;
+            } else {
+                int to = k->jv_start[row + 1]++;
+                k->jv_col[to] = col;
+                k->jv[to] = k->jacobian[e];
+                k->jv_value[to] = value[e];
+            }
+        }
+        for (int i = 0; pass == 0 && i < k->r; i++)
+            k->jv_start[i + 2] += k->jv_start[i + 1];
+    }
+    for (int number = k->r > 0 ? kmp_block_count(k->red->block) : 0; number-- > 0;) {
+        int size;
+        const int *col = kmp_block_columns(k->red->block, number, &size);
+        for (int i = 0; i < size; i++)
+            k->block_of[col[i]] = number;
+    }
+}
+
+static kmp_program *write_program(maker *k, const int *place)
+{
+    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
+    int count[] = {k->r, 2 * k->p, 0};
+    make_tangent(k);
+    make_mx(k, place);
+    make_reduced(k, place, mr, end);
+    solve_reduced(k, mr, end, end + k->p);
+    kmp_ref *rate = KMP_NEW(kmp_ref, k->r);
+    if (!rate)
+        return NULL;
+    make_rates(k, rate);
+    count[2] = k->multipliers;
+    const kmp_ref *groups[] = {rate, end, k->multiplier};
+    kmp_program *program = kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
+    kmp_free(rate);
+    return program;
+}
+
+static kmp_program *make_program(maker *k)
+{
+    int *place = KMP_NEW(int, k->n);
+    kmp_program *program = NULL;
+    k->g = kmp_graph_new();
+    if (place && k->g && allocate(k) && kmp_program_import(k->s->motion, k->g, k->out)) {
+        for (int c = 0; c < k->p; c++)
+            place[k->red->part->u[c]] = -1 - c;
+        for (int i = 0; i < k->r; i++)
+            place[k->red->part->v[i]] = i;
+        sort_outputs(k);
+        sort_jacobian(k, place);
+        program = write_program(k, place);
+    }
+    kmp_free(place);
+    return program;
+}
+
+kmp_program *kmp_fused_write(const kmp_reduction *red, double **factor, int *multipliers)
+{
+    maker k = {.red = red, .s = red->plant->system, .n = red->n, .p = red->p, .r = red->r};
+    kmp_program *program = make_program(&k);
+    *factor = k.factor;
+    *multipliers = k.multipliers;
+    release(&k);
+    return program;
+}

@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/closures.h"
+#include "base/memory.h"
+#include "constraints/kinds/kind.h"
+#include "dynamics/forces.h"
+#include "dynamics/gap.h"
+#include "symbolic/derivative.h"
+#include "symbolic/partials.h"
+#include <math.h>
+#include <string.h>
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+/* What the points' components, summed along the loops, may leave of a zero. */
+#define ROUNDING 1e-13
+
+/* The largest component of any point of the model, or of an axis. */
+static double size_of_points(const kempe_model *model)
+{
+    double size = 1;
+    for (int k = 0; k < model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            size = fmax(size, fabs(model->points[k].at[i].value));
+    return size;
+}
+
+/* Those of what holds two points together are components of a vector. */
+static const char *component_name(const kmp_closure *closure, int component)
+{
+    static const char *const names[] = {"x", "y", "z"}, *const numbers[] = {"1", "2", "3", "4", "5", "6"};
+    return strcmp(closure->kind, "ball") == 0 ? names[component] : numbers[component];
+}
+
+/* The value of what depends on no coordinate, at t = 0; NaN when there is no memory. */
+static double constant_value(const kmp_equations *eq, kmp_ref h)
+{
+    static const double start = 0;
+    double *value = KMP_NEW(double, kmp_graph_count(eq->graph)), gap = NAN;
+    double *parameter = KMP_NEW(double, kmp_tree_symbol_count(&eq->tree));
+    const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = &start};
+    if (value && parameter) {
+        kmp_tree_symbol_values(&eq->tree, parameter);
+        kmp_graph_eval(eq->graph, inputs, value);
+        gap = kmp_is_negative(h) ? -value[kmp_id(h)] : value[kmp_id(h)];
+    }
+    kmp_free(value);
+    kmp_free(parameter);
+    return gap;
+}
+
+/* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
+static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
+{
+    bool moves = kmp_graph_node(eq->graph, kmp_id(h))->depends & (1u << KMP_IN_TIME);
+    double gap = h == KMP_ZERO ? 0 : constant_value(eq, h);
+    if (isnan(gap))
+        return kmp_fail_memory(eq->context);
+    if (!moves && fabs(gap) <= ROUNDING * size_of_points(eq->model))
+        return KEMPE_OK;
+    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
+                        "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
+                        "move one of its points",
+                        closure->name, component_name(closure, component), gap);
+}
+
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
+{
+    if (kind->length_power == KMP_KIND_POWER_GIVEN)
+        return closure->power;
+    if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
+        return row < kind->rows - kind->angles ? kind->length_power : 0;
+    return model->motions[closure->motion].rotation ? 0 : 1;
+}
+
+static bool is_drive(const kmp_closure *closure)
+{
+    return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
+}
+
+static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
+{
+    const kempe_model *model = eq->model;
+    kempe_status status = KEMPE_OK;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+        kmp_ref h[KMP_KIND_MAX_ROWS];
+        int frame, kept = 0;
+        if (!kind)
+            return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
+        if (loops_alone && is_drive(closure))
+            continue;
+        kind->residual(&eq->tree, closure, h, &frame);
+        if (kmp_graph_failed(eq->graph))
+            return kmp_fail_memory(eq->context);
+        for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
+            if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
+                eq->h[eq->m] = h[k];
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
+            } else if (status != KEMPE_E_MEMORY) {
+                kempe_status met = constant_row(eq, closure, k, h[k]);
+                status = met != KEMPE_OK ? met : status;
+            }
+        }
+    }
+    return status;
+}
+
+/* Of h along t. */
+static kempe_status derive_time(kmp_equations *eq)
+{
+    kmp_ref leaf = kmp_input(eq->graph, KMP_IN_TIME, 0), one = KMP_ONE;
+    kmp_derivative *d = kmp_derivative_new(eq->graph, 1, &leaf, &one);
+    if (!d)
+        return kmp_fail_memory(eq->context);
+    for (int r = 0; r < eq->m; r++)
+        eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
+    kmp_derivative_free(d);
+    return KEMPE_OK;
+}
+
+static kempe_status derive_jacobian(kmp_equations *eq)
+{
+    for (int k = 0; k < eq->n; k++)
+        (void)kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k);
+    kmp_partials *partials = kmp_partials_new(eq->graph, eq->m, eq->h);
+    bool ok = partials;
+    for (int k = 0; k < eq->n && ok; k++) {
+        const int *row;
+        const kmp_ref *value;
+        int count = kmp_partials_along(partials, kmp_input(eq->graph, KMP_IN_Q, (uint32_t)k), &row, &value);
+        for (int i = 0; i < count; i++)
+            eq->jacobian[row[i] * eq->n + k] = value[i];
+        ok = count >= 0;
+    }
+    kmp_partials_free(partials);
+    return ok ? derive_time(eq) : kmp_fail_memory(eq->context);
+}
+
+/* hdot = J qd + h_t and gamma = its derivative at constant qd. */
+static kempe_status derive_rates(kmp_equations *eq, bool second)
+{
+    kmp_derivative *first = kmp_time_derivative(&eq->tree);
+    kempe_status status = first ? KEMPE_OK : kmp_fail_memory(eq->context);
+    for (int r = 0; first && r < eq->m; r++)
+        eq->hdot[r] = kmp_derivative_of(first, eq->h[r]);
+    kmp_derivative_free(first);
+    if (status != KEMPE_OK || !second)
+        return status;
+    kmp_derivative *again = kmp_time_derivative(&eq->tree);
+    for (int r = 0; again && r < eq->m; r++)
+        eq->jdqd[r] = kmp_derivative_of(again, eq->hdot[r]);
+    kmp_derivative_free(again);
+    return again ? KEMPE_OK : kmp_fail_memory(eq->context);
+}
+
+static void derive_reactions(kmp_equations *eq)
+{
+    for (int c = 0, r = 0; c < eq->model->closure_count; c++) { /* rows stand in the order of closures */
+        const kmp_closure *closure = &eq->model->closures[c];
+        kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+        for (; r < eq->m && eq->rows[r].closure == c; r++)
+            lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
+        kmp_vec f = kmp_closure_kind_find(closure->kind)->reaction(&eq->tree, closure, lambda);
+        for (int k = 0; k < 3; k++)
+            eq->reaction[3 * c + k] = f.x[k];
+    }
+}
+
+/* -- all together ------------------------------------------------------------------------------------ */
+
+/* (J' x)_k for the multipliers of one kind. */
+void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out)
+{
+    for (int k = 0; k < eq->n; k++)
+        out[k] = KMP_ZERO;
+    for (int r = 0; r < eq->m; r++)
+        (void)kmp_input(eq->graph, kind, (uint32_t)r);
+    for (int k = 0; k < eq->n; k++)
+        for (int r = 0; r < eq->m; r++) {
+            kmp_ref entry = eq->jacobian[r * eq->n + k];
+            if (entry != KMP_ZERO)
+                out[k] = kmp_add(eq->graph, out[k], kmp_mul(eq->graph, entry, kmp_input(eq->graph, kind, (uint32_t)r)));
+        }
+}
+
+kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
+{
+    unsigned sets = scene->sets;
+    if (sets & KMP_SET_ACCELERATION)
+        sets |= KMP_SET_CLOSURE | KMP_SET_JDQD;
+    if (sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q))
+        sets |= KMP_SET_CLOSURE;
+    const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
+    if (!(sets & needing))
+        return KEMPE_OK;
+    kempe_status status = derive_rows(eq, scene->loops_alone);
+    if (status == KEMPE_OK && sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
+        status = derive_jacobian(eq);
+    if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))
+        status = derive_rates(eq, sets & KMP_SET_JDQD);
+    if (status == KEMPE_OK && !kmp_gaps_shorten(eq, sets, !scene->ways))
+        status = kmp_fail_memory(eq->context);
+    if (status == KEMPE_OK && sets & KMP_SET_REACTION)
+        derive_reactions(eq);
+    return status;
+}

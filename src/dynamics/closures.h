@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The rows of all closures: h, J, h_t, their rates and jdqd. */
+#ifndef KMP_DYNAMICS_CLOSURES_H
+#define KMP_DYNAMICS_CLOSURES_H
+
+#include "dynamics/equations.h"
+
+/** Those that the scene asks for. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
+kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene);
+
+/** J' times the inputs of a kind, which has an entry a row: out (n). */
+void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out);
+
+#endif
