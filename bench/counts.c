@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Operations by set (`kempe show --stats` has the same), and of the whole right-hand side of the reduced road: the
- * program and the linear algebra on its values. */
+ * program and the linear algebra on its values, and both as one program. */
 #include "bench.h"
 #include "constraints/assemble.h"
-#include "constraints/reduction.h"
+#include "constraints/fused.h"
 
 static void put(const char *name, kmp_counts c)
 {
@@ -25,6 +25,7 @@ static void right_hand_side(const bench *b, const char *name)
     kempe_assembly *start = NULL;
     kmp_partition part;
     kmp_reduction red;
+    kmp_fused *fused = NULL;
     kmp_plant *plant = kmp_plant_new(s, "tape");
     if (!plant || kempe_assemble(s, &start) != KEMPE_OK)
         exit(1);
@@ -37,6 +38,11 @@ static void right_hand_side(const bench *b, const char *name)
     put("program: M, C, h, J, gamma", program);
     put("linear algebra", solves);
     put("together", sum(program, solves));
+    if (kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red))
+        exit(1);
+    if (fused)
+        put("as one program", kmp_fused_count(fused));
+    kmp_fused_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&part);
     kmp_plant_free(plant);
