@@ -32,6 +32,8 @@
 /* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
  * the program costs some dozens of them. */
 #define WORTH_FUSING 16
+/* The last pivot of the independent rows over that of all rows below which a step goes too far. */
+#define ROWS_LOST 0.05
 /* Newton in an evaluation stops at this fraction of the error weights. */
 #define CLOSE_FRACTION 1e-2
 
@@ -322,6 +324,16 @@ static bool is_noise(const reduced *d)
     return worst < 4e-15;
 }
 
+/* Redundant rows take the place of independent ones at the end of a step: where these have all but lost their rank by
+ * then, a shorter step ends before. */
+static bool rows_are_lost(reduced *d, double t)
+{
+    if (d->r == d->part.m || d->r == 0)
+        return false;
+    (void)kmp_margin_after_step(d->margin, d->plant, t);
+    return kmp_margin_of_rows(d->margin, d->plant, &d->part) < ROWS_LOST;
+}
+
 /* The step's end was evaluated last: if not by one program, h, the factors and, by M, the tangent are there. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
@@ -344,7 +356,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     int said = watch(d, t);
     if (said == KMP_GO)
         said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
-    if (said == KMP_GO && d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
+    if (said == KMP_GO && ((d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t)) || rows_are_lost(d, t)))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;

@@ -131,10 +131,36 @@ static void truss(void)
             1, judge_truss);
 }
 
+/* -- redundant rows -------------------------------------------------------------------------------------- */
+
+/* Of Bennett's driven linkage every choice of independent rows fails twice a turn. Others are taken in time, wherever a
+ * tolerance lets steps end; j2 is known: tan(j1/2) tan(j2/2) stays. */
+static void rows_are_exchanged_in_time(void)
+{
+    loaded bennett = load("examples/bennett/bennett.yaml");
+    const double product = tan(0.5) * tan(2.756848761676969 / 2);
+    for (int k = 0; bennett.system && k < 97; k++) {
+        kempe_run run = kempe_run_default();
+        kempe_trajectory *t = NULL;
+        run.rtol = pow(10, -4 - k / 12.0);
+        run.every = 0.5;
+        CHECK(kempe_simulate(bennett.system, &run, &t) == KEMPE_OK);
+        if (t) {
+            int last = kempe_trajectory_row_count(t) - 1;
+            const double *q = kempe_trajectory_q(t, last);
+            double j2 = 2 * atan(product / tan(0.5 + kempe_trajectory_time(t, last)));
+            CHECK(fabs(sin((q[1] - j2) / 2)) < 1e-10); /* no freedom: the closures alone say it */
+        }
+        kempe_trajectory_free(t);
+    }
+    unload(&bennett);
+}
+
 int main(void)
 {
     TEST(driven_slider_crank);
     TEST(jack);
     TEST(truss);
+    TEST(rows_are_exchanged_in_time);
     return check_report();
 }
