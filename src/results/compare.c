@@ -210,6 +210,8 @@ static kempe_status prepare(job *j, const kempe_compare_run *options)
     kempe_comparison *c = j->comparison;
     kempe_status status = kmp_choice_init(&j->choice, j->context, options);
     c->ways = j->choice.ways;
+    c->way_count = j->choice.way_count;
+    c->rtol_count = j->choice.rtol_count;
     j->choice.ways = NULL;
     if (status == KEMPE_OK)
         status = settle_t_end(j, options);
@@ -258,6 +260,10 @@ kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *
     if (status == KEMPE_OK)
         status = run_all(&j);
     if (status == KEMPE_OK)
+        status = kmp_compare_levels(j.comparison);
+    if (status == KEMPE_OK)
+        status = kmp_compare_advise(j.comparison);
+    if (status == KEMPE_OK)
         status = conclude(&j);
     else if (status == KEMPE_E_FAILED)
         status = settle_failure(&j);
@@ -278,14 +284,12 @@ void kempe_comparison_free(kempe_comparison *comparison)
         kmp_free(comparison->runs[k].report.reason);
     }
     kmp_free(comparison->runs);
+    kmp_free(comparison->levels.run);
+    kmp_sentences_free(&comparison->advice.because);
+    kmp_sentences_free(&comparison->failures);
+    kmp_sentences_free(&comparison->warnings);
     kmp_free(comparison->source);
     kmp_free(comparison->reason);
     kmp_free(comparison->ways);
     kmp_free(comparison);
-}
-
-bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity)
-{
-    double error = run->verdict.error[quantity], uncertainty = comparison->uncertainty[quantity];
-    return uncertainty > 0 && error < 10 * uncertainty;
 }

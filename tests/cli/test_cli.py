@@ -48,10 +48,13 @@ def strict(text):
     return json.loads(text, parse_constant=refuse, object_pairs_hook=once)
 
 
+TIMED = "cpu_s build_s equal_error advice".split()
+
+
 def without_times(value):
-    """The object without what differs from run to run."""
+    """The object without what differs from run to run: times, and what is chosen by them."""
     if isinstance(value, dict):
-        return {k: without_times(v) for k, v in value.items() if k not in ("cpu_s", "build_s")}
+        return {k: without_times(v) for k, v in value.items() if k not in TIMED}
     return [without_times(v) for v in value] if isinstance(value, list) else value
 
 
