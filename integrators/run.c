@@ -118,6 +118,7 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
     report->refused += w.refused;
     report->rhs += w.rhs;
     report->newton += w.newton + run->road->newton;
+    report->jacobians += w.matrices;
     report->factorizations += w.factorizations + run->road->factorizations;
     report->exchanges += run->road->exchanges;
 }
@@ -171,6 +172,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     *report = run->before;
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
+    report->cut = run->cut;
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
@@ -196,15 +198,37 @@ static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn 
     return KEMPE_OK;
 }
 
+/* Steps between two looks at the clock of the processor, which costs as much as a short step. */
+enum { UNWATCHED = 32 };
+
+/* A run that has had its time ends here. */
+static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
+{
+    if (!(run->spec.limit_s > 0) || ++*steps < UNWATCHED)
+        return KEMPE_OK;
+    *steps = 0;
+    if (cpu_now() - begin_s <= run->spec.limit_s)
+        return KEMPE_OK;
+    kmp_text text = {0};
+    kmp_text_printf(&text, "given up at t = %.6g s after %.3g s of the processor", kmp_runner_t(run),
+                    run->spec.limit_s);
+    run->reason = kmp_text_take(&text);
+    run->cut = true;
+    return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
+}
+
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
-    int next = 0;
+    int next = 0, steps = 0;
+    double begin_s = run->spec.limit_s > 0 ? cpu_now() : 0;
     double *row = KMP_NEW(double, 3 * run->s->n + run->s->m);
     if (!row)
         return kmp_fail_memory(run->s->context);
     kempe_status status = deliver(run, &next, row, take, user);
     while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
         status = kmp_runner_step(run);
+        if (status == KEMPE_OK)
+            status = watch(run, begin_s, &steps);
         if (status == KEMPE_OK || status == KEMPE_STOPPED) {
             kempe_status delivered = deliver(run, &next, row, take, user);
             status = delivered == KEMPE_OK ? status : delivered;

@@ -18,6 +18,7 @@ typedef struct kmp_run_spec {
     const int *u; /* wished independent coordinates */
     int u_count;
     bool fixed_u;         /* no exchanges: the run ends where u goes bad */
+    double limit_s;       /* of the processor: a run that needs more is given up; 0: none */
     kmp_journal *journal; /* what happens on the way; NULL: told to the log alone */
     bool open;            /* nobody asked for a road, a form or u: another may go on where this one stops */
 } kmp_run_spec;
@@ -31,7 +32,8 @@ typedef struct kmp_run_report {
     char *reason;      /* sentence, NULL when all went well; the caller frees it (kmp_free) */
     double t;          /* reached */
     double rate_scale; /* 1/s: how the absolute tolerance of rates follows from that of coordinates */
-    long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings, events;
+    long steps, rejected, refused, rhs, newton, jacobians, factorizations, exchanges, centrings, events;
+    bool cut;              /* given up for limit_s */
     bool by_bodies;        /* it went by articulated bodies, where the road was not M and C's own */
     double cpu_s, build_s; /* integration alone; preparing this run (deriving for the dae road included) */
 } kmp_run_report;

@@ -46,6 +46,7 @@ struct kmp_runner {
     double rescue_t;
     char *reason;
     bool locks;
+    bool cut; /* given up for spec.limit_s */
 };
 
 /* runner_start.c */

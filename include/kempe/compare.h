@@ -13,14 +13,15 @@ extern "C" {
 
 typedef struct kempe_comparison kempe_comparison;
 
-/** Lists are comma-separated; NULL takes all that exist. */
+/** Lists are comma-separated. NULL takes the standard ones, and for a stiff model all implicit integrators. */
 typedef struct kempe_compare_run {
     const char *rtols; /* "1e-4,1e-6,.." */
     const char *roads;
     const char *forms;
     const char *integrators;
-    const char *reference; /* CSV; NULL: Kempe makes its own from two roads */
+    const char *reference; /* CSV; NULL: Kempe makes its own from several roads and integrators */
     double t_end;
+    double budget_s; /* of the processor, for all runs together; what there is no time for is left out; 0: 60 */
 } kempe_compare_run;
 
 KEMPE_API kempe_compare_run kempe_compare_run_default(void);

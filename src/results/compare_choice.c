@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Comma-separated lists of roads, forms, integrators and tolerances, against the table of ways. */
 #include "base/memory.h"
+#include "integrators/solver.h"
 #include "results/compare.h"
 #include <math.h>
 #include <string.h>
 
-static const char default_rtols[] = "1e-4,1e-6,1e-8,1e-10,1e-12";
+static const char default_rtols[] = "1e-3,1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10,1e-11,1e-12,1e-13";
 
 typedef enum part { PART_ROAD, PART_FORM, PART_INTEGRATOR, PARTS } part;
 
@@ -81,26 +82,54 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
 
 /* -- ways and tolerances ----------------------------------------------------------------------------- */
 
+/* What is run besides the standard ways when neither a form nor an integrator is asked for. */
+static const kmp_way besides[] = {{.road = "reduced", .form = "carried", .integrator = "dopri5"}};
+
+static bool is_beside(const kmp_way *way)
+{
+    for (size_t k = 0; k < sizeof besides / sizeof *besides; k++) {
+        bool same = true;
+        for (part p = PART_ROAD; p < PARTS; p++)
+            same = same && strcmp(part_of(way, p), part_of(&besides[k], p)) == 0;
+        if (same)
+            return true;
+    }
+    return false;
+}
+
 /* Forms and integrators that are not asked for by name must be standard ones. */
 static bool is_chosen(const kmp_way *way, const char *const list[PARTS])
 {
     return list_has(list[PART_ROAD], way->road) && list_has(list[PART_FORM], way->form) &&
            list_has(list[PART_INTEGRATOR], way->integrator) && (list[PART_FORM] || way->standard_form) &&
-           (list[PART_INTEGRATOR] || way->standard_integrator);
+           (list[PART_INTEGRATOR] || way->standard_integrator ||
+            (!list[PART_FORM] && !list[PART_INTEGRATOR] && is_beside(way)));
 }
 
-static kempe_status choose_ways(kmp_choice *choice, kempe_context *context, const char *const list[PARTS])
+bool kmp_is_implicit(const kmp_way *way)
+{
+    const kmp_solver_kind *solver = kmp_solver_find(way->integrator);
+    return solver->dae || solver->implicit;
+}
+
+/* With `implicit` integrators that are so are standard. */
+static kempe_status choose_ways(kmp_choice *choice, kempe_context *context, const char *const list[PARTS],
+                                bool implicit)
 {
     kmp_way way;
     int count = 0;
     while (kmp_way_get(count, &way))
         count++;
+    kmp_free(choice->ways);
+    choice->way_count = 0;
     choice->ways = KMP_NEW(kmp_way, count);
     if (!choice->ways)
         return kmp_fail_memory(context);
-    for (int k = 0; kmp_way_get(k, &way); k++)
+    for (int k = 0; kmp_way_get(k, &way); k++) {
+        way.standard_integrator = way.standard_integrator || (implicit && kmp_is_implicit(&way));
         if (is_chosen(&way, list))
             choice->ways[choice->way_count++] = way;
+    }
     if (choice->way_count > 0)
         return KEMPE_OK;
     return kmp_fail(context, KEMPE_E_ARGUMENT, "no road, form and integrator of those asked for go together");
@@ -134,12 +163,18 @@ kempe_status kmp_choice_init(kmp_choice *choice, kempe_context *context, const k
     for (part p = PART_ROAD; p < PARTS && status == KEMPE_OK; p++)
         status = check_names(context, list[p], p);
     if (status == KEMPE_OK)
-        status = choose_ways(choice, context, list);
+        status = choose_ways(choice, context, list, false);
     if (status == KEMPE_OK)
         status = choose_rtols(choice, context, options->rtols ? options->rtols : default_rtols);
     if (status != KEMPE_OK)
         kmp_choice_free(choice);
     return status;
+}
+
+kempe_status kmp_choice_add_implicit(kmp_choice *choice, kempe_context *context, const kempe_compare_run *options)
+{
+    const char *const list[PARTS] = {options->roads, options->forms, options->integrators};
+    return choose_ways(choice, context, list, true);
 }
 
 void kmp_choice_free(kmp_choice *choice)

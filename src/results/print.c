@@ -63,6 +63,7 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
     kmp_json_whole(json, "refused", report->refused);
     kmp_json_whole(json, "rhs", report->rhs);
     kmp_json_whole(json, "newton", report->newton);
+    kmp_json_whole(json, "jacobians", report->jacobians);
     kmp_json_whole(json, "factorizations", report->factorizations);
     kmp_json_whole(json, "exchanges", report->exchanges);
     kmp_json_whole(json, "centrings", report->centrings);

@@ -86,7 +86,7 @@ static void use_words_of(const kempe_system *system, const double *ref, double *
     }
 }
 
-static void compare_row(kmp_verdict *verdict, const kmp_samples *table, int row, const kmp_reference *reference, int r,
+static void compare_row(double *error, const kmp_samples *table, int row, const kmp_reference *reference, int r,
                         const double *values)
 {
     for (int k = 0; k < KMP_QUANTITIES; k++) {
@@ -94,12 +94,12 @@ static void compare_row(kmp_verdict *verdict, const kmp_samples *table, int row,
         const double *x = values && k != KMP_QUANTITY_LAMBDA ? values + (ptrdiff_t)k * table->n
                                                              : kmp_samples_get(table, (kmp_quantity)k, row);
         if (width > 0)
-            compare_entries(&verdict->error[k], width, x, reference->value[k] + (size_t)r * (size_t)width);
+            compare_entries(&error[k], width, x, reference->value[k] + (size_t)r * (size_t)width);
     }
 }
 
 /* Both tables ascend: one walk along the two. `room`: for a row and the charts, NULL where there are none. */
-static void compare_rows(kmp_verdict *verdict, const kmp_samples *table, const kmp_reference *reference,
+static void compare_rows(double *error, const kmp_samples *table, const kmp_reference *reference, double until,
                          const kempe_system *system, double *room)
 {
     size_t n = (size_t)table->n;
@@ -107,14 +107,25 @@ static void compare_rows(kmp_verdict *verdict, const kmp_samples *table, const k
         double t = kmp_samples_time(table, row);
         while (r < reference->rows && reference->t[r] < t)
             r++;
-        if (r == reference->rows || !same(reference->t[r], t))
+        if (r == reference->rows || t > until || !same(reference->t[r], t))
             continue;
         if (room) {
             memcpy(room, kmp_samples_get(table, KMP_QUANTITY_Q, row), 3 * n * sizeof *room);
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
-        compare_row(verdict, table, row, reference, r, room);
+        compare_row(error, table, row, reference, r, room);
     }
+}
+
+void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, const kmp_reference *reference,
+                        double until, double error[KMP_QUANTITIES])
+{
+    int charts = kmp_charts_count(system);
+    double *room = charts > 0 ? KMP_NEW(double, 3 * system->n + KMP_CHART_SIZE * charts) : NULL;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        error[k] = NAN;
+    compare_rows(error, table, reference, until, system, room);
+    kmp_free(room);
 }
 
 kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp_reference *reference)
@@ -128,12 +139,7 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_plant *plant, const kmp
         judge_row(&verdict, &b, table, row, plant);
     double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
-    if (reference) {
-        const kempe_system *system = plant->system;
-        int charts = kmp_charts_count(system);
-        double *room = charts > 0 ? KMP_NEW(double, 3 * system->n + KMP_CHART_SIZE * charts) : NULL;
-        compare_rows(&verdict, table, reference, system, room);
-        kmp_free(room);
-    }
+    if (reference)
+        kmp_verdict_errors(table, plant->system, reference, INFINITY, verdict.error);
     return verdict;
 }
