@@ -230,13 +230,31 @@ static kempe_status explain(kempe_comparison *c, const aims *a, int way, const k
     return status;
 }
 
+/* The cheapest run that the next tolerance of its way agrees with as usual; -1: none. */
+static int steadiest(const kempe_comparison *c)
+{
+    int found = -1;
+    for (int k = 0; k < c->count; k++)
+        if (c->runs[k].status == KEMPE_OK && c->runs[k].apart <= usual[0] &&
+            (found < 0 || c->runs[k].cpu_s < c->runs[found].cpu_s))
+            found = k;
+    return found;
+}
+
 /* Why nothing is advised. */
 static kempe_status refrain(kempe_comparison *c)
 {
     kmp_text text = {0};
+    int steady = c->has_reference ? -1 : steadiest(c);
     if (!c->has_reference)
         kmp_text_put(&text, "without a reference errors are not known, and nothing is advised");
-    else
+    if (steady >= 0) {
+        kmp_text_put(&text, "; the cheapest run whose own next tolerance agrees with it to ");
+        kmp_text_printf(&text, "%g in q is ", usual[0]);
+        name(&text, c->runs[steady].way);
+        kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
+    }
+    if (c->has_reference)
         kmp_text_printf(&text, "no run is within an error of %g, so nothing is advised",
                         c->levels.count > 0 ? c->levels.level[0] : NAN);
     return add(c, &text);

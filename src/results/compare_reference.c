@@ -60,7 +60,7 @@ typedef struct maker {
     int count, first; /* sources; the one that is the reference */
     maker_source sources[KMP_MOST_SOURCES];
     kmp_samples moved; /* the rows from a start that was changed a little; none when that cannot be had */
-    char *reason;      /* why the first run that failed did */
+    char *reason;      /* why the first run failed that was not for want of time */
 } maker;
 
 typedef enum ending { DONE, CUT, FAILED } ending;
@@ -90,7 +90,7 @@ static kempe_status attempt(maker *m, const kmp_source *way, double rtol, double
         const char *reason = report.reason ? report.reason : kempe_context_message(m->job->context);
         kmp_log(m->job->context, KEMPE_LOG_NOTE, "reference: %s %s %s at rtol %g: %s", way->road, way->form,
                 way->integrator, rtol, reason);
-        if (!m->reason)
+        if (!m->reason && !report.cut)
             m->reason = kmp_strdup(reason);
         status = kmp_interrupted(m->job->context) ? KEMPE_STOPPED : KEMPE_OK;
     }
@@ -387,11 +387,13 @@ static void describe_nothing(const maker *m, double at_end, kmp_text *text)
         kmp_text_put(text,
                      "one run alone came to its end near rounding, and nothing confirms it; --reference CSV would "
                      "give one");
+    else if (m->reason)
+        kmp_text_printf(text, "no run at a tight tolerance came to its end: %s", m->reason);
     else
         kmp_text_printf(text,
-                        "no run at a tight tolerance came to its end within %.3g s of the processor (%s); a larger "
-                        "--budget or --reference CSV would give one",
-                        m->budget_s, m->reason ? m->reason : "no time was left");
+                        "no run at a tight tolerance came to its end within %.3g s of the processor; a larger --budget "
+                        "or --reference CSV would give one",
+                        m->budget_s);
 }
 
 static bool warn(const maker *m, double at_end, double bound)

@@ -128,6 +128,15 @@ static bool add_reason(kempe_comparison *c, const group *g)
     return kmp_sentences_take(&c->failures, &text);
 }
 
+/* Whatever the way and the tolerance: the model is to blame. */
+static bool all_end_alike(const kempe_comparison *c)
+{
+    for (int k = 0; k < c->count; k++)
+        if (c->runs[k].status == KEMPE_OK || c->runs[k].status != c->runs[0].status || c->runs[k].left_out)
+            return false;
+    return true;
+}
+
 /* -- runs that did ----------------------------------------------------------------------------------- */
 
 static bool is_apart(const kempe_comparison *c, const kmp_compared *run, double *how)
@@ -183,6 +192,11 @@ kempe_status kmp_compare_remark(kempe_comparison *c)
 {
     static trouble_fn *const ends[] = {has_failed, has_stopped, is_left_out};
     bool ok = true;
+    if (c->count > 1 && all_end_alike(c)) {
+        ok = kmp_sentences_add(&c->failures, "every run %s: %s",
+                               c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
+        return ok ? KEMPE_OK : kmp_fail_memory(c->system->context);
+    }
     for (int w = 0; w < c->way_count && ok; w++) {
         for (size_t k = 0; k < sizeof ends / sizeof *ends && ok; k++) {
             group g = find(c, w, ends[k]);

@@ -8,7 +8,7 @@
 /* Repeats of runs shorter than this, s. */
 enum { MOST_REPEATS = 5, SOME_REPEATS = 3 };
 #define SHORT    0.02
-#define NOT_LONG 0.2
+#define NOT_LONG 0.1
 /* A run may take this many times as long as the fastest at its tolerance, and SHORT in any case; but for the fastest
  * itself a part of what is left. */
 #define HOPELESS  100.0
