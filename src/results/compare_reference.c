@@ -40,9 +40,11 @@ static const double kept[] = {1e-8, 1e-6, 1e-4};
 
 enum { KEPT = sizeof kept / sizeof *kept };
 /* Of a state, relative: some operations make a row from it. */
-#define ROUNDING (4 * DBL_EPSILON)
+#define ROUNDING (16 * DBL_EPSILON)
 /* How far a start is changed to see what becomes of it. */
 #define NUDGE 1e-7
+/* The part of that that must be left once the loops are closed. */
+#define MOVED 1e-2
 
 typedef struct maker_source {
     kmp_source said;
@@ -256,11 +258,13 @@ static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITI
     kempe_status status = differ(m, &m->moved, table, 0, at_start);
     if (status == KEMPE_OK)
         status = differ(m, &m->moved, table, until, all);
-    for (int k = 0; k < KMP_QUANTITIES && status == KEMPE_OK; k++)
-        rounding[k] = ROUNDING * (at_start[KMP_QUANTITY_Q] > 0 ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
-    if (status == KEMPE_OK && at_start[KMP_QUANTITY_Q] > 0)
-        m->comparison->amplification = all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q];
-    return status;
+    if (status != KEMPE_OK)
+        return status;
+    bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
+    m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
+    return KEMPE_OK;
 }
 
 /* -- the best, and how good it is -------------------------------------------------------------------- */
