@@ -7,6 +7,7 @@
 import ast
 import csv
 import json
+import math
 import os
 import pathlib
 import re
@@ -451,10 +452,46 @@ class Compare(Case):
         self.assertEqual(json.dumps(without_times(first)), json.dumps(without_times(second)))
 
     def test_csv(self):
-        self.expect(0, *self.RUN, "--roads", "reduced", "--csv", "table.csv")
+        found = self.object(0, *self.RUN, "--roads", "reduced", "--csv", "table.csv")
         with open(self.folder / "table.csv", newline="") as file:
-            self.assertKeys(next(csv.reader(file)), "road form integrator rtol")
+            rows = list(csv.DictReader(file))
+        self.assertKeys(rows[0], "road form integrator rtol status reason error_q error_qd error_lambda h_max hdot_max drift_rel "
+                                 "steps rejected rhs jacobians factorizations exchanges cpu_s apart")
+        self.assertEqual(len(rows), len(found["runs"]))
+        for row, run in zip(rows, found["runs"]):
+            self.assertEqual((row["integrator"], float(row["rtol"]), int(row["rhs"])),
+                             (run["integrator"], run["rtol"], run["work"]["rhs"]))
         self.assertEqual(os.listdir(self.folder), ["table.csv"])
+
+    def test_own_reference(self):
+        found = self.object(0, "compare", ANDREWS, "--rtol", "1e-5,1e-8", "--roads", "reduced,projected")
+        reference = found["reference"]
+        self.assertKeys(reference, "source uncertainty uncertainty_qd uncertainty_lambda until amplification runs")
+        self.assertLess(reference["uncertainty"], 1e-11)
+        self.assertGreaterEqual(len({run["road"] for run in reference["runs"]}), 2)
+        self.assertGreaterEqual(len({run["integrator"] for run in reference["runs"]}), 2)
+
+    def test_equal_error_and_advice(self):
+        found = self.object(0, *self.RUN)
+        ways = {(run["road"], run["form"], run["integrator"]) for run in found["runs"]}
+        self.assertEqual([round(math.log10(level["error"])) for level in found["equal_error"]], [-k for k in range(3, 12)])
+        for level in found["equal_error"]:
+            self.assertEqual({(way["road"], way["form"], way["integrator"]) for way in level["ways"]}, ways)
+            ratios = [way["ratio"] for way in level["ways"] if way["ratio"]]
+            self.assertTrue(not ratios or min(ratios) == 1, level)
+        advice = found["advice"]
+        self.assertIn((advice["road"], advice["form"], advice["integrator"]), ways)
+        self.assertGreater(len(advice["because"]), 2)
+
+    def test_verdict_ends_the_text(self):
+        text = self.expect(0, *self.RUN).stdout
+        self.assertRegex(text.split("\n\n")[-1], r"\Ause \S+ .* at rtol \S+ for this model: error q at most \S+ in \S+ ms\n")
+        self.assertLessEqual(max(map(len, text.split("\n"))), 120)
+
+    def test_budget(self):
+        done = self.expect(0, "compare", ANDREWS, "--rtol", "1e-4", "--budget", "1e-9")
+        self.assertIn("a larger --budget gives more", done.stdout)
+        self.assertIn("needs a positive number", self.expect(3, "compare", ANDREWS, "--budget", "0").stderr)
 
 
 class Show(Case):
