@@ -201,9 +201,11 @@ static void tell_dae(kmp_text *text, const kempe_comparison *c, const aims *a, i
     name(text, &c->ways[dae]);
     kmp_text_put(text, " needs ");
     ratios(text, c, a, dae);
-    kmp_text_printf(text, " times as long: %s",
-                    worst_ratio(c, a, dae) < ROBUST ? "a second choice, which solves for no coordinates"
-                                                    : "here it is a check, which shares no reduction");
+    kmp_text_put(text, " times as long");
+    if (c->system->m > 0)
+        kmp_text_printf(text, ", its loops open by %.0e", c->runs[run_at(c, dae, a->level[0])].verdict.h_max);
+    kmp_text_put(text, worst_ratio(c, a, dae) < ROBUST ? ": a second choice, which solves for no coordinates"
+                                                       : ": here it is a check, which shares no reduction");
 }
 
 static kempe_status add(kempe_comparison *c, kmp_text *text)

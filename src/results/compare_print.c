@@ -194,9 +194,9 @@ static void show(kmp_text *text, const kempe_comparison *c)
     show_levels(text, c);
     show_list(text, "not done", &c->failures);
     show_list(text, "warnings", &c->warnings);
-    if (c->status == KEMPE_OK)
+    if (c->status == KEMPE_OK || c->advice.run >= 0)
         show_advice(text, c);
-    else
+    if (c->status != KEMPE_OK)
         kmp_text_printf(text, "%s: %s\n", kmp_status_word(c->status), c->reason);
 }
 

@@ -200,7 +200,8 @@ kempe_status kmp_compare_remark(kempe_comparison *c)
     for (int w = 0; w < c->way_count && ok; w++) {
         for (size_t k = 0; k < sizeof ends / sizeof *ends && ok; k++) {
             group g = find(c, w, ends[k]);
-            ok = g.count == 0 || add_reason(c, &g);
+            bool told = g.count == 0 || (ends[k] == is_left_out && kmp_interrupted(c->system->context));
+            ok = told || add_reason(c, &g);
         }
         for (size_t k = 0; k < sizeof warnings / sizeof *warnings && ok; k++) {
             group g = find(c, w, warnings[k].has);
