@@ -254,7 +254,7 @@ static kempe_status run_nudged(maker *m)
 static kempe_status amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
 {
     const kmp_samples *table = &m->sources[m->first].table;
-    double at_start[KMP_QUANTITIES], all[KMP_QUANTITIES];
+    double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
     kempe_status status = differ(m, &m->moved, table, 0, at_start);
     if (status == KEMPE_OK)
         status = differ(m, &m->moved, table, until, all);
