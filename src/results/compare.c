@@ -167,6 +167,7 @@ kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *
         return kmp_fail_memory(j.context);
     j.comparison->system = system;
     j.comparison->amplification = NAN;
+    j.comparison->advice = (kmp_advice){.run = -1, .level = NAN};
     j.comparison->source = kmp_strdup("none");
     kempe_status status = j.comparison->source ? prepare(&j, options) : kmp_fail_memory(j.context);
     if (status == KEMPE_OK)
