@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ROWS = 10, WANTED = 3, MOST_CUT = 2 };
+enum { ROWS = 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
 #define KMP_SOURCE(road, form, integrator) {road, form, integrator, 0, 0, 0},
@@ -165,22 +165,6 @@ static bool exists(const kmp_source *row)
     return false;
 }
 
-static bool has_other(const maker *m, int than, bool road)
-{
-    const kmp_source *a = &m->sources[than].said;
-    for (int k = 0; k < m->count; k++) {
-        const kmp_source *b = &m->sources[k].said;
-        if (strcmp(road ? a->road : a->integrator, road ? b->road : b->integrator) != 0)
-            return true;
-    }
-    return false;
-}
-
-static bool is_enough(const maker *m)
-{
-    return m->count == KMP_MOST_SOURCES || (m->count >= WANTED && has_other(m, 0, true) && has_other(m, 0, false));
-}
-
 static void release(maker_source *s)
 {
     kmp_samples_free(&s->table);
@@ -190,7 +174,7 @@ static void release(maker_source *s)
 static kempe_status gather(maker *m)
 {
     kempe_status status = KEMPE_OK;
-    for (size_t k = 0; k < sizeof rows / sizeof *rows && !is_enough(m) && status == KEMPE_OK; k++) {
+    for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
         if (!exists(&rows[k]))
             continue;
         maker_source *s = &m->sources[m->count];
@@ -363,19 +347,30 @@ static void name(kmp_text *text, const kmp_source *s)
     kmp_compare_name(text, s->road, s->form, s->integrator);
 }
 
+/* Whether a source is as near to the reference as the tolerances of both explain. */
+static bool confirms(const maker *m, int k)
+{
+    const kmp_source *s = &m->sources[k].said;
+    double promised = 10 * (s->own + m->sources[m->first].said.own) + m->comparison->uncertainty[KMP_QUANTITY_Q];
+    return k != m->first && !(s->distance > promised);
+}
+
 static void describe(const maker *m, kmp_text *text)
 {
-    const maker_source *first = &m->sources[m->first];
+    int count = 0, said = 0;
     kmp_text_put(text, "own: ");
-    name(text, &first->said);
-    kmp_text_printf(text, " at rtol %g, ", first->said.rtol);
-    if (m->count == 1)
+    name(text, &m->sources[m->first].said);
+    kmp_text_printf(text, " at rtol %g, ", m->sources[m->first].said.rtol);
+    for (int k = 0; k < m->count; k++)
+        count += confirms(m, k);
+    if (count == 0)
         kmp_text_put(text, "not confirmed by a second one");
-    for (int k = 0, said = 0; k < m->count; k++) {
-        if (k == m->first)
+    for (int k = 0; k < m->count; k++) {
+        if (!confirms(m, k))
             continue;
-        kmp_text_put(text, said++ ? " and " : "confirmed by ");
+        kmp_text_put(text, said == 0 ? "confirmed by " : said == count - 1 ? " and " : ", ");
         name(text, &m->sources[k].said);
+        said++;
     }
 }
 
@@ -403,7 +398,6 @@ static void describe_nothing(const maker *m, double at_end, kmp_text *text)
 static bool warn(const maker *m, double at_end, double bound)
 {
     kempe_comparison *c = m->comparison;
-    const maker_source *first = &m->sources[m->first];
     bool ok = true;
     if (c->has_reference && c->until < c->t_end)
         ok = kmp_sentences_add(&c->warnings,
@@ -412,8 +406,7 @@ static bool warn(const maker *m, double at_end, double bound)
                                at_end, bound, c->until);
     for (int k = 0; k < m->count && c->has_reference; k++) {
         const maker_source *s = &m->sources[k];
-        double promised = 10 * (s->said.own + first->said.own) + c->uncertainty[KMP_QUANTITY_Q];
-        if (k == m->first || !(s->said.distance > promised))
+        if (k == m->first || confirms(m, k))
             continue;
         kmp_text text = {0};
         name(&text, &s->said);
