@@ -3,6 +3,7 @@
 # Sourced by ./start and ./check: need PACKAGE... installs the Debian packages that are missing, and only those.
 
 BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-dev libyaml-dev libexpat1-dev libzip-dev liblapack-dev libblas-dev"
+REPORT_PACKAGES="libjs-three libjs-chart.js"
 
 say() {
     printf '%s\n' "$*"

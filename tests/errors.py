@@ -6,6 +6,7 @@ anything). Called with the path of the command:
 
     python3 tests/errors.py build/dev/kempe
 """
+import os
 import pathlib
 import re
 import subprocess
@@ -88,6 +89,7 @@ CALLS = [
     ("simulate model.yaml --every 1e-12", 3),
     ("simulate model.yaml -o nowhere/out.csv", 1),
     ("show model.yaml", 3),
+    ("compare model.yaml --report page.html", 2),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]
@@ -107,7 +109,8 @@ def check_statuses():
 
 
 def said(kempe, folder, words, code):
-    done = subprocess.run([kempe, *words.split()], cwd=folder, capture_output=True, text=True, timeout=100)
+    without = {**os.environ, "KEMPE_JAVASCRIPT": "nowhere"}
+    done = subprocess.run([kempe, *words.split()], cwd=folder, capture_output=True, text=True, timeout=100, env=without)
     assert done.returncode == code, f"kempe {words}: exit code {done.returncode}, not {code}\n{done.stderr}"
     return done.stderr.split("\n")
 

@@ -26,6 +26,7 @@ LAYERS = {
     "constraints": "base linalg symbolic model kinematics kinds dynamics backend",
     "integrators": "base linalg symbolic model kinematics kinds dynamics backend constraints",
     "results": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators",
+    "report": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators results",
     "generate": "base linalg symbolic model kinematics kinds dynamics backend constraints integrators results",
     "cli": "",
     "examples": "",
@@ -43,7 +44,7 @@ FOLDERS = [  # first match wins
     ("examples/", "examples"),
     ("tests/api/", "api"),
     ("tests/check.h", "check"),
-    *((f"src/{name}/", name) for name in ("base", "linalg", "symbolic", "model", "dynamics", "backend", "results", "generate",
+    *((f"src/{name}/", name) for name in ("base", "linalg", "symbolic", "model", "dynamics", "backend", "results", "report", "generate",
                                               "cli")),
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library

@@ -31,6 +31,15 @@ KEMPE_API void kempe_comparison_free(kempe_comparison *comparison);
 KEMPE_API kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text);
 KEMPE_API kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path);
 
+/** One page of HTML that needs nothing beside itself: the verdict, plots, the mechanism moving, all runs. The run that
+ * is advised and the best of each other road are made once more and watched. KEMPE_E_IO when the path cannot be
+ * written, or as kempe_report_check. */
+KEMPE_API kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, const char *path);
+
+/** Whether reports can be made here: three.js and Chart.js are taken from /usr/share/javascript, or from the folder
+ * that the environment variable KEMPE_JAVASCRIPT names. KEMPE_E_IO: which is missing, and what to install. */
+KEMPE_API kempe_status kempe_report_check(kempe_context *context);
+
 #ifdef __cplusplus
 }
 #endif

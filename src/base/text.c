@@ -105,6 +105,14 @@ void kmp_text_number(kmp_text *text, double x)
     kmp_text_put(text, digits);
 }
 
+void kmp_text_rounded(kmp_text *text, double x, int digits)
+{
+    char written[64];
+    snprintf(written, sizeof written, "%.*g", digits, x + 0.0); /* no negative zero */
+    use_point(written);
+    kmp_text_put(text, isfinite(x) ? written : "null");
+}
+
 static size_t count_digits(const char *s)
 {
     return strspn(s, "0123456789");

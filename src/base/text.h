@@ -23,6 +23,9 @@ void kmp_text_quote(kmp_text *text, const char *s);
 /** Appends with the shortest digits (up to 17) that read back to the same double; "null" when not finite. */
 void kmp_text_number(kmp_text *text, double x);
 
+/** The same rounded to so many digits (at most 17). */
+void kmp_text_rounded(kmp_text *text, double x, int digits);
+
 /** Reads a plain number (digits, point, exponent; no sign, hex, inf or nan) at the beginning of `s`, whatever
  *  the locale. Returns the characters read, 0 when there is no number. */
 size_t kmp_text_to_number(const char *s, double *value);

@@ -296,12 +296,16 @@ static kempe_status simulate(const job *j)
 static kempe_status compare(const job *j)
 {
     kempe_comparison *result = NULL;
-    kempe_status status = kempe_compare(j->system, &j->settings->compare, &result);
+    kempe_status status = j->settings->report ? kempe_report_check(j->context) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kempe_compare(j->system, &j->settings->compare, &result);
     tell_failure(j, status, result != NULL);
     if (result) {
         status = worse(status, report(j, print_comparison, result));
         if (j->settings->csv)
             status = worse(status, tell_written(j, kempe_comparison_write_csv(result, j->settings->csv)));
+        if (j->settings->report)
+            status = worse(status, tell_written(j, kempe_comparison_write_report(result, j->settings->report)));
     }
     kempe_comparison_free(result);
     return status;

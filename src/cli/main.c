@@ -21,7 +21,8 @@ static const command commands[] = {
      "  kempe simulate examples/andrews/andrews.yaml --road dae --json -\n"},
     {CLI_COMPARE, "compare", "FILE [options]", "roads and tolerances side by side against a reference",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
-     "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --roads reduced,dae --csv table.csv\n"},
+     "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --roads reduced,dae --csv table.csv\n"
+     "  kempe compare examples/andrews/andrews.yaml --report andrews.html\n"},
     {CLI_SHOW, "show", "FILE --model | --equations | --program | --stats", "print what Kempe made of the model",
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"

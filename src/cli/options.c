@@ -58,6 +58,8 @@ static const option options[] = {
     {CLI_COMPARE, "budget", 0, OPTION_NUMBER, AT(compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},
     {CLI_COMPARE, "csv", 0, OPTION_TEXT, AT(csv), "FILE", "write the table as CSV"},
+    {CLI_COMPARE, "report", 0, OPTION_TEXT, AT(report), "FILE",
+     "write one page of HTML: verdict, plots, the mechanism moving"},
     {CLI_SHOW, "model", 0, OPTION_FLAG, AT(show_model), NULL, "the model as Kempe understood it"},
     {CLI_SHOW, "equations", 0, OPTION_FLAG, AT(show_equations), NULL, "M, C, h, J, jdqd as assignments"},
     {CLI_SHOW, "program", 0, OPTION_FLAG, AT(show_program), NULL, "the staged program of the reduced road"},

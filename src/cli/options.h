@@ -23,7 +23,7 @@ enum { CLI_MOST_SETS = 64 };
 
 typedef struct cli_settings {
     const char *file;
-    const char *json, *output, *csv;
+    const char *json, *output, *csv, *report;
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
     const char *dynamics;

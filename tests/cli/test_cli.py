@@ -493,6 +493,20 @@ class Compare(Case):
         self.assertIn("a larger --budget gives more", done.stdout)
         self.assertIn("needs a positive number", self.expect(3, "compare", ANDREWS, "--budget", "0").stderr)
 
+    def test_report_without_libraries(self):
+        """What is missing is told before anything is run."""
+        os.environ["KEMPE_JAVASCRIPT"] = str(self.folder)
+        self.addCleanup(os.environ.pop, "KEMPE_JAVASCRIPT")
+        done = self.expect(2, *self.RUN, "--report", "report.html")
+        self.assertIn("libjs-three", done.stderr)
+        self.assertEqual((done.stdout, os.listdir(self.folder)), ("", []))
+        for name in ("three.min.js", "chart.min.js"):
+            (self.folder / name).write_text("/* */\n")
+        self.expect(0, *self.RUN, "--report", "report.html")
+        self.assertIn("<h1", (self.folder / "report.html").read_text())
+        self.expect(1, *self.RUN, "--report", "no_such_folder/report.html")
+        self.assertEqual(sorted(os.listdir(self.folder)), ["chart.min.js", "report.html", "three.min.js"])
+
 
 class Show(Case):
     def test_views(self):

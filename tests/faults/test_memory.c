@@ -412,6 +412,35 @@ static kempe_status print_comparison(scene *s)
     return status == KEMPE_OK ? kempe_comparison_write_csv(s->comparison, csv) : status;
 }
 
+/* With libraries of a line each. */
+static kempe_status write_report(scene *s)
+{
+    return kempe_comparison_write_report(s->comparison, csv);
+}
+
+static bool make_libraries(kempe_context *context)
+{
+    static char folder[] = "/tmp/kempe_memory_js_XXXXXX";
+    static const char *const names[] = {"three.min.js", "chart.min.js"};
+    char file[64];
+    bool ok = mkdtemp(folder) && setenv("KEMPE_JAVASCRIPT", folder, 1) == 0;
+    for (int k = 0; k < 2 && ok; k++) {
+        snprintf(file, sizeof file, "%s/%s", folder, names[k]);
+        ok = kempe_write_file(context, file, "/* </script> */\n") == KEMPE_OK;
+    }
+    return ok;
+}
+
+static void remove_libraries(void)
+{
+    static const char *const names[] = {"/three.min.js", "/chart.min.js", ""};
+    char file[64];
+    for (int k = 0; k < 3; k++) {
+        snprintf(file, sizeof file, "%s%s", getenv("KEMPE_JAVASCRIPT"), names[k]);
+        (void)remove(file);
+    }
+}
+
 /* -- the loop -------------------------------------------------------------------------------------- */
 
 /* Done, or no memory, said in words. */
@@ -475,7 +504,8 @@ static const struct {
               {"print trajectory", print_trajectory},
               {"write csv", write_csv},
               {"compare", compare},
-              {"print comparison", print_comparison}};
+              {"print comparison", print_comparison},
+              {"write report", write_report}};
 
 static void every_allocation_fails(void)
 {
@@ -489,8 +519,10 @@ static void every_allocation_fails(void)
     CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_simulate(s.system, &run, &s.trajectory) == KEMPE_OK);
     CHECK(kempe_compare(s.system, &comparison, &s.comparison) == KEMPE_OK);
+    CHECK(make_libraries(s.context));
     for (size_t k = 0; k < sizeof stages / sizeof *stages; k++)
         exhaust(&s, stages[k].name, stages[k].stage);
+    remove_libraries();
     kempe_comparison_free(s.comparison);
     kempe_trajectory_free(s.trajectory);
     kempe_system_free(s.system);

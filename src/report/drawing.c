@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Points that are the same for the eye are one: what stands there is marked on it together. */
+#include "report/drawing.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+static void values(const kmp_number number[3], double out[3])
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = number[k].value;
+}
+
+/* The same but for rounding. */
+static bool is_same(const double a[3], const double b[3])
+{
+    double distance = 0, size = 0;
+    for (int k = 0; k < 3; k++) {
+        distance = fmax(distance, fabs(a[k] - b[k]));
+        size = fmax(size, fmax(fabs(a[k]), fabs(b[k])));
+    }
+    return distance <= 1e-9 * size;
+}
+
+static void mark(kmp_drawing *drawing, int body, unsigned marks, const char *name, const double at[3])
+{
+    if (body >= drawing->body_count)
+        return;
+    kmp_mark *m = NULL;
+    for (int k = 0; k < drawing->mark_count && !m; k++)
+        if (drawing->marks[k].body == body && is_same(drawing->marks[k].at, at))
+            m = &drawing->marks[k];
+    if (!m) {
+        m = &drawing->marks[drawing->mark_count++];
+        *m = (kmp_mark){.body = body};
+        memcpy(m->at, at, sizeof m->at);
+    }
+    m->marks |= marks;
+    m->name = m->name ? m->name : name;
+}
+
+static void mark_point(kmp_drawing *drawing, const kempe_model *model, int point, unsigned marks, const char *name)
+{
+    double at[3];
+    values(model->points[point].at, at);
+    mark(drawing, model->points[point].body, marks, name ? name : model->points[point].name, at);
+}
+
+/* v of the axes at the point where body's chain begins, in the axes of its parent. */
+static void to_parent(const kempe_model *model, const kmp_body *body, const double v[3], double out[3])
+{
+    double w[3];
+    memcpy(w, v, sizeof w);
+    for (int i = 0; body->turned && !body->reversed && i < 3; i++)
+        w[i] = body->frame[i][0] * v[0] + body->frame[i][1] * v[1] + body->frame[i][2] * v[2];
+    memcpy(out, w, sizeof w);
+    if (body->at < 0 || !model->points[body->at].turned)
+        return;
+    const kmp_point *at = &model->points[body->at];
+    for (int i = 0; i < 3; i++)
+        out[i] = at->axes[i][0] * w[0] + at->axes[i][1] * w[1] + at->axes[i][2] * w[2];
+}
+
+static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
+{
+    const double origin[3] = {0};
+    const kmp_body *body = &model->bodies[b];
+    const kmp_motion *first = body->motion_count > 0 ? &model->motions[body->first_motion] : NULL;
+    bool slides = first && !first->rotation, is_free = body->motion_count > 2;
+    bool guided = slides && (body->motion_count == 1 || (!is_free && first[1].rotation));
+    unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
+    kmp_guide guide = {.motion = body->first_motion, .body = body->parent};
+    if (body->to >= 0)
+        mark_point(drawing, model, body->to, marks, body->joint);
+    else
+        mark(drawing, b, marks, body->joint, origin);
+    if (!slides && body->at >= 0)
+        mark_point(drawing, model, body->at, marks, body->joint);
+    else if (!slides)
+        mark(drawing, body->parent, marks, body->joint, origin);
+    if (!guided || body->parent >= drawing->body_count)
+        return;
+    if (body->at >= 0)
+        values(model->points[body->at].at, guide.at);
+    to_parent(model, body, first->axis, guide.axis);
+    drawing->guides[drawing->guide_count++] = guide;
+}
+
+static void add_line(kmp_drawing *drawing, const kempe_model *model, const char *name, const int point[2], bool is_rod)
+{
+    kmp_line line = {.name = name};
+    for (int k = 0; k < 2; k++) {
+        line.body[k] = model->points[point[k]].body;
+        if (line.body[k] >= drawing->body_count)
+            return;
+        values(model->points[point[k]].at, line.at[k]);
+    }
+    drawing->is_rod[drawing->line_count] = is_rod;
+    drawing->lines[drawing->line_count++] = line;
+}
+
+static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const kmp_closure *closure)
+{
+    if (closure->point[0] < 0)
+        return;
+    for (int k = 0; k < 2; k++)
+        mark_point(drawing, model, closure->point[k], KMP_MARK_CLOSURE, closure->name);
+    if (strcmp(closure->kind, "rod") == 0)
+        add_line(drawing, model, closure->name, closure->point, true);
+}
+
+static void mark_com(kmp_drawing *drawing, const kempe_model *model, int b)
+{
+    double at[3];
+    values(model->bodies[b].com, at);
+    if (model->bodies[b].mass.value > 0)
+        mark(drawing, b, KMP_MARK_COM, NULL, at);
+}
+
+bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_bodies)
+{
+    int bodies = model->body_count < most_bodies ? model->body_count : most_bodies;
+    int lines = model->force_count + model->closure_count;
+    *drawing = (kmp_drawing){.body_count = bodies};
+    drawing->marks = KMP_NEW(kmp_mark, 3 * model->body_count + 2 * model->closure_count + model->point_count);
+    drawing->lines = KMP_NEW(kmp_line, lines);
+    drawing->is_rod = KMP_NEW(bool, lines);
+    drawing->guides = KMP_NEW(kmp_guide, model->body_count);
+    if (!drawing->marks || !drawing->lines || !drawing->is_rod || !drawing->guides) {
+        kmp_drawing_free(drawing);
+        return false;
+    }
+    for (int b = 1; b < bodies; b++)
+        mark_joint(drawing, model, b);
+    for (int c = 0; c < model->closure_count; c++)
+        mark_closure(drawing, model, &model->closures[c]);
+    for (int p = 0; p < model->point_count; p++)
+        mark_point(drawing, model, p, KMP_MARK_NAMED, NULL);
+    for (int b = 1; b < bodies; b++)
+        mark_com(drawing, model, b);
+    for (int f = 0; f < model->force_count; f++)
+        if (model->forces[f].kind == KMP_FORCE_SPRING)
+            add_line(drawing, model, model->forces[f].name, model->forces[f].point, false);
+    return true;
+}
+
+void kmp_drawing_free(kmp_drawing *drawing)
+{
+    kmp_free(drawing->marks);
+    kmp_free(drawing->lines);
+    kmp_free(drawing->is_rod);
+    kmp_free(drawing->guides);
+    *drawing = (kmp_drawing){0};
+}

@@ -1,0 +1,386 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The moving picture: by three.js, or on a plain canvas where there is no WebGL; playing, and turning with the mouse. */
+"use strict";
+
+const LIGHT_BODIES = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a65", "#5d6d7e", "#a04000"];
+const DARK_BODIES = ["#ec7063", "#5dade2", "#58d68d", "#f5b041", "#bb8fce", "#48c9b0", "#aeb6bf", "#e59866"];
+const PLAY_SECONDS = 10;
+
+const bodyColour = (b) => (isDark() ? DARK_BODIES : LIGHT_BODIES)[(b - 1) % LIGHT_BODIES.length];
+const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
+const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
+
+/* What slides is a box, a smaller one on a body that is more than that. */
+const boxSize = (m, b) => (m.shapes[b].bars.length > 0 ? 3.3 : 5.5) * m.thick;
+
+/* -- three.js ----------------------------------------------------------------------------------------------- */
+
+function hasWebGL() {
+    try {
+        return Boolean(document.createElement("canvas").getContext("webgl"));
+    } catch (error) {
+        return false;
+    }
+}
+
+const vector = (v) => new THREE.Vector3(...v);
+
+/* The rotation that brings one axis onto a direction. */
+function alongAxis(axis, direction) {
+    return new THREE.Quaternion().setFromUnitVectors(vector(axis), vector(unit(direction)));
+}
+
+function solid(colour) {
+    return new THREE.MeshPhongMaterial({ color: colour, shininess: 35, specular: 0x222222 });
+}
+
+function barMesh(a, b, radius, material) {
+    const mesh = new THREE.Mesh(new THREE.CylinderBufferGeometry(radius, radius, norm(sub(b, a)), 14), material);
+    mesh.position.copy(vector(scaled(0.5, add(a, b))));
+    mesh.quaternion.copy(alongAxis([0, 1, 0], sub(b, a)));
+    return mesh;
+}
+
+function ballMesh(at, radius, material) {
+    const mesh = new THREE.Mesh(new THREE.SphereBufferGeometry(radius, 20, 14), material);
+    mesh.position.copy(vector(at));
+    return mesh;
+}
+
+function faceMesh(points, corners, colour) {
+    const geometry = new THREE.BufferGeometry(), place = [];
+    for (let k = 1; k + 1 < corners.length; k++) place.push(...points[corners[0]], ...points[corners[k]], ...points[corners[k + 1]]);
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(place, 3));
+    geometry.computeVertexNormals();
+    return new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: colour, side: THREE.DoubleSide, transparent: true, opacity: 0.28, depthWrite: false }));
+}
+
+function boxMesh(at, size, material) {
+    const mesh = new THREE.Mesh(new THREE.BoxBufferGeometry(1.5 * size, size, size), material);
+    mesh.position.copy(vector(at));
+    return mesh;
+}
+
+/* A helix of unit length along z, to be stretched. */
+function springMesh(radius, wire, material) {
+    const turns = 9, points = [];
+    for (let k = 0; k <= 24 * turns; k++) {
+        const s = k / (24 * turns), wide = s < 0.1 || s > 0.9 ? 0 : radius, angle = 2 * Math.PI * turns * s;
+        points.push(vector([wide * Math.cos(angle), wide * Math.sin(angle), s]));
+    }
+    return new THREE.Mesh(new THREE.TubeBufferGeometry(new THREE.CatmullRomCurve3(points), 300, wire, 6), material);
+}
+
+function bodyGroup(m, b) {
+    const group = new THREE.Group(), shape = m.shapes[b], material = solid(bodyColour(b)), pin = solid(pinColour());
+    for (const [i, j] of shape.bars) group.add(barMesh(shape.points[i], shape.points[j], m.thick, material));
+    for (const corners of shape.faces) group.add(faceMesh(shape.points, corners, bodyColour(b)));
+    for (const p of shape.points) group.add(ballMesh(p, 1.02 * m.thick, material));
+    for (const p of shape.balls) group.add(ballMesh(p, 1.75 * m.thick, pin));
+    for (const p of shape.boxes) group.add(boxMesh(p, boxSize(m, b), material));
+    for (const p of shape.weights) group.add(ballMesh(p, 2.6 * m.thick, material));
+    return group;
+}
+
+function groundGroup(m) {
+    const group = new THREE.Group(), material = solid(groundColour()), down = scaled(-1, m.basis.up), high = 6 * m.thick;
+    for (const p of m.pins) {
+        const cone = new THREE.Mesh(new THREE.ConeBufferGeometry(0.6 * high, high, 24), material);
+        cone.position.copy(vector(add(p, scaled(high / 2, down))));
+        cone.quaternion.copy(alongAxis([0, 1, 0], m.basis.up));
+        group.add(cone, ballMesh(p, 1.75 * m.thick, solid(pinColour())));
+    }
+    return group;
+}
+
+/* How far beyond what slides on it a guide reaches. */
+const guideEnds = (m, guide) => [guide.range[0] - 5 * m.thick, guide.range[1] + 5 * m.thick].map((s) => add(guide.at, scaled(s, guide.axis)));
+
+function buildScene(m) {
+    const scene = new THREE.Scene(), key = new THREE.DirectionalLight(0xffffff, 0.75), fill = new THREE.DirectionalLight(0xffffff, 0.3);
+    const groups = [groundGroup(m), ...m.shapes.slice(1).map((shape, k) => bodyGroup(m, k + 1))];
+    const lines = m.picture.lines.map((line) => {
+        const material = solid(groundColour());
+        return line.rod ? barMesh([0, 0, -0.5], [0, 0, 0.5], 0.7 * m.thick, material) : springMesh(2.4 * m.thick, 0.4 * m.thick, material);
+    });
+    for (const guide of m.picture.guides) groups[guide.body].add(barMesh(...guideEnds(m, guide), 0.35 * m.thick, solid(groundColour())));
+    for (const path of m.paths) {
+        const geometry = new THREE.BufferGeometry().setFromPoints(path.points.map(vector));
+        scene.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: bodyColour(path.b), transparent: true, opacity: 0.55 })));
+    }
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x667788, 0.55), key, fill, ...groups, ...lines);
+    return { scene, key, fill, groups, lines };
+}
+
+/* A rod is a unit cylinder about its middle along y, turned to z when made; a spring begins at its first end. */
+function placeLine(mesh, line, poses) {
+    const [a, b] = [0, 1].map((k) => moved(poses[line.body[k]], line.at[k]));
+    const length = Math.max(norm(sub(b, a)), 1e-9);
+    mesh.position.copy(vector(line.rod ? scaled(0.5, add(a, b)) : a));
+    mesh.quaternion.copy(alongAxis(line.rod ? [0, 1, 0] : [0, 0, 1], sub(b, a)));
+    mesh.scale.set(1, line.rod ? length : 1, line.rod ? 1 : length);
+}
+
+function dispose(scene) {
+    scene.traverse((object) => {
+        if (object.geometry) object.geometry.dispose();
+        if (object.material) object.material.dispose();
+    });
+}
+
+function glView(canvas, m) {
+    const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01 * m.size, 100 * m.size);
+    let built = buildScene(m);
+    return {
+        kind: "webgl",
+        rebuild() {
+            dispose(built.scene);
+            built = buildScene(m);
+        },
+        draw(poses, view) {
+            const { width, height } = view;
+            renderer.setPixelRatio(window.devicePixelRatio || 1);
+            renderer.setSize(width, height, false);
+            [camera.left, camera.right, camera.top, camera.bottom] = [-width, width, height, -height].map((x) => x / (2 * view.scale));
+            camera.position.copy(vector(add(m.extent.centre, scaled(20 * m.size, view.out))));
+            camera.up.copy(vector(view.up));
+            camera.lookAt(vector(m.extent.centre));
+            camera.updateProjectionMatrix();
+            built.key.position.copy(vector(add(view.out, add(view.up, scaled(-0.6, view.right)))));
+            built.fill.position.copy(vector(sub(view.out, scaled(0.8, view.up))));
+            poses.forEach((pose, b) => {
+                built.groups[b].position.copy(vector(pose.p));
+                built.groups[b].quaternion.set(...pose.q);
+            });
+            built.lines.forEach((mesh, k) => placeLine(mesh, m.picture.lines[k], poses));
+            renderer.render(built.scene, camera);
+        },
+    };
+}
+
+/* -- a plain canvas ----------------------------------------------------------------------------------------- */
+
+function strokeLine(c, points, width, colour) {
+    c.lineWidth = Math.max(width, 1);
+    c.strokeStyle = colour;
+    c.lineCap = c.lineJoin = "round";
+    c.beginPath();
+    points.forEach(([x, y], k) => (k === 0 ? c.moveTo(x, y) : c.lineTo(x, y)));
+    c.stroke();
+}
+
+function fillShape(c, points, colour, opacity) {
+    c.globalAlpha = opacity;
+    c.fillStyle = colour;
+    c.beginPath();
+    points.forEach(([x, y], k) => (k === 0 ? c.moveTo(x, y) : c.lineTo(x, y)));
+    c.fill();
+    c.globalAlpha = 1;
+}
+
+function fillDisc(c, [x, y], radius, colour) {
+    c.fillStyle = colour;
+    c.beginPath();
+    c.arc(x, y, Math.max(radius, 1), 0, 2 * Math.PI);
+    c.fill();
+}
+
+function zigzag([ax, ay], [bx, by], wide) {
+    const length = Math.hypot(bx - ax, by - ay) || 1, nx = (-(by - ay) / length) * wide, ny = ((bx - ax) / length) * wide, points = [[ax, ay]];
+    for (let k = 0; k <= 16; k++) {
+        const s = 0.12 + (0.76 * k) / 16, side = k === 0 || k === 16 ? 0 : k % 2 ? 1 : -1;
+        points.push([ax + s * (bx - ax) + side * nx, ay + s * (by - ay) + side * ny]);
+    }
+    return [...points, [bx, by]];
+}
+
+/* What is drawn of a body: each with its depth, so that what is far is drawn first. */
+function bodyJobs(m, b, pose, see, depth, scale) {
+    const shape = m.shapes[b], colour = bodyColour(b), jobs = [], world = shape.points.map((p) => moved(pose, p));
+    const middle = (list) => list.reduce((sum, p) => sum + depth(p), 0) / list.length;
+    const push = (at, draw) => jobs.push({ depth: at, draw });
+    for (const corners of shape.faces) {
+        const points = corners.map((k) => world[k]);
+        push(middle(points), (c) => fillShape(c, points.map(see), colour, 0.25));
+    }
+    for (const [i, j] of shape.bars) push(middle([world[i], world[j]]), (c) => strokeLine(c, [see(world[i]), see(world[j])], 2 * m.thick * scale, colour));
+    for (const p of shape.balls) push(depth(moved(pose, p)) + 3 * m.thick, (c) => fillDisc(c, see(moved(pose, p)), 1.75 * m.thick * scale, pinColour()));
+    for (const p of shape.weights) push(depth(moved(pose, p)) + m.thick, (c) => fillDisc(c, see(moved(pose, p)), 2.6 * m.thick * scale, colour));
+    for (const p of shape.boxes) {
+        const corners = [[-1.5, -1], [1.5, -1], [1.5, 1], [-1.5, 1]].map(([x, y]) => moved(pose, add(p, scaled(boxSize(m, b) / 2, [x, y, 0]))));
+        push(depth(moved(pose, p)) + m.thick, (c) => fillShape(c, corners.map(see), colour, 1));
+    }
+    return jobs;
+}
+
+function drawPins(c, m, see, scale) {
+    const high = 6 * m.thick * scale;
+    for (const p of m.pins) {
+        const [x, y] = see(p);
+        fillShape(c, [[x, y], [x - 0.6 * high, y + high], [x + 0.6 * high, y + high]], groundColour(), 1);
+        fillDisc(c, [x, y], 1.75 * m.thick * scale, pinColour());
+    }
+}
+
+function canvasView(canvas, m) {
+    const c = canvas.getContext("2d");
+    return {
+        kind: "canvas",
+        rebuild() {},
+        draw(poses, view) {
+            const sharp = window.devicePixelRatio || 1, scale = view.scale;
+            const depth = (p) => dot(p, view.out), from = m.extent.centre;
+            const see = (p) => [view.width / 2 + scale * dot(sub(p, from), view.right), view.height / 2 - scale * dot(sub(p, from), view.up)];
+            canvas.width = Math.round(view.width * sharp);
+            canvas.height = Math.round(view.height * sharp);
+            c.scale(sharp, sharp);
+            for (const guide of m.picture.guides) strokeLine(c, guideEnds(m, guide).map((p) => see(moved(poses[guide.body], p))), 0.7 * m.thick * scale, groundColour());
+            drawPins(c, m, see, scale);
+            c.globalAlpha = 0.55;
+            for (const path of m.paths) strokeLine(c, path.points.map(see), 1, bodyColour(path.b));
+            c.globalAlpha = 1;
+            const jobs = poses.flatMap((pose, b) => (b === 0 ? [] : bodyJobs(m, b, pose, see, depth, scale)));
+            for (const line of m.picture.lines) {
+                const ends = [0, 1].map((k) => moved(poses[line.body[k]], line.at[k]));
+                const path = line.rod ? ends.map(see) : zigzag(...ends.map(see), 2.4 * m.thick * scale);
+                jobs.push({ depth: (depth(ends[0]) + depth(ends[1])) / 2, draw: () => strokeLine(c, path, (line.rod ? 1.4 : 0.8) * m.thick * scale, groundColour()) });
+            }
+            jobs.sort((a, b) => a.depth - b.depth);
+            for (const job of jobs) job.draw(c);
+        },
+    };
+}
+
+/* -- the stage ---------------------------------------------------------------------------------------------- */
+
+function stageNote(picture) {
+    const notes = [], drawn = picture.bodies.length - 1;
+    if (picture.frames.t_end === 0) notes.push("The mechanism at its start, as far as it can be assembled.");
+    else if (picture.frames.t_end < 0.999 * data.t_end) notes.push(`The first ${three(picture.frames.t_end)} s of ${three(data.t_end)} s, as far as the eye can follow.`);
+    if (drawn < picture.of_bodies) notes.push(`${drawn} of ${picture.of_bodies} bodies are drawn.`);
+    return notes.join(" ");
+}
+
+/* Which colour is which body, unless there are too many. */
+function tellNames(bodies) {
+    const most = 14, names = bodies.slice(1).map((body, k) => {
+        const name = element("span", body.name);
+        name.style.color = bodyColour(k + 1);
+        return name;
+    });
+    byId("names").replaceChildren(...(names.length > most ? [] : names));
+}
+
+/* Turning and zooming by mouse, touch and keys; `change` is called after each. */
+function listenToOrbit(canvas, orbit, change) {
+    let grip = null;
+    canvas.addEventListener("pointerdown", (event) => {
+        grip = [event.clientX, event.clientY];
+        canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+        if (!grip) return;
+        orbit.yaw -= 0.008 * (event.clientX - grip[0]);
+        orbit.pitch = Math.min(Math.max(orbit.pitch + 0.008 * (event.clientY - grip[1]), -1.55), 1.55);
+        grip = [event.clientX, event.clientY];
+        change();
+    });
+    const release = () => (grip = null);
+    canvas.addEventListener("pointerup", release);
+    canvas.addEventListener("pointercancel", release);
+    canvas.addEventListener("wheel", (event) => {
+        if (document.activeElement !== canvas) return; /* the page scrolls until the picture was clicked */
+        event.preventDefault();
+        orbit.zoom = Math.min(Math.max(orbit.zoom * Math.exp(-0.0012 * event.deltaY), 0.2), 20);
+        change();
+    }, { passive: false });
+    canvas.addEventListener("dblclick", () => {
+        Object.assign(orbit, orbit.home, { zoom: 1 });
+        change();
+    });
+    canvas.addEventListener("keydown", (event) => {
+        const turns = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
+        if (!turns) return;
+        event.preventDefault();
+        orbit.yaw += turns[0];
+        orbit.pitch = Math.min(Math.max(orbit.pitch + turns[1], -1.55), 1.55);
+        change();
+    });
+}
+
+/* As many places as tell frames apart. */
+function clockOf(t, t_end) {
+    const places = Math.min(Math.max(3 - Math.floor(Math.log10(t_end || 1)), 0), 12);
+    return `${t.toFixed(places)} s`;
+}
+
+function beginStage() {
+    const canvas = byId("view"), picture = data.picture;
+    if (!picture) {
+        byId("stage-note").textContent = "There is no run to be shown moving.";
+        byId("play").parentElement.hidden = true;
+        canvas.parentElement.hidden = true;
+        return null;
+    }
+    const m = makeMechanism(picture), t_end = picture.frames.t_end, orbit = { ...m.home, home: m.home, zoom: 1 };
+    const view = hasWebGL() ? glView(canvas, m) : canvasView(canvas, m);
+    const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    let t = 0, playing = false, last = 0;
+
+    function draw() {
+        const width = Math.max(canvas.clientWidth, 50), height = Math.max(canvas.clientHeight, 50);
+        const room = 1.12, border = 9 * m.thick;
+        const scale = orbit.zoom * Math.min(width / (2 * (room * m.extent.width + border)), height / (2 * (room * m.extent.height + border)));
+        view.draw(m.motion(t), { width, height, scale, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) });
+        byId("clock").textContent = clockOf(t, t_end);
+        showCursor(t);
+    }
+
+    function step(now) {
+        if (!playing) return;
+        t += ((now - last) / 1000) * (t_end / PLAY_SECONDS);
+        if (t > t_end) t = t_end > 0 ? t % t_end : 0;
+        last = now;
+        byId("time").value = String(Math.round((1000 * t) / (t_end || 1)));
+        draw();
+        requestAnimationFrame(step);
+    }
+
+    function play(on) {
+        playing = on && t_end > 0;
+        byId("play").textContent = playing ? "\u275a\u275a" : "\u25b6";
+        last = performance.now();
+        if (playing) requestAnimationFrame(step);
+    }
+
+    listenToOrbit(canvas, orbit, draw);
+    byId("play").addEventListener("click", () => play(!playing));
+    canvas.addEventListener("keydown", (event) => {
+        if (event.key !== " ") return;
+        event.preventDefault();
+        play(!playing);
+    });
+    byId("time").addEventListener("input", () => {
+        play(false);
+        t = (t_end * Number(byId("time").value)) / 1000;
+        draw();
+    });
+    new ResizeObserver(draw).observe(canvas);
+    byId("stage-note").textContent = stageNote(picture);
+    tellNames(picture.bodies);
+    byId("play").parentElement.hidden = !(t_end > 0);
+    canvas.dataset.frames = picture.frames.count;
+    canvas.dataset.bodies = picture.bodies.length;
+    canvas.dataset.view = view.kind;
+    canvas.dataset.planar = String(m.basis.planar);
+    draw();
+    play(!calm);
+    return {
+        recolour() {
+            view.rebuild();
+            tellNames(picture.bodies);
+            draw();
+        },
+    };
+}

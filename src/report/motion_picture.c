@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Frames are shorts: positions within the box of all of them, and unit quaternions. A large mechanism has fewer frames,
+ * the largest ones are drawn in part. */
+#include "report/motion_picture.h"
+#include "base/memory.h"
+#include "report/drawing.h"
+#include "report/encode.h"
+#include "report/pose.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7 };
+
+/* What a joint may turn between two frames, and how much more is left as it is. */
+#define FOLLOWED 0.35
+#define SPARED   1.5
+
+typedef struct picture {
+    const kempe_model *model;
+    const kmp_record *record;
+    kmp_drawing drawing;
+    int frames, stride; /* every so many rows is a frame */
+    kmp_pose *poses;
+    double *position, *rotation; /* 3 and 4 a frame and body, without the ground */
+    int16_t *room;
+} picture;
+
+double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record)
+{
+    const kmp_samples *row = &record->row;
+    double most = 0, t_end = row->rows > 0 ? kmp_samples_time(row, row->rows - 1) : 0;
+    for (int r = 1; r < row->rows; r++) {
+        const double *q = kmp_samples_get(row, KMP_QUANTITY_Q, r),
+                     *before = kmp_samples_get(row, KMP_QUANTITY_Q, r - 1);
+        for (int k = 0; k < model->motion_count; k++)
+            if (model->motions[k].rotation)
+                most = fmax(most, fabs(q[k] - before[k]));
+    }
+    return most > SPARED * FOLLOWED ? t_end * FOLLOWED / most : t_end;
+}
+
+/* -- frames ------------------------------------------------------------------------------------------ */
+
+static const double *row_of(const picture *p, int frame)
+{
+    return kmp_samples_get(&p->record->row, KMP_QUANTITY_Q, frame * p->stride);
+}
+
+static void pose_frames(picture *p)
+{
+    int moving = p->drawing.body_count - 1;
+    for (int f = 0; f < p->frames; f++) {
+        kmp_pose_all(p->model, row_of(p, f), p->poses);
+        for (int b = 0; b < moving; b++) {
+            double *x = p->position + 3 * ((ptrdiff_t)f * moving + b),
+                   *r = p->rotation + 4 * ((ptrdiff_t)f * moving + b);
+            memcpy(x, p->poses[b + 1].p, 3 * sizeof *x);
+            kmp_pose_quaternion(&p->poses[b + 1], f > 0 ? r - 4 * (ptrdiff_t)moving : NULL, r);
+        }
+    }
+}
+
+static bool make_frames(picture *p)
+{
+    int moving = p->drawing.body_count - 1, rows = p->record->row.rows;
+    int most = moving > 0 ? MOST_NUMBERS / (BODY_NUMBERS * moving) : rows;
+    p->stride = 1;
+    while ((rows - 1) / p->stride + 1 > most)
+        p->stride++;
+    p->frames = (rows - 1) / p->stride + 1;
+    p->poses = KMP_NEW(kmp_pose, p->model->body_count);
+    p->position = KMP_NEW(double, 3 * (ptrdiff_t)p->frames * moving);
+    p->rotation = KMP_NEW(double, 4 * (ptrdiff_t)p->frames * moving);
+    p->room = KMP_NEW(int16_t, 4 * (ptrdiff_t)p->frames * moving);
+    if (!p->poses || !p->position || !p->rotation || !p->room)
+        return false;
+    pose_frames(p);
+    return true;
+}
+
+static void put_positions(kmp_text *text, picture *p)
+{
+    size_t count = 3 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, middle[3] = {0};
+    double scale = 0;
+    for (size_t k = 0; k < count; k++) {
+        low[k % 3] = fmin(low[k % 3], p->position[k]);
+        high[k % 3] = fmax(high[k % 3], p->position[k]);
+    }
+    for (int i = 0; i < 3 && count > 0; i++) {
+        middle[i] = (low[i] + high[i]) / 2;
+        scale = fmax(scale, (high[i] - low[i]) / 2);
+    }
+    for (size_t k = 0; k < count; k++)
+        p->room[k] = (int16_t)lround(scale > 0 ? INT16_MAX * ((p->position[k] - middle[k % 3]) / scale) : 0);
+    kmp_text_put(text, "\"middle\":");
+    kmp_encode_numbers(text, 3, middle, 7);
+    kmp_text_put(text, ",\"unit\":");
+    kmp_text_rounded(text, scale / INT16_MAX, 7);
+    kmp_text_put(text, ",\"position\":");
+    kmp_encode_short(text, count, p->room);
+}
+
+static void put_frames(kmp_text *text, picture *p)
+{
+    size_t count = 4 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
+    kmp_text_printf(text, "\"frames\":{\"count\":%d,\"t_end\":", p->frames);
+    kmp_text_rounded(text, kmp_samples_time(&p->record->row, (p->frames - 1) * p->stride), 7);
+    kmp_text_put(text, ",");
+    put_positions(text, p);
+    for (size_t k = 0; k < count; k++)
+        p->room[k] = (int16_t)lround(INT16_MAX * p->rotation[k]);
+    kmp_text_put(text, ",\"rotation\":");
+    kmp_encode_short(text, count, p->room);
+    kmp_text_put(text, "}");
+}
+
+/* -- what is drawn ----------------------------------------------------------------------------------- */
+
+static void put_marks(kmp_text *text, const picture *p)
+{
+    kmp_text_put(text, "\"bodies\":[");
+    for (int b = 0; b < p->drawing.body_count; b++) {
+        kmp_text_put(text, b > 0 ? ",{\"name\":" : "{\"name\":");
+        kmp_encode_string(text, p->model->bodies[b].name);
+        kmp_text_put(text, ",\"points\":[");
+        for (int k = 0, said = 0; k < p->drawing.mark_count; k++) {
+            const kmp_mark *m = &p->drawing.marks[k];
+            if (m->body != b)
+                continue;
+            kmp_text_put(text, said++ ? ",[" : "[");
+            for (int i = 0; i < 3; i++) {
+                kmp_text_rounded(text, m->at[i], 7);
+                kmp_text_put(text, ",");
+            }
+            kmp_text_printf(text, "%u,", m->marks);
+            kmp_encode_string(text, m->name ? m->name : "");
+            kmp_text_put(text, "]");
+        }
+        kmp_text_put(text, "]}");
+    }
+    kmp_text_put(text, "],");
+}
+
+static void put_lines(kmp_text *text, const picture *p)
+{
+    kmp_text_put(text, "\"lines\":[");
+    for (int k = 0; k < p->drawing.line_count; k++) {
+        const kmp_line *line = &p->drawing.lines[k];
+        kmp_text_put(text, k > 0 ? ",{\"name\":" : "{\"name\":");
+        kmp_encode_string(text, line->name ? line->name : "");
+        kmp_text_printf(text, ",\"rod\":%s,\"body\":[%d,%d],\"at\":[", p->drawing.is_rod[k] ? "true" : "false",
+                        line->body[0], line->body[1]);
+        kmp_encode_numbers(text, 3, line->at[0], 7);
+        kmp_text_put(text, ",");
+        kmp_encode_numbers(text, 3, line->at[1], 7);
+        kmp_text_put(text, "]}");
+    }
+    kmp_text_put(text, "],");
+}
+
+/* A guide is as long as what slides on it goes. */
+static void put_guides(kmp_text *text, const picture *p)
+{
+    kmp_text_put(text, "\"guides\":[");
+    for (int k = 0; k < p->drawing.guide_count; k++) {
+        const kmp_guide *guide = &p->drawing.guides[k];
+        double range[2] = {INFINITY, -INFINITY};
+        for (int f = 0; f < p->frames; f++) {
+            range[0] = fmin(range[0], row_of(p, f)[guide->motion]);
+            range[1] = fmax(range[1], row_of(p, f)[guide->motion]);
+        }
+        kmp_text_printf(text, "%s{\"body\":%d,\"at\":", k > 0 ? "," : "", guide->body);
+        kmp_encode_numbers(text, 3, guide->at, 7);
+        kmp_text_put(text, ",\"axis\":");
+        kmp_encode_numbers(text, 3, guide->axis, 7);
+        kmp_text_put(text, ",\"range\":");
+        kmp_encode_numbers(text, 2, range, 7);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "],");
+}
+
+bool kmp_motion_picture(kmp_text *text, const kempe_model *model, const kmp_record *record)
+{
+    picture p = {.model = model, .record = record};
+    const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
+    bool ok = kmp_drawing_init(&p.drawing, model, MOST_BODIES) && make_frames(&p);
+    if (ok) {
+        kmp_text_printf(text, "{\"of_bodies\":%d,\"gravity\":", model->body_count - 1);
+        kmp_encode_numbers(text, 3, gravity, 7);
+        kmp_text_put(text, ",");
+        put_marks(text, &p);
+        put_lines(text, &p);
+        put_guides(text, &p);
+        put_frames(text, &p);
+        kmp_text_put(text, "}");
+    }
+    kmp_drawing_free(&p.drawing);
+    kmp_free(p.poses);
+    kmp_free(p.position);
+    kmp_free(p.rotation);
+    kmp_free(p.room);
+    return ok;
+}

@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A report: one page that needs nothing beside itself. Lines of page.html that are a mark alone are replaced by what
+ * they name. */
+#include "report/page.h"
+#include "base/memory.h"
+#include "report/encode.h"
+#include "report/motion_picture.h"
+#include <kempe/compare.h>
+#include <string.h>
+#include <strings.h>
+
+/* -- writing ----------------------------------------------------------------------------------------- */
+
+typedef struct page {
+    kmp_text *text;
+    const kempe_comparison *comparison;
+    kmp_page_libraries libraries;
+    const char *data;
+} page;
+
+static void put_lines(kmp_text *text, const char *const *lines)
+{
+    for (; *lines; lines++)
+        kmp_text_put(text, *lines);
+}
+
+/* The text of a script of others. What would end it, or open a comment of the page, gets a backslash: within strings
+ * and regular expressions, where alone it can stand, that changes nothing. */
+static void put_script(kmp_text *text, const char *script)
+{
+    while (*script) {
+        size_t length = strcspn(script, "<");
+        kmp_text_printf(text, "%.*s", (int)length, script);
+        script += length;
+        if (!*script)
+            break;
+        bool ends = strncasecmp(script, "</script", 8) == 0, opens = strncmp(script, "<!--", 4) == 0;
+        kmp_text_put(text, ends || opens ? "<\\" : "<");
+        script++;
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void put_name(kmp_text *text, const char *name)
+{
+    for (; *name; name++) {
+        char one[2] = {*name, 0};
+        kmp_text_put(text, *name == '<' ? "&lt;" : *name == '&' ? "&amp;" : one);
+    }
+}
+
+static bool is_mark(const char *line, const char *mark)
+{
+    size_t length = strlen(mark);
+    return strncmp(line, mark, length) == 0 && strcmp(line + length, "\n") == 0;
+}
+
+static bool put_part(page *p, const char *line)
+{
+    if (is_mark(line, "<!--TITLE-->")) {
+        kmp_text_put(p->text, "<title>");
+        put_name(p->text, p->comparison->system->model->name);
+        kmp_text_put(p->text, ": comparison</title>\n");
+    } else if (is_mark(line, "<!--STYLE-->")) {
+        put_lines(p->text, kmp_page_css);
+    } else if (is_mark(line, "/*SCRIPT*/")) {
+        put_lines(p->text, kmp_shapes_js);
+        put_lines(p->text, kmp_motion_js);
+        put_lines(p->text, kmp_plots_js);
+        put_lines(p->text, kmp_page_js);
+    } else if (is_mark(line, "/*THREE*/")) {
+        put_script(p->text, p->libraries.three);
+    } else if (is_mark(line, "/*CHART*/")) {
+        put_script(p->text, p->libraries.chart);
+    } else if (is_mark(line, "/*DATA*/")) {
+        kmp_text_put(p->text, p->data);
+        kmp_text_put(p->text, "\n");
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static void put_page(page *p)
+{
+    for (const char *const *line = kmp_page_html; *line; line++)
+        if (!put_part(p, *line))
+            kmp_text_put(p->text, *line);
+}
+
+static kempe_status write_page(const kempe_comparison *c, const kmp_page_libraries *libraries, const char *data,
+                               const char *path)
+{
+    kmp_text text = {0};
+    page p = {.text = &text, .comparison = c, .libraries = *libraries, .data = data};
+    put_page(&p);
+    char *whole = kmp_text_take(&text);
+    if (!whole)
+        return kmp_fail_memory(c->system->context);
+    kempe_status status = kempe_write_file(c->system->context, path, whole);
+    kmp_free(whole);
+    return status;
+}
+
+/* -- running again ----------------------------------------------------------------------------------- */
+
+/* All that is made for a page before it is written. */
+typedef struct detail {
+    int count, *run;
+    kmp_record *records, picture;
+} detail;
+
+static void release(detail *d)
+{
+    for (int k = 0; k < d->count; k++)
+        kmp_record_free(&d->records[k]);
+    kmp_record_free(&d->picture);
+    kmp_free(d->records);
+    kmp_free(d->run);
+}
+
+static bool may_go_on(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
+/* A run that ended well ends well again; one that is interrupted is shown as far as it came. */
+static kempe_status record_runs(const kempe_comparison *c, detail *d)
+{
+    kempe_context *context = c->system->context;
+    int wanted = kmp_page_choose(c, d->run);
+    for (int k = 0; k < wanted && !kmp_interrupted(context); k++) {
+        const kmp_way *way = c->runs[d->run[k]].way;
+        kmp_log(context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g once more", way->road, way->integrator,
+                c->runs[d->run[k]].rtol);
+        kempe_status status = kmp_record_make(c, d->run[k], c->t_end, &d->records[d->count]);
+        d->count += status == KEMPE_OK || status == KEMPE_STOPPED;
+        if (!may_go_on(status))
+            return status;
+    }
+    return KEMPE_OK;
+}
+
+/* Without a run the mechanism is shown as far as it can be assembled. */
+static kempe_status record_start(const kempe_comparison *c, kmp_record *record)
+{
+    int n = c->system->n, m = c->system->m;
+    kempe_assembly *start = NULL;
+    double *zero = KMP_NEW(double, n + m);
+    kempe_status status = zero ? kempe_assemble(c->system, &start) : kmp_fail_memory(c->system->context);
+    kmp_samples_init(&record->row, n, m);
+    if (start && kmp_samples_add(&record->row, 0, start->q, start->qd, zero, zero, 0))
+        status = kmp_fail_memory(c->system->context);
+    kempe_assembly_free(start);
+    kmp_free(zero);
+    return may_go_on(status) ? KEMPE_OK : status;
+}
+
+/* A long run is shown from its beginning, as long as the eye can follow. */
+static kempe_status record_picture(const kempe_comparison *c, detail *d, const kmp_record **picture)
+{
+    *picture = &d->picture;
+    if (d->count == 0)
+        return record_start(c, &d->picture);
+    *picture = &d->records[0];
+    const kmp_samples *row = &d->records[0].row;
+    double t_end = kmp_motion_picture_end(c->system->model, *picture);
+    if (row->rows == 0 || !(t_end < kmp_samples_time(row, row->rows - 1)) || kmp_interrupted(c->system->context))
+        return KEMPE_OK;
+    kempe_status status = kmp_record_make(c, d->records[0].run, t_end, &d->picture);
+    if (status == KEMPE_OK || status == KEMPE_STOPPED)
+        *picture = &d->picture;
+    return may_go_on(status) ? KEMPE_OK : status;
+}
+
+static kempe_status make_page(const kempe_comparison *c, detail *d, const kmp_page_libraries *libraries,
+                              const char *path)
+{
+    const kmp_record *picture = NULL;
+    kmp_text data = {0};
+    kempe_status status = record_runs(c, d);
+    if (status == KEMPE_OK)
+        status = record_picture(c, d, &picture);
+    if (status == KEMPE_OK)
+        kmp_context_clear(c->system->context); /* of what a start that does not assemble says */
+    if (status == KEMPE_OK && !kmp_page_data(&data, c, d->count, d->records, picture))
+        status = kmp_fail_memory(c->system->context);
+    if (status == KEMPE_OK)
+        status = write_page(c, libraries, data.s, path);
+    kmp_text_free(&data);
+    return status;
+}
+
+kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, const char *path)
+{
+    kempe_context *context = comparison->system->context;
+    kmp_page_libraries libraries;
+    kmp_context_clear(context);
+    kempe_status status = kmp_page_libraries_read(context, &libraries);
+    if (status != KEMPE_OK)
+        return status;
+    detail d = {.run = KMP_NEW(int, comparison->way_count + 1),
+                .records = KMP_NEW(kmp_record, comparison->way_count + 1)};
+    if (d.run && d.records)
+        status = make_page(comparison, &d, &libraries, path);
+    else
+        status = kmp_fail_memory(context);
+    release(&d);
+    kmp_page_libraries_free(&libraries);
+    return status;
+}

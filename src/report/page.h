@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The parts that a page of a report is put together from. */
+#ifndef KMP_REPORT_PAGE_H
+#define KMP_REPORT_PAGE_H
+
+#include "report/record.h"
+
+/** The files of the same names line by line, newlines included, as the build put them into the library; NULL ends each.
+ */
+extern const char *const kmp_page_html[], *const kmp_page_css[];
+extern const char *const kmp_shapes_js[], *const kmp_motion_js[], *const kmp_plots_js[], *const kmp_page_js[];
+
+/** JavaScript of others, as read from the system. */
+typedef struct kmp_page_libraries {
+    char *three, *chart;
+} kmp_page_libraries;
+
+/** KEMPE_E_IO with a sentence that says which package has what is missing. */
+kempe_status kmp_page_libraries_read(kempe_context *context, kmp_page_libraries *libraries);
+void kmp_page_libraries_free(kmp_page_libraries *libraries);
+
+/** The runs of a comparison that the page shows in detail: the one advised first, then the best of each other road.
+ *  `shown` has room for way_count; how many. */
+int kmp_page_choose(const kempe_comparison *comparison, int *shown);
+
+/** All that the page says, as one JSON object. `picture`: the record whose rows are the frames, NULL: none. */
+bool kmp_page_data(kmp_text *text, const kempe_comparison *comparison, int count, const kmp_record *records,
+                   const kmp_record *picture);
+
+#endif

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The words and tables of the page, and its beginning: everything is drawn from the data that the page holds. */
+"use strict";
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+const isNumber = (x) => typeof x === "number";
+
+/* -- numbers ------------------------------------------------------------------------------------------------ */
+
+function superscript(whole) {
+    return String(whole).replace(/./g, (c) => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
+}
+
+/* 3.6e-8 as it is printed in running text. */
+function power(x) {
+    const [digits, exponent] = x.toExponential(1).split("e");
+    const rest = digits.replace(/\.0$/, "");
+    if (x === 0 || (x >= 0.01 && x < 1000)) return String(Number(x.toPrecision(2)));
+    return (rest === "1" ? "" : rest + "\u00b7") + "10" + superscript(Number(exponent));
+}
+
+function short(x, digits) {
+    return isNumber(x) ? (x === 0 ? "0" : x.toExponential(digits === undefined ? 1 : digits).replace("e+", "e")) : "";
+}
+
+/* Tolerances as they are typed. */
+const tolerance = (x) => x.toExponential();
+
+function three(x) {
+    return x >= 1000 || (x > 0 && x < 0.001) ? x.toPrecision(3).replace("e+", "e") : String(Number(x.toPrecision(3)));
+}
+
+function duration(seconds) {
+    if (seconds >= 60) return three(seconds / 60) + " min";
+    if (seconds >= 1) return three(seconds) + " s";
+    return three(1e3 * seconds) + " ms";
+}
+
+function ratio(x) {
+    return (x >= 99.5 ? Math.round(x).toLocaleString("en").replace(/,/g, "\u202f") : x.toPrecision(2).replace(/\.0$/, "")) + "\u00d7";
+}
+
+const count = (x) => String(x).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+
+/* -- elements ----------------------------------------------------------------------------------------------- */
+
+/* element("td.best", "12") */
+function element(kind, ...children) {
+    const [tag, ...classes] = kind.split(".");
+    const made = document.createElement(tag);
+    if (classes.length > 0) made.className = classes.join(" ");
+    made.append(...children);
+    return made;
+}
+
+function fillList(list, sentences) {
+    for (const sentence of sentences) list.append(element("li", sentence));
+}
+
+/* -- colours ------------------------------------------------------------------------------------------------ */
+
+/* A hue for each road; its ways go on from there, a little lighter each. */
+const roads = [...new Set(data.ways.map((way) => way.road))];
+const HUES = { reduced: 208, projected: 140, dae: 8 };
+const OTHER_HUES = [290, 335, 85, 60];
+const HUE_SPREAD = 54;
+const STYLES = ["circle", "rect", "triangle", "rectRot", "star", "crossRot"];
+const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [1, 2]];
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+let printing = false;
+
+const isDark = () => dark.matches && !printing;
+
+function hueOf(road) {
+    return road in HUES ? HUES[road] : OTHER_HUES[roads.filter((r) => !(r in HUES)).indexOf(road) % OTHER_HUES.length];
+}
+
+/* Which of its road's ways it is. */
+const rankOf = (way) => data.ways.slice(0, way).filter((other) => other.road === data.ways[way].road).length;
+
+function colourOf(way) {
+    const mates = data.ways.filter((other) => other.road === data.ways[way].road).length;
+    const part = mates > 1 ? rankOf(way) / (mates - 1) : 0;
+    const light = isDark() ? 70 - 8 * part : 36 + 16 * part, hue = hueOf(data.ways[way].road) + HUE_SPREAD * part;
+    return `hsl(${hue} ${isDark() ? 70 : 78}% ${light}%)`;
+}
+
+const nameOf = (way) => data.ways[way].name.replace(" none ", " ");
+
+function runName(run) {
+    return `${nameOf(run.way)}, rtol ${tolerance(run.rtol)}`;
+}
+
+/* -- the verdict -------------------------------------------------------------------------------------------- */
+
+const advised = data.advice.run >= 0 ? data.runs[data.advice.run] : null;
+const adviceLevel = data.levels.findIndex((l) => l.level === data.advice.level);
+
+function fact(name, value) {
+    return element("div", element("dt", name), element("dd", value));
+}
+
+function tellAnswer() {
+    const answer = byId("answer");
+    if (advised) {
+        answer.append("Use ", element("em", nameOf(advised.way)), " ", element("small", `at rtol ${tolerance(advised.rtol)}`));
+        const error = isNumber(advised.error[0]) ? power(advised.error[0]) : advised.below ? "< " + power(10 * data.reference.uncertainty[0]) : "not known";
+        byId("facts").append(fact("error of q", error), fact("CPU time", duration(advised.cpu)), fact("evaluations", count(advised.rhs)));
+    } else {
+        byId("facts").hidden = true;
+        answer.append(data.status === "ok" ? "No way can be advised" : data.status === "stopped" ? "Stopped before the end" : "Nothing came to the end");
+    }
+    if (data.reason) byId("because").append(element("li.failed", data.reason));
+    fillList(byId("because"), data.advice.because);
+    byId("because").hidden = byId("because").children.length === 0;
+}
+
+/* How long the others take for the error that the advice is about, on a bar each; the scale is logarithmic. */
+function tellOthers() {
+    const others = byId("others"), most = 7;
+    if (!advised || adviceLevel < 0) return;
+    const level = data.levels[adviceLevel];
+    const best = data.runs[level.best].cpu;
+    const rows = data.ways.map((way, w) => ({ way: w, ratio: level.run[w] >= 0 ? data.runs[level.run[w]].cpu / best : Infinity }));
+    rows.sort((a, b) => a.ratio - b.ratio || a.way - b.way);
+    const top = Math.max(2, ...rows.map((row) => row.ratio).filter(isFinite));
+    others.append(element("h3", `CPU time for an error of q of ${power(level.level)}`));
+    const table = element("table");
+    for (const row of rows.slice(0, most)) {
+        const bar = element("i");
+        bar.style.width = isFinite(row.ratio) ? `${8 + (92 * Math.log(row.ratio)) / Math.log(top)}%` : "0";
+        bar.style.background = colourOf(row.way);
+        bar.dataset.way = row.way;
+        if (!isFinite(row.ratio)) bar.hidden = true;
+        const words = isFinite(row.ratio) ? ratio(row.ratio) : "not reached";
+        table.append(element(isFinite(row.ratio) ? "tr" : "tr.none", element("td", nameOf(row.way)), element("td", bar), element("td", words)));
+    }
+    others.append(table);
+    if (rows.length > most) others.append(element("p.note", `and ${rows.length - most} more in the table at equal error`));
+}
+
+function tellReference() {
+    const [q, qd, lambda] = data.reference.uncertainty;
+    let words = data.reference.there ? `Reference: ${data.reference.source}` : `There is no reference: ${data.reference.source === "none" ? "errors are not known" : data.reference.source.replace(/^none: /, "")}`;
+    if (data.reference.there && q > 0) words += `; it is known to ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
+    byId("reference").append(words + ".");
+    const failed = data.runs.filter((run) => run.status !== "ok" && !run.left_out).length;
+    if (failed + data.failures.length + data.warnings.length === 0) return;
+    const link = element("a", failed > 0 ? `${failed} of ${data.runs.length} runs did not come to the end: why` : "What did not go well");
+    link.href = "#failures";
+    byId("trouble").append(link);
+}
+
+function tellScene() {
+    byId("model").append(data.model);
+    byId("scene").append(`0 to ${three(data.t_end)} s \u00b7 ${data.n} coordinate${data.n === 1 ? "" : "s"}, ${data.m} closure row${data.m === 1 ? "" : "s"}`);
+    byId("maker").append(`Made by kempe ${data.kempe}. Drawn with three.js and Chart.js, both under the MIT License, whose text is in the source of this page.`);
+}
+
+/* -- tables ------------------------------------------------------------------------------------------------- */
+
+function swatch(way) {
+    const made = element("span.swatch");
+    made.style.background = colourOf(way);
+    made.dataset.way = way;
+    return made;
+}
+
+function headRow(names) {
+    return element("tr", ...names.map((name) => element("th", name)));
+}
+
+function levelCell(level, w) {
+    const run = data.runs[level.run[w]];
+    if (level.blank) return element("td");
+    if (!run) return element("td", "\u2013");
+    const cell = element(level.run[w] === level.best ? "td.best" : "td", three(1e3 * run.cpu));
+    if (level.run[w] !== level.best) cell.append(element("small", ratio(run.cpu / data.runs[level.best].cpu)));
+    cell.title = runName(run);
+    return cell;
+}
+
+function tellLevels() {
+    const section = byId("levels");
+    if (data.levels.length === 0) {
+        section.hidden = true;
+        return;
+    }
+    const blank = data.levels.some((level) => level.blank);
+    section.querySelector(".note").append("ms of CPU that each way needs to hold an error of q, and how many times as long that is as the best of the column." +
+        (blank ? " Columns are blank below ten times the uncertainty of the reference." : ""));
+    const table = section.querySelector("table");
+    table.append(headRow(["error of q", ...data.levels.map((level) => power(level.level))]));
+    data.ways.forEach((way, w) => {
+        table.append(element("tr", element("td", swatch(w), nameOf(w)), ...data.levels.map((level) => levelCell(level, w))));
+    });
+}
+
+function tellFailures() {
+    const list = byId("failures").querySelector("ul");
+    fillList(list, data.failures);
+    fillList(list, data.warnings);
+    byId("failures").hidden = list.children.length === 0;
+}
+
+const COLUMNS = ["way", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms"];
+
+const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.way === b.way && a.reason === b.reason;
+
+/* Runs of a way that did not come to the end for the same reason are one row; null for all but the first of them. */
+function runRow(run, k) {
+    if (endAlike(data.runs[k - 1], run)) return null;
+    let last = k;
+    while (endAlike(data.runs[last + 1], run)) last++;
+    const begins = k > 0 && data.runs[k - 1].way !== run.way;
+    const at = tolerance(run.rtol) + (last > k ? ` to ${tolerance(data.runs[last].rtol)}` : "");
+    const row = element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", swatch(run.way), nameOf(run.way)), element("td", at));
+    if (run.status !== "ok") {
+        const reason = run.reason.split("\n")[0];
+        const cell = run.left_out ? element("td.words", reason) : element("td.words", element("span.failed", run.status), ": " + reason);
+        cell.colSpan = COLUMNS.length - 2;
+        row.append(cell);
+        return row;
+    }
+    for (const x of [...run.error, run.h, run.hdot, run.drift]) row.append(element("td", short(x)));
+    for (const x of [run.steps, run.rejected, run.rhs, run.newton, run.jacobians, run.factorizations, run.exchanges]) row.append(element("td", count(x)));
+    row.append(element("td", three(1e3 * run.cpu)));
+    return row;
+}
+
+function tellRuns() {
+    const table = byId("runs").querySelector("table");
+    table.append(headRow(COLUMNS));
+    table.append(...data.runs.map(runRow).filter((row) => row));
+    byId("runs").hidden = data.runs.length === 0;
+}
+
+/* -- all of it ---------------------------------------------------------------------------------------------- */
+
+/* What a canvas shows, as the number of its pixels that differ from the one in its corner: for who looks from outside. */
+function ink(canvas) {
+    const small = document.createElement("canvas");
+    small.width = small.height = 160;
+    const context = small.getContext("2d");
+    context.drawImage(canvas, 0, 0, 160, 160);
+    const pixels = context.getImageData(0, 0, 160, 160).data;
+    let different = 0;
+    for (let k = 4; k < pixels.length; k += 4) {
+        const away = Math.abs(pixels[k] - pixels[0]) + Math.abs(pixels[k + 1] - pixels[1]) + Math.abs(pixels[k + 2] - pixels[2]) + Math.abs(pixels[k + 3] - pixels[3]);
+        if (away > 12) different++;
+    }
+    return different;
+}
+
+function recolour() {
+    for (const mark of document.querySelectorAll("[data-way]")) mark.style.background = colourOf(Number(mark.dataset.way));
+    drawPlots();
+    if (stage) stage.recolour();
+}
+
+let stage = null;
+
+function begin() {
+    tellScene();
+    tellAnswer();
+    tellOthers();
+    tellReference();
+    tellLevels();
+    tellFailures();
+    tellRuns();
+    beginPlots();
+    stage = beginStage();
+    dark.addEventListener("change", recolour);
+    window.addEventListener("beforeprint", () => {
+        printing = true;
+        recolour();
+    });
+    window.addEventListener("afterprint", () => {
+        printing = false;
+        recolour();
+    });
+    for (const canvas of document.querySelectorAll("canvas")) if (!canvas.closest("[hidden]")) canvas.dataset.ink = ink(canvas);
+    document.documentElement.dataset.ready = "yes";
+}
+
+begin();

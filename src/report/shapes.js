@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The mechanism as shapes: where its bodies are at a time, what each is made of, and from where it is looked at. */
+"use strict";
+
+const MARK = { joint: 1, closure: 2, com: 4, named: 8, slide: 16 };
+
+/* -- vectors ------------------------------------------------------------------------------------------------ */
+
+const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const scaled = (s, a) => [s * a[0], s * a[1], s * a[2]];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const norm = (a) => Math.hypot(...a);
+const unit = (a) => scaled(1 / (norm(a) || 1), a);
+
+/* v turned by the unit quaternion x, y, z, w. */
+function turned(q, v) {
+    const axis = [q[0], q[1], q[2]], t = scaled(2, cross(axis, v));
+    return add(add(v, scaled(q[3], t)), cross(axis, t));
+}
+
+const moved = (pose, v) => add(pose.p, turned(pose.q, v));
+
+/* -- frames ------------------------------------------------------------------------------------------------- */
+
+function shorts(text) {
+    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    return new Int16Array(bytes.buffer);
+}
+
+/* Poses of all bodies at a time, between two frames as between their neighbours. */
+function makeMotion(picture) {
+    const frames = picture.frames, moving = picture.bodies.length - 1;
+    const position = shorts(frames.position), rotation = shorts(frames.rotation);
+    const still = { p: [0, 0, 0], q: [0, 0, 0, 1] };
+    return (t) => {
+        const at = frames.t_end > 0 ? Math.min(Math.max(t / frames.t_end, 0), 1) * (frames.count - 1) : 0;
+        const first = Math.min(Math.floor(at), Math.max(frames.count - 2, 0)), part = at - first;
+        const second = Math.min(first + 1, frames.count - 1);
+        const poses = [still];
+        for (let b = 0; b < moving; b++) {
+            const i = first * moving + b, j = second * moving + b;
+            const p = [0, 1, 2].map((k) => frames.middle[k] + frames.unit * ((1 - part) * position[3 * i + k] + part * position[3 * j + k]));
+            const q = [0, 1, 2, 3].map((k) => (1 - part) * rotation[4 * i + k] + part * rotation[4 * j + k]);
+            const length = Math.hypot(...q);
+            poses.push({ p, q: q.map((x) => x / length) });
+        }
+        return poses;
+    };
+}
+
+/* -- hulls -------------------------------------------------------------------------------------------------- */
+
+const FLAT = 2e-3; /* of a body's size: as good as in one plane */
+
+/* Of points in the plane across `normal`, the corners of their hull in order (Andrew 1979). */
+function planeHull(points, members, normal) {
+    const x = unit(sub(points[members[1]], points[members[0]])), y = cross(normal, x);
+    const flat = members.map((k) => ({ k, x: dot(points[k], x), y: dot(points[k], y) }));
+    flat.sort((a, b) => a.x - b.x || a.y - b.y);
+    const half = (list) => {
+        const chain = [];
+        for (const p of list) {
+            while (chain.length > 1) {
+                const [a, b] = chain.slice(-2);
+                if ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x) > 0) break;
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        return chain.slice(0, -1);
+    };
+    return [...half(flat), ...half(flat.reverse())].map((p) => p.k);
+}
+
+function addEdges(shape, corners) {
+    corners.forEach((a, k) => {
+        const b = corners[(k + 1) % corners.length];
+        if (!shape.bars.some(([c, d]) => (c === a && d === b) || (c === b && d === a))) shape.bars.push([a, b]);
+    });
+}
+
+/* Every plane through three points that has all others on one side is a face. */
+function addFaces(shape, points, size) {
+    const seen = new Set(), n = points.length;
+    for (let i = 0; i < n; i++)
+        for (let j = i + 1; j < n; j++)
+            for (let k = j + 1; k < n; k++) {
+                const across = cross(sub(points[j], points[i]), sub(points[k], points[i]));
+                if (norm(across) < 1e-6 * size * size) continue;
+                const normal = unit(across), heights = points.map((p) => dot(sub(p, points[i]), normal));
+                if (Math.max(...heights) > FLAT * size && Math.min(...heights) < -FLAT * size) continue;
+                const members = points.map((p, l) => l).filter((l) => Math.abs(heights[l]) <= FLAT * size);
+                if (seen.has(members.join())) continue;
+                seen.add(members.join());
+                const corners = planeHull(points, members, normal);
+                shape.faces.push(corners);
+                addEdges(shape, corners);
+            }
+}
+
+/* Bars and faces between the points of a body: a bar when they are in line, a plate when they are in a plane. */
+function hullOf(points) {
+    const shape = { points, bars: [], faces: [] };
+    if (points.length < 2) return shape;
+    let a = 0, b = 1, size = 0;
+    points.forEach((p, i) => points.forEach((q, j) => {
+        if (norm(sub(p, q)) > size * 1.000001) [a, b, size] = [i, j, norm(sub(p, q))];
+    }));
+    const along = unit(sub(points[b], points[a]));
+    const offs = points.map((p) => cross(along, sub(p, points[a])));
+    const widest = offs.reduce((best, v) => (norm(v) > norm(best) ? v : best));
+    if (norm(widest) <= FLAT * size) {
+        shape.bars.push([a, b]);
+        return shape;
+    }
+    const normal = unit(widest);
+    const plate = points.every((p) => Math.abs(dot(sub(p, points[a]), normal)) <= FLAT * size);
+    if (plate) {
+        const corners = planeHull(points, points.map((p, k) => k), normal);
+        shape.faces.push(corners);
+        addEdges(shape, corners);
+    } else if (points.length <= 24) {
+        addFaces(shape, points, size);
+    } else {
+        points.forEach((p, k) => k > 0 && shape.bars.push([0, k]));
+    }
+    return shape;
+}
+
+/* What a body is made of: points that it is joined by or has a name for, its centre of mass where that is all. */
+function shapeOf(body) {
+    const own = body.points.filter((p) => p[3] & ~MARK.com);
+    const used = own.length < 2 ? body.points : own;
+    const shape = hullOf(used.map((p) => p.slice(0, 3)));
+    shape.balls = used.filter((p) => p[3] & (MARK.joint | MARK.closure)).map((p) => p.slice(0, 3));
+    shape.boxes = used.filter((p) => p[3] & MARK.slide).map((p) => p.slice(0, 3));
+    shape.weights = shape.bars.length === 0 || used.length > own.length ? body.points.filter((p) => p[3] & MARK.com).map((p) => p.slice(0, 3)) : [];
+    return shape;
+}
+
+/* Pins in the ground: where it is joined, and where springs and rods end. */
+function groundPoints(picture) {
+    const pins = picture.bodies[0].points.filter((p) => p[3] & (MARK.joint | MARK.closure)).map((p) => p.slice(0, 3));
+    for (const line of picture.lines)
+        line.body.forEach((body, k) => {
+            if (body === 0 && !pins.some((p) => norm(sub(p, line.at[k])) === 0)) pins.push(line.at[k]);
+        });
+    return pins;
+}
+
+/* The paths of points that have a name and are free: what linkages are made for. */
+function pathsOf(picture) {
+    const motion = makeMotion(picture), paths = [], count = picture.frames.count;
+    const free = picture.bodies.flatMap((body, b) => body.points.filter((p) => b > 0 && p[3] & MARK.named && !(p[3] & (MARK.joint | MARK.closure | MARK.slide))).map((p) => ({ b, at: p.slice(0, 3), points: [] })));
+    const ends = (path) => picture.lines.some((line) => line.body.some((body, k) => body === path.b && norm(sub(line.at[k], path.at)) === 0));
+    for (const path of free.slice(0, 6)) if (!ends(path)) paths.push(path);
+    for (let f = 0; f < count && paths.length > 0; f++) {
+        const poses = motion((picture.frames.t_end * f) / Math.max(count - 1, 1));
+        for (const path of paths) path.points.push(moved(poses[path.b], path.at));
+    }
+    return paths;
+}
+
+/* -- from where --------------------------------------------------------------------------------------------- */
+
+/* World positions of all that is drawn, at some of the frames. */
+function samplePoints(picture, motion, shapes, pins) {
+    const tracks = [], shots = Math.min(picture.frames.count, 120);
+    for (let f = 0; f < shots; f++) {
+        const poses = motion((picture.frames.t_end * f) / Math.max(shots - 1, 1));
+        let k = 0;
+        shapes.forEach((shape, b) => {
+            for (const p of b === 0 ? [] : shape.points) (tracks[k++] ||= []).push(moved(poses[b], p));
+        });
+    }
+    return [...tracks, ...pins.map((p) => [p])];
+}
+
+/* The normal of the plane that all motion is parallel to; null when there is none. */
+function planeOf(tracks) {
+    let far = [0, 0, 0], across = [0, 0, 0];
+    const ways = tracks.flatMap((track) => track.map((p) => sub(p, track[0])));
+    for (const v of ways) if (norm(v) > norm(far)) far = v;
+    for (const v of ways) if (norm(cross(far, v)) > norm(across)) across = cross(far, v);
+    const size = norm(far);
+    if (size === 0) {
+        const spread = tracks.map((track) => sub(track[0], tracks[0][0])).reduce((best, v) => (norm(v) > norm(best) ? v : best), far);
+        return norm(spread) > 0 ? flatNormal(tracks, spread) : null;
+    }
+    if (norm(across) < 1e-3 * size * size) return flatNormal(tracks, far);
+    const normal = unit(across);
+    return ways.every((v) => Math.abs(dot(v, normal)) < 1e-3 * size) ? normal : null;
+}
+
+/* All goes along one line, or stands still: across it and the rest of what is drawn, when that is flat. */
+function flatNormal(tracks, along) {
+    const origin = tracks[0][0], points = tracks.map((track) => sub(track[0], origin));
+    const across = points.map((v) => cross(along, v)).reduce((best, v) => (norm(v) > norm(best) ? v : best), [0, 0, 0]);
+    const size = Math.max(...points.map(norm), norm(along));
+    if (norm(across) < 1e-3 * size * norm(along)) return Math.abs(along[2]) < 0.9 * norm(along) ? unit(cross(along, cross([0, 0, 1], along))) : [0, -1, 0];
+    const normal = unit(across);
+    return points.every((v) => Math.abs(dot(v, normal)) < 1e-3 * size) ? normal : null;
+}
+
+const across = (v, n) => sub(v, scaled(dot(v, n), n));
+
+/* Right, up and towards the viewer. Up is against gravity where there is any, x goes to the right in a plane. */
+function basisOf(picture, tracks) {
+    const gravity = picture.gravity, normal = planeOf(tracks);
+    if (!normal) {
+        const up = norm(gravity) > 0 ? unit(scaled(-1, gravity)) : [0, 0, 1];
+        const right = unit(across(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
+        return { right, up, out: cross(right, up), planar: false };
+    }
+    const wishes = [scaled(-1, gravity), [0, 1, 0], [0, 0, 1]].map((v) => across(v, normal));
+    const up = unit(wishes.find((v, k) => norm(v) > (k === 0 ? 0.3 * norm(gravity) || Infinity : 0.6)) || wishes[2]);
+    let out = normal, right = cross(up, out);
+    if (right[0] < -1e-9 || (Math.abs(right[0]) <= 1e-9 && right[1] < 0)) [out, right] = [scaled(-1, out), scaled(-1, right)];
+    return { right, up, out, planar: true };
+}
+
+/* The camera's axes after turning about up, then about right. */
+function turnedBasis(basis, yaw, pitch) {
+    const level = add(scaled(Math.cos(yaw), basis.out), scaled(Math.sin(yaw), basis.right));
+    return {
+        right: sub(scaled(Math.cos(yaw), basis.right), scaled(Math.sin(yaw), basis.out)),
+        out: add(scaled(Math.cos(pitch), level), scaled(Math.sin(pitch), basis.up)),
+        up: sub(scaled(Math.cos(pitch), basis.up), scaled(Math.sin(pitch), level)),
+    };
+}
+
+/* What must be in view: centre, and half of its width and height however it is turned about up. */
+function extentOf(basis, tracks, pitch) {
+    const points = tracks.flat();
+    const range = (axis) => {
+        let low = Infinity, high = -Infinity;
+        for (const p of points) {
+            low = Math.min(low, dot(p, axis));
+            high = Math.max(high, dot(p, axis));
+        }
+        return [(low + high) / 2, (high - low) / 2];
+    };
+    const [x, w] = range(basis.right), [y, h] = range(basis.up), [z] = range(basis.out);
+    const centre = add(add(scaled(x, basis.right), scaled(y, basis.up)), scaled(z, basis.out));
+    if (basis.planar) return { centre, width: w, height: h };
+    let width = 0, height = 0;
+    for (const p of points) {
+        const v = sub(p, centre), high = dot(v, basis.up), wide = norm(sub(v, scaled(high, basis.up)));
+        width = Math.max(width, wide);
+        height = Math.max(height, Math.abs(high) * Math.cos(pitch) + wide * Math.sin(pitch));
+    }
+    return { centre, width, height };
+}
+
+/* All that either way of drawing needs. */
+function makeMechanism(picture) {
+    const motion = makeMotion(picture), shapes = picture.bodies.map(shapeOf), pins = groundPoints(picture);
+    const tracks = samplePoints(picture, motion, shapes, pins), basis = basisOf(picture, tracks);
+    const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
+    const extent = extentOf(basis, tracks, home.pitch);
+    const size = Math.max(extent.width, extent.height) || 1;
+    const lengths = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
+    const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
+    return { picture, motion, shapes, pins, paths: pathsOf(picture), basis, home, extent, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+}

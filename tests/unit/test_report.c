@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What pages of reports are made of: poses against the symbolic positions, runs watched, numbers in few characters, and
+ * the page with libraries that would break it. What a browser makes of it: tests/report.py. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "dynamics/kinematics.h"
+#include "loaded.h"
+#include "random.h"
+#include "report/drawing.h"
+#include "report/encode.h"
+#include "report/page.h"
+#include "report/pose.h"
+#include "symbolic/interpreter.h"
+#include <glob.h>
+#include <kempe/compare.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* -- poses ------------------------------------------------------------------------------------------------- */
+
+/* Positions of all points as a program; the caller frees it. */
+static kmp_program *positions(const kempe_model *model)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_tree tree;
+    int count = 3 * model->point_count;
+    kmp_ref *x = KMP_NEW(kmp_ref, count);
+    const kmp_ref *group = x;
+    kmp_program *program = NULL;
+    if (g && x && kmp_tree_init(&tree, g, model, KMP_KEEP_NOTHING, false)) {
+        for (int p = 0; p < model->point_count; p++) {
+            kmp_vec v = kmp_point_position(&tree, p, 0);
+            memcpy(x + 3 * (size_t)p, v.x, sizeof v.x);
+        }
+        program = kmp_program_new(g, 1, &count, &group);
+        kmp_tree_free(&tree);
+    }
+    kmp_free(x);
+    kmp_graph_free(g);
+    return program;
+}
+
+static void compare_points(const kempe_model *model, const kmp_pose *poses, const double *wanted)
+{
+    for (int p = 0; p < model->point_count; p++) {
+        const kmp_point *point = &model->points[p];
+        double at[3] = {point->at[0].value, point->at[1].value, point->at[2].value}, x[3];
+        kmp_pose_point(&poses[point->body], at, x);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(x[k], wanted[3 * p + k], 1e-13 * (1 + model->motion_count));
+    }
+}
+
+static int compare_model(const char *path)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    int compared = 0;
+    if (kempe_model_read(context, path, &model) == KEMPE_OK && model->point_count > 0) {
+        kmp_program *program = positions(model);
+        kmp_interpreter *run = kmp_interpreter_new(program);
+        kmp_pose *poses = KMP_NEW(kmp_pose, model->body_count);
+        double *q = KMP_NEW(double, model->motion_count);
+        for (int trial = 0; trial < 3; trial++) {
+            for (int k = 0; k < model->motion_count; k++)
+                q[k] = between(-2, 2);
+            kmp_interpreter_set(run, KMP_IN_Q, q);
+            (void)kmp_interpreter_run(run, 0);
+            kmp_pose_all(model, q, poses);
+            compare_points(model, poses, kmp_interpreter_run(run, 1));
+        }
+        compared = model->point_count;
+        kmp_free(q);
+        kmp_free(poses);
+        kmp_interpreter_free(run);
+        kmp_program_free(program);
+    }
+    kempe_model_free(model);
+    kempe_context_free(context);
+    return compared;
+}
+
+static void poses_are_the_positions(void)
+{
+    static const char *const patterns[] = {"examples/*/*.yaml", "tests/models/*.yaml"};
+    int compared = 0;
+    random_seed(1);
+    for (size_t k = 0; k < sizeof patterns / sizeof *patterns; k++) {
+        char pattern[512];
+        glob_t found;
+        snprintf(pattern, sizeof pattern, "%s/%s", KEMPE_ROOT, patterns[k]);
+        if (glob(pattern, 0, NULL, &found) != 0)
+            continue;
+        for (size_t i = 0; i < found.gl_pathc; i++)
+            compared += compare_model(found.gl_pathv[i]);
+        globfree(&found);
+    }
+    printf("  %d points compared\n", compared);
+    CHECK(compared > 500);
+}
+
+/* All that stands between a joint and its points: axes of points on both sides, a frame, a joint gone through from its
+ * other end, a screw, a weld. */
+static void poses_of_turned_joints(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "ground: {points: {G: {at: [1, 2, 3], axes: {x: [0, 1, 0], y: [-1, 0, 0]}}}}\n"
+        "bodies:\n"
+        "  a:\n"
+        "    mass: 1\n"
+        "    inertia: {xx: 1, yy: 1, zz: 1}\n"
+        "    joint: {name: A, spherical: z, at: ground.G, to: P, frame: {x: [0, 0, 1], y: [0.6, 0.8, 0]}}\n"
+        "    points: {P: {at: [0.1, 0.2, 0.3], axes: {x: [0, 0, 1], y: [1, 0, 0]}}, Q: [1, 0.5, -0.25]}\n"
+        "  b:\n"
+        "    mass: 1\n"
+        "    inertia: {xx: 1, yy: 1, zz: 1}\n"
+        "    joint: {name: B, reversed: yes, cylindrical: [1, 2, 2], at: a.Q, frame: {x: [0, 0, 1], y: [1, 0, 0]}}\n"
+        "    points: {R: [0.3, -0.7, 0.2]}\n";
+    char path[] = "/tmp/kempe_poses_XXXXXX";
+    int file = mkstemp(path);
+    CHECK(file >= 0 && write(file, text, sizeof text - 1) == (ssize_t)(sizeof text - 1));
+    CHECK(compare_model(path) == 4);
+    close(file);
+    unlink(path);
+}
+
+static void quaternions_are_the_rotations(void)
+{
+    kmp_pose pose = {0};
+    double before[4];
+    random_seed(3);
+    for (int trial = 0; trial < 200; trial++) {
+        double q[4], length = 0, out[4];
+        for (int k = 0; k < 4; k++) {
+            q[k] = trial < 4 ? k == trial : between(-1, 1);
+            length += q[k] * q[k];
+        }
+        for (int k = 0; k < 4; k++)
+            q[k] /= sqrt(length);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++) {
+                int k = 3 - i - j;
+                double skew = i == j ? 0 : (j - i + 3) % 3 == 1 ? -q[k] : q[k];
+                pose.r[i][j] = (i == j) * (2 * q[3] * q[3] - 1) + 2 * q[i] * q[j] + 2 * q[3] * skew;
+            }
+        kmp_pose_quaternion(&pose, q, out);
+        for (int k = 0; k < 4; k++)
+            CHECK_NEAR(out[k], q[k], 1e-14);
+        kmp_pose_quaternion(&pose, NULL, before);
+        CHECK(before[3] >= 0);
+    }
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------------- */
+
+static void numbers_in_few_characters(void)
+{
+    const double x[] = {1.0 / 3, -1234567.89, 0, -0.0, 6e-310, NAN, 1e300};
+    const int16_t shorts[] = {1, -2, 258, 32767};
+    kmp_text text = {0};
+    kmp_encode_numbers(&text, 7, x, 4);
+    kmp_encode_short(&text, 4, shorts);
+    kmp_encode_short(&text, 2, shorts);
+    kmp_encode_short(&text, 0, shorts);
+    kmp_encode_string(&text, "a</script>\"\n");
+    CHECK_TEXT(text.s, "[0.3333,-1.235e+06,0,0,6e-310,null,1e+300]"
+                       "\"AQD+/wIB/38=\"\"AQD+/w==\"\"\"\"a\\u003c/script>\\\"\\u000a\"");
+    kmp_text_free(&text);
+}
+
+/* -- runs watched ------------------------------------------------------------------------------------------ */
+
+static kempe_comparison *compare(const kempe_system *system, const char *rtols, double t_end)
+{
+    kempe_compare_run run = kempe_compare_run_default();
+    kempe_comparison *comparison = NULL;
+    run.rtols = rtols;
+    run.t_end = t_end;
+    CHECK(kempe_compare(system, &run, &comparison) == KEMPE_OK);
+    return comparison;
+}
+
+static int find_run(const kempe_comparison *c, const char *road, double rtol)
+{
+    for (int k = 0; k < c->count; k++)
+        if (strcmp(c->runs[k].way->road, road) == 0 && fabs(c->runs[k].rtol - rtol) < 0.1 * rtol)
+            return k;
+    return -1;
+}
+
+/* The ranges against each step of the run itself. */
+static void check_ranges(const kempe_comparison *c, const kmp_record *r, double t_end)
+{
+    const kmp_compared *run = &c->runs[r->run];
+    kmp_run_spec spec = {.road = run->way->road,
+                         .form = run->way->form,
+                         .integrator = run->way->integrator,
+                         .rtol = run->rtol,
+                         .atol = run->rtol,
+                         .t_end = t_end};
+    kmp_runner *runner = NULL;
+    CHECK(kmp_run_resolve(c->system, &spec) == KEMPE_OK && kmp_runner_new(c->system, &spec, NULL, &runner) == KEMPE_OK);
+    for (int k = 0; k < r->range_count; k++) {
+        double least = INFINITY, most = 0, begin = kmp_runner_t(runner);
+        for (long i = 0; i < r->each && kmp_runner_t(runner) < t_end; i++) {
+            double t = kmp_runner_t(runner);
+            CHECK(kmp_runner_step(runner) == KEMPE_OK);
+            least = fmin(least, kmp_runner_t(runner) - t);
+            most = fmax(most, kmp_runner_t(runner) - t);
+        }
+        CHECK_NEAR(r->ranges[k].t, begin, 0);
+        CHECK_NEAR(r->ranges[k].least, least, 0);
+        CHECK_NEAR(r->ranges[k].most, most, 0);
+    }
+    CHECK(kmp_runner_t(runner) >= t_end);
+    kmp_runner_free(runner);
+}
+
+static void check_record(const kempe_comparison *c, int run, double t_end)
+{
+    const kmp_compared *compared = &c->runs[run];
+    kmp_record r;
+    CHECK(kmp_record_make(c, run, t_end, &r) == KEMPE_OK);
+    CHECK(r.run == run && r.row.rows == KMP_RECORD_ROWS + 1);
+    CHECK_NEAR(kmp_samples_time(&r.row, KMP_RECORD_ROWS), t_end, 0);
+    long steps = compared->report.steps;
+    CHECK(r.range_count <= KMP_RECORD_RANGES && r.each * (r.range_count - 1) < steps &&
+          steps <= r.each * r.range_count);
+    CHECK(r.each > 1 || r.range_count == steps);
+    check_ranges(c, &r, t_end);
+    double drift = 0, h = 0;
+    for (int k = 0; k < r.row.rows; k++) {
+        drift = fmax(drift, fabs(r.energy[k]));
+        h = fmax(h, r.h[k]);
+    }
+    CHECK(drift < 100 * compared->verdict.drift_rel + 1e-12 && drift > 0.1 * compared->verdict.drift_rel);
+    CHECK(h < 100 * compared->verdict.h_max + 1e-13);
+    kmp_record_free(&r);
+}
+
+static void runs_are_watched(void)
+{
+    loaded l = load("examples/andrews/andrews.yaml");
+    kempe_comparison *c = compare(l.system, "1e-5,1e-10", 0.03);
+    int shown[8], coarse = find_run(c, "reduced", 1e-5), fine = find_run(c, "dae", 1e-10);
+    CHECK(c->runs[fine].report.steps > KMP_RECORD_RANGES && c->runs[coarse].report.steps < KMP_RECORD_RANGES);
+    check_record(c, coarse, 0.03);
+    check_record(c, fine, 0.03);
+    int count = kmp_page_choose(c, shown);
+    CHECK(count == 3 && shown[0] == c->advice.run);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < k; i++)
+            CHECK(strcmp(c->runs[shown[k]].way->road, c->runs[shown[i]].way->road) != 0);
+    kempe_comparison_free(c);
+    unload(&l);
+}
+
+static void happenings_are_kept(void)
+{
+    loaded l = load("tests/models/parallelogram.yaml");
+    kempe_comparison *c = compare(l.system, "1e-6", 2);
+    kmp_record r;
+    CHECK(kmp_record_make(c, 0, 2, &r) == KEMPE_OK);
+    CHECK(r.journal.kept > 0);
+    for (int k = 0; k < r.journal.kept; k++)
+        CHECK(r.journal.notes[k].t >= 0 && r.journal.notes[k].t <= 2 && *r.journal.notes[k].text);
+    kmp_record_free(&r);
+    kempe_comparison_free(c);
+    unload(&l);
+}
+
+/* -- what is drawn ----------------------------------------------------------------------------------------- */
+
+static void drawing_of_a_slider(void)
+{
+    loaded l = load("examples/spatial_slider_crank/spatial_slider_crank.yaml");
+    kmp_drawing d;
+    CHECK(kmp_drawing_init(&d, l.model, 1000));
+    CHECK(d.body_count == l.model->body_count && d.guide_count == 1);
+    bool slides = false;
+    for (int k = 0; k < d.mark_count; k++)
+        slides = slides || (d.marks[k].marks & KMP_MARK_SLIDE);
+    CHECK(slides);
+    kmp_drawing_free(&d);
+    CHECK(kmp_drawing_init(&d, l.model, 2)); /* the ground and one body */
+    for (int k = 0; k < d.mark_count; k++)
+        CHECK(d.marks[k].body < 2);
+    kmp_drawing_free(&d);
+    unload(&l);
+}
+
+/* -- the page ---------------------------------------------------------------------------------------------- */
+
+static char folder[] = "/tmp/kempe_report_XXXXXX";
+
+static void put(const char *name, const char *text)
+{
+    char path[256];
+    kempe_context *context = kempe_context_new();
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    CHECK(kempe_write_file(context, path, text) == KEMPE_OK);
+    kempe_context_free(context);
+}
+
+static int occurrences(const char *text, const char *word)
+{
+    int count = 0;
+    for (const char *s = text; (s = strstr(s, word)); s++)
+        count++;
+    return count;
+}
+
+static char *written(const kempe_comparison *c)
+{
+    char path[256], *text = NULL;
+    size_t length;
+    kempe_context *context = kempe_context_new();
+    snprintf(path, sizeof path, "%s/page.html", folder);
+    CHECK(kempe_comparison_write_report(c, path) == KEMPE_OK);
+    CHECK(kmp_file_read(context, path, &text, &length) == KEMPE_OK);
+    unlink(path);
+    kempe_context_free(context);
+    return text;
+}
+
+static void page_holds_together(void)
+{
+    static const char model[] =
+        "kempe: 1\nname: </script><b>&\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+        "bodies:\n  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, com: [1, 0, 0], "
+        "inertia: {zz: 1}}\nrun: {t_end: 0.5}\n";
+    loaded l = load_text(model);
+    kempe_comparison *c = compare(l.system, "1e-4,1e-6", 0.5);
+    put("three.min.js", "var a = '</script><!--', b = 1 </Script/.exec(a);\n");
+    put("chart.min.js", "/* chart */\n");
+    char *page = written(c), *again = written(c);
+    CHECK(strstr(page, "<title>&lt;/script>&lt;b>&amp;: comparison</title>") != NULL);
+    CHECK(strstr(page, "'<\\/script><\\!--', b = 1 <\\/Script/") != NULL);
+    CHECK(occurrences(page, "<script") == 4 && occurrences(page, "</script>") == 4);
+    CHECK(occurrences(page, "/*DATA*/") + occurrences(page, "/*SCRIPT*/") + occurrences(page, "<!--STYLE-->") == 0);
+    CHECK_TEXT(page, again);
+    kmp_free(page);
+    kmp_free(again);
+    kempe_comparison_free(c);
+    unload(&l);
+}
+
+static void missing_library_is_named(void)
+{
+    kempe_context *context = kempe_context_new();
+    char path[256];
+    CHECK(kempe_report_check(context) == KEMPE_OK);
+    snprintf(path, sizeof path, "%s/chart.min.js", folder);
+    unlink(path);
+    CHECK(kempe_report_check(context) == KEMPE_E_IO);
+    CHECK(strstr(kempe_context_message(context), "libjs-chart.js") != NULL);
+    snprintf(path, sizeof path, "%s/three.min.js", folder);
+    unlink(path);
+    CHECK(kempe_report_check(context) == KEMPE_E_IO);
+    CHECK(strstr(kempe_context_message(context), "libjs-three") != NULL);
+    kempe_context_free(context);
+}
+
+int main(void)
+{
+    TEST(poses_are_the_positions);
+    TEST(poses_of_turned_joints);
+    TEST(quaternions_are_the_rotations);
+    TEST(numbers_in_few_characters);
+    TEST(runs_are_watched);
+    TEST(happenings_are_kept);
+    TEST(drawing_of_a_slider);
+    if (!mkdtemp(folder) || setenv("KEMPE_JAVASCRIPT", folder, 1) != 0)
+        return 1;
+    TEST(page_holds_together);
+    TEST(missing_library_is_named);
+    rmdir(folder);
+    return check_report();
+}
