@@ -493,6 +493,12 @@ class Compare(Case):
         self.assertIn("a larger --budget gives more", done.stdout)
         self.assertIn("needs a positive number", self.expect(3, "compare", ANDREWS, "--budget", "0").stderr)
 
+    def test_open_mechanism(self):
+        for words in ([], ["--json", "-"]):
+            done = self.expect(1, "compare", ROOT / "tests/models/robotran.yaml", *words)
+            self.assertIn("cannot be closed", done.stdout)
+            self.assertNotIn("use ", done.stdout)
+
     def test_report_without_libraries(self):
         """What is missing is told before anything is run."""
         os.environ["KEMPE_JAVASCRIPT"] = str(self.folder)
