@@ -254,6 +254,21 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
     return solve_reduced(red, udd);
 }
 
+void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
+{
+    const int *u = red->part->u, *v = red->part->v;
+    double *qdd = red->mx;
+    bias_force(red);
+    spread(red, udd, red->a0, qdd);
+    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
+    add_mass_times(red->plant, qdd, red->force);
+    for (int k = 0; k < red->p; k++) {
+        out[k] = red->force[u[k]];
+        for (int i = 0; i < red->r; i++)
+            out[k] += red->bvu[i + k * red->r] * red->force[v[i]];
+    }
+}
+
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
 {
     memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);

@@ -51,7 +51,10 @@ void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
  * for u[k]. */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
 
-/** qdd = X udd + a0 after kmp_reduction_accelerate. */
+/** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd: no mass is reduced. */
+void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
+
+/** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
 
 /** lambda (m; zero for dropped rows) from Jv' lambda = (M qdd + C)_v. */

@@ -20,7 +20,8 @@ typedef struct kmp_dae {
     /** values[nz] = dF/dy + cj dF/dy'. */
     int (*matrix)(void *self, double t, double cj, const double *y, const double *yp, double *values);
 
-    /** Called after every accepted step. KMP_HALT ends the run. NULL: none. */
+    /** Called after every step that the integrator accepts. KMP_RETRY: a shorter one is made, from a start anew.
+     * KMP_HALT ends the run. NULL: none. */
     int (*accept)(void *self, double t, const double *y, const double *yp);
 } kmp_dae;
 

@@ -10,6 +10,7 @@
 #include "integrators/linear.h"
 #include "integrators/solver.h"
 
+#include <float.h>
 #include <ida/ida.h>
 #include <math.h>
 #include <stdbool.h>
@@ -17,6 +18,8 @@
 #include <string.h>
 
 static const double NEWTON_TOLERANCE = 0.01;
+/* Attempts at one step that the road may refuse. */
+enum { MAX_TRIES = 100 };
 
 struct kmp_ida {
     kempe_context *context;
@@ -28,8 +31,9 @@ struct kmp_ida {
     SUNMatrix matrix;
     SUNLinearSolver solver;
     double t, t_old, t_end;
-    int hopeless;        /* steps in a row too small to reach the end */
-    kmp_dae_work before; /* of earlier starts: IDA's counters begin anew with each */
+    double *y_old, *yp_old; /* at the start of a step */
+    int hopeless;           /* steps in a row too small to reach the end */
+    kmp_dae_work before;    /* of earlier starts: IDA's counters begin anew with each */
 };
 
 static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
@@ -93,7 +97,9 @@ static bool make_parts(kmp_ida *s)
     s->derivative = N_VNew_Serial(dae->n, s->sun);
     s->matrix = SUNSparseMatrix(dae->n, dae->n, dae->nz, CSC_MAT, s->sun);
     s->memory = IDACreate(s->sun);
-    return s->y && s->yp && s->differential && s->derivative && s->matrix && s->memory;
+    s->y_old = KMP_NEW(double, dae->n);
+    s->yp_old = KMP_NEW(double, dae->n);
+    return s->y_old && s->yp_old && s->y && s->yp && s->differential && s->derivative && s->matrix && s->memory;
 }
 
 static int configure(kmp_ida *s)
@@ -155,6 +161,8 @@ void kmp_ida_free(kmp_ida *s)
             N_VDestroy(vectors[i]);
     if (s->sun)
         SUNContext_Free(&s->sun);
+    kmp_free(s->y_old);
+    kmp_free(s->yp_old);
     kmp_free(s);
 }
 
@@ -213,17 +221,49 @@ kempe_status kmp_ida_start(kmp_ida *s, double t, const double *y, const double *
     return bad ? complain(s, bad) : KEMPE_OK;
 }
 
+/* Back to the start of the step that would have ended at t, for one of half its length: the history is lost. */
+static int retreat(kmp_ida *s, double t)
+{
+    size_t size = (size_t)s->dae.n * sizeof(double);
+    double h = 0.5 * (t - s->t);
+    if (!(h > 16 * DBL_EPSILON * fabs(s->t)))
+        return IDA_REP_RES_ERR;
+    s->before = kmp_ida_work(s);
+    s->before.failures++;
+    s->before.steps--;
+    memcpy(kmp_sun_data(s->y), s->y_old, size);
+    memcpy(kmp_sun_data(s->yp), s->yp_old, size);
+    int bad = IDAReInit(s->memory, s->t, s->y, s->yp);
+    bad = bad ? bad : IDASetInitStep(s->memory, h);
+    return bad ? bad : IDASetStopTime(s->memory, s->t_end);
+}
+
+/* One step of IDA and what the road says of it. A flag of IDA, 0 for none. */
+static int attempt(kmp_ida *s, double *t, int *said)
+{
+    int flag = IDASolve(s->memory, s->t_end, t, s->y, s->yp, IDA_ONE_STEP);
+    if (flag < 0)
+        return flag;
+    *said = s->dae.accept ? s->dae.accept(s->dae.self, *t, kmp_sun_data(s->y), kmp_sun_data(s->yp)) : KMP_GO;
+    return *said == KMP_RETRY ? retreat(s, *t) : 0;
+}
+
 kempe_status kmp_ida_step(kmp_ida *s)
 {
+    size_t size = (size_t)s->dae.n * sizeof(double);
+    int bad = 0, said = KMP_RETRY;
+    double t = s->t;
     if (!(s->t < s->t_end))
         return KEMPE_OK;
-    double t = s->t;
-    int flag = IDASolve(s->memory, s->t_end, &t, s->y, s->yp, IDA_ONE_STEP);
-    if (flag < 0)
-        return complain(s, flag);
+    memcpy(s->y_old, kmp_sun_data(s->y), size);
+    memcpy(s->yp_old, kmp_sun_data(s->yp), size);
+    for (int tries = 0; said == KMP_RETRY && bad == 0; tries++)
+        bad = tries < MAX_TRIES ? attempt(s, &t, &said) : IDA_REP_RES_ERR;
+    if (bad)
+        return complain(s, bad);
     s->t_old = s->t;
     s->t = t;
-    if (s->dae.accept && s->dae.accept(s->dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp)) != KMP_GO)
+    if (said != KMP_GO)
         return KEMPE_STOPPED;
     if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t_end - s->t))
         return KEMPE_OK;

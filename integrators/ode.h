@@ -36,7 +36,8 @@ typedef struct kmp_ode {
     /** What such an integrator has found where f is singular: that the solution turns close to the place (true), or no
      *  such thing. */
     void (*turns)(void *self, bool found);
-    int positions; /* y[positions + i] is the derivative of y[i] for i < positions, then */
+    int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
+    int quadratures; /* the last of y, on which f does not depend */
 } kmp_ode;
 
 typedef struct kmp_ode_work {

@@ -11,7 +11,7 @@
  * accepted step, because the ODE itself may pass such a point and go on wrongly without any other sign. */
 #include "base/memory.h"
 #include "constraints/fused.h"
-#include "integrators/reduced_jacobian.h"
+#include "integrators/reduced_residual.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include <math.h>
@@ -49,6 +49,7 @@ typedef struct reduced {
     long steps;        /* since the last exchange */
     kmp_saddle saddle; /* by articulated bodies: accelerations and multipliers; v's rates are the reduction's */
     kmp_reduced_jacobian tangents; /* when asked for */
+    kmp_reduced_residual residual; /* likewise */
     bool carried, has_work, fixed, restarts;
     bool due; /* an exchange, before the next step */
     kmp_journal *journal;
@@ -219,6 +220,44 @@ static int jacobian(void *self, double t, const double *y, double *j)
     return KMP_GO;
 }
 
+/* The state of a residual: q, qd, M and C. */
+static int prepare_residual(reduced *d, double t, const double *y)
+{
+    if (place(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    close_rates(d, y + d->p);
+    kmp_plant_mass(d->plant);
+    kmp_plant_bias(d->plant, d->qd);
+    return KMP_GO;
+}
+
+static int residual(void *self, double t, const double *y, const double *yp, double *r)
+{
+    reduced *d = self;
+    if (prepare_residual(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    memcpy(d->udd, yp + d->p, (size_t)d->p * sizeof *d->udd);
+    kmp_reduction_residual(&d->red, d->udd, r + d->p);
+    for (int k = 0; k < d->p; k++) {
+        r[k] = yp[k] - y[d->p + k];
+        if (!isfinite(r[d->p + k]))
+            return KMP_RETRY;
+    }
+    if (d->has_work)
+        r[work_index(d)] = yp[work_index(d)] - kmp_plant_power(d->plant, t, d->q, d->qd) - drive_power(d);
+    return KMP_GO;
+}
+
+static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
+{
+    reduced *d = self;
+    if (prepare_residual(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    kmp_reduction_residual(&d->red, yp + d->p, d->udd); /* for a0 */
+    kmp_reduced_residual_matrix(&d->residual, &d->tangents, t, cj, d->q, d->qd, yp + d->p, values);
+    return KMP_GO;
+}
+
 /* -- watching ---------------------------------------------------------------------------------------- */
 
 static bool is_among(const int *list, int count, int k)
@@ -366,6 +405,15 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     d->steps++;
     d->apart = d->fused && !kmp_fused_is_good(d->fused, t, d->q);
     return KMP_GO;
+}
+
+/* The same for an integrator of DAEs, which has evaluated nothing there; nothing is corrected. */
+static int accept_residual(void *self, double t, const double *y, const double *yp)
+{
+    reduced *d = self;
+    (void)yp;
+    memcpy(d->road.y, y, (size_t)d->road.size * sizeof *y);
+    return evaluate(d, t, y) == KMP_GO ? accept(d, t, d->road.y, NULL, NULL) : KMP_RETRY;
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
@@ -516,30 +564,38 @@ static int exchange(reduced *d, double t, double *y)
     return said;
 }
 
+/* y' of a new start, where it is wanted. */
+static int put_slope(reduced *d, double t, const double *y, double *yp)
+{
+    return yp ? rhs(d, t, y, yp) : KMP_GO;
+}
+
 static int renew(kmp_road *road, double t, double *y, double *yp)
 {
     reduced *d = (reduced *)road;
-    (void)yp;
     if (!d->due)
         return KMP_GO;
     if (place(d, t, y) != KMP_GO)
         return KMP_HALT;
     close_rates(d, y + d->p);
-    return exchange(d, t, y) == KMP_GO ? KMP_CHANGED : KMP_HALT;
+    int said = exchange(d, t, y);
+    return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
 static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                   double *y, double *yp)
 {
     reduced *d = (reduced *)road;
-    (void)qdd, (void)lambda, (void)yp;
+    (void)qdd, (void)lambda;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     pack(d, q, qd, y);
     if (settle(d, t, y) != KMP_GO)
         return KMP_HALT;
     judge_choice(d);
-    return d->due ? exchange(d, t, y) : KMP_GO;
+    if (d->due && exchange(d, t, y) != KMP_GO)
+        return KMP_HALT;
+    return put_slope(d, t, y, yp);
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -549,11 +605,13 @@ static void release(kmp_road *road)
     reduced *d = (reduced *)road;
     kmp_fused_free(d->fused);
     kmp_reduced_jacobian_free(&d->tangents);
+    kmp_reduced_residual_free(&d->residual);
     kmp_reduction_free(&d->red);
     kmp_saddle_free(&d->saddle);
     kmp_partition_free(&d->part);
     kmp_text_free(&road->reason);
     kmp_free(road->y);
+    kmp_free(road->yp);
     kmp_free(road->atol);
     kmp_free(d->q);
     kmp_free(d->qd);
@@ -601,6 +659,22 @@ static bool begin(reduced *d, const kmp_road_start *start)
     return false;
 }
 
+/* As a DAE. */
+static bool describe(reduced *d, double t)
+{
+    d->road.yp = KMP_NEW(double, d->road.size);
+    if (!d->road.yp || !kmp_reduced_residual_init(&d->residual, d->p, d->has_work)) {
+        (void)kmp_fail_memory(d->s->context);
+        return false;
+    }
+    d->road.dae = (kmp_dae){.self = d, .residual = residual, .matrix = matrix, .accept = accept_residual};
+    kmp_reduced_residual_describe(&d->residual, &d->road.dae);
+    if (rhs(d, t, d->road.y, d->road.yp) == KMP_GO)
+        return true;
+    (void)kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
+    return false;
+}
+
 static bool prepare(reduced *d, const kmp_road_start *start)
 {
     if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
@@ -614,10 +688,12 @@ static bool prepare(reduced *d, const kmp_road_start *start)
     set_tolerances(d);
     if (fuse(d, true) != KMP_GO)
         return false;
-    if (!start->implicit || d->carried)
+    if (!(start->implicit || start->dae) || d->carried)
         return true;
     d->road.ode.jacobian = jacobian;
-    return kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) == KEMPE_OK;
+    if (kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work) != KEMPE_OK)
+        return false;
+    return !start->dae || describe(d, start->t);
 }
 
 static kmp_road *create(const kmp_road_start *start, bool carried)
@@ -649,7 +725,8 @@ static kmp_road *create(const kmp_road_start *start, bool carried)
     d->road.resume = resume;
     d->road.explain = explain;
     d->road.size = work_index(d) + d->has_work;
-    d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
+    d->road.ode = (kmp_ode){
+        .n = d->road.size, .self = d, .rhs = rhs, .accept = accept, .positions = d->p, .quadratures = d->has_work};
     if (!kmp_partition_copy(&d->part, part) || !allocate(d))
         (void)kmp_fail_memory(start->system->context);
     else if (prepare(d, start))
@@ -674,5 +751,10 @@ const kmp_road_kind kmp_road_carried = {.road = "reduced",
                                         .corrected = true,
                                         .by_bodies = true,
                                         .create = create_carried};
-const kmp_road_kind kmp_road_closed = {
-    .road = "reduced", .form = "closed", .standard = true, .by_bodies = true, .create = create_closed};
+const kmp_road_kind kmp_road_closed = {.road = "reduced",
+                                       .form = "closed",
+                                       .standard = true,
+                                       .both = true,
+                                       .jacobian = true,
+                                       .by_bodies = true,
+                                       .create = create_closed};

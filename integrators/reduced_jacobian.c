@@ -62,9 +62,18 @@ static void clear_rows(kmp_reduced_jacobian *jacobian)
     memset(jacobian->rows, 0, (size_t)jacobian->red->part->m * sizeof *jacobian->rows);
 }
 
-/* dudd into `out` (p) for the motion (dq, dqd). */
-static void accelerate(kmp_reduced_jacobian *jacobian, const double *d, const double *dq, const double *dqd,
-                       double *out)
+/* out = -X' force (p) */
+static void project(const kmp_reduction *red, double *out)
+{
+    for (int k = 0; k < red->p; k++) {
+        out[k] = 0;
+        for (int i = 0; i < red->n; i++)
+            out[k] -= red->x[i + k * red->n] * red->force[i];
+    }
+}
+
+/* What the motion (dq, dqd) takes from Mr udd, into `out` (p). */
+static void pull(kmp_reduced_jacobian *jacobian, const double *d, const double *dq, const double *dqd, double *out)
 {
     const kmp_tangents *t = &jacobian->tangents;
     const kmp_reduction *red = jacobian->red;
@@ -77,12 +86,7 @@ static void accelerate(kmp_reduced_jacobian *jacobian, const double *d, const do
     kmp_tangents_add(t, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(t, KMP_R_QD, d, 1, dqd, force);
     kmp_tangents_add(t, KMP_M, d, 1, jacobian->da, force);
-    for (int k = 0; k < red->p; k++) {
-        out[k] = 0;
-        for (int i = 0; i < red->n; i++)
-            out[k] -= red->x[i + k * red->n] * force[i];
-    }
-    kmp_cholesky_solve(red->p, red->mr, out);
+    project(red, out);
 }
 
 /* The column of u[k]: rates follow so that ud stays. */
@@ -96,27 +100,67 @@ static const double *move(kmp_reduced_jacobian *jacobian, const double *d, int k
     return jacobian->dqd;
 }
 
+/* Derivatives at (t, q, qd, udd), with the multipliers there. */
+static const double *derive(kmp_reduced_jacobian *jacobian, double t, const double *q, const double *qd,
+                            const double *udd)
+{
+    const kmp_plant *plant = jacobian->red->plant;
+    kmp_reduction_accelerations(jacobian->red, udd, jacobian->qdd);
+    kmp_reduction_multipliers(jacobian->red, jacobian->qdd, jacobian->lambda);
+    kmp_instant at = {t, q, qd, jacobian->qdd, jacobian->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    return kmp_tangents_derivatives(&jacobian->tangents, &at);
+}
+
 void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const double *q, const double *qd,
                                const double *udd, int size, double *j)
 {
     kmp_reduction *red = jacobian->red;
     const kmp_tangents *tangents = &jacobian->tangents;
     int p = red->p;
-    kmp_reduction_accelerations(red, udd, jacobian->qdd);
-    kmp_reduction_multipliers(red, jacobian->qdd, jacobian->lambda);
-    const kmp_plant *plant = red->plant;
-    kmp_instant at = {t, q, qd, jacobian->qdd, jacobian->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
-    const double *d = kmp_tangents_derivatives(&jacobian->tangents, &at);
+    const double *d = derive(jacobian, t, q, qd, udd);
     for (int c = 0; c < 2 * p; c++) {
         const double *dq = c < p ? jacobian->dq : jacobian->zero;
         const double *dqd = c < p ? move(jacobian, d, c) : red->x + (c - p) * red->n;
         double *column = j + c * size;
         if (c >= p)
             column[c - p] = 1;
-        accelerate(jacobian, d, dq, dqd, column + p);
+        pull(jacobian, d, dq, dqd, column + p);
+        kmp_cholesky_solve(p, red->mr, column + p);
         if (size > 2 * p) {
             kmp_tangents_add(tangents, KMP_POWER_Q, d, 1, dq, column + 2 * p);
             kmp_tangents_add(tangents, KMP_POWER_QD, d, 1, dqd, column + 2 * p);
         }
     }
+}
+
+/* d(M qdd + C - J' lambda) = 0 taken for itself: X' takes out what J' makes of the change of X. */
+void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, double cj, const double *q,
+                                      const double *qd, const double *udd, int size, double *j)
+{
+    kmp_reduction *red = jacobian->red;
+    const kmp_tangents *tangents = &jacobian->tangents;
+    int p = red->p;
+    const double *d = derive(jacobian, t, q, qd, udd);
+    for (int c = 0; c < 2 * p; c++) {
+        const double *dq = c < p ? jacobian->dq : jacobian->zero;
+        const double *dqd = c < p ? move(jacobian, d, c) : red->x + (c - p) * red->n;
+        double *column = j + c * size;
+        column[c % p] = c < p ? cj : -1;
+        pull(jacobian, d, dq, dqd, column + p);
+        for (int k = 0; k < p; k++)
+            column[p + k] = -column[p + k];
+        if (size > 2 * p) {
+            kmp_tangents_add(tangents, KMP_POWER_Q, d, -1, dq, column + 2 * p);
+            kmp_tangents_add(tangents, KMP_POWER_QD, d, -1, dqd, column + 2 * p);
+        }
+        if (c < p)
+            continue;
+        memset(red->force, 0, (size_t)red->n * sizeof *red->force);
+        kmp_tangents_add(tangents, KMP_M, d, -cj, red->x + (c - p) * red->n, red->force);
+        for (int k = 0; k < p; k++)
+            for (int i = 0; i < red->n; i++)
+                column[p + k] -= red->x[i + k * red->n] * red->force[i];
+    }
+    if (size > 2 * p)
+        j[2 * p + 2 * p * size] = cj;
 }

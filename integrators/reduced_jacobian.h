@@ -24,4 +24,9 @@ void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian);
 void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const double *q, const double *qd,
                                const double *udd, int size, double *j);
 
+/** j = dF/d(u, ud[, work]) + cj dF/d(u', ud'[, work']), likewise, of F = (u' - ud, X' (M qdd + C)[, work' - power]) at
+ * ud' = udd, where the reduction has factors, tangent and a0, the plant M and C. */
+void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, double cj, const double *q,
+                                      const double *qd, const double *udd, int size, double *j);
+
 #endif

@@ -30,6 +30,7 @@ typedef struct kmp_road_start {
     bool fixed;    /* u stays what it is, and the run ends where it goes bad */
     bool restarts; /* an exchange has the integrator begin anew at a low order */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one: of M and C */
+    bool dae;      /* it solves F(t, y, y') = 0 */
 } kmp_road_start;
 
 typedef struct kmp_road_kind {
@@ -37,6 +38,8 @@ typedef struct kmp_road_kind {
     bool dae;
     bool standard;                                    /* compare runs it unasked */
     bool corrected;                                   /* `accept` corrects y: multistep methods are out */
+    bool both;                                        /* an ODE that stands as a DAE, too */
+    bool jacobian;                                    /* it has that of its ODE, for implicit integrators */
     bool by_bodies;                                   /* it goes by articulated bodies where the plant may take them */
     kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
 } kmp_road_kind;
@@ -63,10 +66,10 @@ struct kmp_road {
      * does. */
     void (*explain)(kmp_road *road);
 
-    kmp_ode ode; /* one of the two */
+    kmp_ode ode; /* one of the two, or both */
     kmp_dae dae;
     int size;        /* unknowns */
-    double *y, *yp;  /* consistent start; yp for a DAE only */
+    double *y, *yp;  /* consistent start; yp for an integrator of DAEs only */
     double *atol;    /* of each unknown */
     double rtol;     /* 0: that of the run */
     kmp_text reason; /* why it gave up */

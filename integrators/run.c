@@ -153,7 +153,7 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
     if (run->road->row(run->road, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO)
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
-    if (run->yp)
+    if (run->yp && run->way->dae)
         *work = run->work;
     return KEMPE_OK;
 }

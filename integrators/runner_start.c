@@ -124,8 +124,9 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .journal = run->journal,
                             .fixed = run->spec.fixed_u,
                             .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
-                            .implicit = kmp_solver_find(run->spec.integrator)->implicit};
-    kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit);
+                            .implicit = kmp_solver_find(run->spec.integrator)->implicit,
+                            .dae = kmp_solver_find(run->spec.integrator)->dae};
+    kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
     run->road = way->create(&given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
@@ -178,7 +179,7 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
 static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
-    bool cannot = !asked->dae && !asked->corrects && run->part.p == 0;
+    bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
     return run->in_zone ? &kmp_solver_leap : cannot ? kmp_solver_find("dop853") : asked;
 }
 

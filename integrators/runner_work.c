@@ -21,7 +21,7 @@ kempe_status kmp_runner_add_work(kmp_runner *run, double t)
     static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
     static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
     double a = run->work_t, h = t - a;
-    if (!run->yp || !run->s->dissipative || !(h > 0))
+    if (!run->yp || !run->way->dae || !run->s->dissipative || !(h > 0))
         return KEMPE_OK;
     for (int k = 0; k < 3; k++) {
         double at = a + 0.5 * h * (1 + node[k]);

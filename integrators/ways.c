@@ -17,7 +17,7 @@ enum { ROADS = sizeof roads / sizeof *roads };
 
 static bool fits(const kmp_road_kind *road, const kmp_solver_kind *solver)
 {
-    return road->dae == solver->dae && (solver->corrects || !road->corrected);
+    return (road->dae == solver->dae || (road->both && solver->dae)) && (solver->corrects || !road->corrected);
 }
 
 bool kmp_way_get(int k, kmp_way *way)
@@ -26,7 +26,8 @@ bool kmp_way_get(int k, kmp_way *way)
         for (int i = 0; kmp_solver_get(i); i++)
             if (fits(roads[r], kmp_solver_get(i)) && k-- == 0) {
                 const kmp_solver_kind *solver = kmp_solver_get(i);
-                *way = (kmp_way){roads[r]->road, roads[r]->form, solver->name, roads[r]->standard, solver->standard};
+                *way = (kmp_way){roads[r]->road, roads[r]->form, solver->name, roads[r]->standard,
+                                 solver->standard && roads[r]->dae == solver->dae};
                 return true;
             }
     return false;
@@ -98,6 +99,19 @@ static const char *first_integrator(const kmp_road_kind *road)
     return "";
 }
 
+/* The first form of a road that an integrator fits, for one that uses a Jacobian that has one; NULL: there is none. */
+static const char *form_for(const char *road, const kmp_solver_kind *solver)
+{
+    const char *form = NULL;
+    for (int k = (int)ROADS - 1; k >= 0; k--)
+        if (strcmp(roads[k]->road, road) == 0 && fits(roads[k], solver) && !(solver->implicit && !roads[k]->jacobian))
+            form = roads[k]->form;
+    for (int k = 0; !form && k < (int)ROADS; k++)
+        if (strcmp(roads[k]->road, road) == 0 && fits(roads[k], solver))
+            form = roads[k]->form;
+    return form;
+}
+
 /* The model's form and integrator belong to the model's road. */
 static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
 {
@@ -114,9 +128,8 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
     }
     /* An integrator alone chooses the first form that it fits. */
     const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
-    for (int k = 0; solver && !spec->form && k < (int)ROADS; k++)
-        if (strcmp(roads[k]->road, spec->road) == 0 && fits(roads[k], solver))
-            spec->form = roads[k]->form;
+    if (solver && !spec->form)
+        spec->form = form_for(spec->road, solver);
     const kmp_road_kind *kind = kmp_road_find(spec->road, spec->form);
     if (!kind)
         return unknown(system, "form", spec->form, form_of, spec->road, NULL);

@@ -179,7 +179,7 @@ KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format 
 typedef struct kempe_run {
     const char *road;       /* reduced | dae | projected */
     const char *form;       /* reduced: carried | closed;  dae: ah;  projected: none */
-    const char *integrator; /* dop853 | dopri5 | adams | bdf | erk | dirk | ida */
+    const char *integrator; /* dop853 | dopri5 | adams | bdf | radau5 | radau9 | erk | dirk | ida */
     const char *linear;     /* dae: auto, klu, umfpack, dense */
     const char
         *backend;  /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */

@@ -28,7 +28,7 @@ static const option options[] = {
     {CLI_SIMULATE, "form", 0, OPTION_TEXT, AT(run.form), "NAME",
      "form of the road's equations (reduced: carried, closed)"},
     {CLI_SIMULATE, "integrator", 0, OPTION_TEXT, AT(run.integrator), "NAME",
-     "dop853, dopri5, adams, bdf, erk, dirk or ida"},
+     "dop853, dopri5, adams, bdf, radau5, radau9, erk, dirk or ida"},
     {CLI_SIMULATE, "linear", 0, OPTION_TEXT, AT(run.linear), "NAME",
      "linear solver of the dae road: auto, klu, umfpack, dense"},
     {CLI_SIMULATE, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME",

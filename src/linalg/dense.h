@@ -14,6 +14,10 @@ int kmp_lu_factor(int n, double *a, int *pivot);
 void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, double *b);
 void kmp_lu_solve_transposed(int n, const double *lu, const int *pivot, int m, double *b);
 
+/** The same of a complex matrix, whose parts stand apart, and of one right-hand side. */
+int kmp_lu_complex_factor(int n, double *re, double *im, int *pivot);
+void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *pivot, double *b_re, double *b_im);
+
 /** Cholesky of the lower triangle in place. Returns 0, or k + 1 when minor k is not positive. */
 int kmp_cholesky_factor(int n, double *a);
 void kmp_cholesky_solve(int n, const double *l, double *b);

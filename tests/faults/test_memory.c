@@ -321,6 +321,16 @@ static kempe_status simulate_bdf(scene *s)
     return simulate(s, "reduced", "closed", "bdf");
 }
 
+static kempe_status simulate_radau(scene *s)
+{
+    return simulate(s, "reduced", "closed", "radau9");
+}
+
+static kempe_status simulate_reduced_ida(scene *s)
+{
+    return simulate(s, "reduced", "closed", "ida");
+}
+
 static kempe_status simulate_projected(scene *s)
 {
     return simulate(s, "projected", NULL, NULL);
@@ -496,6 +506,8 @@ static const struct {
               {"carried", simulate_carried},
               {"closed", simulate_closed},
               {"bdf", simulate_bdf},
+              {"radau9", simulate_radau},
+              {"reduced ida", simulate_reduced_ida},
               {"projected", simulate_projected},
               {"articulated bodies", simulate_bodies},
               {"ah", simulate_ah},

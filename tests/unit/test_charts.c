@@ -364,6 +364,8 @@ static void test_tumbling(void)
                 {"reduced/closed", 1e-12, 2e-10},
                 {"reduced/closed/adams", 1e-11, 1e-6},
                 {"reduced/closed/bdf", 1e-9, 1e-4},
+                {"reduced/closed/radau5", 1e-9, 1e-5},
+                {"reduced/closed/radau9", 1e-9, 1e-5},
                 {"reduced/closed/dirk", 1e-8, 1e-4},
                 {"projected", 1e-12, 2e-10},
                 {"dae/ah", 1e-10, 2e-5},

@@ -10,9 +10,9 @@
 
 static const char *const roads[][3] = {
     {"reduced", "carried", NULL},   {"reduced", "closed", NULL},   {"reduced", "closed", "bdf"},
-    {"reduced", "closed", "adams"}, {"reduced", "closed", "dirk"}, {"reduced", "carried", "erk"},
-    {"projected", NULL, NULL},      {"dae", "ah", NULL},           {"dae", "ggl", NULL},
-    {"dae", "index2", NULL},        {"dae", "index1", NULL}};
+    {"reduced", "closed", "adams"}, {"reduced", "closed", "dirk"}, {"reduced", "closed", "radau9"},
+    {"reduced", "carried", "erk"},  {"projected", NULL, NULL},     {"dae", "ah", NULL},
+    {"dae", "ggl", NULL},           {"dae", "index2", NULL},       {"dae", "index1", NULL}};
 
 enum { ROADS = sizeof roads / sizeof *roads };
 

@@ -123,7 +123,7 @@ static void a_mass_bounces(void)
 
 static bool is_one_step(const char *integrator)
 {
-    return strncmp(integrator, "dop", 3) == 0 || strcmp(integrator, "erk") == 0;
+    return strncmp(integrator, "dop", 3) == 0 || strncmp(integrator, "radau", 5) == 0 || strcmp(integrator, "erk") == 0;
 }
 
 /* Every road, form and integrator that go together: none may lose an event. Multistep methods start anew with order 1

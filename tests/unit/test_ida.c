@@ -10,7 +10,7 @@
 /* -- Robertson's reaction: two rates and a balance (Hairer, Wanner, Solving ODEs II, IV.1) ----- */
 
 typedef struct reaction {
-    int accepted, halt_after, retry_at, calls, give_up_at, matrices;
+    int accepted, halt_after, refuse_at, refused, retry_at, calls, give_up_at, matrices;
 } reaction;
 
 static int rates(void *self, double t, const double *y, const double *yp, double *r)
@@ -44,6 +44,8 @@ static int count_step(void *self, double t, const double *y, const double *yp)
     (void)yp;
     reaction *s = self;
     CHECK(fabs(y[0] + y[1] + y[2] - 1) < 1e-8);
+    if (s->accepted + 1 == s->refuse_at && s->refused++ < 2)
+        return KMP_RETRY;
     return ++s->accepted == s->halt_after ? KMP_HALT : KMP_GO;
 }
 
@@ -166,6 +168,27 @@ static int singular_once(void *self, double t, double cj, const double *y, const
     reaction *r = self;
     bool now = ++r->matrices == 4;
     return now ? singular_matrix(self, t, cj, y, yp, a) : rates_matrix(self, t, cj, y, yp, a);
+}
+
+/* A step that is refused is made shorter, from where it began. */
+static void test_refused(void)
+{
+    kempe_context *context = kempe_context_new();
+    reaction r = {.refuse_at = 30};
+    kmp_ida *s = start_robertson(context, &r);
+    double t = 0, tried = 0;
+    for (int k = 0; k < 30; k++) {
+        tried = kmp_ida_t(s) - t;
+        t = kmp_ida_t(s);
+        CHECK(kmp_ida_step(s) == KEMPE_OK && kmp_ida_t_old(s) == t);
+    }
+    CHECK(r.refused == 3 && kmp_ida_t(s) - t < 0.6 * tried);
+    CHECK(run_to(s, 40) == KEMPE_OK);
+    check_at_40(s);
+    kmp_dae_work w = kmp_ida_work(s);
+    CHECK(w.steps == r.accepted && w.failures >= 2);
+    kmp_ida_free(s);
+    kempe_context_free(context);
 }
 
 static void test_singular_matrix_is_told(void)
@@ -326,6 +349,7 @@ int main(void)
         TEST(test_robertson);
         TEST(test_dense_output);
         TEST(test_retry_halt_and_giving_up);
+        TEST(test_refused);
         TEST(test_singular_matrix_is_told);
     }
     TEST(test_linear_solvers_solve);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The exact Jacobian of the reduced right-hand side (closed form) against central differences, on the examples and on
- * random mechanisms: trees and looped ones, with and without forces and damping. */
+/* The exact Jacobian of the reduced right-hand side (closed form), and the iteration matrix of the same equations as a
+ * residual, against central differences, on the examples and on random mechanisms: trees and looped ones, with and
+ * without forces and damping. */
 #include "check.h"
 #include "constraints/assemble.h"
 #include "integrators/road.h"
@@ -48,14 +49,17 @@ static bool bench_open(bench *b, const kempe_model *model)
                             .atol = 1e-14,
                             .rate_scale = 1,
                             .t_end = 1,
-                            .implicit = true};
+                            .implicit = true,
+                            .dae = true};
     b->road = kmp_road_closed.create(&start);
     return b->road != NULL;
 }
 
 typedef struct along {
     const kmp_ode *ode;
-    const double *y;
+    const kmp_dae *dae; /* the residual instead, y' moving along by cj; NULL: the right-hand side */
+    const double *y, *yp;
+    double cj;
     double t;
     int column;
     double step;
@@ -66,38 +70,42 @@ typedef struct along {
 static void rhs_field(void *user, const double *s, double *out)
 {
     along *a = user;
-    double y[MOST];
+    double y[MOST], yp[MOST];
     memcpy(y, a->y, (size_t)a->ode->n * sizeof *y);
     y[a->column] += a->step * s[0];
-    a->failed = a->ode->rhs(a->ode->self, a->t, y, out) != KMP_GO || a->failed;
+    int said;
+    if (a->dae) {
+        memcpy(yp, a->yp, (size_t)a->ode->n * sizeof *yp);
+        yp[a->column] += a->cj * a->step * s[0];
+        said = a->dae->residual(a->dae->self, a->t, y, yp, out);
+    } else
+        said = a->ode->rhs(a->ode->self, a->t, y, out);
+    a->failed = said != KMP_GO || a->failed;
 }
 
 /* The worst relative difference of one column; negative when the state cannot be evaluated nearby. */
-static double column_off(const kmp_ode *ode, double t, const double *y, int column, double step, const double *j)
+static double column_off(along a, int column, double step, const double *j)
 {
     double worst = 0, size = 1e-3, zero = 0, one = 1, expected[MOST];
-    along a = {ode, y, t, column, step, false};
-    difference(rhs_field, &a, 1, &zero, &one, ode->n, expected);
-    for (int i = 0; i < ode->n; i++)
+    a.column = column;
+    a.step = step;
+    difference(rhs_field, &a, 1, &zero, &one, a.ode->n, expected);
+    for (int i = 0; i < a.ode->n; i++)
         size = fmax(size, fabs(expected[i] / step));
-    for (int i = 0; i < ode->n; i++)
+    for (int i = 0; i < a.ode->n; i++)
         worst = fmax(worst, fabs(j[i] - expected[i] / step) / size);
     return a.failed ? -1 : worst;
 }
 
 /* Of all columns, each by the best of three steps: where little mass moves, rounding of the right-hand side shows in
  * the shortest one. */
-static double worst_column(const kmp_ode *ode, double t, const double *y)
+static double worst_of(along a, const double *j)
 {
-    static double j[MOST * MOST];
     double worst = 0;
-    memset(j, 0, sizeof j);
-    if (ode->jacobian(ode->self, t, y, j) != KMP_GO)
-        return -1;
-    for (int c = 0; c < ode->n; c++) {
-        double off = column_off(ode, t, y, c, 1e-2, j + c * ode->n);
+    for (int c = 0; c < a.ode->n; c++) {
+        double off = column_off(a, c, 1e-2, j + c * a.ode->n);
         for (int k = 0; off >= 0 && k < 2; k++) {
-            double other = column_off(ode, t, y, c, k ? 1e-1 : 3e-2, j + c * ode->n);
+            double other = column_off(a, c, k ? 1e-1 : 3e-2, j + c * a.ode->n);
             off = other >= 0 ? fmin(off, other) : off;
         }
         if (off < 0)
@@ -107,6 +115,30 @@ static double worst_column(const kmp_ode *ode, double t, const double *y)
     return worst;
 }
 
+static double worst_column(const kmp_ode *ode, double t, const double *y)
+{
+    static double j[MOST * MOST];
+    memset(j, 0, sizeof j);
+    if (ode->jacobian(ode->self, t, y, j) != KMP_GO)
+        return -1;
+    return worst_of((along){.ode = ode, .y = y, .t = t}, j);
+}
+
+/* The same of the iteration matrix, where the residual vanishes. */
+static double worst_of_matrix(const kmp_ode *ode, const kmp_dae *dae, double t, const double *y)
+{
+    static double j[MOST * MOST], values[MOST * MOST];
+    double yp[MOST], cj = 7;
+    memset(j, 0, sizeof j);
+    CHECK(dae->n == ode->n && dae->nz <= MOST * MOST);
+    if (ode->rhs(ode->self, t, y, yp) != KMP_GO || dae->matrix(dae->self, t, cj, y, yp, values) != KMP_GO)
+        return -1;
+    for (int c = 0; c < dae->n; c++)
+        for (long k = dae->col_start[c]; k < dae->col_start[c + 1]; k++)
+            j[dae->row[k] + (long)c * dae->n] = values[k];
+    return worst_of((along){.ode = ode, .dae = dae, .y = y, .yp = yp, .t = t, .cj = cj}, j);
+}
+
 /* At the start, with rates of our own. */
 static double check_bench(bench *b)
 {
@@ -114,7 +146,9 @@ static double check_bench(bench *b)
     memcpy(y, b->road->y, (size_t)b->road->size * sizeof *y);
     for (int k = 0; k < b->part.p; k++)
         y[b->part.p + k] += between(-2, 2);
-    return worst_column(&b->road->ode, 0, y);
+    double matrix = worst_of_matrix(&b->road->ode, &b->road->dae, 0, y);
+    CHECK(matrix < 1e-6);
+    return fmax(matrix, worst_column(&b->road->ode, 0, y));
 }
 
 static void test_examples(void)

@@ -6,6 +6,7 @@
 #include "linalg/dense.h"
 
 #include <stdint.h>
+#include <string.h>
 
 enum { MAX = 40 };
 
@@ -49,6 +50,42 @@ static double largest(int n, const double *x)
     for (int i = 0; i < n; i++)
         m = fmax(m, fabs(x[i]));
     return m;
+}
+
+/* A complex system is a real one of twice the size. */
+static void test_lu_complex(void)
+{
+    static double re[MAX * MAX], im[MAX * MAX], lu_re[MAX * MAX], lu_im[MAX * MAX], a[4 * MAX * MAX];
+    int pivot[MAX];
+    for (int n = 1; n <= 20; n++)
+        for (int trial = 0; trial < 20; trial++) {
+            double b[2 * MAX], x[2 * MAX];
+            randomise(n * n, re);
+            randomise(n * n, im);
+            randomise(2 * n, b);
+            memcpy(x, b, sizeof x);
+            if (trial % 2) { /* pivots to be exchanged */
+                memset(re, 0, (size_t)n * sizeof *re);
+                memset(im, 0, (size_t)n * sizeof *im);
+                re[n - 1] = 1;
+            }
+            for (int j = 0; j < n; j++)
+                for (int i = 0; i < n; i++) {
+                    a[i + j * 2 * n] = a[i + n + (j + n) * 2 * n] = re[i + j * n];
+                    a[i + n + j * 2 * n] = im[i + j * n];
+                    a[i + (j + n) * 2 * n] = -im[i + j * n];
+                }
+            memcpy(lu_re, re, sizeof re);
+            memcpy(lu_im, im, sizeof im);
+            CHECK(kmp_lu_complex_factor(n, lu_re, lu_im, pivot) == 0);
+            kmp_lu_complex_solve(n, lu_re, lu_im, pivot, x, x + n);
+            CHECK(residual(2 * n, a, 0, x, b) < 1e-12 * largest(2 * n, x));
+        }
+    double zero[4] = {0}, none[4] = {0}, nan_re[1] = {NAN}, nan_im[1] = {1};
+    CHECK(kmp_lu_complex_factor(2, zero, none, pivot) == 1);
+    CHECK(kmp_lu_complex_factor(1, nan_re, nan_im, pivot) == 1);
+    double one_re[4] = {1, 1, 1, 1}, one_im[4] = {1, 1, 1, 1};
+    CHECK(kmp_lu_complex_factor(2, one_re, one_im, pivot) == 2);
 }
 
 static void test_lu(void)
@@ -362,6 +399,7 @@ static void test_dense_counts_its_arithmetic(void)
 int main(void)
 {
     TEST(test_lu);
+    TEST(test_lu_complex);
     TEST(test_lu_singular);
     TEST(test_cholesky);
     TEST(test_complete_pivoting_finds_the_rank);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The stiff flyball governor (IFToMM A05): BDF on the reduced road and IDA reach its digits, recomputed in quadruple
- * precision, and their steps hardly grow when stiffness and damping grow a hundredfold. */
+/* The stiff flyball governor (IFToMM A05): BDF, Radau IIA and IDA on the reduced road and IDA on the dae one reach its
+ * digits, recomputed in quadruple precision, and their steps hardly grow when stiffness and damping grow a hundredfold.
+ */
 #include "base/memory.h"
 #include "check.h"
 #include "integrators/run.h"
@@ -60,6 +61,7 @@ static int take(void *user, double t, const double *q, const double *qd, const d
 typedef struct way {
     const char *road, *integrator;
     double rtol;
+    const char *form;
 } way;
 
 /* Steps taken; the worst difference to the digits of the model as it is in *worst. */
@@ -86,7 +88,7 @@ static void check_way(way w, double most)
 {
     double worst, other;
     long steps = run("K: 8e5, c: 4e4", w, &worst), stiffer = run("K: 8e7, c: 4e6", w, &other);
-    printf("  %-8s %-5s rtol %.0e: off %.1e, %ld steps; K and c a hundredfold: %ld steps\n", w.road, w.integrator,
+    printf("  %-8s %-6s rtol %.0e: off %.1e, %ld steps; K and c a hundredfold: %ld steps\n", w.road, w.integrator,
            w.rtol, worst, steps, stiffer);
     CHECK(worst <= most);
     CHECK((double)stiffer <= 1.4 * (double)steps);
@@ -96,13 +98,62 @@ static void test_governor(void)
 {
     for (int k = 0; k < 2; k++) {
         double rtol = k ? 1e-12 : 1e-10;
-        check_way((way){"reduced", "bdf", rtol}, 1e-7);
-        check_way((way){"dae", "ida", rtol}, 1e-7);
+        check_way((way){"reduced", "bdf", rtol, NULL}, 1e-7);
+        check_way((way){"dae", "ida", rtol, NULL}, 1e-7);
+        check_way((way){"reduced", "ida", rtol, NULL}, 1e-7);
+        check_way((way){"reduced", "radau5", rtol, NULL}, 100 * rtol);
+        check_way((way){"reduced", "radau9", rtol, NULL}, 1000 * rtol);
+    }
+}
+
+/* A loop: digits of explicit runs at rtol 1e-13 on the reduced and the projected road, which share them. */
+static int take_rod(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    static const double right[4] = {10.98811816151, -10.57661106120, -2.7332639612e-6, 0.45676580214};
+    judge *j = user;
+    (void)t, (void)qd, (void)qdd, (void)lambda, (void)work;
+    for (int k = 0; k < 4; k++)
+        j->worst = fmax(j->worst, fabs(q[k] - right[k]));
+    j->row++;
+    return 0;
+}
+
+static void test_elastic_rod(void)
+{
+    static const way ways[] = {{"reduced", "bdf", 1e-10, NULL},
+                               {"reduced", "ida", 1e-10, NULL},
+                               {"dae", "ida", 1e-10, NULL},
+                               {"reduced", "radau5", 1e-10, NULL},
+                               {"reduced", "radau9", 1e-10, NULL},
+                               {"reduced", "radau5", 1e-10, "carried"},
+                               {"reduced", "radau9", 1e-10, "carried"}};
+    static const double most[] = {1e-5, 1e-5, 1e-5, 2e-6, 1e-7, 2e-6, 1e-7}, end = 1;
+    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        loaded l = load("tests/models/elastic_rod.yaml");
+        judge j = {0};
+        kmp_run_report report = {0};
+        kmp_run_spec spec = {.road = ways[k].road,
+                             .form = ways[k].form,
+                             .integrator = ways[k].integrator,
+                             .rtol = ways[k].rtol,
+                             .t_end = 1,
+                             .time_count = 1,
+                             .times = &end};
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(l.system, &spec, NULL, take_rod, &j, &report) == KEMPE_OK);
+        printf("  elastic rod, %-9s %-6s rtol %.0e: off %.1e, %ld steps, %ld exchanges\n", spec.form,
+               ways[k].integrator, ways[k].rtol, j.worst, report.steps, report.exchanges);
+        CHECK(j.row == 1 && j.worst <= most[k]);
+        CHECK(strcmp(ways[k].road, "reduced") != 0 || report.exchanges > 0);
+        kmp_free(report.reason);
+        unload(&l);
     }
 }
 
 int main(void)
 {
     TEST(test_governor);
+    TEST(test_elastic_rod);
     return check_report();
 }

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Radau IIA: its numbers against the conditions that define them, its orders by halving steps, with one Jacobian and
+ * with those of all stages, dense output, van der Pol's equation, how long a Jacobian is kept. */
+#include "check.h"
+#include "integrators/radau.h"
+#include <stdlib.h>
+
+/* -- the numbers -------------------------------------------------------------------------------------- */
+
+/* T diag(g, block(a, b), ..) T^-1 */
+static double rebuilt(const kmp_radau_method *m, int i, int j)
+{
+    double sum = m->t[i][0] * m->g * m->inverse[0][j];
+    for (int k = 0; k < m->pairs; k++) {
+        double u = m->t[i][1 + 2 * k], v = m->t[i][2 + 2 * k], x = m->inverse[1 + 2 * k][j],
+               y = m->inverse[2 + 2 * k][j];
+        sum += (u * m->a[k] - v * m->b[k]) * x + (u * m->b[k] + v * m->a[k]) * y;
+    }
+    return sum;
+}
+
+static void check_numbers(int stages)
+{
+    kmp_radau_method m;
+    kmp_radau_method_derive(&m, stages);
+    int s = m.stages;
+    CHECK(s == stages && m.pairs == s / 2 && m.c[s - 1] == 1);
+    for (int k = 1; k <= 2 * s; k++) { /* quadrature is exact up to the order 2 s - 1, and not beyond */
+        double sum = 0;
+        for (int j = 0; j < s; j++)
+            sum += m.butcher[s - 1][j] * pow(m.c[j], k - 1);
+        CHECK((fabs(sum - 1.0 / k) < 1e-15) == (k <= 2 * s - 1));
+    }
+    for (int i = 0; i < s; i++)
+        for (int k = 1; k <= s; k++) { /* collocation: stages and slopes of powers of x */
+            double integral = 0, slope = 0, start = 0;
+            for (int j = 0; j < s; j++) {
+                integral += m.butcher[i][j] * pow(m.c[j], k - 1);
+                slope += m.d[i][j] * pow(m.c[j], k);
+                start += m.slope[j] * pow(m.c[j], k);
+            }
+            CHECK_NEAR(integral, pow(m.c[i], k) / k, 1e-15);
+            CHECK_NEAR(slope, k * pow(m.c[i], k - 1), 1e-13);
+            CHECK_NEAR(start, k == 1, 1e-13);
+        }
+    for (int i = 0; i < s; i++)
+        for (int j = 0; j < s; j++)
+            CHECK_NEAR(rebuilt(&m, i, j), m.d[i][j], 1e-13 * fabs(m.d[0][0]) + 1e-12);
+    double weight[KMP_RADAU_MAX_STAGES];
+    for (int x = 0; x <= 10; x++) {
+        double sum = 0;
+        kmp_radau_weights(&m, x == 10 ? m.c[0] : 0.15 * x, weight);
+        for (int j = 0; j < s; j++)
+            sum += weight[j] * pow(m.c[j], s);
+        CHECK_NEAR(sum, pow(x == 10 ? m.c[0] : 0.15 * x, s), 1e-13);
+    }
+    double h = 1e-6;
+    CHECK_NEAR(kmp_radau_bend(&m, 0), 0, 1e-300);
+    CHECK_NEAR(kmp_radau_bend(&m, 1), 0, 1e-14);
+    CHECK_NEAR(kmp_radau_bend(&m, h) / h, 1, 1e-4);
+    for (int i = 0; i < s; i++)
+        CHECK_NEAR((kmp_radau_bend(&m, m.c[i] + h) - kmp_radau_bend(&m, m.c[i] - h)) / (2 * h), 0, 1e-8);
+}
+
+static void test_numbers(void)
+{
+    kmp_radau_method m;
+    check_numbers(3);
+    check_numbers(5);
+    kmp_radau_method_derive(&m, 3);
+    CHECK_NEAR(m.g, 30 / (6 + cbrt(81) - cbrt(9)), 1e-14);
+    CHECK_NEAR(m.c[0], (4 - sqrt(6)) / 10, 1e-16);
+}
+
+/* -- orders ------------------------------------------------------------------------------------------- */
+
+/* x'' = 2 x^3, w' = x^2: x = 1 / (1 + t), w = 1 - x. */
+static int fall(void *self, double t, const double *y, double *dy)
+{
+    (void)self, (void)t;
+    dy[0] = y[1];
+    dy[1] = 2 * y[0] * y[0] * y[0];
+    dy[2] = y[0] * y[0];
+    return KMP_GO;
+}
+
+static int fall_jacobian(void *self, double t, const double *y, double *j)
+{
+    (void)self, (void)t;
+    j[1] = 6 * y[0] * y[0];
+    j[2] = 2 * y[0];
+    j[3] = 1;
+    return KMP_GO;
+}
+
+static double off(const double *y, double t)
+{
+    double x = 1 / (1 + t);
+    return fmax(fabs(y[0] - x), fmax(fabs(y[1] + x * x), fabs(y[2] - 1 + x)));
+}
+
+typedef struct fixed {
+    const kmp_solver_kind *kind;
+    kmp_radau *s;
+    bool together;
+} fixed;
+
+/* The worst errors over (0, 2) with `steps` equal ones: of their ends, and of their middles when each begins anew from
+ * the solution. */
+static void walk(const fixed *f, int steps, bool apart, double *end, double *middle)
+{
+    double h = 2.0 / steps, y[3] = {1, -1, 0};
+    *end = *middle = 0;
+    for (int k = 0; k < steps; k++) {
+        double t = k * h, x = 1 / (1 + t), inside[3];
+        if (apart)
+            y[0] = x, y[1] = -x * x, y[2] = 1 - x;
+        CHECK(f->kind->start(f->s, t, y, NULL, 9, h) == KEMPE_OK);
+        f->s->together = f->together;
+        f->s->trust = 9;
+        CHECK(f->kind->step(f->s) == KEMPE_OK);
+        CHECK_NEAR(f->kind->t(f->s), t + h, 1e-14);
+        CHECK(f->kind->dense(f->s, t + h / 2, inside, NULL) == KEMPE_OK);
+        CHECK(f->kind->dense(f->s, t + h, y, NULL) == KEMPE_OK);
+        *end = fmax(*end, off(y, t + h));
+        *middle = fmax(*middle, off(inside, t + h / 2));
+    }
+}
+
+/* `eliminates`: the problem says which unknowns are derivatives, and which nothing depends on. */
+static void check_orders(const char *name, int stages, int steps, bool together, bool eliminates)
+{
+    static const double loose[3] = {1, 1, 1};
+    kempe_context *context = kempe_context_new();
+    kmp_ode ode = {.n = 3, .rhs = fall, .jacobian = fall_jacobian, .positions = eliminates, .quadratures = eliminates};
+    kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-2, loose}, .linear = "auto"};
+    fixed f = {.kind = kmp_solver_find(name), .together = together};
+    f.s = f.kind->create(&setup);
+    f.s->limit = 1e-14; /* steps by no tolerance, stages to rounding */
+    f.s->most_iterations = 40;
+    double end[2], middle[2], unused;
+    for (int k = 0; k < 2; k++) {
+        walk(&f, steps << k, false, &end[k], &unused);
+        walk(&f, steps << k, true, &unused, &middle[k]);
+    }
+    double order = log2(end[0] / end[1]), inside = log2(middle[0] / middle[1]);
+    double iterations = (double)f.s->work.newton / (double)f.s->work.steps;
+    printf("  %s %s%s: order %.2f (%.1e, %.1e), of one step's middle %.2f, %.1f iterations\n", name,
+           together ? "all stages" : "one Jacobian", eliminates ? ", eliminated" : "", order, end[0], end[1], inside,
+           iterations);
+    CHECK(iterations < 9); /* a wrong matrix converges more slowly, if at all */
+    CHECK_NEAR(order, 2 * stages - 1, 0.3);
+    CHECK_NEAR(inside, stages + 2, 0.5);
+    f.kind->release(f.s);
+    kempe_context_free(context);
+}
+
+static void test_orders(void)
+{
+    for (int way = 0; way < 4; way++) {
+        check_orders("radau5", 3, 16, way & 1, way & 2);
+        check_orders("radau9", 5, 8, way & 1, way & 2);
+    }
+}
+
+/* -- stiff problems ----------------------------------------------------------------------------------- */
+
+#define STIFF 1e6
+
+/* Van der Pol's equation, x' = v, v' = ((1 - x^2) v - x) k, from (2, 0) to 2: digits of the test set for initial value
+ * problems (Mazzia and Magherini, release 2.4). */
+static int van_der_pol(void *self, double t, const double *y, double *dy)
+{
+    (void)self, (void)t;
+    dy[0] = y[1];
+    dy[1] = ((1 - y[0] * y[0]) * y[1] - y[0]) * STIFF;
+    return KMP_GO;
+}
+
+static int van_der_pol_jacobian(void *self, double t, const double *y, double *j)
+{
+    int *count = self;
+    (void)t;
+    ++*count;
+    j[1] = (-2 * y[0] * y[1] - 1) * STIFF;
+    j[2] = 1;
+    j[3] = (1 - y[0] * y[0]) * STIFF;
+    return KMP_GO;
+}
+
+static void check_van_der_pol(const char *name, double rtol, double most, bool exact)
+{
+    kempe_context *context = kempe_context_new();
+    const kmp_solver_kind *kind = kmp_solver_find(name);
+    double atol[2] = {rtol, rtol}, y[2] = {2, 0};
+    int count = 0;
+    kmp_ode ode = {.n = 2,
+                   .self = &count,
+                   .rhs = van_der_pol,
+                   .jacobian = exact ? van_der_pol_jacobian : NULL,
+                   .positions = exact};
+    kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {rtol, atol}, .linear = "auto"};
+    void *s = kind->create(&setup);
+    CHECK(kind->start(s, 0, y, NULL, 2, 0) == KEMPE_OK);
+    while (kind->t(s) < 2 && kind->step(s) == KEMPE_OK)
+        ;
+    CHECK(kind->t(s) == 2 && kind->dense(s, 2, y, NULL) == KEMPE_OK);
+    kmp_solver_work w = kind->work(s);
+    double worst = fmax(fabs(y[0] / 1.706167732170483 - 1), fabs(y[1] / -0.8928097010247975 - 1));
+    printf("  van der Pol, %s %.0e%s: off %.1e, %ld steps, %ld rejected, %ld refused, %ld rhs, %ld Jacobians\n", name,
+           rtol, exact ? "" : ", differences", worst, w.steps, w.rejected, w.refused, w.rhs, w.matrices);
+    CHECK(worst < most && w.steps < 2500);
+    CHECK(!exact || w.matrices == count);
+    CHECK(w.matrices < (exact ? 5 : 1) * w.steps && w.factorizations <= w.steps + w.rejected + w.refused);
+    kind->release(s);
+    kempe_context_free(context);
+}
+
+static void test_van_der_pol(void)
+{
+    for (int exact = 0; exact < 2; exact++) {
+        check_van_der_pol("radau5", 1e-7, 1e-5, exact);
+        check_van_der_pol("radau9", 1e-7, 1e-5, exact);
+        check_van_der_pol("radau9", 1e-10, 1e-8, exact);
+    }
+}
+
+/* Prothero and Robinson's problem: all of the solution is smooth, all of the problem stiff. The estimate sees nothing
+ * of it, yet ends and middles of steps are good to what the tolerance stands for. */
+static int linear(void *self, double t, const double *y, double *dy)
+{
+    const double *k = self;
+    dy[0] = -*k * (y[0] - cos(t)) - sin(t);
+    return KMP_GO;
+}
+
+static int linear_jacobian(void *self, double t, const double *y, double *j)
+{
+    const double *k = self;
+    (void)t, (void)y;
+    j[0] = -*k;
+    return KMP_GO;
+}
+
+static void test_linear(void)
+{
+    for (int k = 0; kmp_solver_get(k); k++) {
+        const kmp_solver_kind *kind = kmp_solver_get(k);
+        if (strncmp(kind->name, "radau", 5) != 0)
+            continue;
+        long steps[3];
+        double most = 0;
+        for (int decade = 0; decade < 3; decade++) {
+            kempe_context *context = kempe_context_new();
+            double rate = pow(10, 4 + 2 * decade), atol = 1e-9, y = 1, worst = 0;
+            kmp_ode ode = {.n = 1, .self = &rate, .rhs = linear, .jacobian = linear_jacobian};
+            kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-9, &atol}, .linear = "auto"};
+            void *s = kind->create(&setup);
+            CHECK(kind->start(s, 0, &y, NULL, 20, 0) == KEMPE_OK);
+            while (kind->t(s) < 20 && kind->step(s) == KEMPE_OK) {
+                CHECK(kind->dense(s, kind->t(s), &y, NULL) == KEMPE_OK);
+                worst = fmax(worst, fabs(y - cos(kind->t(s))));
+                double middle = 0.5 * (kind->t_old(s) + kind->t(s));
+                CHECK(kind->dense(s, middle, &y, NULL) == KEMPE_OK);
+                worst = fmax(worst, fabs(y - cos(middle)));
+            }
+            kmp_solver_work w = kind->work(s);
+            steps[decade] = w.steps;
+            most = fmax(most, worst);
+            CHECK(kind->t(s) == 20 && worst < 1e-6 && w.matrices == 1);
+            kind->release(s);
+            kempe_context_free(context);
+        }
+        printf("  Prothero and Robinson, %s: %ld, %ld, %ld steps, off %.1e at most\n", kind->name, steps[0], steps[1],
+               steps[2], most);
+        CHECK(labs(steps[2] - steps[0]) <= 5); /* however stiff */
+    }
+}
+
+int main(void)
+{
+    TEST(test_numbers);
+    TEST(test_orders);
+    TEST(test_van_der_pol);
+    TEST(test_linear);
+    return check_report();
+}
