@@ -163,7 +163,6 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     s->hopeless = 0;
     s->together = s->held = false;
     s->patience = PATIENCE;
-    s->ready = 1;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_radau_call(s, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0 && t_end > t)
@@ -287,7 +286,6 @@ static void swap(double **a, double **b)
 static void choose_newton(kmp_radau *s, double h, double error)
 {
     double size = (double)s->inner * s->s / CHEAP;
-    bool before = s->together;
     if (s->together && --s->trust <= 0)
         s->together = s->has_jacobian = false;
     else if (!s->together && s->coupled && s->held && after_error(s, h, error, 1) >= (WORTH + size * size) * h) {
@@ -295,7 +293,6 @@ static void choose_newton(kmp_radau *s, double h, double error)
         s->trust = s->patience;
         s->patience = s->patience < MOST_PATIENCE ? 2 * s->patience : MOST_PATIENCE;
     }
-    s->ready = s->together == before ? s->ready : 1;
     s->held = false;
 }
 

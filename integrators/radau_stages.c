@@ -355,7 +355,7 @@ kmp_radau_outcome kmp_radau_find_stages(kmp_radau *s, double h, double *shorter)
 {
     double before = 0, before_rate = 0;
     *shorter = 0.5;
-    s->ready = pow(fmax(s->ready, DBL_EPSILON), 0.8);
+    s->ready = 1; /* the last step's says little about one that may be four times as long */
     s->contraction = 0;
     kmp_radau_outcome what = begin(s, h);
     for (int k = 1; what == KMP_RADAU_TAKEN && k <= s->most_iterations; k++) {

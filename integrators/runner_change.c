@@ -214,8 +214,9 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
 static bool may_project(const kmp_runner *run)
 {
     const kmp_road_kind *projected = kmp_road_find("projected", NULL);
+    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
     bool out_of_memory = kmp_memory_failures() != run->memory_failures;
-    return run->spec.open && !out_of_memory && run->way != projected && kmp_solver_find(run->spec.integrator)->corrects;
+    return run->spec.open && !out_of_memory && run->way != projected && solver->corrects && !solver->implicit;
 }
 
 /* A reduced road that stopped goes on from the last accepted step along the projected one, which needs no u. */

@@ -17,7 +17,8 @@ enum { ROADS = sizeof roads / sizeof *roads };
 
 static bool fits(const kmp_road_kind *road, const kmp_solver_kind *solver)
 {
-    return (road->dae == solver->dae || (road->both && solver->dae)) && (solver->corrects || !road->corrected);
+    bool same = road->dae == solver->dae || (road->both && solver->dae);
+    return same && (solver->corrects || !road->corrected) && (!solver->implicit || road->jacobian);
 }
 
 bool kmp_way_get(int k, kmp_way *way)
@@ -99,19 +100,6 @@ static const char *first_integrator(const kmp_road_kind *road)
     return "";
 }
 
-/* The first form of a road that an integrator fits, for one that uses a Jacobian that has one; NULL: there is none. */
-static const char *form_for(const char *road, const kmp_solver_kind *solver)
-{
-    const char *form = NULL;
-    for (int k = (int)ROADS - 1; k >= 0; k--)
-        if (strcmp(roads[k]->road, road) == 0 && fits(roads[k], solver) && !(solver->implicit && !roads[k]->jacobian))
-            form = roads[k]->form;
-    for (int k = 0; !form && k < (int)ROADS; k++)
-        if (strcmp(roads[k]->road, road) == 0 && fits(roads[k], solver))
-            form = roads[k]->form;
-    return form;
-}
-
 /* The model's form and integrator belong to the model's road. */
 static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
 {
@@ -128,8 +116,9 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
     }
     /* An integrator alone chooses the first form that it fits. */
     const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
-    if (solver && !spec->form)
-        spec->form = form_for(spec->road, solver);
+    for (int k = 0; solver && !spec->form && k < (int)ROADS; k++)
+        if (strcmp(roads[k]->road, spec->road) == 0 && fits(roads[k], solver))
+            spec->form = roads[k]->form;
     const kmp_road_kind *kind = kmp_road_find(spec->road, spec->form);
     if (!kind)
         return unknown(system, "form", spec->form, form_of, spec->road, NULL);
