@@ -69,7 +69,7 @@ static real polish(int n, real x)
 static void find_nodes(int s, real *c)
 {
     real coefficient[S] = {0};
-    number zero[S];
+    number zero[S] = {0};
     for (int k = 0; k < s; k++)
         coefficient[k] = (legendre(s, k) - legendre(s - 1, k)) / legendre(s, s);
     find_zeros(s, coefficient, zero);
@@ -196,8 +196,8 @@ static void round_off(int s, real from[S][S], double to[S][S])
 static void put_spectrum(kmp_radau_method *method, const real *c, const real *m)
 {
     int s = method->stages;
-    number g[S];
-    real t[S][S], inverse[S][S], b[KMP_RADAU_MAX_PAIRS];
+    number g[S] = {0};
+    real t[S][S] = {{0}}, inverse[S][S] = {{0}}, b[KMP_RADAU_MAX_PAIRS] = {0};
     find_eigenvalues(s, m, g);
     method->pairs = 0;
     for (int i = 0; i < s; i++) {
@@ -227,7 +227,7 @@ static void put_spectrum(kmp_radau_method *method, const real *c, const real *m)
 static void put_matrices(kmp_radau_method *method, real at_all[S + 1][S + 1])
 {
     int s = method->stages;
-    real d[S][S], butcher[S][S];
+    real d[S][S] = {{0}}, butcher[S][S] = {{0}};
     for (int i = 0; i < s; i++) {
         method->slope[i] = (double)at_all[0][1 + i];
         memcpy(d[i], at_all[1 + i] + 1, (size_t)s * sizeof **d);
@@ -256,7 +256,7 @@ static void put_gap(kmp_radau_method *method, const real *c)
 
 void kmp_radau_method_derive(kmp_radau_method *method, int stages)
 {
-    real c[S], m[S], d[S + 1][S + 1], weight[S + 1];
+    real c[S] = {0}, m[S] = {0}, d[S + 1][S + 1] = {{0}}, weight[S + 1] = {0};
     *method = (kmp_radau_method){.stages = stages};
     find_nodes(stages, c);
     expand(stages, c, m);

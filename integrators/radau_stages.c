@@ -79,12 +79,12 @@ static bool factor(const kmp_radau *s, kmp_radau_block *e, double re, double im)
     e->g_re = re;
     e->g_im = im;
     for (int j = 0; j < inner; j++) {
-        const double *own = s->jacobian[0] + (p + j) * n + p, *of = j < p ? s->jacobian[0] + j * n + p : NULL;
+        const double *own = s->jacobian[0] + (p + j) * n + p, *of = s->jacobian[0] + j * n + p;
         double *to = e->re + j * inner, *to_im = e->im ? e->im + j * inner : NULL;
         for (int i = 0; i < inner; i++)
-            to[i] = -own[i] - (of ? by_re * of[i] : 0);
+            to[i] = -own[i] - (j < p ? by_re * of[i] : 0);
         for (int i = 0; to_im && i < inner; i++)
-            to_im[i] = of ? -by_im * of[i] : 0;
+            to_im[i] = j < p ? -by_im * of[i] : 0;
         to[j] += re;
         if (to_im)
             to_im[j] += im;

@@ -373,6 +373,24 @@ static bool rows_are_lost(reduced *d, double t)
     return kmp_margin_of_rows(d->margin, d->plant, &d->part) < ROWS_LOST;
 }
 
+/* Whether the step may end at y, where d->q, the factors and the tangent are; it is remembered then. */
+static int look(reduced *d, double t, const double *y)
+{
+    int said = watch(d, t);
+    if (said == KMP_GO)
+        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
+    if (said == KMP_GO && ((d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t)) || rows_are_lost(d, t)))
+        said = KMP_RETRY;
+    if (said != KMP_GO)
+        return said;
+    remember(d, t, y);
+    d->road.newton = d->red.newton;
+    d->road.factorizations = d->red.factorizations;
+    d->steps++;
+    d->apart = d->fused && !kmp_fused_is_good(d->fused, t, d->q);
+    return KMP_GO;
+}
+
 /* The step's end was evaluated last: if not by one program, h, the factors and, by M, the tangent are there. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
@@ -392,19 +410,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
             d->q[d->part.v[i]] = y[2 * d->p + i];
         }
     }
-    int said = watch(d, t);
-    if (said == KMP_GO)
-        said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
-    if (said == KMP_GO && ((d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t)) || rows_are_lost(d, t)))
-        said = KMP_RETRY;
-    if (said != KMP_GO)
-        return said;
-    remember(d, t, y);
-    d->road.newton = d->red.newton;
-    d->road.factorizations = d->red.factorizations;
-    d->steps++;
-    d->apart = d->fused && !kmp_fused_is_good(d->fused, t, d->q);
-    return KMP_GO;
+    return look(d, t, y);
 }
 
 /* The same for an integrator of DAEs, which has evaluated nothing there; nothing is corrected. */
@@ -412,8 +418,7 @@ static int accept_residual(void *self, double t, const double *y, const double *
 {
     reduced *d = self;
     (void)yp;
-    memcpy(d->road.y, y, (size_t)d->road.size * sizeof *y);
-    return evaluate(d, t, y) == KMP_GO ? accept(d, t, d->road.y, NULL, NULL) : KMP_RETRY;
+    return evaluate(d, t, y) == KMP_GO ? look(d, t, y) : KMP_RETRY;
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
