@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The dae road beside the same mechanism written by hand for IDA: Andrews, 0.03 s, the equations of andrews_by_hand.h
+/* The dae road beside the same mechanism written by hand for IDA: Andrews, 0.03 s, the equations of dae_by_hand.h
  * with their exact sparse iteration matrices, KLU called with nothing between (one analysis, one factorisation,
  * refactorisations with its pivots, no watch over their growth), IDA set as in Kempe's adapter. Each form by hand and
  * by Kempe in turn, at tolerances half a decade apart; the processor's time is that of the integration, without what is
  * made before it, the median of many runs. Ratios at equal error are read off straight lines through the logarithms of
  * the points within two decades of the error. The program fails where Kempe takes more than 1.5 times the steps or the
  * time at an error of 1e-6, or where a matrix by hand is not the derivative of its residual. */
-#include "andrews_by_hand.h"
+#include "dae_by_hand.h"
 #include "constraints/sundials_compat.h"
 #include "judged.h"
 

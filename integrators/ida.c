@@ -9,6 +9,7 @@
 #include "constraints/sundials_compat.h"
 #include "integrators/linear.h"
 #include "integrators/solver.h"
+#include "integrators/vector.h"
 
 #include <float.h>
 #include <ida/ida.h>
@@ -91,10 +92,10 @@ static bool make_parts(kmp_ida *s)
     s->sun = kmp_sun_context();
     if (!s->sun)
         return false;
-    s->y = N_VNew_Serial(dae->n, s->sun);
-    s->yp = N_VNew_Serial(dae->n, s->sun);
-    s->differential = N_VNew_Serial(dae->n, s->sun);
-    s->derivative = N_VNew_Serial(dae->n, s->sun);
+    s->y = kmp_vector_new(dae->n, s->sun);
+    s->yp = kmp_vector_new(dae->n, s->sun);
+    s->differential = kmp_vector_new(dae->n, s->sun);
+    s->derivative = kmp_vector_new(dae->n, s->sun);
     s->matrix = SUNSparseMatrix(dae->n, dae->n, dae->nz, CSC_MAT, s->sun);
     s->memory = IDACreate(s->sun);
     s->y_old = KMP_NEW(double, dae->n);

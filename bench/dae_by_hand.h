@@ -3,8 +3,8 @@
  * and Magherini; Hairer and Wanner, Solving ODEs II, VII.7), with sines and cosines taken once, constants gathered and
  * no operation with a zero, in four forms of the DAE, and their exact iteration matrices. y = (q, v, lambda[, mu]);
  * q = beta, theta, gamma, phi, delta, omega, epsilon. Signs of multipliers as there: M v' + G' lambda = f. */
-#ifndef KEMPE_BENCH_ANDREWS_BY_HAND_H
-#define KEMPE_BENCH_ANDREWS_BY_HAND_H
+#ifndef KEMPE_BENCH_DAE_BY_HAND_H
+#define KEMPE_BENCH_DAE_BY_HAND_H
 
 #include <math.h>
 #include <stdbool.h>
