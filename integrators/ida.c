@@ -74,14 +74,14 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 static int weights(N_Vector y, N_Vector w, void *user)
 {
     const kmp_ida *s = user;
-    const double *value = kmp_sun_data(y);
-    double *weight = kmp_sun_data(w);
-    for (int i = 0; i < s->dae.n; i++) {
-        weight[i] = 1.0 / ((s->tolerance.rtol * fabs(value[i]) + s->tolerance.atol[i]) * s->dae.factor[i]);
-        if (!(weight[i] > 0.0))
-            return -1;
+    const double *value = kmp_sun_data(y), *atol = s->tolerance.atol, *factor = s->dae.factor, rtol = s->tolerance.rtol;
+    double *restrict weight = kmp_sun_data(w);
+    int bad = 0, n = s->dae.n; /* no jump, so that it goes in lanes */
+    for (int i = 0; i < n; i++) {
+        weight[i] = 1.0 / ((rtol * fabs(value[i]) + atol[i]) * factor[i]);
+        bad |= !(weight[i] > 0.0);
     }
-    return 0;
+    return bad ? -1 : 0;
 }
 
 /* -- creation -------------------------------------------------------------------------------------- */
@@ -289,7 +289,7 @@ kempe_status kmp_ida_dense(kmp_ida *s, double t, double *y, double *yp)
 {
     size_t size = (size_t)s->dae.n * sizeof(double);
     double *out[2] = {y, yp};
-    if (!(s->t > s->t_old)) { /* no step yet */
+    if (!(s->t > s->t_old) || t == s->t) { /* no step yet, or its end */
         memcpy(y, kmp_sun_data(s->y), size);
         memcpy(yp, kmp_sun_data(s->yp), size);
         return KEMPE_OK;
