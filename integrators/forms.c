@@ -18,6 +18,7 @@
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include "integrators/tangent.h"
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -221,15 +222,28 @@ static kmp_instant instant(dae *d, double t, const double *y, const double *yp)
                          .chart_version = d->plant->chart_version};
 }
 
-/* Group g of closure rows, row `row` of h. */
-static double closure_value(const dae *d, const double *out, int g, int row)
+/* Rows of group g, of `out`. */
+static void put_group(const dae *d, const double *out, int g, double *r)
 {
     static const kmp_value kind[3] = {KMP_VALUE_H, KMP_VALUE_RATE, KMP_VALUE_CURVE};
-    double sum = 0;
-    for (int order = 0; order < 3; order++)
-        if (d->form.weight[g][order] != 0)
-            sum += d->form.weight[g][order] * out[d->tangents.at[kind[order]] + row];
-    return sum;
+    const int *row = d->part->rows;
+    bool first = true;
+    for (int order = 0; order < 3; order++) {
+        const double weight = d->form.weight[g][order], *value = out + d->tangents.at[kind[order]];
+        if (weight == 0)
+            continue;
+        for (int i = 0; i < d->r; i++)
+            r[i] = weight * value[row[i]] + (first ? 0 : r[i]);
+        first = false;
+    }
+}
+
+static bool all_finite(int n, const double *x)
+{
+    int bad = 0; /* no jump, so that it goes in lanes */
+    for (int i = 0; i < n; i++)
+        bad |= !(fabs(x[i]) <= DBL_MAX);
+    return !bad;
 }
 
 static int residual(void *self, double t, const double *y, const double *yp, double *r)
@@ -237,18 +251,15 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
     dae *d = self;
     int n = d->n;
     kmp_instant at = instant(d, t, y, yp);
-    const double *out = kmp_tangents_values(&d->tangents, &at);
-    for (int i = 0; i < n; i++) {
-        r[i] = yp[i] - y[n + i] + (d->form.mu ? out[d->tangents.at[KMP_VALUE_JTMU] + i] : 0);
-        r[n + i] = out[d->tangents.at[KMP_VALUE_R] + i];
-    }
+    const double *out = kmp_tangents_values(&d->tangents, &at), *qd = y + n;
+    for (int i = 0; i < n; i++)
+        r[i] = yp[i] - qd[i];
+    for (int i = 0; d->form.mu && i < n; i++)
+        r[i] += out[d->tangents.at[KMP_VALUE_JTMU] + i];
+    memcpy(r + n, out + d->tangents.at[KMP_VALUE_R], (size_t)n * sizeof *r);
     for (int g = 0; g < d->form.groups; g++)
-        for (int i = 0; i < d->r; i++)
-            r[at_group(d, g) + i] = closure_value(d, out, g, d->part->rows[i]);
-    for (int i = 0; i < d->road.size; i++)
-        if (!isfinite(r[i]))
-            return KMP_RETRY;
-    return KMP_GO;
+        put_group(d, out, g, r + at_group(d, g));
+    return all_finite(d->road.size, r) ? KMP_GO : KMP_RETRY;
 }
 
 static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
