@@ -276,10 +276,21 @@ static int better(place x, place y, int m, const double *a, const int *fixed, co
 static place find_pivot(int m, int n, int k, const double *a, const int *fixed, const int *r, const int *c)
 {
     place best = {k, k};
-    for (int j = k; j < n; j++)
-        for (int i = k; i < m; i++)
-            if (better((place){i, j}, best, m, a, fixed, r, c))
-                best = (place){i, j};
+    double largest = fabs(a[k + k * m]);
+    int best_fixed = is_fixed(fixed, c[k]);
+    for (int j = k; j < n; j++) {
+        const double *column = a + (ptrdiff_t)j * m;
+        int column_fixed = is_fixed(fixed, c[j]);
+        for (int i = k; i < m; i++) {
+            if (fabs(column[i]) < largest && column_fixed >= best_fixed)
+                continue; /* most of them, without a closer look */
+            if (!better((place){i, j}, best, m, a, fixed, r, c))
+                continue;
+            best = (place){i, j};
+            largest = fabs(column[i]);
+            best_fixed = column_fixed;
+        }
+    }
     return best;
 }
 
