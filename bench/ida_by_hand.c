@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The dae road beside the same mechanism written by hand for IDA: Andrews, 0.03 s, the equations of dae_by_hand.h
  * with their exact sparse iteration matrices, KLU called with nothing between (one analysis, one factorisation,
- * refactorisations with its pivots, no watch over their growth), IDA set as in Kempe's adapter. Each form by hand and
- * by Kempe in turn, at tolerances half a decade apart; the processor's time is that of the integration, without what is
- * made before it, the median of many runs. Ratios at equal error are read off straight lines through the logarithms of
- * the points within two decades of the error. The program fails where Kempe takes more than 1.5 times the steps or the
- * time at an error of 1e-6, or where a matrix by hand is not the derivative of its residual. */
-#include "dae_by_hand.h"
+ * refactorisations with its pivots, no watch over their growth), IDA set as in Kempe's adapter; with SUNDIALS' own
+ * vectors and with Kempe's. Each form in these three ways in turn, at tolerances half a decade apart; the processor's
+ * time is that of the integration, without what is made before it, the median of many runs. Ratios at equal error are
+ * read off straight lines through the logarithms of the points within two decades of the error. The program fails where
+ * Kempe takes more than 1.5 times the steps or the time of either at an error of 1e-6, or where a matrix by hand is not
+ * the derivative of its residual. */
 #include "constraints/sundials_compat.h"
+#include "dae_by_hand.h"
+#include "integrators/vector.h"
 #include "judged.h"
 
 #include <ida/ida.h>
@@ -104,6 +106,7 @@ static double error_of(const double *q)
 
 typedef struct hand {
     by_hand_form form;
+    bool vectors; /* of Kempe */
     double rtol, rate_scale, gain;
     by_hand_matrix matrix;
     long steps, newton;
@@ -156,10 +159,10 @@ static const struct {
                           {residual_index2, jacobian_index2},
                           {residual_index1, jacobian_index1}};
 
-static hand hand_of(by_hand_form form, double rtol)
+static hand hand_of(by_hand_form form, double rtol, bool vectors)
 {
     double nothing[BY_HAND_MOST] = {0};
-    hand h = {.form = form, .rtol = rtol, .rate_scale = sqrt(start_qdd[0])};
+    hand h = {.form = form, .vectors = vectors, .rtol = rtol, .rate_scale = sqrt(start_qdd[0])};
     h.gain = 10 * h.rate_scale;
     h.matrix.size = by_hand_size(form);
     by_hand_jacobian(form, h.gain, 1, nothing, nothing, &h.matrix);
@@ -194,7 +197,8 @@ static bool integrate(hand *h, double *q)
 {
     SUNContext sun = kmp_sun_context();
     int size = h->matrix.size;
-    N_Vector y = N_VNew_Serial(size, sun), yp = N_VNew_Serial(size, sun), differential = N_VNew_Serial(size, sun);
+    N_Vector y = h->vectors ? kmp_vector_new(size, sun) : N_VNew_Serial(size, sun);
+    N_Vector yp = N_VClone(y), differential = N_VClone(y);
     SUNMatrix a = SUNSparseMatrix(size, size, h->matrix.count, CSC_MAT, sun);
     factors f = {.n = size};
     SUNLinearSolver linear = solver_of(&f, sun);
@@ -225,7 +229,7 @@ static bool integrate(hand *h, double *q)
 /* Largest difference, of the largest entry of its column, to central differences of the residual. */
 static double jacobian_error(by_hand_form form)
 {
-    hand h = hand_of(form, 1e-6);
+    hand h = hand_of(form, 1e-6, false);
     int size = h.matrix.size;
     double y[BY_HAND_MOST] = {0}, yp[BY_HAND_MOST] = {0}, value[BY_HAND_ENTRIES], r[2][BY_HAND_MOST];
     double cj = 3, worst = 0;
@@ -257,9 +261,11 @@ static double jacobian_error(by_hand_form form)
 
 /* -- side by side ------------------------------------------------------------------------------------- */
 
+enum { HAND, HAND_VECTORS, KEMPE, WAYS };
+
 /* log10 of each, by tolerance. */
 typedef struct curve {
-    double error[TOLERANCES], steps[TOLERANCES], cpu[TOLERANCES], newton;
+    double error[TOLERANCES], steps[TOLERANCES], cpu[TOLERANCES];
 } curve;
 
 /* Of y at an error, on the line of least squares through the points within two decades of it. */
@@ -281,17 +287,28 @@ static double at_error(const curve *c, const double *value, double at)
     return y / count - slope * x / count;
 }
 
-typedef struct pair {
+typedef struct scene {
     judged j;
     const kempe_assembly *start;
-    curve hand[BY_HAND_FORMS], kempe[BY_HAND_FORMS];
-} pair;
+    curve of[BY_HAND_FORMS][WAYS];
+} scene;
 
-static void measure(pair *p, by_hand_form form, int k)
+typedef struct result {
+    double error, cpu;
+    long steps, newton;
+} result;
+
+static result run_by_hand(by_hand_form form, double rtol, bool vectors)
 {
-    double rtol = pow(10, -4 - 0.5 * k), end = 0.03, q[N], cpu[2][RUNS];
-    hand h = hand_of(form, rtol);
-    curve *by_hand = &p->hand[form], *kempe = &p->kempe[form];
+    hand h = hand_of(form, rtol, vectors);
+    double q[N];
+    check(integrate(&h, q), "the model by hand failed");
+    return (result){error_of(q), h.cpu, h.steps, h.newton};
+}
+
+static result run_kempe(scene *s, by_hand_form form, double rtol)
+{
+    double end = 0.03;
     kmp_run_spec spec = {.road = "dae",
                          .form = names[form],
                          .linear = "klu",
@@ -299,71 +316,90 @@ static void measure(pair *p, by_hand_form form, int k)
                          .t_end = end,
                          .time_count = 1,
                          .times = &end};
-    for (int run = 0; run < RUNS; run++) {
-        check(integrate(&h, q), "the model by hand failed");
-        cpu[0][run] = h.cpu;
-        check(judged_run(&p->j, &spec, p->start, 1), "Kempe's run failed");
-        cpu[1][run] = p->j.cpu;
-    }
-    by_hand->error[k] = log10(error_of(q));
-    by_hand->steps[k] = log10((double)h.steps);
-    by_hand->cpu[k] = log10(bench_median(RUNS, cpu[0]));
-    kempe->error[k] = log10(p->j.q);
-    kempe->steps[k] = log10((double)p->j.report.steps);
-    kempe->cpu[k] = log10(bench_median(RUNS, cpu[1]));
-    printf("%-7s %7.1e | %7.1e %6ld %6ld %8.3f %6.2f | %7.1e %6ld %6ld %8.3f %6.2f\n", names[form], rtol, error_of(q),
-           h.steps, h.newton, 1e3 * cpu[0][RUNS / 2], 1e6 * cpu[0][RUNS / 2] / (double)h.newton, p->j.q,
-           p->j.report.steps, p->j.report.newton, 1e3 * cpu[1][RUNS / 2],
-           1e6 * cpu[1][RUNS / 2] / (double)p->j.report.newton);
+    check(judged_run(&s->j, &spec, s->start, 1), "Kempe's run failed");
+    return (result){s->j.q, s->j.cpu, s->j.report.steps, s->j.report.newton};
 }
 
-static double compare(const pair *p)
+static void measure(scene *s, by_hand_form form, int k)
+{
+    double rtol = pow(10, -4 - 0.5 * k), cpu[WAYS][RUNS];
+    result r[WAYS];
+    for (int run = 0; run < RUNS; run++) {
+        r[HAND] = run_by_hand(form, rtol, false);
+        r[HAND_VECTORS] = run_by_hand(form, rtol, true);
+        r[KEMPE] = run_kempe(s, form, rtol);
+        for (int way = 0; way < WAYS; way++)
+            cpu[way][run] = r[way].cpu;
+    }
+    printf("%-7s %7.1e", names[form], rtol);
+    for (int way = 0; way < WAYS; way++) {
+        curve *c = &s->of[form][way];
+        double median = bench_median(RUNS, cpu[way]);
+        c->error[k] = log10(r[way].error);
+        c->steps[k] = log10((double)r[way].steps);
+        c->cpu[k] = log10(median);
+        printf(" | %7.1e %5ld %6ld %7.3f %5.2f", r[way].error, r[way].steps, r[way].newton, 1e3 * median,
+               1e6 * median / (double)r[way].newton);
+    }
+    printf("\n");
+}
+
+static double time_at(const scene *s, int form, int way, int at)
+{
+    return pow(10, at_error(&s->of[form][way], s->of[form][way].cpu, at));
+}
+
+static double steps_at(const scene *s, int form, int way, int at)
+{
+    return pow(10, at_error(&s->of[form][way], s->of[form][way].steps, at));
+}
+
+/* The worst ratio at 1e-6. */
+static double compare(const scene *s)
 {
     double worst = 0;
-    printf("\nat equal error     |   1e-4   1e-6   1e-8  1e-10\n");
+    printf("\nat equal error  | %-20s | %-27s | Kempe's steps by those by hand\n%-7s %7s | %6s %6s %6s | %13s %13s |\n",
+           "ms", "Kempe's time by that by hand", "form", "error", "hand", "hand'", "Kempe", "hand", "hand'");
     for (int f = 0; f < BY_HAND_FORMS; f++)
-        for (int what = 0; what < 4; what++) {
-            const curve *a = &p->hand[f], *b = &p->kempe[f];
-            static const char *const title[] = {"ms by hand", "ms", "ratio", "steps' ratio"};
-            printf("%-5s %12s |", what ? "" : names[f], title[what]);
-            for (int at = -4; at >= -10; at -= 2) {
-                double by_hand = at_error(a, a->cpu, at), kempe = at_error(b, b->cpu, at);
-                double ratio = pow(10, kempe - by_hand);
-                double steps = pow(10, at_error(b, b->steps, at) - at_error(a, a->steps, at));
-                if (at == -6)
-                    worst = fmax(worst, fmax(ratio, steps));
-                printf(what < 2 ? " %6.3f" : " %6.2f", what == 0   ? 1e3 * pow(10, by_hand)
-                                                       : what == 1 ? 1e3 * pow(10, kempe)
-                                                       : what == 2 ? ratio
-                                                                   : steps);
-            }
-            printf("\n");
+        for (int at = -4; at >= -10; at -= 2) {
+            double ms[WAYS], steps = steps_at(s, f, KEMPE, at) / steps_at(s, f, HAND, at);
+            for (int way = 0; way < WAYS; way++)
+                ms[way] = 1e3 * time_at(s, f, way, at);
+            double plain = ms[KEMPE] / ms[HAND], alike = ms[KEMPE] / ms[HAND_VECTORS];
+            if (at == -6)
+                worst = fmax(worst, fmax(steps, fmax(plain, alike)));
+            printf("%-7s %7.0e | %6.3f %6.3f %6.3f | %13.2f %13.2f | %6.2f\n", names[f], pow(10, at), ms[HAND],
+                   ms[HAND_VECTORS], ms[KEMPE], plain, alike, steps);
         }
     return worst;
 }
 
 int main(void)
 {
-    static pair p;
+    static scene s;
+    static const char *const title[WAYS] = {"by hand", "by hand, Kempe's vectors (hand')", "Kempe"};
     bench b = bench_load("examples/andrews/andrews.yaml");
     kempe_assembly *start = NULL;
     kmp_reference reference;
     check(!kempe_assemble(b.system, &start) &&
               !kmp_reference_read(b.system, "examples/andrews/reference.csv", &reference),
           kempe_context_message(b.context));
-    p.j = (judged){.b = &b, .reference = &reference};
-    p.start = start;
+    s.j = (judged){.b = &b, .reference = &reference};
+    s.start = start;
     for (int f = 0; f < BY_HAND_FORMS; f++)
         check(jacobian_error((by_hand_form)f) < 1e-8, "a matrix by hand is not the derivative of its residual");
-    printf("%-15s | %-37s | %-37s\n%-7s %7s", "", "by hand", "Kempe", "form", "rtol");
-    for (int side = 0; side < 2; side++)
-        printf(" | %7s %6s %6s %8s %6s", "error q", "steps", "Newton", "cpu ms", "us/it");
+    printf("%-15s", "");
+    for (int way = 0; way < WAYS; way++)
+        printf(" | %-34s", title[way]);
+    printf("\n%-7s %7s", "form", "rtol");
+    for (int way = 0; way < WAYS; way++)
+        printf(" | %7s %5s %6s %7s %5s", "error q", "steps", "Newton", "ms", "us/it");
     printf("\n");
     for (int f = 0; f < BY_HAND_FORMS; f++)
         for (int k = 0; k < TOLERANCES; k++)
-            measure(&p, (by_hand_form)f, k);
-    double worst = compare(&p);
-    printf("at 1e-6 at most %.2f: %s 1.5\n", worst, worst <= 1.5 ? "within" : "NOT within");
+            measure(&s, (by_hand_form)f, k);
+    double worst = compare(&s);
+    printf("at an error of 1e-6 at most %.2f: %s 1.5\n", worst, worst <= 1.5 ? "within" : "NOT within");
     kmp_reference_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);
