@@ -5,6 +5,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 /* False for zero, infinity and NaN. */
@@ -252,59 +253,71 @@ kmp_flops kmp_cholesky_solve_flops(int n)
 
 /* -- LU with complete pivoting --------------------------------------------------------------------- */
 
-typedef struct place {
-    int i, j; /* in the permuted matrix */
-} place;
+/* Where the next pivot stands: the column of the largest entry. A free column goes before a fixed one, then the larger
+ * entry, then the smaller original column. */
+typedef struct candidate {
+    int column; /* in the permuted matrix; -1: none yet */
+    int fixed;
+    double size;
+} candidate;
 
-static int is_fixed(const int *fixed, int column)
+static void consider(candidate *best, int column, double size, const int *fixed, const int *c)
 {
-    return fixed && fixed[column];
+    int is_fixed = fixed && fixed[c[column]];
+    bool takes = best->column < 0 || is_fixed < best->fixed;
+    if (!takes && is_fixed == best->fixed)
+        takes = size > best->size || (!(size < best->size) && c[column] < c[best->column]);
+    if (takes)
+        *best = (candidate){column, is_fixed, size};
 }
 
-/* A free column before a fixed one, then the larger entry, then the smaller original column, then row. */
-static int better(place x, place y, int m, const double *a, const int *fixed, const int *r, const int *c)
+/* Its row: of several the smaller original one. */
+static int row_of(int m, int k, double size, const double *column, const int *r)
 {
-    int x_fixed = is_fixed(fixed, c[x.j]), y_fixed = is_fixed(fixed, c[y.j]);
-    if (x_fixed != y_fixed)
-        return y_fixed;
-    double x_size = fabs(a[x.i + x.j * m]), y_size = fabs(a[y.i + y.j * m]);
-    if (x_size < y_size || x_size > y_size)
-        return x_size > y_size;
-    return c[x.j] != c[y.j] ? c[x.j] < c[y.j] : r[x.i] < r[y.i];
+    int row = -1;
+    for (int i = k; i < m; i++)
+        if (!(fabs(column[i]) < size) && (row < 0 || r[i] < r[row]))
+            row = i;
+    return row < 0 ? k : row;
 }
 
-static place find_pivot(int m, int n, int k, const double *a, const int *fixed, const int *r, const int *c)
+/* Largest size from row k on. */
+static double size_of(int m, int k, const double *column)
 {
-    place best = {k, k};
-    double largest = fabs(a[k + k * m]);
-    int best_fixed = is_fixed(fixed, c[k]);
-    for (int j = k; j < n; j++) {
-        const double *column = a + (ptrdiff_t)j * m;
-        int column_fixed = is_fixed(fixed, c[j]);
-        for (int i = k; i < m; i++) {
-            if (fabs(column[i]) < largest && column_fixed >= best_fixed)
-                continue; /* most of them, without a closer look */
-            if (!better((place){i, j}, best, m, a, fixed, r, c))
-                continue;
-            best = (place){i, j};
-            largest = fabs(column[i]);
-            best_fixed = column_fixed;
+    double part[4] = {0};
+    int i = k;
+    for (; i + 4 <= m; i += 4)
+        for (int l = 0; l < 4; l++) {
+            double x = fabs(column[i + l]);
+            part[l] = x > part[l] ? x : part[l];
         }
+    for (; i < m; i++) {
+        double x = fabs(column[i]);
+        part[0] = x > part[0] ? x : part[0];
     }
+    double a = part[0] > part[1] ? part[0] : part[1], b = part[2] > part[3] ? part[2] : part[3];
+    return a > b ? a : b;
+}
+
+static candidate largest_entry(int m, int n, int k, const double *a, const int *fixed, const int *c)
+{
+    candidate best = {.column = -1};
+    for (int j = k; j < n; j++)
+        consider(&best, j, size_of(m, k, a + (ptrdiff_t)j * m), fixed, c);
     return best;
 }
 
-static void exchange(int m, int n, int k, place p, double *a, int *r, int *c)
+static void exchange(int m, int n, int k, int row, int column, double *a, int *r, int *c)
 {
-    if (p.i != k) {
+    if (row != k) {
         for (int j = 0; j < n; j++)
-            swap(&a[k + j * m], &a[p.i + j * m]);
-        swap_int(&r[k], &r[p.i]);
+            swap(&a[k + j * m], &a[row + j * m]);
+        swap_int(&r[k], &r[row]);
     }
-    if (p.j != k) {
+    if (column != k) {
         for (int i = 0; i < m; i++)
-            swap(&a[i + k * m], &a[i + p.j * m]);
-        swap_int(&c[k], &c[p.j]);
+            swap(&a[i + k * m], &a[i + column * m]);
+        swap_int(&c[k], &c[column]);
     }
 }
 
@@ -328,7 +341,8 @@ void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, 
     for (int j = 0; j < n; j++)
         c[j] = j;
     for (int k = 0; k < m && k < n; k++) {
-        exchange(m, n, k, find_pivot(m, n, k, a, fixed, r, c), a, r, c);
+        candidate best = largest_entry(m, n, k, a, fixed, c);
+        exchange(m, n, k, row_of(m, k, best.size, a + (ptrdiff_t)best.column * m, r), best.column, a, r, c);
         pivots[k] = fabs(a[k + k * m]);
         if (usable(pivots[k]))
             eliminate(m, n, k, a);

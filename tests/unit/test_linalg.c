@@ -198,6 +198,9 @@ static void test_complete_pivoting_factors(void)
         kmp_lu_complete(M, N, lu, fixed, r, c, pivots);
         for (int k = 0; k < M; k++)
             CHECK(!fixed[c[k]] && pivots[k] == fabs(lu[k + k * M]));
+        for (int k = 0; k < M; k++) /* none of what is left was larger */
+            for (int i = k; i < M; i++)
+                CHECK((i == k || fabs(lu[i + k * M]) <= 1) && (fixed[c[i]] || fabs(lu[k + i * M]) <= pivots[k]));
         for (int i = 0; i < M; i++)
             for (int j = 0; j < N; j++) {
                 double s = 0;
@@ -214,6 +217,19 @@ static void test_complete_pivoting_breaks_ties_by_index(void)
     int r[2], c[3];
     kmp_lu_complete(2, 3, a, NULL, r, c, pivots);
     CHECK(c[0] == 0 && r[0] == 0);
+    double b[6] = {0, 0, 5, 1, 1, 0}; /* rows 1 and 0 are alike, when row 2 has gone before */
+    int rows[3];
+    kmp_lu_complete(3, 2, b, NULL, rows, c, pivots);
+    CHECK(rows[0] == 2 && rows[1] == 0);
+}
+
+static void test_complete_pivoting_ends_without_numbers(void)
+{
+    double a[9] = {1, 2, NAN, 3, NAN, 5, 6, 7, 8}, pivots[3];
+    int r[3], c[3];
+    kmp_lu_complete(3, 3, a, NULL, r, c, pivots);
+    CHECK(r[0] + r[1] + r[2] == 3 && r[0] != r[1] && c[0] + c[1] + c[2] == 3 && c[0] != c[1]);
+    CHECK(!(pivots[2] >= 0));
 }
 
 /* -- blocks ---------------------------------------------------------------------------------------- */
@@ -405,6 +421,7 @@ int main(void)
     TEST(test_complete_pivoting_finds_the_rank);
     TEST(test_complete_pivoting_factors);
     TEST(test_complete_pivoting_breaks_ties_by_index);
+    TEST(test_complete_pivoting_ends_without_numbers);
     TEST(test_blocks_of_triangular_matrices);
     TEST(test_blocks_of_random_patterns);
     TEST(test_block_names_the_singular_column);
