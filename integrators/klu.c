@@ -12,7 +12,7 @@
 #define GROWTH_KEPT 1e-3
 /* Beyond this size the block-triangular form is left out: its matching takes n^2 in long chains, whose iteration matrix
  * is one block. */
-enum { BLOCKS_UP_TO = 1000 };
+enum { BLOCKS_UP_TO = 4000 };
 
 typedef struct klu {
     kmp_linear_head head; /* first */
