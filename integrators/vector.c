@@ -33,21 +33,40 @@ CLONES static void scale(ptrdiff_t n, double a, const double *x, double *z)
         z[i] = a * x[i];
 }
 
+static double total(const double part[LANES])
+{
+    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
+}
+
+static double square(double x, double w)
+{
+    return x * w * (x * w);
+}
+
 /* Sum of the squares of x w. */
 CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
 {
     double part[LANES] = {0};
     ptrdiff_t whole = n - n % LANES;
     for (ptrdiff_t i = 0; i < whole; i += LANES)
-        for (int k = 0; k < LANES; k++) {
-            double product = x[i + k] * w[i + k];
-            part[k] += product * product;
-        }
-    for (ptrdiff_t i = whole; i < n; i++) {
-        double product = x[i] * w[i];
-        part[i - whole] += product * product;
-    }
-    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
+        for (int k = 0; k < LANES; k++)
+            part[k] += square(x[i + k], w[i + k]);
+    for (ptrdiff_t i = whole; i < n; i++)
+        part[i - whole] += square(x[i], w[i]);
+    return total(part);
+}
+
+/* Of those where `mask` is positive. */
+CLONES static double squares_where(ptrdiff_t n, const double *x, const double *w, const double *mask)
+{
+    double part[LANES] = {0};
+    ptrdiff_t whole = n - n % LANES;
+    for (ptrdiff_t i = 0; i < whole; i += LANES)
+        for (int k = 0; k < LANES; k++)
+            part[k] += mask[i + k] > 0 ? square(x[i + k], w[i + k]) : 0;
+    for (ptrdiff_t i = whole; i < n; i++)
+        part[i - whole] += mask[i] > 0 ? square(x[i], w[i]) : 0;
+    return total(part);
 }
 
 /* z = sum of a[k] x[k] over count >= 1 vectors; z may be any of them */
@@ -103,6 +122,11 @@ static double norm(N_Vector x, N_Vector w)
     return sqrt(squares(length(x), NV_DATA_S(x), NV_DATA_S(w)) / (double)length(x));
 }
 
+static double norm_where(N_Vector x, N_Vector w, N_Vector mask)
+{
+    return sqrt(squares_where(length(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)length(x));
+}
+
 /* More vectors than this, which no integrator asks for, are taken by parts. */
 enum { MOST = 16 };
 
@@ -148,6 +172,7 @@ N_Vector kmp_vector_new(long n, SUNContext context)
     v->ops->nvlinearsum = linear_sum;
     v->ops->nvscale = scaled;
     v->ops->nvwrmsnorm = norm;
+    v->ops->nvwrmsnormmask = norm_where;
     v->ops->nvlinearcombination = linear_combination;
     v->ops->nvlinearsumvectorarray = linear_sums;
     v->ops->nvscalevectorarray = scaled_each;

@@ -98,21 +98,34 @@ static void combinations(void)
     }
 }
 
-/* In eight parts, whatever the processor takes at once. */
+/* Of x[0] with the weights x[1], where the mask (NULL: everywhere) is positive: in eight parts, whatever the processor
+ * takes at once; and, in `plain`, one after the other. */
+static double norm_of(int n, const double *mask, double *plain)
+{
+    double part[8] = {0}, sum = 0;
+    for (int i = 0; i < n; i++) {
+        double product = mask && !(mask[i] > 0) ? 0 : was[0][i] * was[1][i];
+        part[i % 8] += product * product;
+        sum += product * product;
+    }
+    *plain = sqrt(sum / n);
+    return sqrt((((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]))) / n);
+}
+
 static void norms(void)
 {
     for (int n = 1; n <= LONGEST; n++) {
-        double part[8] = {0}, sum = 0;
+        double plain, expected, got;
         make(n);
-        for (int i = 0; i < n; i++) {
-            double product = was[0][i] * was[1][i];
-            part[i % 8] += product * product;
-            sum += product * product;
-        }
-        double eight = ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
-        double norm = N_VWrmsNorm(x[0], x[1]), expected = sqrt(eight / n);
-        CHECK(memcmp(&norm, &expected, sizeof norm) == 0);
-        CHECK_NEAR(norm / sqrt(sum / n), 1, 1e-14);
+        expected = norm_of(n, NULL, &plain);
+        got = N_VWrmsNorm(x[0], x[1]);
+        CHECK(memcmp(&got, &expected, sizeof got) == 0);
+        CHECK_NEAR(got / plain, 1, 1e-14);
+        kmp_sun_data(x[2])[0] = was[2][0] = 1;
+        expected = norm_of(n, was[2], &plain);
+        got = N_VWrmsNormMask(x[0], x[1], x[2]);
+        CHECK(memcmp(&got, &expected, sizeof got) == 0);
+        CHECK_NEAR(got / plain, 1, 1e-14);
         unmake();
     }
 }
