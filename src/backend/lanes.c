@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/lanes.h"
+#include "backend/code.h"
+#include "backend/sincos.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+enum { ALIGNED = 64 }; /* bytes: a register of eight doubles */
+
+struct kmp_lanes {
+    kmp_frame frame; /* of one instance: where things are */
+    kmp_code code;
+    int width;
+    double *memory, *v; /* slots x width */
+    double *lane;       /* 3 x angles x width */
+};
+
+int kmp_lanes_best(void)
+{
+    return kmp_x86_runs(KMP_X86_EIGHT) ? 8 : kmp_x86_runs(KMP_X86_FOUR) ? 4 : 8;
+}
+
+/* -- making it --------------------------------------------------------------------------------------- */
+
+/* The form of so many lanes that runs here. */
+static bool find_form(int width, kmp_x86_form *form)
+{
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT};
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
+        if (kmp_x86_width(forms[k]) == width) {
+            *form = forms[k];
+            return kmp_x86_runs(forms[k]);
+        }
+    return false;
+}
+
+/* Constants in all lanes. */
+static bool spread(kmp_lanes *lanes)
+{
+    size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
+    lanes->memory = KMP_NEW(double, slots *w + ALIGNED / sizeof(double));
+    lanes->lane = KMP_NEW(double, 3 * w * lanes->frame.angles);
+    if (!lanes->memory || !lanes->lane)
+        return false;
+    size_t off = (uintptr_t)lanes->memory % ALIGNED / sizeof(double);
+    lanes->v = lanes->memory + (off ? ALIGNED / sizeof(double) - off : 0);
+    for (size_t k = 0; k < slots; k++)
+        for (size_t l = 0; l < w; l++)
+            lanes->v[k * w + l] = lanes->frame.v[k];
+    return true;
+}
+
+static bool make(kmp_lanes *lanes, const kmp_program *p, bool plain)
+{
+    kmp_layout layout = {0};
+    kmp_x86_form form;
+    bool ok = kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0) &&
+              kmp_code_list(&lanes->code, &layout) && spread(lanes);
+    if (ok && !plain && find_form(lanes->width, &form))
+        ok = kmp_code_write(&lanes->code, &layout, form);
+    kmp_layout_free(&layout);
+    return ok;
+}
+
+kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain)
+{
+    kmp_lanes *lanes = KMP_NEW(kmp_lanes, 1);
+    if (!lanes)
+        return NULL;
+    lanes->width = width;
+    if (make(lanes, program, plain))
+        return lanes;
+    kmp_lanes_free(lanes);
+    return NULL;
+}
+
+void kmp_lanes_free(kmp_lanes *lanes)
+{
+    if (!lanes)
+        return;
+    kmp_frame_free(&lanes->frame);
+    kmp_code_free(&lanes->code);
+    kmp_free(lanes->memory);
+    kmp_free(lanes->lane);
+    kmp_free(lanes);
+}
+
+int kmp_lanes_width(const kmp_lanes *lanes)
+{
+    return lanes->width;
+}
+
+bool kmp_lanes_native(const kmp_lanes *lanes)
+{
+    return lanes->code.pages;
+}
+
+void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
+{
+    const kmp_frame *f = &lanes->frame;
+    size_t w = (size_t)lanes->width;
+    for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
+        for (size_t l = 0; l < w; l++)
+            lanes->v[f->feeds[k].slot * w + l] = values[f->feeds[k].index * w + l];
+}
+
+void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values)
+{
+    const kmp_frame *f = &lanes->frame;
+    size_t w = (size_t)lanes->width;
+    for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
+        lanes->v[f->feeds[k].slot * w + (size_t)lane] = values[f->feeds[k].index];
+}
+
+/* -- running it -------------------------------------------------------------------------------------- */
+
+/* One operation on all lanes; the loops are over `w` alone, so that the compiler makes vectors of them. */
+static void run_operation(const kmp_straight *s, size_t w, double *v)
+{
+    double *d = v + s->d * w;
+    const double *x = v + s->x * w, *y = v + s->y * w;
+    switch (s->op) {
+    case KMP_X86_ADD:
+        for (size_t l = 0; l < w; l++)
+            d[l] = x[l] + y[l];
+        break;
+    case KMP_X86_SUB:
+        for (size_t l = 0; l < w; l++)
+            d[l] = x[l] - y[l];
+        break;
+    case KMP_X86_MUL:
+        for (size_t l = 0; l < w; l++)
+            d[l] = x[l] * y[l];
+        break;
+    case KMP_X86_DIV:
+        for (size_t l = 0; l < w; l++)
+            d[l] = x[l] / y[l];
+        break;
+    default:
+        for (size_t l = 0; l < w; l++)
+            d[l] = sqrt(y[l]);
+        break;
+    }
+}
+
+static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
+{
+    const kmp_code *code = &lanes->code;
+    if (code->pages) {
+        if (code->segment[segment])
+            code->segment[segment](lanes->v);
+        return;
+    }
+    for (uint32_t k = code->start[segment]; k < code->start[segment + 1]; k++)
+        run_operation(&code->operations[k], (size_t)lanes->width, lanes->v);
+}
+
+/* All angles of all lanes together. */
+static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
+{
+    const kmp_frame *f = &lanes->frame;
+    size_t w = (size_t)lanes->width, n = (end - first) * w;
+    double *x = lanes->lane, *s = x + n, *c = s + n, *v = lanes->v;
+    for (uint32_t k = first; k < end; k++)
+        memcpy(x + (k - first) * w, v + f->angle[k] * w, w * sizeof *x);
+    kmp_sincos_many((int)n, x, s, c);
+    for (uint32_t k = first; k < end; k++) {
+        memcpy(v + f->sine[k] * w, s + (k - first) * w, w * sizeof *x);
+        memcpy(v + f->cosine[k] * w, c + (k - first) * w, w * sizeof *x);
+    }
+}
+
+static double run_implicit(const kmp_lanes *lanes, const kmp_special *s, size_t lane)
+{
+    const kmp_frame *f = &lanes->frame;
+    const kmp_instruction *in = &f->program->instruction[s->instruction];
+    kmp_solving *solving = f->solving[in->b];
+    double *p = kmp_solving_arguments(solving);
+    for (int k = 0; k < f->program->block[in->b].arguments; k++) {
+        const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)k];
+        p[k] = lanes->v[a->slot * (size_t)lanes->width + lane] * a->factor;
+    }
+    return kmp_solving_value(solving, (int)in->c);
+}
+
+/* Other functions lane by lane. Operands that one has not are the slot of 1. */
+static void run_special(const kmp_lanes *lanes, const kmp_special *s)
+{
+    size_t w = (size_t)lanes->width;
+    for (size_t l = 0; l < w; l++) {
+        double x[3], *d = lanes->v + s->d * w + l;
+        if (s->op == KMP_OP_IMPLICIT) {
+            *d = run_implicit(lanes, s, l);
+            continue;
+        }
+        for (int k = 0; k < 3; k++) {
+            x[k] = lanes->v[s->operand[k] * w + l];
+            x[k] = s->minus[k] ? -x[k] : x[k];
+        }
+        *d = kmp_program_value(lanes->frame.program, (int)s->instruction, x[0], x[1], x[2]);
+    }
+}
+
+static void run_copies(kmp_lanes *lanes, int stage)
+{
+    const kmp_frame *f = &lanes->frame;
+    size_t w = (size_t)lanes->width;
+    for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)
+        for (size_t l = 0; l < w; l++)
+            lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;
+}
+
+const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
+{
+    const kmp_frame *f = &lanes->frame;
+    for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
+        const kmp_segment *here = &f->segments[g], *next = here + 1;
+        run_arithmetic(lanes, g);
+        if (next->angle > here->angle)
+            run_angles(lanes, here->angle, next->angle);
+        for (uint32_t i = here->special; i < next->special; i++)
+            run_special(lanes, &f->specials[i]);
+    }
+    run_copies(lanes, stage);
+    size_t first = (size_t)(f->out - f->v) + (size_t)f->program->outputs[stage];
+    return lanes->v + first * (size_t)lanes->width;
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program made ready to run for several instances at once, one a lane: the same operations on inputs of their own.
+ * Every value is `width` doubles next to each other, lane by lane. Each lane has the bits that a machine (machine.h)
+ * has with its inputs. */
+#ifndef KMP_BACKEND_LANES_H
+#define KMP_BACKEND_LANES_H
+
+#include "symbolic/program.h"
+
+typedef struct kmp_lanes kmp_lanes;
+
+enum { KMP_LANES_MOST = 8 };
+
+/** The number of lanes that this machine runs best: 8 with AVX-512, 4 with AVX, otherwise 8 without machine code. */
+int kmp_lanes_best(void);
+
+/** `width` lanes, 1 to KMP_LANES_MOST. Of 1, 4 and 8 the arithmetic is machine code where that runs and `plain` does
+ * not forbid it, otherwise loops over the lanes. The program must outlive it. NULL: no memory. Stage 0 must be run
+ * after parameters are set. */
+kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
+void kmp_lanes_free(kmp_lanes *lanes);
+
+int kmp_lanes_width(const kmp_lanes *lanes);
+/** Whether it runs as machine code. */
+bool kmp_lanes_native(const kmp_lanes *lanes);
+
+/** Gives the values of one input vector: of all lanes, value k of lane l at k width + l; and of one lane. */
+void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values);
+void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values);
+
+/** Runs one stage, whose earlier stages are up to date; output k of lane l is at k width + l, owned by the lanes, valid
+ * until the stage runs again. No allocation. */
+const double *kmp_lanes_run(kmp_lanes *lanes, int stage);
+
+#endif

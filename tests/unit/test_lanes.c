@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Lanes of random programs against one machine a lane, to the last bit: each width, as machine code and as loops, every
+ * slot filled with NaN before. */
+#include "../check.h"
+#include "backend/lanes.h"
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "random_graph.h"
+
+enum { OUTPUTS = 12, PARAMETERS = 3 };
+
+static bool same_bits(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
+}
+
+/* Some outputs are of parameters alone; two groups. */
+static kmp_program *random_program(kmp_graph *g, const double *x)
+{
+    static steps s;
+    kmp_ref r[GRAPH_STEPS], first[OUTPUTS], second[OUTPUTS], p[PARAMETERS];
+    random_steps(&s, GRAPH_STEPS, x);
+    steps_build(&s, g, r);
+    for (int k = 0; k < PARAMETERS; k++)
+        p[k] = kmp_input(g, KMP_IN_PARAMETER, (uint32_t)k);
+    for (int k = 0; k < OUTPUTS; k++) {
+        kmp_ref a = r[GRAPH_STEPS - 1 - k], by = kmp_sin(g, kmp_mul(g, p[k % PARAMETERS], p[0]));
+        first[k] = k % 2 ? kmp_mul(g, a, by) : kmp_neg(a);
+        second[k] = k % 3 ? kmp_add(g, kmp_mul(g, a, r[k + 20]), by) : k % 2 ? by : p[k % PARAMETERS];
+    }
+    const kmp_ref *groups[] = {first, second};
+    return kmp_program_new(g, 2, (const int[]){OUTPUTS, OUTPUTS}, groups);
+}
+
+static int compare(const kmp_program *p, kmp_lanes *lanes, kmp_machine *machine, int width, const double *q,
+                   const double *parameters)
+{
+    int bad = 0;
+    for (int l = 0; l < width; l++) {
+        double one[GRAPH_INPUTS];
+        for (int k = 0; k < GRAPH_INPUTS; k++)
+            one[k] = q[k * width + l];
+        kmp_machine_set(machine, KMP_IN_PARAMETER, parameters + l * PARAMETERS);
+        kmp_machine_set(machine, KMP_IN_Q, one);
+        kmp_lanes_set_one(lanes, KMP_IN_PARAMETER, l, parameters + l * PARAMETERS);
+    }
+    kmp_lanes_set(lanes, KMP_IN_Q, q);
+    for (int stage = 0; stage < p->stages; stage++) {
+        const double *out = kmp_lanes_run(lanes, stage);
+        for (int l = 0; l < width; l++) { /* a machine has one instance: all its stages, for each lane anew */
+            double one[GRAPH_INPUTS];
+            for (int k = 0; k < GRAPH_INPUTS; k++)
+                one[k] = q[k * width + l];
+            kmp_machine_set(machine, KMP_IN_PARAMETER, parameters + l * PARAMETERS);
+            kmp_machine_set(machine, KMP_IN_Q, one);
+            const double *expected = NULL;
+            for (int s = 0; s <= stage; s++)
+                expected = kmp_machine_run(machine, s);
+            for (int k = 0; k < p->outputs[stage + 1] - p->outputs[stage]; k++)
+                bad += !same_bits(out[k * width + l], expected[k]);
+        }
+    }
+    return bad;
+}
+
+static int mismatches(const kmp_program *p, const double *x, int width, bool plain)
+{
+    double q[GRAPH_INPUTS * KMP_LANES_MOST], parameters[PARAMETERS * KMP_LANES_MOST], nans[64];
+    kmp_lanes *lanes = kmp_lanes_new(p, width, plain);
+    kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
+    int bad = 0;
+    CHECK(lanes && machine && kmp_lanes_width(lanes) == width);
+    for (int k = 0; k < 64; k++)
+        nans[k] = NAN;
+    for (int k = 0; k < GRAPH_INPUTS * width; k++)
+        q[k] = x[k / width] + between(-0.1, 0.1);
+    for (int k = 0; k < PARAMETERS * width; k++)
+        parameters[k] = between(-2, 2);
+    bad += compare(p, lanes, machine, width, nans, nans);
+    bad += compare(p, lanes, machine, width, q, parameters);
+    bad += compare(p, lanes, machine, width, q, parameters);
+    kmp_lanes_free(lanes);
+    kmp_machine_free(machine);
+    return bad;
+}
+
+static void test_each_lane_is_a_machine(void)
+{
+    static const int widths[] = {1, 2, 3, 4, 5, 8};
+    random_seed(11);
+    for (int trial = 0; trial < 40; trial++) {
+        double x[GRAPH_INPUTS];
+        for (int k = 0; k < GRAPH_INPUTS; k++)
+            x[k] = between(-1, 1);
+        kmp_graph *g = kmp_graph_new();
+        kmp_program *p = random_program(g, x);
+        CHECK(p != NULL);
+        for (size_t w = 0; p && w < sizeof widths / sizeof *widths; w++)
+            for (int plain = 0; plain < 2; plain++)
+                CHECK(mismatches(p, x, widths[w], plain) == 0);
+        kmp_program_free(p);
+        kmp_graph_free(g);
+    }
+}
+
+static void test_best(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref x = kmp_input(g, KMP_IN_Q, 0), out = kmp_mul(g, x, kmp_add(g, x, KMP_ONE));
+    const kmp_ref *group = &out;
+    kmp_program *p = kmp_program_new(g, 1, (const int[]){1}, &group);
+    kmp_lanes *plain = kmp_lanes_new(p, kmp_lanes_best(), true), *best = kmp_lanes_new(p, kmp_lanes_best(), false);
+    CHECK(kmp_lanes_best() == 4 || kmp_lanes_best() == KMP_LANES_MOST);
+    CHECK(plain && best && !kmp_lanes_native(plain));
+#if defined(__AVX512F__)
+    CHECK(kmp_lanes_native(best));
+#endif
+    printf("  %d lanes, %s\n", kmp_lanes_best(), kmp_lanes_native(best) ? "machine code" : "loops");
+    kmp_lanes_free(plain);
+    kmp_lanes_free(best);
+    kmp_program_free(p);
+    kmp_graph_free(g);
+}
+
+static void test_no_memory(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref x = kmp_input(g, KMP_IN_Q, 0), out = kmp_mul(g, kmp_sin(g, x), kmp_add(g, x, KMP_ONE));
+    const kmp_ref *group = &out;
+    kmp_program *p = kmp_program_new(g, 1, (const int[]){1}, &group);
+    for (unsigned long n = 1;; n++) {
+        kmp_memory_fail_at(n);
+        kmp_lanes *lanes = kmp_lanes_new(p, 8, false);
+        kmp_memory_fail_at(0);
+        kmp_lanes_free(lanes);
+        if (lanes) {
+            CHECK(n > 10);
+            break;
+        }
+    }
+    kmp_program_free(p);
+    kmp_graph_free(g);
+}
+
+int main(void)
+{
+    TEST(test_each_lane_is_a_machine);
+    TEST(test_best);
+    TEST(test_no_memory);
+    return check_report();
+}
