@@ -51,7 +51,14 @@ static double constant_value(const kmp_equations *eq, kmp_ref h)
 /* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
 static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
 {
-    bool moves = kmp_graph_node(eq->graph, kmp_id(h))->depends & (1u << KMP_IN_TIME);
+    unsigned depends = kmp_graph_node(eq->graph, kmp_id(h))->depends;
+    bool moves = depends & (1u << KMP_IN_TIME);
+    if (depends & (1u << KMP_IN_PARAMETER) && eq->tree.keep == KMP_KEEP_NOTHING)
+        return kmp_complain(
+            eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
+            "closure '%s' cannot be kept open for parameters that vary: whether its component %s is met "
+            "hangs on them alone, whatever the coordinates are; let both its points depend on the same",
+            closure->name, component_name(closure, component));
     double gap = h == KMP_ZERO ? 0 : constant_value(eq, h);
     if (isnan(gap))
         return kmp_fail_memory(eq->context);

@@ -2,6 +2,7 @@
 /* Numbers, expressions and conditions of the model as nodes of the graph. */
 #include "base/memory.h"
 #include "dynamics/kinematics.h"
+#include "model/variant.h"
 #include "symbolic/table.h"
 #include <math.h>
 
@@ -25,10 +26,13 @@ static double parameter_value(const kmp_tree *tree, int index)
     return tree->model->parameters[index].number.value;
 }
 
-/* An exact zero stays a zero: the zero pattern of the data is part of a program's identity. */
+/* An exact zero stays a zero: the zero pattern of the data is part of a program's identity. What varies has no value
+ * yet. */
 static kmp_ref parameter(const kmp_tree *tree, int index)
 {
     double value = parameter_value(tree, index);
+    if (tree->model->parameters[index].varies)
+        return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
     if (tree->keep == KMP_KEEP_NOTHING || value == 0)
         return kmp_const(tree->graph, value);
     return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
@@ -83,6 +87,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:
+        if (kmp_expr_varies(tree->model, e->b))
+            return kmp_binary(g, KMP_OP_POW, kmp_tree_expression(tree, e->a), kmp_tree_expression(tree, e->b));
         return kmp_power(g, kmp_tree_expression(tree, e->a), constant_value(tree, e->b));
     default:
         break;
@@ -132,6 +138,8 @@ static double constant_value(const kmp_tree *tree, const kmp_expr *e)
 
 kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number)
 {
+    if (number->expr && kmp_expr_varies(tree->model, number->expr))
+        return kmp_tree_expression(tree, number->expr);
     if (tree->keep == KMP_KEEP_NOTHING || number->value == 0)
         return kmp_const(tree->graph, number->value);
     if (number->expr)

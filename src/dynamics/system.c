@@ -78,6 +78,7 @@ static bool set_reach(kempe_system *s)
 {
     const kempe_model *model = s->model;
     double *reach = KMP_NEW(double, model->body_count);
+    s->reach = 0;
     for (int b = 1; reach && b < model->body_count; b++) {
         const kmp_body *body = &model->bodies[b];
         reach[b] = reach[body->parent] + (body->at >= 0 ? norm3(model->points[body->at].at) : 0);
@@ -103,6 +104,12 @@ static void set_scales(kempe_system *s)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);
     for (int k = 0; k < s->model->parameter_count; k++)
         s->parameters[k] = s->model->parameters[k].number.value;
+}
+
+bool kmp_system_rescale(kempe_system *s)
+{
+    set_scales(s);
+    return set_reach(s);
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
@@ -210,8 +217,7 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
     if (!s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
-    set_scales(s);
-    return set_reach(s) && name_rows(s) && take_charts(s);
+    return kmp_system_rescale(s) && name_rows(s) && take_charts(s);
 }
 
 static kempe_status derive(kempe_system *s)

@@ -68,6 +68,9 @@ struct kempe_system {
     void *force_user;
 };
 
+/** Scales and values of parameters anew, from a model whose numbers have changed (model/variant.h). false: no memory. */
+bool kmp_system_rescale(kempe_system *system);
+
 /** The efforts (n) of the user's force, which is there, at (t, q, qd); NaN where it says that they cannot be had. */
 void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort);
 

@@ -19,6 +19,8 @@ typedef struct kmp_place {
 typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
+    bool fixed;  /* something that is no number of the equations depends on it */
+    bool varies; /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
 
 /** A point fixed to a body, in the body's axes, from the body's origin. */

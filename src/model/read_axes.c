@@ -43,8 +43,10 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), KMP_DIM_ANY, vector))
         return false;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         axis[i] = vector[i].value;
+        kmp_reader_fix(r, &vector[i]);
+    }
     if (normalise(axis))
         return true;
     kmp_reader_complain(r, node->place, "%s: the axis has no direction: all its components are zero", what);

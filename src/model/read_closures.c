@@ -106,6 +106,7 @@ static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     kmp_number number = {.value = 1};
     if (power)
         kmp_read_number(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &number);
+    kmp_reader_fix(r, &number);
     closure->power = (int)number.value;
     if (power && (closure->power != number.value || number.value < 0 || number.value > 2))
         kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);

@@ -32,10 +32,12 @@ static bool read_numbers(points *p, const kmp_yaml *list, const char *key, doubl
     for (int i = 0; i < list->count; i++) {
         kmp_number number;
         const char *what = kmp_reader_say(p->r, "%s, %s %d,", p->what, key, i + 1);
-        if (kmp_read_number(p->r, list->items[i], what, KMP_DIM_ANY, &number))
+        if (kmp_read_number(p->r, list->items[i], what, KMP_DIM_ANY, &number)) {
             values[i] = number.value;
-        else
+            kmp_reader_fix(p->r, &number);
+        } else {
             good = false;
+        }
     }
     return good;
 }

@@ -241,6 +241,25 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     return good;
 }
 
+static void fix(kempe_model *model, const kmp_expr *expr)
+{
+    if (!expr)
+        return;
+    if (expr->kind != KMP_EXPR_PARAMETER) {
+        fix(model, expr->a);
+        fix(model, expr->b);
+        fix(model, expr->c);
+    } else if (!model->parameters[expr->index].fixed) {
+        model->parameters[expr->index].fixed = true;
+        fix(model, model->parameters[expr->index].number.expr);
+    }
+}
+
+void kmp_reader_fix(kmp_reader *r, const kmp_number *number)
+{
+    fix(r->model, number->expr);
+}
+
 /* What is constant must be finite, and what is known have the dimension. */
 static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                      symbols allowed)

@@ -118,6 +118,9 @@ const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
+/** Notes that parameters in the expression of a number decide what is no number of the equations. */
+void kmp_reader_fix(kmp_reader *r, const kmp_number *number);
+
 /** An expression of parameters, not valued; NULL after a complaint. */
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
