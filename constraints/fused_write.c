@@ -10,17 +10,22 @@ typedef struct maker {
     const kmp_reduction *red;
     const kempe_system *s;
     kmp_graph *g;
+    const int *order;        /* of rows in the elimination, block by block */
+    const double *row_scale; /* m */
+    bool watched;
     int n, p, r;
     kmp_ref *out; /* of the motion program */
-    const kmp_ref *jacobian, *h_t, *mass, *jdqd;
+    const kmp_ref *h, *jacobian, *h_t, *mass, *jdqd;
     kmp_ref *bias;
     kmp_ref *ju;            /* r x p, row by row */
     int *jv_start, *jv_col; /* by row */
     kmp_ref *jv;            /* likewise */
-    double *jv_value;       /* likewise, now */
     int *block_of;          /* by column */
     kmp_ref *b, *x_t, *a0;  /* r x p row by row, r, r */
     kmp_ref *mx;            /* n x p, row by row */
+    kmp_ref *dv;            /* r: -Jv^-1 h */
+    kmp_ref *det;           /* of each block, but for the order of its rows */
+    kmp_ref power;          /* of the non-conservative forces */
     kmp_ref *multiplier;    /* of all blocks */
     double *factor;         /* likewise */
     int multipliers;
@@ -34,33 +39,26 @@ typedef struct block {
     kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; of two rows: of the determinant */
 } block;
 
-static void find_entries(maker *k, int row, double value[KMP_FUSED_BLOCK], kmp_ref entry[KMP_FUSED_BLOCK],
-                         const block *b)
+static void find_entries(const maker *k, int row, kmp_ref entry[KMP_FUSED_BLOCK], const block *b)
 {
-    for (int j = 0; j < b->size; j++) {
+    for (int j = 0; j < b->size; j++)
         entry[j] = KMP_ZERO;
-        value[j] = 0;
-    }
     for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
         for (int j = 0; j < b->size; j++)
-            if (k->jv_col[e] == b->col[j]) {
+            if (k->jv_col[e] == b->col[j])
                 entry[j] = k->jv[e];
-                value[j] = k->jv_value[e];
-            }
 }
 
 static double scale_of(const maker *k, int row)
 {
-    return k->s->row_scale[k->red->part->rows[row]];
+    return k->row_scale[k->red->part->rows[row]];
 }
 
-/* The order in which partial pivoting takes the rows now, scaled. */
-static void order_rows(const maker *k, block *b, double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK])
+/* The order in which partial pivoting takes the rows of scaled values, which are lost. */
+static void pivot_rows(int size, double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK], int order[KMP_FUSED_BLOCK])
 {
-    int size = b->size;
     for (int i = 0; i < size; i++)
-        for (int j = 0; j < size; j++)
-            value[i][j] /= scale_of(k, b->row[i]);
+        order[i] = i;
     for (int c = 0; c < size; c++) {
         int best = c;
         for (int i = c + 1; i < size; i++)
@@ -68,15 +66,12 @@ static void order_rows(const maker *k, block *b, double value[KMP_FUSED_BLOCK][K
                 best = i;
         for (int j = 0; best != c && j < size; j++) {
             double x = value[c][j];
-            kmp_ref y = b->a[c][j];
             value[c][j] = value[best][j];
-            b->a[c][j] = b->a[best][j];
             value[best][j] = x;
-            b->a[best][j] = y;
         }
-        int row = b->row[c];
-        b->row[c] = b->row[best];
-        b->row[best] = row;
+        int row = order[c];
+        order[c] = order[best];
+        order[best] = row;
         for (int i = c + 1; i < size; i++) {
             double l = value[c][c] != 0 ? value[i][c] / value[c][c] : 0;
             for (int j = c; j < size; j++)
@@ -85,18 +80,45 @@ static void order_rows(const maker *k, block *b, double value[KMP_FUSED_BLOCK][K
     }
 }
 
-static void take_block(maker *k, int number, block *b)
+/* Rows of a block in the order of elimination; `begin`: how many rows the blocks before it have. */
+static void take_block(maker *k, int number, int begin, block *b)
 {
-    double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
-    const int *col = kmp_block_columns(k->red->block, number, &b->size), *row = kmp_block_rows(k->red->block, number);
+    const int *col = kmp_block_columns(k->red->block, number, &b->size);
     for (int i = 0; i < b->size; i++) {
         b->col[i] = col[i];
-        b->row[i] = row[i];
+        b->row[i] = k->order[begin + i];
     }
     for (int i = 0; i < b->size; i++)
-        find_entries(k, b->row[i], value[i], b->a[i], b);
-    if (b->size > 2)
-        order_rows(k, b, value);
+        find_entries(k, b->row[i], b->a[i], b);
+}
+
+static double value_at(const kmp_reduction *red, int row, int col)
+{
+    const kmp_pattern *pattern = &red->plant->system->jacobian;
+    for (int e = 0; e < red->jv_count; e++) {
+        int k = red->jv_entry[e];
+        if (red->row_of[pattern->row[k]] == row && pattern->col[k] == red->part->v[col])
+            return red->plant->jacobian[k];
+    }
+    return 0;
+}
+
+void kmp_fused_order(const kmp_reduction *red, int *order)
+{
+    const double *scale = red->plant->system->row_scale;
+    for (int number = 0, begin = 0; red->r > 0 && number < kmp_block_count(red->block); number++) {
+        double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
+        int size, by[KMP_FUSED_BLOCK] = {0, 1};
+        const int *col = kmp_block_columns(red->block, number, &size), *row = kmp_block_rows(red->block, number);
+        for (int i = 0; size > 2 && i < size; i++)
+            for (int j = 0; j < size; j++)
+                value[i][j] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
+        if (size > 2)
+            pivot_rows(size, value, by);
+        for (int i = 0; i < size; i++)
+            order[begin + i] = row[by[i]];
+        begin += size;
+    }
 }
 
 /* One row: its inverse. Two: that of the determinant. More: L below the diagonal, U on and above it. */
@@ -167,13 +189,30 @@ static void solve_columns(maker *k, int number, const block *b, int columns, con
     }
 }
 
-/* Bvu, x_t and a0: -Jv^-1 of Ju, h_t and jdqd. */
+static kmp_ref determinant(kmp_graph *g, const block *b)
+{
+    kmp_ref det = b->a[0][0];
+    if (b->size == 2)
+        return kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
+    for (int c = 1; c < b->size; c++)
+        det = kmp_mul(g, det, b->a[c][c]);
+    return det;
+}
+
+/* Bvu, x_t and a0: -Jv^-1 of Ju, h_t and jdqd; of what is watched -Jv^-1 h. */
 static void make_tangent(maker *k)
 {
+    int begin = k->r;
     for (int number = k->r > 0 ? kmp_block_count(k->red->block) : 0; number-- > 0;) {
         block b;
-        take_block(k, number, &b);
+        (void)kmp_block_columns(k->red->block, number, &b.size);
+        begin -= b.size;
+        take_block(k, number, begin, &b);
         factor_block(k, &b);
+        if (k->watched) {
+            k->det[number] = determinant(k->g, &b);
+            solve_columns(k, number, &b, 1, k->h, k->dv);
+        }
         solve_columns(k, number, &b, k->p, k->ju, k->b);
         if (k->h_t)
             solve_columns(k, number, &b, 1, k->h_t, k->x_t);
@@ -184,6 +223,7 @@ static void make_tangent(maker *k)
     for (int i = 0; i < k->r; i++) {
         k->x_t[i] = kmp_neg(k->x_t[i]);
         k->a0[i] = kmp_neg(k->a0[i]);
+        k->dv[i] = kmp_neg(k->dv[i]);
     }
 }
 
@@ -274,28 +314,29 @@ static void make_rates(const maker *k, kmp_ref *rate)
 static bool allocate(maker *k)
 {
     int entries = k->s->jacobian.count;
-    k->out = KMP_NEW(kmp_ref, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
+    k->out = KMP_NEW(kmp_ref, k->s->motion->outputs[k->s->motion->stages] + 4 * k->s->m);
     k->ju = KMP_NEW(kmp_ref, k->r * k->p);
     k->jv_start = KMP_NEW(int, k->r + 2);
     k->jv_col = KMP_NEW(int, entries);
     k->jv = KMP_NEW(kmp_ref, entries);
-    k->jv_value = KMP_NEW(double, entries);
     k->block_of = KMP_NEW(int, k->r);
     k->b = KMP_NEW(kmp_ref, k->r * k->p);
     k->x_t = KMP_NEW(kmp_ref, k->r);
     k->a0 = KMP_NEW(kmp_ref, k->r);
+    k->dv = KMP_NEW(kmp_ref, k->r);
+    k->det = KMP_NEW(kmp_ref, k->r);
     k->mx = KMP_NEW(kmp_ref, k->n * k->p);
     k->multiplier = KMP_NEW(kmp_ref, k->r * KMP_FUSED_BLOCK);
     k->factor = KMP_NEW(double, k->r *KMP_FUSED_BLOCK);
-    return k->out && k->ju && k->jv_start && k->jv_col && k->jv && k->jv_value && k->block_of && k->b && k->x_t &&
-           k->a0 && k->mx && k->multiplier && k->factor;
+    return k->out && k->ju && k->jv_start && k->jv_col && k->jv && k->block_of && k->b && k->x_t && k->a0 && k->dv &&
+           k->det && k->mx && k->multiplier && k->factor;
 }
 
 static void release(maker *k)
 {
     kmp_graph_free(k->g);
-    void *parts[] = {k->out,      k->ju, k->jv_start, k->jv_col, k->jv, k->jv_value,
-                     k->block_of, k->b,  k->x_t,      k->a0,     k->mx, k->multiplier};
+    void *parts[] = {k->out, k->ju, k->jv_start, k->jv_col,     k->jv, k->block_of, k->b,
+                     k->x_t, k->a0, k->mx,       k->multiplier, k->dv, k->det};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
         kmp_free(parts[i]);
 }
@@ -314,6 +355,7 @@ static void sort_outputs(maker *k)
     const kempe_system *s = k->s;
     const int *first = s->motion->outputs;
     kmp_ref *room = k->out + first[s->motion->stages];
+    k->h = independent(k, k->out + first[KMP_STAGE_CLOSURE], room + 2 * s->m);
     k->jacobian = k->out + first[KMP_STAGE_CLOSURE] + s->m;
     k->h_t = s->rheonomic ? independent(k, k->jacobian + s->jacobian.count, room) : NULL;
     k->mass = k->out + first[KMP_STAGE_MASS];
@@ -327,7 +369,6 @@ static void sort_outputs(maker *k)
 static void sort_jacobian(maker *k, const int *place)
 {
     const kmp_pattern *pattern = &k->s->jacobian;
-    const double *value = k->red->plant->jacobian;
     for (int pass = 0; pass < 2; pass++) {
         for (int e = 0; e < pattern->count; e++) {
             int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
@@ -341,7 +382,6 @@ static void sort_jacobian(maker *k, const int *place)
                 int to = k->jv_start[row + 1]++;
                 k->jv_col[to] = col;
                 k->jv[to] = k->jacobian[e];
-                k->jv_value[to] = value[e];
             }
         }
         for (int i = 0; pass == 0 && i < k->r; i++)
@@ -355,22 +395,54 @@ static void sort_jacobian(maker *k, const int *place)
     }
 }
 
+/* The judging program's power of non-conservative forces. false: no memory. */
+static bool make_power(maker *k)
+{
+    const kmp_program *judge = k->s->judge;
+    kmp_ref *out = KMP_NEW(kmp_ref, judge->outputs[judge->stages]);
+    bool ok = out && kmp_program_import(judge, k->g, out);
+    if (ok)
+        k->power = out[judge->outputs[KMP_STAGE_POWER]];
+    kmp_free(out);
+    return ok;
+}
+
+/* What is watched at the end of a step, in the order of fused_inside.h. false: no memory. */
+static bool add_end(const maker *k, kmp_ref **end, int *count)
+{
+    int entries = k->s->jacobian.count, blocks = k->r > 0 ? kmp_block_count(k->red->block) : 0, at = 0;
+    kmp_ref *out = *end = KMP_NEW(kmp_ref, 2 * k->r + entries + k->r * k->p + blocks + k->multipliers);
+    const struct {
+        const kmp_ref *part;
+        int count;
+    } parts[] = {{k->h, k->r},        {k->jacobian, entries}, {k->dv, k->r},
+                 {k->b, k->r * k->p}, {k->det, blocks},       {k->multiplier, k->multipliers}};
+    for (size_t i = 0; out && i < sizeof parts / sizeof *parts; i++)
+        for (int e = 0; e < parts[i].count; e++)
+            out[at++] = parts[i].part[e];
+    *count = at;
+    return out;
+}
+
 static kmp_program *write_program(maker *k, const int *place)
 {
-    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
-    int count[] = {k->r, 2 * k->p, 0};
+    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS + 1], *last = NULL;
+    int count[] = {k->r, 2 * k->p + k->watched, 0};
     make_tangent(k);
     make_mx(k, place);
     make_reduced(k, place, mr, end);
     solve_reduced(k, mr, end, end + k->p);
+    end[2 * k->p] = k->power;
     kmp_ref *rate = KMP_NEW(kmp_ref, k->r);
-    if (!rate)
-        return NULL;
-    make_rates(k, rate);
-    count[2] = k->multipliers;
-    const kmp_ref *groups[] = {rate, end, k->multiplier};
-    kmp_program *program = kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
+    kmp_program *program = NULL;
+    if (rate && add_end(k, &last, &count[2])) {
+        make_rates(k, rate);
+        const kmp_ref *groups[] = {rate, end, k->watched ? last : k->multiplier};
+        count[2] = k->watched ? count[2] : k->multipliers;
+        program = kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
+    }
     kmp_free(rate);
+    kmp_free(last);
     return program;
 }
 
@@ -379,7 +451,8 @@ static kmp_program *make_program(maker *k)
     int *place = KMP_NEW(int, k->n);
     kmp_program *program = NULL;
     k->g = kmp_graph_new();
-    if (place && k->g && allocate(k) && kmp_program_import(k->s->motion, k->g, k->out)) {
+    if (place && k->g && allocate(k) && kmp_program_import(k->s->motion, k->g, k->out) &&
+        (!k->watched || !k->s->dissipative || make_power(k))) {
         for (int c = 0; c < k->p; c++)
             place[k->red->part->u[c]] = -1 - c;
         for (int i = 0; i < k->r; i++)
@@ -392,12 +465,44 @@ static kmp_program *make_program(maker *k)
     return program;
 }
 
+static kmp_program *write_with(maker *k, double **factor, int *multipliers)
+{
+    kmp_program *program = make_program(k);
+    *factor = k->factor;
+    *multipliers = k->multipliers;
+    release(k);
+    return program;
+}
+
 kmp_program *kmp_fused_write(const kmp_reduction *red, double **factor, int *multipliers)
 {
-    maker k = {.red = red, .s = red->plant->system, .n = red->n, .p = red->p, .r = red->r};
-    kmp_program *program = make_program(&k);
-    *factor = k.factor;
-    *multipliers = k.multipliers;
-    release(&k);
+    int *order = KMP_NEW(int, red->r);
+    maker k = {.red = red,
+               .s = red->plant->system,
+               .order = order,
+               .row_scale = red->plant->system->row_scale,
+               .n = red->n,
+               .p = red->p,
+               .r = red->r};
+    *factor = NULL;
+    if (!order)
+        return NULL;
+    kmp_fused_order(red, order);
+    kmp_program *program = write_with(&k, factor, multipliers);
+    kmp_free(order);
     return program;
+}
+
+kmp_program *kmp_fused_write_watched(const kmp_reduction *red, const int *order, const double *row_scale,
+                                     double **factor, int *multipliers)
+{
+    maker k = {.red = red,
+               .s = red->plant->system,
+               .order = order,
+               .row_scale = row_scale,
+               .watched = true,
+               .n = red->n,
+               .p = red->p,
+               .r = red->r};
+    return write_with(&k, factor, multipliers);
 }

@@ -9,9 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Against 0.9, at a given tolerance: half the error for 4 % more evaluations with DOP853, for 10 % more with DOPRI5; at
- * equal error 2 to 4 % fewer (docs/decisions/safety.md). */
-static const double SAFETY = 0.8, ERROR_FLOOR = 1e-4;
 enum { MAX_REJECT = 1000 };
 
 /* -- creation -------------------------------------------------------------------------------------- */
@@ -97,7 +94,7 @@ int kmp_rk_start(kmp_rk *s, double t, const double *y, double t_end, double h0)
     s->t = s->t_old = t;
     s->t_end = t_end;
     s->h = h0;
-    s->error_old = ERROR_FLOOR;
+    s->error_old = KMP_RK_ERROR_FLOOR;
     s->rejected = s->dense_ready = false;
     s->hopeless = 0;
     s->collapsed = false;
@@ -143,36 +140,11 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 
 /* -- step-size control ------------------------------------------------------------------------------ */
 
-/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds). */
-static double after_accepted(const kmp_rk *s, double h, double error)
-{
-    double factor = pow(error, s->method->exponent) / pow(s->error_old, KMP_RK_BETA) / SAFETY;
-    double next = h / fmax(1.0 / s->method->grow, fmin(s->method->shrink, factor));
-    return s->rejected ? fmin(next, h) : next;
-}
-
-static double after_rejected(const kmp_rk *s, double h, double error)
-{
-    if (!(error <= DBL_MAX))
-        return h / s->method->shrink;
-    return h / fmin(s->method->shrink, pow(error, s->method->exponent) / SAFETY);
-}
-
-/* The step to try, and where it ends: at t_end exactly when it would come near, half way when little more
- * than one step is left. */
-static double next_step(const kmp_rk *s, double *t_new)
-{
-    double left = s->t_end - s->t;
-    double h = left < 1.01 * s->h ? left : left < 2.0 * s->h ? 0.5 * left : s->h;
-    *t_new = h == left ? s->t_end : s->t + h;
-    return h;
-}
-
 static void take(kmp_rk *s, double h, double t_new, double error)
 {
     s->work.steps++;
-    s->h = after_accepted(s, h, error);
-    s->error_old = fmax(error, ERROR_FLOOR);
+    s->h = kmp_rk_after_accepted(s->method, h, error, s->error_old, s->rejected);
+    s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
     s->rejected = false;
     s->taken = h;
     s->t = t_new;
@@ -186,7 +158,7 @@ static void refuse(kmp_rk *s, outcome what, double h, double error)
         s->work.rejected++;
     else
         s->work.refused++;
-    s->h = what == BAD_ERROR ? after_rejected(s, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
+    s->h = what == BAD_ERROR ? kmp_rk_after_rejected(s->method, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
     s->rejected = true;
 }
 
@@ -201,7 +173,7 @@ int kmp_rk_step(kmp_rk *s)
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0.0, h = next_step(s, &t_new);
+        double t_new, error = 0.0, h = kmp_rk_next_step(s->t, s->t_end, s->h, &t_new);
         if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->collapsed)
             return KMP_RETRY;
         outcome what = attempt(s, h, t_new, &error);
