@@ -93,6 +93,12 @@ static void run_constants(kmp_plant *plant)
             (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
 }
 
+void kmp_plant_renew_parameters(kmp_plant *plant)
+{
+    set_all(plant, KMP_IN_PARAMETER, plant->system->parameters);
+    run_constants(plant);
+}
+
 void kmp_plant_set_charts(kmp_plant *plant, const double *chart)
 {
     memmove(plant->chart, chart, (size_t)(KMP_CHART_SIZE * plant->system->chart_count) * sizeof *chart);

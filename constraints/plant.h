@@ -48,6 +48,9 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
 
+/** The system's parameters have other values now; what was evaluated before no longer holds. */
+void kmp_plant_renew_parameters(kmp_plant *plant);
+
 /** Sets the charts of the spherical joints (constraints/charts.h); what was evaluated before no longer holds. */
 void kmp_plant_set_charts(kmp_plant *plant, const double *chart);
 

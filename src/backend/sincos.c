@@ -1,19 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hides the choice of the vector width at load time: one clone of the lane loop a width, the same bits from
- * each. Sanitizers run before the loader may choose, so they get the plain function. */
+/* One clone of the lane loop a width of vectors, the same bits from each. */
 #include "backend/sincos.h"
+#include "backend/clones.h"
 
 #include <kempe/runtime.h>
 #include <stddef.h>
 
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
-
-CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
+KMP_CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
 {
     for (int i = 0; i + 8 <= n; i += 8)
         kempe_sincos8_core_(x + i, s + i, c + i);

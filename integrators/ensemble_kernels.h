@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The arithmetic of DOP853 on vectors of lanes, in the order in which dop853.c does it for one. */
+#ifndef KMP_INTEGRATORS_ENSEMBLE_KERNELS_H
+#define KMP_INTEGRATORS_ENSEMBLE_KERNELS_H
+
+#include <stddef.h>
+
+/** out = y + h sum a[j] k[j] for vectors of `size` components; h has one a lane. */
+void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
+                       const double *const *k, double *out);
+
+/** What an error estimate takes and gives. */
+typedef struct kmp_lanes_step {
+    const double *y, *h, *atol;
+    double *const *k; /* k[1] .. k[12] */
+    double rtol;
+    double *y_new, *weight, *error; /* error: one a lane */
+} kmp_lanes_step;
+
+/** The solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
+void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step);
+
+#endif

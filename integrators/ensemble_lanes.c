@@ -1,0 +1,559 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane what rk.c and reduced.c would
+ * say to it. Lanes that are through, or that another pool goes on with, are filled again. */
+#include "base/memory.h"
+#include "integrators/dop853_table.h"
+#include "integrators/ensemble_inside.h"
+#include "integrators/ensemble_kernels.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+/* As the reduced road, its margin and its runner have these. */
+#define CORRECTION_LIMIT 1.0
+#define NOISE            4e-15
+#define DEEP             0.1
+#define ZONE_IN          0.15
+#define GROWING          1.5
+#define MOST_MULTIPLIER  10.0
+enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double) };
+
+/* What became of an attempt in a lane. */
+typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, LEAVES } outcome;
+
+/* -- room -------------------------------------------------------------------------------------------- */
+
+bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
+{
+    size_t w = (size_t)width, size = (size_t)e->size, n = (size_t)e->n, m = (size_t)e->m;
+    *room = (kmp_lane_room){.w = w};
+    for (size_t l = 0; l < KMP_LANES_MOST; l++)
+        room->who[l] = -1;
+    room->memory = KMP_NEW(double, w *((5 + 13) * size + 3 * n + m + m * n + 1) + ALIGNED);
+    if (!room->memory)
+        return false;
+    size_t off = (uintptr_t)room->memory / sizeof(double) % ALIGNED;
+    double *at = room->memory + (off ? ALIGNED - off : 0);
+    double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++, at += w * size)
+        *vectors[k] = at;
+    for (size_t k = 1; k <= 13; k++, at += w * size)
+        room->k[k] = at;
+    double **others[] = {&room->q, &room->qd, &room->scale};
+    for (size_t k = 0; k < 3; k++, at += w * n)
+        *others[k] = at;
+    room->row_scale = at;
+    room->a = at + w * m;
+    room->at = room->a + w * m * n;
+    return true;
+}
+
+void kmp_lane_room_free(kmp_lane_room *room)
+{
+    kmp_free(room->memory);
+    *room = (kmp_lane_room){0};
+}
+
+/* -- evaluation -------------------------------------------------------------------------------------- */
+
+static void put(size_t w, double *to, int k, const double *from, int i)
+{
+    memcpy(to + (size_t)k * w, from + (size_t)i * w, w * sizeof *to);
+}
+
+/* k = f(at, y) in all lanes; those that cannot be evaluated are noted in `bad`. */
+static void evaluate(kmp_ensemble *e, kmp_pool *pool, const double *y, double *k)
+{
+    kmp_lane_room *room = &e->room;
+    const kmp_partition *part = &pool->part;
+    size_t w = room->w, p = (size_t)e->p;
+    for (int c = 0; c < e->p; c++) {
+        put(w, room->q, part->u[c], y, c);
+        put(w, room->qd, part->u[c], y, e->p + c);
+        put(w, k, c, y, e->p + c);
+    }
+    for (int c = 0; c < e->r; c++)
+        put(w, room->q, part->v[c], y, 2 * e->p + c);
+    kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
+    kmp_lanes_set(pool->lanes, KMP_IN_Q, room->q);
+    kmp_lanes_set(pool->lanes, KMP_IN_QD, room->qd);
+    const double *rate = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES);
+    for (int c = 0; c < e->r; c++)
+        put(w, room->qd, part->v[c], rate, c);
+    memcpy(k + 2 * p * w, rate, (size_t)e->r * w * sizeof *k);
+    kmp_lanes_set(pool->lanes, KMP_IN_QD, room->qd);
+    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_ACCELERATIONS), *pivot = end + p * w;
+    memcpy(k + p * w, end, p * w * sizeof *k);
+    if (e->s->dissipative)
+        memcpy(k + (2 * p + (size_t)e->r) * w, end + 2 * p * w, w * sizeof *k);
+    for (size_t i = 0; i < p * w; i += w)
+        for (size_t l = 0; l < w; l++)
+            room->bad[l] += !(pivot[i + l] > 0) || !(fabs(end[i + l]) <= DBL_MAX) ? 1 : 0;
+}
+
+static void set_times(kmp_lane_room *room, double c)
+{
+    for (size_t l = 0; l < room->w; l++)
+        room->at[l] = room->t[l] + c * room->step[l];
+}
+
+/* -- in and out -------------------------------------------------------------------------------------- */
+
+static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
+{
+    kmp_lane_room *room = &e->room;
+    const kmp_instance *x = &e->instances[i];
+    size_t w = room->w;
+    const double *scale = x->constants + e->parameters, *row_scale = scale + e->n;
+    room->who[l] = i;
+    room->t[l] = x->t;
+    room->h[l] = x->h;
+    for (int k = 0; k < e->size; k++) {
+        room->y[(size_t)k * w + l] = x->y[k];
+        room->k[1][(size_t)k * w + l] = x->dy[k];
+    }
+    for (int k = 0; k < e->n; k++)
+        room->scale[(size_t)k * w + l] = scale[k];
+    for (int k = 0; k < e->m; k++)
+        room->row_scale[(size_t)k * w + l] = row_scale[k];
+    double *atol = room->atol + l;
+    for (int k = 0; k < e->p; k++) {
+        atol[(size_t)k * w] = e->spec.atol * scale[pool->part.u[k]];
+        atol[(size_t)(e->p + k) * w] = atol[(size_t)k * w] * x->rate_scale;
+    }
+    for (int k = 0; k < e->r; k++)
+        atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
+    if (e->s->dissipative)
+        atol[(size_t)(2 * e->p + e->r) * w] = 1e300; /* judged, not controlled */
+    kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants);
+}
+
+/* What a lane has become, to its instance. */
+static void store(kmp_ensemble *e, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    x->t = room->t[l];
+    x->h = room->h[l];
+    for (int k = 0; k < e->size; k++) {
+        x->y[k] = room->y[(size_t)k * room->w + l];
+        x->dy[k] = room->k[1][(size_t)k * room->w + l];
+    }
+}
+
+static void empty(kmp_lane_room *room, size_t l)
+{
+    room->who[l] = -1;
+    room->step[l] = 0;
+}
+
+/* -- first steps ------------------------------------------------------------------------------------- */
+
+/* sum of ((a - b) / w)^2 of a lane; b NULL: 0 */
+static double weighted_square(const kmp_ensemble *e, size_t l, const double *a, const double *b)
+{
+    const kmp_lane_room *room = &e->room;
+    double sum = 0;
+    for (size_t k = l; k < (size_t)e->size * room->w; k += room->w) {
+        double weight = room->atol[k] + e->spec.rtol * fabs(room->y[k]), x = (b ? a[k] - b[k] : a[k]) / weight;
+        sum += x * x;
+    }
+    return sum;
+}
+
+/* Hairer's hinit, as in rk.c; what cannot be evaluated there is left to a run of its own. */
+static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    double slope[KMP_LANES_MOST] = {0};
+    for (size_t l = 0; l < room->w; l++) {
+        const kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        room->step[l] = room->bad[l] = 0;
+        if (!x || x->has_step)
+            continue;
+        slope[l] = weighted_square(e, l, room->k[1], NULL);
+        double size = weighted_square(e, l, room->y, NULL);
+        double h = slope[l] <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope[l]);
+        room->step[l] = fmin(h, e->spec.t_end - room->t[l]);
+    }
+    for (size_t k = 0; k < (size_t)e->size * room->w; k++)
+        room->stage[k] = room->y[k] + room->step[k % room->w] * room->k[1][k];
+    set_times(room, 1);
+    evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        if (!x || x->has_step)
+            continue;
+        x->has_step = true;
+        e->results[room->who[l]].rhs++;
+        double h = room->step[l], bend = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
+        double most = fmax(bend, sqrt(slope[l]));
+        double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
+        room->h[l] = fmin(fmin(100 * h, h1), e->spec.t_end - room->t[l]);
+        if (room->bad[l] != 0) {
+            kmp_instance_leave(e, room->who[l]);
+            empty(room, l);
+        }
+    }
+}
+
+static const double *determinants(const kmp_ensemble *e, const double *end)
+{
+    return end + (size_t)(2 * e->r + e->s->jacobian.count + e->r * e->p) * e->room.w;
+}
+
+static int sign_of(const kmp_ensemble *e, const kmp_pool *pool, const double *det, size_t l)
+{
+    int sign = 1, blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
+    for (int b = 0; b < blocks; b++)
+        sign = det[(size_t)b * e->room.w + l] < 0 ? -sign : sign;
+    return sign;
+}
+
+/* Slopes and signs of the lanes that are new, and their first steps. */
+static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    bool choose = false;
+    for (size_t l = 0; l < room->w; l++)
+        room->step[l] = room->bad[l] = 0;
+    (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
+    set_times(room, 0);
+    evaluate(e, pool, room->y, room->k[2]);
+    const double *det = determinants(e, kmp_lanes_run(pool->lanes, KMP_FUSED_MULTIPLIERS));
+    for (size_t l = 0; l < room->w; l++) {
+        kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        if (!x || x->has_slope)
+            continue;
+        if (room->bad[l] != 0) {
+            kmp_instance_leave(e, room->who[l]);
+            empty(room, l);
+            continue;
+        }
+        for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
+            room->k[1][k] = room->k[2][k];
+        x->has_slope = true;
+        x->sign = sign_of(e, pool, det, l);
+        e->results[room->who[l]].rhs++;
+        choose = choose || !x->has_step;
+    }
+    if (choose)
+        choose_steps(e, pool);
+}
+
+/* -- one attempt ------------------------------------------------------------------------------------- */
+
+#define TERMS(a) ((int)(sizeof(a) / sizeof *(a)))
+
+#define STAGE(number, a, ...)                                                                                          \
+    do {                                                                                                               \
+        kmp_lanes_combine(room->w, (size_t)e->size, room->y, room->step, TERMS(a), a,                                  \
+                          (const double *const[]){__VA_ARGS__}, room->stage);                                          \
+        set_times(room, C[number]);                                                                                    \
+        evaluate(e, pool, room->stage, k[number]);                                                                     \
+    } while (0)
+
+static void run_stages(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    double **k = room->k;
+    STAGE(2, A2, k[1]);
+    STAGE(3, A3, k[1], k[2]);
+    STAGE(4, A4, k[1], k[3]);
+    STAGE(5, A5, k[1], k[3], k[4]);
+    STAGE(6, A6, k[1], k[4], k[5]);
+    STAGE(7, A7, k[1], k[4], k[5], k[6]);
+    STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);
+    STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);
+    STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
+    STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
+    STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
+}
+
+/* The steps to try; what has become too small is left to a run of its own. */
+static void choose_tries(kmp_ensemble *e)
+{
+    kmp_lane_room *room = &e->room;
+    for (size_t l = 0; l < room->w; l++) {
+        room->step[l] = room->bad[l] = 0;
+        if (room->who[l] < 0)
+            continue;
+        double h = kmp_rk_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
+        if (!(h >= 16 * DBL_EPSILON * fabs(room->t[l])) || !(room->t_new[l] > room->t[l])) {
+            kmp_instance_leave(e, room->who[l]);
+            empty(room, l);
+        } else {
+            room->step[l] = h;
+        }
+    }
+}
+
+/* -- the step's end ---------------------------------------------------------------------------------- */
+
+/* What the last stage of the program has, by lanes. */
+typedef struct watched {
+    const double *h, *jacobian, *dv, *b, *det, *multiplier;
+    double residual[KMP_LANES_MOST], growth[KMP_LANES_MOST], margin[KMP_LANES_MOST];
+    bool too_far[KMP_LANES_MOST]; /* a correction is larger than its weight */
+} watched;
+
+static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
+{
+    kmp_lane_room *room = &e->room;
+    size_t w = room->w, n = (size_t)e->n;
+    for (size_t l = 0; l < w; l++) {
+        x->residual[l] = x->growth[l] = 0;
+        x->too_far[l] = false;
+    }
+    for (int i = 0; i < e->r; i++)
+        for (size_t l = 0, k = (size_t)i * w; l < w; l++, k++) {
+            x->residual[l] = fmax(x->residual[l], fabs(x->h[k]) / room->row_scale[k]);
+            if (!(fabs(x->dv[k]) <= CORRECTION_LIMIT * room->weight[(size_t)(2 * e->p) * w + k]))
+                x->too_far[l] = true;
+        }
+    for (int i = 0; i < e->r; i++)
+        for (int c = 0; c < e->p; c++) {
+            const double *b = x->b + (size_t)(i * e->p + c) * w, *u = room->scale + (size_t)pool->part.u[c] * w,
+                         *v = room->scale + (size_t)pool->part.v[i] * w;
+            for (size_t l = 0; l < w; l++) {
+                double size = fabs(b[l]) * u[l] / v[l];
+                x->growth[l] = size <= DBL_MAX ? fmax(x->growth[l], size) : INFINITY;
+            }
+        }
+    if (e->r == 0)
+        return;
+    const kmp_pattern *pattern = &e->s->jacobian;
+    memset(room->a, 0, (size_t)e->m * n * w * sizeof *room->a);
+    for (int j = 0; j < pattern->count; j++) {
+        double *a = room->a + ((size_t)pattern->row[j] * n + (size_t)pattern->col[j]) * w;
+        const double *s = room->scale + (size_t)pattern->col[j] * w,
+                     *by = room->row_scale + (size_t)pattern->row[j] * w;
+        for (size_t l = 0; l < w; l++)
+            a[l] = x->jacobian[(size_t)j * w + l] * s[l] / by[l];
+    }
+    kmp_lane_margins(w, e->m, e->n, room->a, x->margin);
+}
+
+static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
+{
+    size_t w = e->room.w;
+    int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
+    x->h = kmp_lanes_run(pool->lanes, KMP_FUSED_MULTIPLIERS);
+    x->jacobian = x->h + (size_t)e->r * w;
+    x->dv = x->jacobian + (size_t)e->s->jacobian.count * w;
+    x->b = x->dv + (size_t)e->r * w;
+    x->det = x->b + (size_t)(e->r * e->p) * w;
+    x->multiplier = x->det + (size_t)blocks * w;
+    measure(e, pool, x);
+}
+
+/* Whether the road consents (accept of reduced.c): the closures corrected, the choice of u and the margin good. */
+static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *y = &e->instances[room->who[l]];
+    size_t w = room->w;
+    if (e->r == 0)
+        return true;
+    if (!(x->residual[l] < NOISE)) {
+        if (x->too_far[l])
+            return false;
+        for (int i = 0; i < e->r; i++)
+            room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
+    }
+    if (sign_of(e, pool, x->det, l) != y->sign)
+        return false;
+    y->usual = fmax(y->usual, x->margin[l]);
+    return x->margin[l] / y->usual >= DEEP;
+}
+
+static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    for (int k = 0; k < pool->multipliers; k++)
+        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->factor[k]) <= MOST_MULTIPLIER))
+            return true;
+    return false;
+}
+
+/* Whether the zone about a change point would take over (watch_margin of runner_change.c). */
+static bool nears_change(kmp_instance *x, double t, double h, double last)
+{
+    double margin = last / x->usual, since = t - x->seen_t;
+    double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
+    x->seen_margin = margin;
+    x->seen_t = t;
+    return margin < fall * GROWING * h || margin < ZONE_IN;
+}
+
+/* -- control ----------------------------------------------------------------------------------------- */
+
+static void refuse(kmp_ensemble *e, size_t l, outcome what)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    kmp_ensemble_result *result = &e->results[room->who[l]];
+    double h = room->step[l];
+    if (what == BAD_ERROR)
+        result->rejected++;
+    else
+        result->refused++;
+    room->h[l] = what == BAD_ERROR   ? kmp_rk_after_rejected(&kmp_dop853, h, room->error[l])
+                 : what == BAD_STAGE ? h / 4
+                                     : h / 2;
+    x->rejected = true;
+    if (++x->tries >= MOST_TRIES) {
+        kmp_instance_leave(e, room->who[l]);
+        empty(room, l);
+    }
+}
+
+/* The lane goes on, is through, or leaves for another pool or a run of its own. */
+static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    int i = room->who[l];
+    kmp_instance *x = &e->instances[i];
+    double h = room->step[l], error = room->error[l];
+    bool collapsed = kmp_solver_collapsed(&x->hopeless, h, e->spec.t_end - room->t[l]);
+    e->results[i].steps++;
+    room->h[l] = kmp_rk_after_accepted(&kmp_dop853, h, error, x->error_old, x->rejected);
+    x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
+    x->rejected = false;
+    x->tries = 0;
+    room->t[l] = room->t_new[l];
+    bool through = !(room->t[l] < e->spec.t_end);
+    bool leaves = !through && (collapsed || has_bad_order(e, pool, seen, l) ||
+                               (e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l])));
+    bool exchanges = !through && !leaves && e->r > 0 && seen->growth[l] > x->limit;
+    if (!through && !leaves && !exchanges)
+        return KEMPE_OK;
+    store(e, l);
+    empty(room, l);
+    if (through)
+        return kmp_instance_finish(e, pool, i);
+    if (exchanges)
+        return kmp_instance_exchange(e, pool, i);
+    kmp_instance_leave(e, i);
+    return KEMPE_OK;
+}
+
+static void copy_lanes(size_t w, size_t size, const bool *which, const double *from, double *to)
+{
+    double keep[KMP_LANES_MOST];
+    for (size_t l = 0; l < w; l++)
+        keep[l] = which[l] ? 0 : 1;
+    for (size_t i = 0; i < size * w; i += w)
+        for (size_t l = 0; l < w; l++)
+            to[i + l] = keep[l] > 0 ? to[i + l] : from[i + l];
+}
+
+/* One attempt in all lanes. */
+static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    outcome what[KMP_LANES_MOST];
+    bool taken[KMP_LANES_MOST];
+    watched seen = {0};
+    kempe_status status = KEMPE_OK;
+    choose_tries(e);
+    run_stages(e, pool);
+    const kmp_lanes_step solution = {room->y,      room->step,  room->atol,   room->k,
+                                     e->spec.rtol, room->y_new, room->weight, room->error};
+    kmp_lanes_solution(room->w, (size_t)e->size, &solution);
+    e->work.sweeps++;
+    for (size_t l = 0; l < room->w; l++) {
+        what[l] = room->who[l] < 0 ? EMPTY : room->bad[l] != 0 ? BAD_STAGE : room->error[l] <= 1.0 ? TAKEN : BAD_ERROR;
+        room->bad[l] = 0;
+        room->at[l] = room->t_new[l];
+        if (what[l] != EMPTY) {
+            e->work.lane_steps++;
+            e->results[room->who[l]].rhs += 11 + (what[l] == TAKEN);
+        }
+    }
+    evaluate(e, pool, room->y_new, room->k[13]);
+    watch(e, pool, &seen);
+    for (size_t l = 0; l < room->w; l++) {
+        if (what[l] == TAKEN)
+            what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
+        taken[l] = what[l] == TAKEN;
+    }
+    copy_lanes(room->w, (size_t)e->size, taken, room->y_new, room->y);
+    copy_lanes(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
+    for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
+        if (what[l] == TAKEN)
+            status = take(e, pool, &seen, l);
+        else if (what[l] != EMPTY)
+            refuse(e, l, what[l]);
+    }
+    return status;
+}
+
+/* -- a pool ------------------------------------------------------------------------------------------ */
+
+/* How many lanes are at work; new ones in *fresh. */
+static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
+{
+    kmp_lane_room *room = &e->room;
+    size_t active = 0;
+    *fresh = false;
+    for (size_t l = 0; l < room->w; l++) {
+        int i = room->who[l] < 0 ? kmp_pool_take(e, pool) : -1;
+        if (i >= 0) {
+            load(e, pool, l, i);
+            *fresh = true;
+        }
+        active += room->who[l] >= 0;
+    }
+    return active;
+}
+
+/* Another pool fills all lanes, and this one fewer than half of them. */
+static bool gives_way(const kmp_ensemble *e, const kmp_pool *pool, size_t active)
+{
+    for (int k = 0; 2 * active < e->room.w && pool->waiting == 0 && k < e->pool_count; k++)
+        if (e->pools[k] != pool && e->pools[k]->waiting >= (int)e->room.w)
+            return true;
+    return false;
+}
+
+static void park(kmp_ensemble *e, kmp_pool *pool)
+{
+    for (size_t l = 0; l < e->room.w; l++)
+        if (e->room.who[l] >= 0) {
+            store(e, l);
+            kmp_pool_put(e, pool, e->room.who[l]);
+            empty(&e->room, l);
+        }
+}
+
+static void tell(kmp_ensemble *e)
+{
+    double now = (double)time(NULL);
+    if (now - e->told < 1)
+        return;
+    int waiting = 0;
+    for (int k = 0; k < e->pool_count; k++)
+        waiting += e->pools[k]->waiting;
+    e->told = now;
+    kmp_log(e->context, KEMPE_LOG_PROGRESS, "%d of %d instances wait", waiting, e->count);
+}
+
+kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
+{
+    kempe_status status = KEMPE_OK;
+    bool fresh;
+    for (size_t l = 0; l < e->room.w; l++)
+        empty(&e->room, l);
+    while (status == KEMPE_OK && !kmp_interrupted(e->context)) {
+        size_t active = refill(e, pool, &fresh);
+        if (active == 0 || gives_way(e, pool, active))
+            break;
+        if (fresh)
+            begin_lanes(e, pool);
+        status = step(e, pool);
+        if (e->work.sweeps % 1024 == 0)
+            tell(e);
+    }
+    park(e, pool);
+    return status;
+}

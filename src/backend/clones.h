@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Functions of which the loader takes the one for the widest vectors of the machine, all with the same bits. Sanitizers
+ * run before the loader may choose, so they get the plain function. */
+#ifndef KMP_BACKEND_CLONES_H
+#define KMP_BACKEND_CLONES_H
+
+#include <stdint.h> /* says __GLIBC__ */
+
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define KMP_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define KMP_CLONES
+#endif
+
+#endif
