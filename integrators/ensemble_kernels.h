@@ -20,4 +20,26 @@ typedef struct kmp_lanes_step {
 /** The solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step);
 
+/** What is measured at the end of a step, by lanes. */
+typedef struct kmp_lanes_end {
+    size_t n;
+    int p, r;
+    const int *u, *v;         /* of the choice */
+    const double *h, *dv, *b; /* r; r; r x p */
+    const double *weight;     /* r: of the dependent coordinates */
+    const double *scale, *row_scale;
+    int entries; /* of J */
+    const int *row, *col;
+    const double *jacobian;
+    double *residual;   /* max |h|, scaled */
+    double *correction; /* max |dv| in weights */
+    double *growth;     /* max |Bvu|, scaled */
+    double *a;          /* J dense and scaled, rows x n */
+} kmp_lanes_end;
+
+void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);
+
+/** to = from in the lanes where `which` is not 0. */
+void kmp_lanes_take(size_t width, size_t size, const double *which, const double *from, double *to);
+
 #endif

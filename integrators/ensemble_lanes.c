@@ -58,7 +58,7 @@ void kmp_lane_room_free(kmp_lane_room *room)
 
 static void put(size_t w, double *to, int k, const double *from, int i)
 {
-    memcpy(to + (size_t)k * w, from + (size_t)i * w, w * sizeof *to);
+    kmp_lanes_copy(w, to + (size_t)k * w, from + (size_t)i * w);
 }
 
 /* k = f(at, y) in all lanes; those that cannot be evaluated are noted in `bad`. */
@@ -293,45 +293,36 @@ static void choose_tries(kmp_ensemble *e)
 /* What the last stage of the program has, by lanes. */
 typedef struct watched {
     const double *h, *jacobian, *dv, *b, *det, *multiplier;
-    double residual[KMP_LANES_MOST], growth[KMP_LANES_MOST], margin[KMP_LANES_MOST];
-    bool too_far[KMP_LANES_MOST]; /* a correction is larger than its weight */
+    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], margin[KMP_LANES_MOST];
 } watched;
 
 static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
 {
     kmp_lane_room *room = &e->room;
-    size_t w = room->w, n = (size_t)e->n;
-    for (size_t l = 0; l < w; l++) {
-        x->residual[l] = x->growth[l] = 0;
-        x->too_far[l] = false;
-    }
-    for (int i = 0; i < e->r; i++)
-        for (size_t l = 0, k = (size_t)i * w; l < w; l++, k++) {
-            x->residual[l] = fmax(x->residual[l], fabs(x->h[k]) / room->row_scale[k]);
-            if (!(fabs(x->dv[k]) <= CORRECTION_LIMIT * room->weight[(size_t)(2 * e->p) * w + k]))
-                x->too_far[l] = true;
-        }
-    for (int i = 0; i < e->r; i++)
-        for (int c = 0; c < e->p; c++) {
-            const double *b = x->b + (size_t)(i * e->p + c) * w, *u = room->scale + (size_t)pool->part.u[c] * w,
-                         *v = room->scale + (size_t)pool->part.v[i] * w;
-            for (size_t l = 0; l < w; l++) {
-                double size = fabs(b[l]) * u[l] / v[l];
-                x->growth[l] = size <= DBL_MAX ? fmax(x->growth[l], size) : INFINITY;
-            }
-        }
-    if (e->r == 0)
-        return;
     const kmp_pattern *pattern = &e->s->jacobian;
-    memset(room->a, 0, (size_t)e->m * n * w * sizeof *room->a);
-    for (int j = 0; j < pattern->count; j++) {
-        double *a = room->a + ((size_t)pattern->row[j] * n + (size_t)pattern->col[j]) * w;
-        const double *s = room->scale + (size_t)pattern->col[j] * w,
-                     *by = room->row_scale + (size_t)pattern->row[j] * w;
-        for (size_t l = 0; l < w; l++)
-            a[l] = x->jacobian[(size_t)j * w + l] * s[l] / by[l];
-    }
-    kmp_lane_margins(w, e->m, e->n, room->a, x->margin);
+    size_t w = room->w;
+    const kmp_lanes_end end = {.n = (size_t)e->n,
+                               .p = e->p,
+                               .r = e->r,
+                               .u = pool->part.u,
+                               .v = pool->part.v,
+                               .h = x->h,
+                               .dv = x->dv,
+                               .b = x->b,
+                               .weight = room->weight + (size_t)(2 * e->p) * w,
+                               .scale = room->scale,
+                               .row_scale = room->row_scale,
+                               .entries = pattern->count,
+                               .row = pattern->row,
+                               .col = pattern->col,
+                               .jacobian = x->jacobian,
+                               .residual = x->residual,
+                               .correction = x->correction,
+                               .growth = x->growth,
+                               .a = room->a};
+    kmp_lanes_measure(w, &end);
+    if (e->r > 0)
+        kmp_lane_margins(w, e->m, e->n, room->a, x->margin);
 }
 
 static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
@@ -356,7 +347,7 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, si
     if (e->r == 0)
         return true;
     if (!(x->residual[l] < NOISE)) {
-        if (x->too_far[l])
+        if (!(x->correction[l] <= CORRECTION_LIMIT))
             return false;
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
@@ -437,22 +428,12 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     return KEMPE_OK;
 }
 
-static void copy_lanes(size_t w, size_t size, const bool *which, const double *from, double *to)
-{
-    double keep[KMP_LANES_MOST];
-    for (size_t l = 0; l < w; l++)
-        keep[l] = which[l] ? 0 : 1;
-    for (size_t i = 0; i < size * w; i += w)
-        for (size_t l = 0; l < w; l++)
-            to[i + l] = keep[l] > 0 ? to[i + l] : from[i + l];
-}
-
 /* One attempt in all lanes. */
 static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     outcome what[KMP_LANES_MOST];
-    bool taken[KMP_LANES_MOST];
+    double taken[KMP_LANES_MOST];
     watched seen = {0};
     kempe_status status = KEMPE_OK;
     choose_tries(e);
@@ -475,10 +456,10 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
     for (size_t l = 0; l < room->w; l++) {
         if (what[l] == TAKEN)
             what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
-        taken[l] = what[l] == TAKEN;
+        taken[l] = what[l] == TAKEN ? 1 : 0;
     }
-    copy_lanes(room->w, (size_t)e->size, taken, room->y_new, room->y);
-    copy_lanes(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
+    kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
+    kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
         if (what[l] == TAKEN)
             status = take(e, pool, &seen, l);

@@ -101,8 +101,7 @@ void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
     for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
-        for (size_t l = 0; l < w; l++)
-            lanes->v[f->feeds[k].slot * w + l] = values[f->feeds[k].index * w + l];
+        kmp_lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
 }
 
 void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values)
@@ -161,13 +160,17 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width, n = (end - first) * w;
+    if (w == 8) {
+        kmp_sincos_slots((int)(end - first), lanes->v, f->angle + first, f->sine + first, f->cosine + first);
+        return;
+    }
     double *x = lanes->lane, *s = x + n, *c = s + n, *v = lanes->v;
     for (uint32_t k = first; k < end; k++)
-        memcpy(x + (k - first) * w, v + f->angle[k] * w, w * sizeof *x);
+        kmp_lanes_copy(w, x + (k - first) * w, v + f->angle[k] * w);
     kmp_sincos_many((int)n, x, s, c);
     for (uint32_t k = first; k < end; k++) {
-        memcpy(v + f->sine[k] * w, s + (k - first) * w, w * sizeof *x);
-        memcpy(v + f->cosine[k] * w, c + (k - first) * w, w * sizeof *x);
+        kmp_lanes_copy(w, v + f->sine[k] * w, s + (k - first) * w);
+        kmp_lanes_copy(w, v + f->cosine[k] * w, c + (k - first) * w);
     }
 }
 

@@ -6,6 +6,7 @@
 #define KMP_BACKEND_LANES_H
 
 #include "symbolic/program.h"
+#include <string.h>
 
 typedef struct kmp_lanes kmp_lanes;
 
@@ -31,5 +32,14 @@ void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const do
 /** Runs one stage, whose earlier stages are up to date; output k of lane l is at k width + l, owned by the lanes, valid
  * until the stage runs again. No allocation. */
 const double *kmp_lanes_run(kmp_lanes *lanes, int stage);
+
+/** Copies one value of all lanes. */
+static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
+{
+    if (width == 8) /* known to the compiler: no call */
+        memcpy(to, from, 8 * sizeof *to);
+    else
+        memcpy(to, from, width * sizeof *to);
+}
 
 #endif

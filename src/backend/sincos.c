@@ -28,3 +28,18 @@ void kmp_sincos_many(int n, const double *x, double *s, double *c)
         memcpy(c + whole, pc, (size_t)rest * sizeof *c);
     }
 }
+
+KMP_CLONES static void slots_of_8(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+{
+    for (int k = 0; k < n; k++) {
+        double sine[8], cosine[8];
+        kempe_sincos8_core_(v + 8 * (size_t)x[k], sine, cosine);
+        memcpy(v + 8 * (size_t)s[k], sine, sizeof sine);
+        memcpy(v + 8 * (size_t)c[k], cosine, sizeof cosine);
+    }
+}
+
+void kmp_sincos_slots(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+{
+    slots_of_8(n, v, x, s, c);
+}

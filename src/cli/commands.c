@@ -176,6 +176,11 @@ static kempe_status print_trajectory(const void *object, kempe_format format, ch
     return kempe_trajectory_print(object, format, text);
 }
 
+static kempe_status print_batch(const void *object, kempe_format format, char **text)
+{
+    return kempe_batch_print(object, format, text);
+}
+
 static kempe_status print_comparison(const void *object, kempe_format format, char **text)
 {
     return kempe_comparison_print(object, format, text);
@@ -293,6 +298,39 @@ static kempe_status simulate(const job *j)
     return status;
 }
 
+static kempe_status take_values(const job *j, kempe_values **values)
+{
+    const cli_settings *s = j->settings;
+    double count = s->instances > 0 ? s->instances : 1000;
+    if (s->values)
+        return kempe_values_read(j->model, s->values, values);
+    return kempe_values_sample(j->model, s->sample, count < 1e9 ? (int)count : 0,
+                               s->seed > 0 && s->seed < 1e9 ? (int)s->seed : 1, values);
+}
+
+static kempe_status ensemble(const job *j)
+{
+    const cli_settings *s = j->settings;
+    kempe_values *values = NULL;
+    kempe_ensemble *many = NULL;
+    kempe_batch *result = NULL;
+    kempe_status status = take_values(j, &values);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new(j->model, values, &many);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_run(many, &s->run, s->alone ? -1 : s->lanes < 100 ? (int)s->lanes : 100, &result);
+    tell_failure(j, status, result != NULL);
+    if (result) {
+        status = worse(status, report(j, print_batch, result));
+        if (s->output)
+            status = worse(status, tell_written(j, kempe_batch_write_csv(result, s->output)));
+    }
+    kempe_batch_free(result);
+    kempe_ensemble_free(many);
+    kempe_values_free(values);
+    return status;
+}
+
 static kempe_status compare(const job *j)
 {
     kempe_comparison *result = NULL;
@@ -385,6 +423,8 @@ static kempe_status dispatch(unsigned command, const job *j)
         return j->settings->branches ? branches(j) : assemble(j);
     case CLI_SIMULATE:
         return simulate(j);
+    case CLI_ENSEMBLE:
+        return ensemble(j);
     case CLI_COMPARE:
         return compare(j);
     case CLI_GENERATE:
@@ -424,7 +464,8 @@ int cli_run(unsigned command, const cli_settings *settings)
     }
     kempe_context_set_log(j.context, on_log, &terminal);
     watch_interrupt(j.context);
-    bool model_alone = command == CLI_GENERATE || (command == CLI_SHOW && settings->show_model);
+    bool model_alone =
+        command == CLI_GENERATE || command == CLI_ENSEMBLE || (command == CLI_SHOW && settings->show_model);
     kempe_status status = prepare(&j, !model_alone);
     if (status == KEMPE_OK)
         status = dispatch(command, &j);

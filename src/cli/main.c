@@ -19,6 +19,10 @@ static const command commands[] = {
      "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --every 0.01\n"
      "  kempe simulate examples/andrews/andrews.yaml --road dae --json -\n"},
+    {CLI_ENSEMBLE, "ensemble", "FILE --values CSV | --sample RANGES [options]",
+     "many instances with different parameters, side by side",
+     "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"},
     {CLI_COMPARE, "compare", "FILE [options]", "roads and tolerances side by side against a reference",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
      "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --roads reduced,dae --csv table.csv\n"
@@ -91,6 +95,13 @@ static bool says_what_to_generate(const cli_settings *s)
     return s->count || s->generation.language;
 }
 
+static bool says_which_instances(const cli_settings *s)
+{
+    if (!s->values == !s->sample)
+        fputs("kempe: ensemble needs one of --values CSV, --sample NAME=A:B,..\n", stderr);
+    return !s->values != !s->sample;
+}
+
 static int run_command(const command *c, int count, char **words)
 {
     cli_settings settings;
@@ -103,6 +114,8 @@ static int run_command(const command *c, int count, char **words)
     if (c->bit == CLI_SHOW && !one_view(&settings))
         return CLI_USAGE;
     if (c->bit == CLI_GENERATE && !says_what_to_generate(&settings))
+        return CLI_USAGE;
+    if (c->bit == CLI_ENSEMBLE && !says_which_instances(&settings))
         return CLI_USAGE;
     return cli_run(c->bit, &settings);
 }

@@ -15,7 +15,8 @@ enum {
     CLI_COMPARE = 8,
     CLI_SHOW = 16,
     CLI_GENERATE = 32,
-    CLI_ALL = 63
+    CLI_ENSEMBLE = 64,
+    CLI_ALL = 127
 };
 
 /* What the user asked for. Texts point into argv; NULL and 0 mean not given. */
@@ -36,6 +37,9 @@ typedef struct cli_settings {
     bool once;
     bool branches;
     double seed;
+    const char *values, *sample;
+    double instances, lanes;
+    bool alone;
     bool help;
 } cli_settings;
 

@@ -109,43 +109,62 @@ static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
     return m->parameter_count++;
 }
 
-static kempe_status complain_unknown(const kempe_model *m, const char *name, bool coordinate)
+static void say_unknown(const kempe_model *m, const char *name, bool coordinate, kmp_text *why)
 {
-    kmp_text rest = {0};
     kmp_nearest nearest = kmp_nearest_begin(name);
     for (int k = 0; coordinate && k < m->motion_count; k++)
         kmp_nearest_offer(&nearest, m->motions[k].name);
     for (int k = 0; !coordinate && k < m->parameter_count; k++)
         kmp_nearest_offer(&nearest, m->parameters[k].name);
-    kmp_nearest_suggest(&nearest, &rest);
-    kempe_status status = kmp_fail(m->context, KEMPE_E_ARGUMENT, "the model has no %s '%s'%s",
-                                   coordinate ? "coordinate" : "parameter", name, rest.s ? rest.s : "");
-    kmp_text_free(&rest);
-    return status;
+    kmp_text_printf(why, "the model has no %s '%s'", coordinate ? "coordinate" : "parameter", name);
+    kmp_nearest_suggest(&nearest, why);
+}
+
+/* What a name is: the parameter, or the coordinate whose start value or rate it is; -1 each when it is not. */
+typedef struct meaning {
+    int parameter, motion;
+    bool rate;
+} meaning;
+
+static meaning look_up(const kempe_model *m, const char *name)
+{
+    bool rate = strncmp(name, "qd.", 3) == 0, start = rate || strncmp(name, "q.", 2) == 0;
+    meaning found = {find_parameter(m, name), -1, rate};
+    if (found.parameter < 0 && start)
+        found.motion = find_motion(m, name + (rate ? 3 : 2));
+    return found;
+}
+
+bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
+{
+    meaning found = look_up(m, name);
+    bool start = strncmp(name, "qd.", 3) == 0 || strncmp(name, "q.", 2) == 0;
+    if (found.parameter < 0 && found.motion < 0)
+        say_unknown(m, start ? strchr(name, '.') + 1 : name, start, why);
+    else if (found.parameter >= 0 && m->parameters[found.parameter].fixed)
+        kmp_text_printf(why,
+                        "parameter '%s' cannot vary: it decides an axis, a table, a power or a setting of the run, "
+                        "which no equations keep open; run a model for each of its values",
+                        name);
+    return why->length == 0;
 }
 
 static kempe_status mark(kmp_variant *v, int k, const char *name)
 {
     kempe_model *m = &v->model;
-    bool rate = strncmp(name, "qd.", 3) == 0, start = rate || strncmp(name, "q.", 2) == 0;
-    int at = find_parameter(m, name);
-    if (at < 0 && start) {
-        const char *joint = name + (rate ? 3 : 2);
-        int motion = find_motion(m, joint);
-        if (motion < 0)
-            return complain_unknown(m, joint, true);
-        if ((at = add_start(v, name, rate, motion)) < 0)
-            return kmp_fail_memory(m->context);
+    kmp_text why = {0};
+    if (!kmp_variant_may(m, name, &why)) {
+        kempe_status status =
+            why.failed ? kmp_fail_memory(m->context) : kmp_fail(m->context, KEMPE_E_ARGUMENT, "%s", why.s);
+        kmp_text_free(&why);
+        return status;
     }
+    meaning found = look_up(m, name);
+    int at = found.parameter >= 0 ? found.parameter : add_start(v, name, found.rate, found.motion);
     if (at < 0)
-        return complain_unknown(m, name, false);
+        return kmp_fail_memory(m->context);
     if (m->parameters[at].varies)
         return kmp_fail(m->context, KEMPE_E_ARGUMENT, "'%s' is given twice", name);
-    if (m->parameters[at].fixed)
-        return kmp_fail(m->context, KEMPE_E_ARGUMENT,
-                        "parameter '%s' cannot vary: it decides an axis, a table, a power or a setting of the run, "
-                        "which no equations keep open; run a model for each of its values",
-                        name);
     m->parameters[at].varies = true;
     v->parameter[k] = at;
     return KEMPE_OK;
@@ -187,19 +206,6 @@ static kempe_status find_order(kmp_variant *v, int count)
             }
     }
     kmp_free(asked);
-    return KEMPE_OK;
-}
-
-/* A parameter that follows may decide what one that varies must not. */
-static kempe_status check_fixed(const kmp_variant *v)
-{
-    const kempe_model *m = &v->model;
-    for (int k = 0; k < v->order_count; k++)
-        if (m->parameters[v->order[k]].fixed)
-            return kmp_fail(m->context, KEMPE_E_ARGUMENT,
-                            "parameter '%s' follows from one that varies, and cannot: it decides an axis, a table, a "
-                            "power or a setting of the run, which no equations keep open; run a model for each value",
-                            m->parameters[v->order[k]].name);
     return KEMPE_OK;
 }
 
@@ -277,8 +283,6 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
         v->values[k] = v->model.parameters[k].number.value;
     if (status == KEMPE_OK)
         status = find_order(v, count);
-    if (status == KEMPE_OK)
-        status = check_fixed(v);
     if (status == KEMPE_OK && !find_followers(v))
         status = kmp_fail_memory(v->model.context);
     return status;

@@ -23,6 +23,9 @@ kempe_model *kmp_variant_model(kmp_variant *variant);
  *  these values; `why` (empty before) then has a sentence. KEMPE_E_MEMORY: no room for it. */
 kempe_status kmp_variant_set(kmp_variant *variant, const double *values, kmp_text *why);
 
+/** Whether a name is one of those; where not `why` (empty before) has a sentence. */
+bool kmp_variant_may(const kempe_model *model, const char *name, kmp_text *why);
+
 /** Whether a parameter that varies occurs in an expression of the model. */
 bool kmp_expr_varies(const kempe_model *model, const kmp_expr *expr);
 

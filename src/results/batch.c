@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What an ensemble leaves: the state of each instance, told as a summary, as JSON and as a table. */
+#include "base/memory.h"
+#include "integrators/ensemble.h"
+#include "results/print.h"
+#include "results/trajectory.h"
+#include "results/values.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+enum { MOST_TOLD = 5 };
+
+struct kempe_ensemble {
+    const kempe_values *values;
+    kmp_ensemble *inner;
+    const kempe_model *model;
+};
+
+struct kempe_batch {
+    const kempe_ensemble *ensemble;
+    kempe_status status;
+    int count, n;
+    kmp_ensemble_result *results;
+    double *q, *qd; /* count x n */
+    double rtol, atol, t_end, cpu_s;
+    kmp_ensemble_work work;
+};
+
+/* -- running ----------------------------------------------------------------------------------------- */
+
+kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
+{
+    kmp_context_clear(model->context);
+    kempe_ensemble *e = KMP_NEW(kempe_ensemble, 1);
+    if (!e)
+        return kmp_fail_memory(model->context);
+    e->values = values;
+    e->model = model;
+    kempe_status status = kmp_ensemble_new(model, values->columns, (const char *const *)values->name, &e->inner);
+    if (status == KEMPE_OK)
+        *ensemble = e;
+    else
+        kempe_ensemble_free(e);
+    return status;
+}
+
+void kempe_ensemble_free(kempe_ensemble *ensemble)
+{
+    if (ensemble)
+        kmp_ensemble_free(ensemble->inner);
+    kmp_free(ensemble);
+}
+
+void kempe_batch_free(kempe_batch *batch)
+{
+    if (!batch)
+        return;
+    for (int k = 0; batch->results && k < batch->count; k++)
+        kmp_free(batch->results[k].reason);
+    kmp_free(batch->results);
+    kmp_free(batch->q);
+    kmp_free(batch->qd);
+    kmp_free(batch);
+}
+
+static kempe_batch *new_batch(const kempe_ensemble *e)
+{
+    kempe_batch *b = KMP_NEW(kempe_batch, 1);
+    if (!b)
+        return NULL;
+    b->ensemble = e;
+    b->count = e->values->count;
+    b->n = kmp_ensemble_system(e->inner)->n;
+    b->results = KMP_NEW(kmp_ensemble_result, b->count);
+    b->q = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
+    b->qd = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
+    if (b->results && b->q && b->qd)
+        return b;
+    kempe_batch_free(b);
+    return NULL;
+}
+
+static int count_of(const kempe_batch *b, const char *word)
+{
+    int count = 0;
+    for (int k = 0; k < b->count; k++)
+        count += strcmp(kempe_batch_status(b, k), word) == 0;
+    return count;
+}
+
+static double cpu_now(void)
+{
+    struct timespec t;
+    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes)
+{
+    const kempe_ensemble *e = b->ensemble;
+    const kmp_ensemble_way way = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
+    double begin = cpu_now();
+    kempe_status status = kmp_ensemble_run(e->inner, spec, &way, b->count, e->values->rows, b->results, b->q, b->qd);
+    b->cpu_s = cpu_now() - begin;
+    b->work = kmp_ensemble_get_work(e->inner);
+    b->rtol = spec->rtol;
+    b->atol = spec->atol;
+    b->t_end = spec->t_end;
+    if (status != KEMPE_OK)
+        return status;
+    b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
+    if (b->count > 0 && count_of(b, "failed") == b->count)
+        b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance came to its end; the first: %s",
+                             kempe_batch_reason(b, 0));
+    return KEMPE_OK;
+}
+
+kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lanes, kempe_batch **batch)
+{
+    kempe_context *context = e->model->context;
+    kmp_run_spec spec;
+    int *u = NULL;
+    kmp_context_clear(context);
+    if (lanes < -1 || lanes > 8)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none",
+                        lanes);
+    kempe_status status = kmp_spec_of(kmp_ensemble_system(e->inner), run, &spec, &u);
+    if (status != KEMPE_OK)
+        return status;
+    kempe_batch *b = new_batch(e);
+    status = b ? run_batch(b, &spec, lanes) : kmp_fail_memory(context);
+    kmp_free(u);
+    if (status != KEMPE_OK) {
+        kempe_batch_free(b);
+        return status;
+    }
+    *batch = b;
+    return b->status;
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+int kempe_batch_count(const kempe_batch *b)
+{
+    return b->count;
+}
+
+static const kmp_ensemble_result *result_of(const kempe_batch *b, int k)
+{
+    return k >= 0 && k < b->count ? &b->results[k] : NULL;
+}
+
+const char *kempe_batch_status(const kempe_batch *b, int k)
+{
+    const kmp_ensemble_result *result = result_of(b, k);
+    return result ? kmp_status_word(result->status) : "";
+}
+
+const char *kempe_batch_reason(const kempe_batch *b, int k)
+{
+    const kmp_ensemble_result *result = result_of(b, k);
+    return result && result->reason ? result->reason : "";
+}
+
+double kempe_batch_t(const kempe_batch *b, int k)
+{
+    const kmp_ensemble_result *result = result_of(b, k);
+    return result ? result->t : NAN;
+}
+
+const double *kempe_batch_q(const kempe_batch *b, int k)
+{
+    return result_of(b, k) ? b->q + (size_t)k * (size_t)b->n : NULL;
+}
+
+const double *kempe_batch_qd(const kempe_batch *b, int k)
+{
+    return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
+}
+
+kempe_effort kempe_batch_effort(const kempe_batch *b, int k)
+{
+    const kmp_ensemble_result *r = result_of(b, k);
+    if (!r)
+        return (kempe_effort){.h = NAN, .hdot = NAN, .drift = NAN};
+    return (kempe_effort){r->alone, r->steps, r->rejected, r->refused, r->rhs, r->exchanges, r->h, r->hdot, r->drift};
+}
+
+/* -- telling ----------------------------------------------------------------------------------------- */
+
+typedef struct totals {
+    int ok, stopped, failed;
+    long steps, rejected, refused, rhs, exchanges;
+    double h, hdot, drift;
+} totals;
+
+static totals sum_up(const kempe_batch *b)
+{
+    totals s = {.ok = count_of(b, "ok"), .stopped = count_of(b, "stopped"), .failed = count_of(b, "failed")};
+    for (int k = 0; k < b->count; k++) {
+        const kmp_ensemble_result *r = &b->results[k];
+        s.steps += r->steps;
+        s.rejected += r->rejected;
+        s.refused += r->refused;
+        s.rhs += r->rhs;
+        s.exchanges += r->exchanges;
+        s.h = fmax(s.h, r->h);
+        s.hdot = fmax(s.hdot, r->hdot);
+        s.drift = fmax(s.drift, r->drift);
+    }
+    return s;
+}
+
+static void put_text(const kempe_batch *b, kmp_text *text)
+{
+    totals s = sum_up(b);
+    int told = 0;
+    kmp_text_printf(text, "%s: %d instances, %d ok, %d stopped, %d failed\n\n", b->ensemble->model->name, b->count,
+                    s.ok, s.stopped, s.failed);
+    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
+    if (b->work.lane_steps > 0)
+        kmp_text_printf(text,
+                        "lanes     %d, by %s; %d choice%s of independent coordinates; %.1f lanes at work; %d by "
+                        "themselves\n",
+                        b->work.width, b->work.native ? "machine code" : "loops", b->work.pools,
+                        b->work.pools == 1 ? "" : "s", (double)b->work.lane_steps / (double)b->work.sweeps,
+                        b->work.alone);
+    else
+        kmp_text_printf(text, "lanes     none; every instance by itself\n");
+    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
+                    s.h, s.hdot);
+    kmp_text_printf(text, "energy    drift %.3g of its size (worst)\n", s.drift);
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
+                    s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
+    kmp_text_printf(text, "cpu       %.3f s, %.2f us an instance\n", b->cpu_s,
+                    b->count > 0 ? 1e6 * b->cpu_s / b->count : 0.0);
+    for (int k = 0; k < b->count && told < MOST_TOLD; k++)
+        if (b->results[k].reason) {
+            kmp_text_printf(text, "%s %d %s: %s\n", told ? "         " : "\ninstance ", k + 1, kempe_batch_status(b, k),
+                            b->results[k].reason);
+            told++;
+        }
+    if (s.failed + s.stopped > told)
+        kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - told);
+}
+
+static void put_instance(const kempe_batch *b, kmp_json *json, int k)
+{
+    const kmp_ensemble_result *r = &b->results[k];
+    kmp_json_object(json, NULL);
+    kmp_json_numbers(json, "values", b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
+    kmp_json_string(json, "status", kempe_batch_status(b, k));
+    kmp_json_string(json, "reason", kempe_batch_reason(b, k));
+    kmp_json_number(json, "t", r->t);
+    kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
+    kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
+    kmp_json_whole(json, "steps", r->steps);
+    kmp_json_whole(json, "rejected", r->rejected);
+    kmp_json_whole(json, "refused", r->refused);
+    kmp_json_whole(json, "rhs", r->rhs);
+    kmp_json_whole(json, "exchanges", r->exchanges);
+    kmp_json_number(json, "h", r->h);
+    kmp_json_number(json, "hdot", r->hdot);
+    kmp_json_number(json, "drift", r->drift);
+    kmp_json_whole(json, "alone", r->alone);
+    kmp_json_end(json);
+}
+
+static void put_json(const kempe_batch *b, kmp_text *text)
+{
+    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    kmp_json json = kmp_json_begin(text);
+    totals s = sum_up(b);
+    kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance came to its end",
+                   system->build_s);
+    kmp_json_whole(&json, "count", b->count);
+    kmp_json_whole(&json, "ok", s.ok);
+    kmp_json_whole(&json, "stopped", s.stopped);
+    kmp_json_whole(&json, "failed", s.failed);
+    kmp_json_whole(&json, "lanes", b->work.lane_steps > 0 ? b->work.width : 0);
+    kmp_json_whole(&json, "alone", b->work.alone);
+    kmp_json_number(&json, "rtol", b->rtol);
+    kmp_json_number(&json, "atol", b->atol);
+    kmp_json_number(&json, "t_end", b->t_end);
+    kmp_json_number(&json, "cpu_s", b->cpu_s);
+    kmp_json_array(&json, "columns");
+    for (int k = 0; k < b->ensemble->values->columns; k++)
+        kmp_json_string(&json, NULL, b->ensemble->values->name[k]);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "coordinates");
+    for (int k = 0; k < b->n; k++)
+        kmp_json_string(&json, NULL, system->model->motions[k].name);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "instances");
+    for (int k = 0; k < b->count; k++)
+        put_instance(b, &json, k);
+    kmp_json_end(&json);
+    kmp_json_end(&json);
+}
+
+kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
+{
+    kmp_text text = {0};
+    if (format == KEMPE_JSON)
+        put_json(b, &text);
+    else
+        put_text(b, &text);
+    return kmp_print_finish(b->ensemble->model->context, &text, out);
+}
+
+/* -- as a table -------------------------------------------------------------------------------------- */
+
+static void put_header(const kempe_batch *b, kmp_text *text)
+{
+    const kempe_model *model = b->ensemble->model;
+    for (int k = 0; k < b->ensemble->values->columns; k++)
+        kmp_text_printf(text, "%s,", b->ensemble->values->name[k]);
+    kmp_text_put(text, "status,t");
+    for (int k = 0; k < b->n; k++)
+        kmp_text_printf(text, ",q.%s", model->motions[k].name);
+    for (int k = 0; k < b->n; k++)
+        kmp_text_printf(text, ",qd.%s", model->motions[k].name);
+    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,alone,reason\n");
+}
+
+static void put_numbers(kmp_text *text, int count, const double *x, const char *before, const char *after)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(text, before);
+        if (isfinite(x[k]))
+            kmp_text_number(text, x[k]);
+        kmp_text_put(text, after);
+    }
+}
+
+/* In quotes, which are doubled within; line ends are blanks. */
+static void put_quoted(kmp_text *text, const char *s)
+{
+    if (!*s)
+        return;
+    kmp_text_put(text, "\"");
+    for (; *s; s++)
+        kmp_text_printf(text, *s == '"' ? "\"\"" : "%c", *s == '\n' ? ' ' : *s);
+    kmp_text_put(text, "\"");
+}
+
+static void put_row(const kempe_batch *b, kmp_text *text, int k)
+{
+    const kmp_ensemble_result *r = &b->results[k];
+    const double ends[] = {r->h, r->hdot, r->drift};
+    put_numbers(text, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k), "", ",");
+    kmp_text_put(text, kempe_batch_status(b, k));
+    put_numbers(text, 1, &r->t, ",", "");
+    put_numbers(text, b->n, kempe_batch_q(b, k), ",", "");
+    put_numbers(text, b->n, kempe_batch_qd(b, k), ",", "");
+    kmp_text_printf(text, ",%ld,%ld,%ld,%ld,%ld", r->steps, r->rejected, r->refused, r->rhs, r->exchanges);
+    put_numbers(text, 3, ends, ",", "");
+    kmp_text_printf(text, ",%d,", r->alone ? 1 : 0);
+    put_quoted(text, kempe_batch_reason(b, k));
+    kmp_text_put(text, "\n");
+}
+
+kempe_status kempe_batch_write_csv(const kempe_batch *b, const char *path)
+{
+    kempe_context *context = b->ensemble->model->context;
+    kmp_text text = {0};
+    kmp_context_clear(context);
+    put_header(b, &text);
+    for (int k = 0; k < b->count; k++)
+        put_row(b, &text, k);
+    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
+    kmp_text_free(&text);
+    return status;
+}

@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of values: from memory, and at random. */
+#include "results/values.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "model/variant.h"
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+kempe_values *kmp_values_new(int columns, const char *const *names)
+{
+    kempe_values *values = KMP_NEW(kempe_values, 1);
+    if (!values)
+        return NULL;
+    values->columns = columns;
+    values->name = KMP_NEW(char *, columns);
+    bool ok = values->name;
+    for (int k = 0; ok && k < columns; k++)
+        ok = (values->name[k] = kmp_strdup(names[k]));
+    if (ok)
+        return values;
+    kempe_values_free(values);
+    return NULL;
+}
+
+double *kmp_values_add(kempe_values *values)
+{
+    if (values->count == values->room) {
+        int room = values->room ? 2 * values->room : 64;
+        size_t width = values->columns > 0 ? (size_t)values->columns : 1;
+        double *rows = kmp_realloc(values->rows, (size_t)room * width, sizeof *rows);
+        if (!rows)
+            return NULL;
+        values->rows = rows;
+        values->room = room;
+    }
+    return values->rows + (size_t)values->count++ * (size_t)values->columns;
+}
+
+void kempe_values_free(kempe_values *values)
+{
+    if (!values)
+        return;
+    for (int k = 0; values->name && k < values->columns; k++)
+        kmp_free(values->name[k]);
+    kmp_free(values->name);
+    kmp_free(values->rows);
+    kmp_free(values);
+}
+
+int kempe_values_count(const kempe_values *values)
+{
+    return values->count;
+}
+
+int kempe_values_column_count(const kempe_values *values)
+{
+    return values->columns;
+}
+
+const char *kempe_values_name(const kempe_values *values, int column)
+{
+    return column >= 0 && column < values->columns ? values->name[column] : "";
+}
+
+const double *kempe_values_row(const kempe_values *values, int k)
+{
+    return k >= 0 && k < values->count ? values->rows + (size_t)k * (size_t)values->columns : NULL;
+}
+
+/* What the model does not have, or not twice. */
+static kempe_status check_names(const kempe_model *model, int columns, const char *const *names)
+{
+    kempe_status status = kmp_model_check_finished(model);
+    for (int k = 0; status == KEMPE_OK && k < columns; k++) {
+        kmp_text why = {0};
+        bool may = kmp_variant_may(model, names[k], &why);
+        for (int i = 0; may && i < k; i++)
+            if (strcmp(names[i], names[k]) == 0) {
+                kmp_text_printf(&why, "'%s' is given twice", names[k]);
+                may = false;
+            }
+        if (!may)
+            status =
+                why.failed ? kmp_fail_memory(model->context) : kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", why.s);
+        kmp_text_free(&why);
+    }
+    return status;
+}
+
+kempe_status kempe_values_new(const kempe_model *model, int columns, const char *const *names, int count,
+                              const double *rows, kempe_values **values)
+{
+    kmp_context_clear(model->context);
+    if (columns < 0 || count < 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table has no negative number of columns or rows");
+    kempe_status status = check_names(model, columns, names);
+    if (status != KEMPE_OK)
+        return status;
+    kempe_values *made = kmp_values_new(columns, names);
+    bool ok = made;
+    for (int i = 0; ok && i < count; i++) {
+        double *row = kmp_values_add(made);
+        ok = row;
+        for (int k = 0; ok && k < columns; k++)
+            row[k] = rows[(size_t)i * (size_t)columns + (size_t)k];
+    }
+    if (!ok) {
+        kempe_values_free(made);
+        return kmp_fail_memory(model->context);
+    }
+    *values = made;
+    return KEMPE_OK;
+}
+
+/* -- at random --------------------------------------------------------------------------------------- */
+
+typedef struct range {
+    char *name;
+    double from, to;
+} range;
+
+/* A number with an optional sign; how many characters, 0: there is none. */
+static size_t read_signed(const char *s, double *x)
+{
+    size_t sign = *s == '-' || *s == '+', length = kmp_text_to_number(s + sign, x);
+    if (*s == '-')
+        *x = -*x;
+    return length > 0 && isfinite(*x) ? sign + length : 0;
+}
+
+/* NAME=A:B up to a comma or the end, where *s is left. KEMPE_E_ARGUMENT without a sentence. */
+static kempe_status read_range(const char **s, range *r)
+{
+    size_t length = strcspn(*s, "=,");
+    kmp_text name = {0};
+    if (length == 0 || (*s)[length] != '=')
+        return KEMPE_E_ARGUMENT;
+    kmp_text_printf(&name, "%.*s", (int)length, *s);
+    *s += length + 1;
+    r->name = kmp_text_take(&name);
+    if (!r->name)
+        return KEMPE_E_MEMORY;
+    size_t first = read_signed(*s, &r->from);
+    if (first == 0 || (*s)[first] != ':')
+        return KEMPE_E_ARGUMENT;
+    size_t second = read_signed(*s + first + 1, &r->to);
+    *s += first + 1 + second;
+    return second > 0 && (**s == ',' || **s == '\0') ? KEMPE_OK : KEMPE_E_ARGUMENT;
+}
+
+/* Knuth's MMIX generator. */
+static double chance(uint64_t *state)
+{
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return (double)(*state >> 11) * 0x1p-53;
+}
+
+static kempe_status draw(const kempe_model *model, int columns, const range *ranges, int count, int seed,
+                         kempe_values **values)
+{
+    const char **names = KMP_NEW(const char *, columns);
+    uint64_t state = (uint64_t)seed * 2862933555777941757u + 3037000493u;
+    kempe_status status = names ? KEMPE_OK : kmp_fail_memory(model->context);
+    for (int k = 0; names && k < columns; k++)
+        names[k] = ranges[k].name;
+    if (status == KEMPE_OK)
+        status = kempe_values_new(model, columns, names, 0, NULL, values);
+    for (int i = 0; status == KEMPE_OK && i < count; i++) {
+        double *row = kmp_values_add(*values);
+        for (int k = 0; row && k < columns; k++)
+            row[k] = ranges[k].from + (ranges[k].to - ranges[k].from) * chance(&state);
+        if (!row) {
+            kempe_values_free(*values);
+            *values = NULL;
+            status = kmp_fail_memory(model->context);
+        }
+    }
+    kmp_free(names);
+    return status;
+}
+
+kempe_status kempe_values_sample(const kempe_model *model, const char *text, int count, int seed, kempe_values **values)
+{
+    int columns = 0, most = 1;
+    kempe_status status = KEMPE_OK;
+    kmp_context_clear(model->context);
+    for (const char *s = text; *s; s++)
+        most += *s == ',';
+    range *ranges = KMP_NEW(range, most);
+    if (!ranges)
+        return kmp_fail_memory(model->context);
+    if (count < 1)
+        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "how many instances? at least one is wanted");
+    for (const char *s = text; status == KEMPE_OK && columns < most; s += *s == ',') {
+        const char *begin = s;
+        status = read_range(&s, &ranges[columns++]);
+        if (status == KEMPE_E_ARGUMENT)
+            (void)kmp_fail(model->context, status, "a range is written NAME=A:B, with commas between several; not '%s'",
+                           begin);
+        else if (status == KEMPE_E_MEMORY)
+            (void)kmp_fail_memory(model->context);
+    }
+    kempe_values *made = NULL;
+    if (status == KEMPE_OK)
+        status = draw(model, columns, ranges, count, seed, &made);
+    if (status == KEMPE_OK)
+        *values = made;
+    for (int k = 0; k < columns; k++)
+        kmp_free(ranges[k].name);
+    kmp_free(ranges);
+    return status;
+}
