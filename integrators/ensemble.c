@@ -99,7 +99,7 @@ static kempe_status prepare(kmp_ensemble *e)
     e->plant = kmp_plant_new(e->s, "tape");
     if (!e->plant)
         return KEMPE_E_MEMORY;
-    bool ok = allocate(e) && (!kmp_ensemble_has_lanes(e) || kmp_lane_room_init(&e->room, e, width));
+    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(&e->room, e, width));
     if (!ok)
         return kmp_fail_memory(e->context);
     for (int i = 0; i < e->count; i++)
@@ -174,11 +174,11 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
         return status;
     kmp_context_quiet(e->context, true);
     status = prepare(e);
-    if (status == KEMPE_OK && kmp_ensemble_has_lanes(e))
+    const char *why = kmp_ensemble_no_lanes(e);
+    if (status == KEMPE_OK && !why)
         status = run_lanes(e);
-    else
-        for (int i = 0; status == KEMPE_OK && i < instances; i++)
-            kmp_instance_leave(e, i);
+    for (int i = 0; status == KEMPE_OK && why && i < instances; i++)
+        kmp_instance_leave(e, i, why);
     if (status == KEMPE_OK)
         status = run_alone(e);
     kmp_context_quiet(e->context, false);

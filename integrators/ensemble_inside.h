@@ -90,19 +90,21 @@ struct kmp_ensemble {
 
 /* ensemble_start.c: one instance at a time. Statuses are for the whole: memory. */
 
-/** Whether lanes can run any instance. */
-bool kmp_ensemble_has_lanes(const kmp_ensemble *e);
+/** Why lanes can run no instance; NULL: they can. */
+const char *kmp_ensemble_no_lanes(const kmp_ensemble *e);
 
 /** Assembles an instance and puts it into a pool, or leaves it to a run of its own, or says in its result why not. */
 kempe_status kmp_instance_start(kmp_ensemble *e, int i);
 /** Its next choice of u, from t and y. */
 kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i);
+/** The same choice in an order of elimination that is good there. */
+kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i);
 /** Its result, from t and y. */
 kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i);
 /** By a run of its own, from its start. */
 kempe_status kmp_instance_alone(kmp_ensemble *e, int i);
 /** It leaves the lanes for such a run. */
-void kmp_instance_leave(kmp_ensemble *e, int i);
+void kmp_instance_leave(kmp_ensemble *e, int i, const char *why);
 
 /* ensemble_pool.c */
 

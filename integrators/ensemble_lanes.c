@@ -191,7 +191,7 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
         double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
         room->h[l] = fmin(fmin(100 * h, h1), e->spec.t_end - room->t[l]);
         if (room->bad[l] != 0) {
-            kmp_instance_leave(e, room->who[l]);
+            kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
             empty(room, l);
         }
     }
@@ -223,17 +223,19 @@ static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
     const double *det = determinants(e, kmp_lanes_run(pool->lanes, KMP_FUSED_MULTIPLIERS));
     for (size_t l = 0; l < room->w; l++) {
         kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
-        if (!x || x->has_slope)
+        if (!x || x->sign != 0)
             continue;
         if (room->bad[l] != 0) {
-            kmp_instance_leave(e, room->who[l]);
+            kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
             empty(room, l);
             continue;
         }
+        x->sign = sign_of(e, pool, det, l);
+        if (x->has_slope)
+            continue;
         for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
             room->k[1][k] = room->k[2][k];
         x->has_slope = true;
-        x->sign = sign_of(e, pool, det, l);
         e->results[room->who[l]].rhs++;
         choose = choose || !x->has_step;
     }
@@ -280,7 +282,7 @@ static void choose_tries(kmp_ensemble *e)
             continue;
         double h = kmp_rk_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
         if (!(h >= 16 * DBL_EPSILON * fabs(room->t[l])) || !(room->t_new[l] > room->t[l])) {
-            kmp_instance_leave(e, room->who[l]);
+            kmp_instance_leave(e, room->who[l], "steps that become too small");
             empty(room, l);
         } else {
             room->step[l] = h;
@@ -393,7 +395,7 @@ static void refuse(kmp_ensemble *e, size_t l, outcome what)
                                      : h / 2;
     x->rejected = true;
     if (++x->tries >= MOST_TRIES) {
-        kmp_instance_leave(e, room->who[l]);
+        kmp_instance_leave(e, room->who[l], "steps that become too small");
         empty(room, l);
     }
 }
@@ -413,19 +415,23 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     x->tries = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end);
-    bool leaves = !through && (collapsed || has_bad_order(e, pool, seen, l) ||
-                               (e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l])));
-    bool exchanges = !through && !leaves && e->r > 0 && seen->growth[l] > x->limit;
-    if (!through && !leaves && !exchanges)
+    bool reorders = !through && has_bad_order(e, pool, seen, l);
+    const char *why = through                                                       ? NULL
+                      : collapsed                                                   ? "steps that become too small"
+                      : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point on the way"
+                                                                                    : NULL;
+    bool exchanges = !through && !why && e->r > 0 && seen->growth[l] > x->limit;
+    if (!through && !why && !exchanges && !reorders)
         return KEMPE_OK;
     store(e, l);
     empty(room, l);
     if (through)
         return kmp_instance_finish(e, pool, i);
-    if (exchanges)
-        return kmp_instance_exchange(e, pool, i);
-    kmp_instance_leave(e, i);
-    return KEMPE_OK;
+    if (why) {
+        kmp_instance_leave(e, i, why);
+        return KEMPE_OK;
+    }
+    return exchanges ? kmp_instance_exchange(e, pool, i) : kmp_instance_reorder(e, pool, i);
 }
 
 /* One attempt in all lanes. */

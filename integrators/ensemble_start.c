@@ -15,15 +15,29 @@
 #define EXCHANGE_WISH   10.0
 #define NEAR_START      1e-2
 
-bool kmp_ensemble_has_lanes(const kmp_ensemble *e)
+const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
 {
     const kempe_system *s = e->s;
     const kmp_run_spec *spec = &e->spec;
-    bool road = strcmp(spec->road, "reduced") == 0 && strcmp(spec->form, "carried") == 0 &&
-                strcmp(spec->integrator, "dop853") == 0 && !spec->fixed_u;
-    bool plain = !s->rheonomic && s->events.count == 0 && s->chart_count == 0 && !s->articulated && !s->force &&
-                 s->motion->block_count == 0;
-    return road && plain && !e->way.alone && s->m <= KMP_LANE_ROWS && e->p > 0 && e->p <= KMP_FUSED_FREEDOMS;
+    const struct {
+        bool holds;
+        const char *why;
+    } reasons[] = {{e->way.alone, "asked for"},
+                   {strcmp(spec->road, "reduced") != 0 || strcmp(spec->form, "carried") != 0, "another road"},
+                   {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
+                   {spec->fixed_u, "fixed independent coordinates"},
+                   {s->rheonomic, "closures that move in time"},
+                   {s->events.count > 0, "conditions that change on the way"},
+                   {s->chart_count > 0, "spherical joints"},
+                   {s->articulated != NULL, "dynamics by articulated bodies"},
+                   {s->force != NULL, "forces by a function"},
+                   {s->motion->block_count > 0, "points on curves"},
+                   {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
+                   {e->p <= 0, "redundant closure rows"}};
+    for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)
+        if (reasons[k].holds)
+            return reasons[k].why;
+    return NULL;
 }
 
 /* -- the instance at hand ---------------------------------------------------------------------------- */
@@ -70,9 +84,10 @@ static void take_constants(kmp_ensemble *e, const kmp_instance *x)
     kmp_plant_renew_parameters(e->plant);
 }
 
-void kmp_instance_leave(kmp_ensemble *e, int i)
+void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
 {
     e->results[i].alone = true;
+    e->results[i].why = why;
 }
 
 /* -- start ------------------------------------------------------------------------------------------- */
@@ -119,14 +134,14 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     kempe_status status =
         kmp_partition_init(&part, e->s, e->plant->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
     if (status == KEMPE_E_FAILED) { /* a wish that is not possible is told by a run */
-        kmp_instance_leave(e, i);
+        kmp_instance_leave(e, i, "the wish of independent coordinates");
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
     if (status != KEMPE_OK)
         return status;
-    bool plain = part.r == e->r && (e->r == 0 || !(part.pivots[e->r - 1] < NEAR_START * part.pivots[0]));
-    if (plain)
+    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < NEAR_START * part.pivots[0];
+    if (full && !near)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {
         x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
@@ -136,7 +151,10 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
         pack(e, &part, q, qd, x->y);
         kmp_pool_put(e, pool, i);
     } else {
-        kmp_instance_leave(e, i);
+        kmp_instance_leave(e, i,
+                           !full  ? "redundant closure rows"
+                           : near ? "a change point near the start"
+                                  : "another choice of coordinates");
     }
     kmp_partition_free(&part);
     return status;
@@ -156,7 +174,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
         memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
         status = enter(e, i, e->state, e->state + e->n);
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
-        kmp_instance_leave(e, i);
+        kmp_instance_leave(e, i, "loops that stay open");
         status = KEMPE_OK;
     }
     kempe_assembly_free(a);
@@ -190,7 +208,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
     kmp_pool *pool = NULL;
     double *q = e->state, *qd = q + e->n;
     if (!unpack(e, from, x, q, qd, false)) {
-        kmp_instance_leave(e, i);
+        kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
     if (!kmp_partition_copy(&part, &from->part))
@@ -208,10 +226,28 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
         e->results[i].exchanges++;
         kmp_pool_put(e, pool, i);
     } else {
-        kmp_instance_leave(e, i);
+        kmp_instance_leave(e, i, "another choice of coordinates");
     }
     kmp_partition_free(&part);
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+/* The step goes on as if nothing had been: the numbers are the same but for rounding. */
+kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_pool *pool = NULL;
+    kempe_status status = KEMPE_OK;
+    if (unpack(e, from, x, e->state, e->state + e->n, false))
+        status = kmp_pool_find(e, &from->part, &pool);
+    if (status != KEMPE_OK)
+        return status;
+    x->sign = 0; /* turns with the order */
+    if (pool && pool != from)
+        kmp_pool_put(e, pool, i);
+    else
+        kmp_instance_leave(e, i, "pivots that change their order");
+    return KEMPE_OK;
 }
 
 /* -- end --------------------------------------------------------------------------------------------- */
@@ -243,7 +279,7 @@ kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i)
     const kmp_instance *x = &e->instances[i];
     double *q = e->state, *qd = q + e->n;
     if (!unpack(e, pool, x, q, qd, true)) {
-        kmp_instance_leave(e, i);
+        kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
     judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[2 * e->p + e->r] : 0);
@@ -265,6 +301,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
     *result = (kmp_ensemble_result){.status = status,
                                     .reason = report.reason,
                                     .alone = true,
+                                    .why = result->why,
                                     .t = report.t,
                                     .steps = report.steps,
                                     .rejected = report.rejected,

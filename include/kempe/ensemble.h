@@ -73,7 +73,7 @@ KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
 
 /** How it came there, and how good its end is. */
 typedef struct kempe_effort {
-    int alone; /* by a run of its own, not in a lane */
+    const char *alone; /* why by a run of its own; "": in a lane */
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot; /* max |h| and |hdot|, scaled */
     double drift;   /* of the energy, in parts of its size */

@@ -179,12 +179,18 @@ const double *kempe_batch_qd(const kempe_batch *b, int k)
     return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
 }
 
+static const char *alone_of(const kmp_ensemble_result *r)
+{
+    return r->alone && r->why ? r->why : "";
+}
+
 kempe_effort kempe_batch_effort(const kempe_batch *b, int k)
 {
     const kmp_ensemble_result *r = result_of(b, k);
     if (!r)
-        return (kempe_effort){.h = NAN, .hdot = NAN, .drift = NAN};
-    return (kempe_effort){r->alone, r->steps, r->rejected, r->refused, r->rhs, r->exchanges, r->h, r->hdot, r->drift};
+        return (kempe_effort){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN};
+    return (kempe_effort){alone_of(r),  r->steps, r->rejected, r->refused, r->rhs,
+                          r->exchanges, r->h,     r->hdot,     r->drift};
 }
 
 /* -- telling ----------------------------------------------------------------------------------------- */
@@ -212,6 +218,22 @@ static totals sum_up(const kempe_batch *b)
     return s;
 }
 
+/* Why instances were run by themselves, each reason once, in the order of the first. */
+static void put_alone(const kempe_batch *b, kmp_text *text)
+{
+    for (int k = 0; k < b->count; k++) {
+        const char *why = alone_of(&b->results[k]);
+        int before = 0, after = 0;
+        for (int i = 0; *why && i < b->count && before == 0; i++)
+            if (strcmp(alone_of(&b->results[i]), why) == 0) {
+                before += i < k;
+                after++;
+            }
+        if (after > 0 && before == 0)
+            kmp_text_printf(text, "alone     %d because of %s\n", after, why);
+    }
+}
+
 static void put_text(const kempe_batch *b, kmp_text *text)
 {
     totals s = sum_up(b);
@@ -228,6 +250,7 @@ static void put_text(const kempe_batch *b, kmp_text *text)
                         b->work.alone);
     else
         kmp_text_printf(text, "lanes     none; every instance by itself\n");
+    put_alone(b, text);
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    drift %.3g of its size (worst)\n", s.drift);
@@ -263,7 +286,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_number(json, "h", r->h);
     kmp_json_number(json, "hdot", r->hdot);
     kmp_json_number(json, "drift", r->drift);
-    kmp_json_whole(json, "alone", r->alone);
+    kmp_json_string(json, "alone", alone_of(r));
     kmp_json_end(json);
 }
 
@@ -356,7 +379,9 @@ static void put_row(const kempe_batch *b, kmp_text *text, int k)
     put_numbers(text, b->n, kempe_batch_qd(b, k), ",", "");
     kmp_text_printf(text, ",%ld,%ld,%ld,%ld,%ld", r->steps, r->rejected, r->refused, r->rhs, r->exchanges);
     put_numbers(text, 3, ends, ",", "");
-    kmp_text_printf(text, ",%d,", r->alone ? 1 : 0);
+    kmp_text_put(text, ",");
+    put_quoted(text, alone_of(r));
+    kmp_text_put(text, ",");
     put_quoted(text, kempe_batch_reason(b, k));
     kmp_text_put(text, "\n");
 }

@@ -1,0 +1,403 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Ensembles: the same bits whatever the number of lanes and whether they are machine code; the answers of models that
+ * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
+#include "base/memory.h"
+#include "integrators/ensemble.h"
+#include "loaded.h"
+#include "model/model.h"
+#include "random.h"
+
+enum { COUNT = 19, MOST = 8 };
+
+typedef struct outcome {
+    kmp_ensemble_result result[COUNT];
+    double q[COUNT * 40], qd[COUNT * 40];
+    kmp_ensemble_work work;
+} outcome;
+
+typedef struct many {
+    kempe_context *context;
+    kempe_model *model;
+    kmp_ensemble *ensemble;
+    int n, columns;
+    double values[COUNT * MOST];
+} many;
+
+static double value_in_model(const kempe_model *m, const char *name)
+{
+    for (int k = 0; k < m->parameter_count; k++)
+        if (strcmp(m->parameters[k].name, name) == 0)
+            return m->parameters[k].number.value;
+    for (int k = 0; k < m->motion_count; k++) {
+        if (strncmp(name, "q.", 2) == 0 && strcmp(m->motions[k].name, name + 2) == 0)
+            return m->start.q[k].value;
+        if (strncmp(name, "qd.", 3) == 0 && strcmp(m->motions[k].name, name + 3) == 0)
+            return m->start.qd[k].value;
+    }
+    return NAN;
+}
+
+/* Values about those of the model, by up to `spread` of them. */
+static many gather_from(kempe_context *context, kempe_model *model, const char *const *names, double spread)
+{
+    many x = {.context = context, .model = model};
+    CHECK(model != NULL);
+    if (!model) {
+        printf("%s\n", kempe_context_message(context));
+        return x;
+    }
+    while (names[x.columns])
+        x.columns++;
+    x.n = model->motion_count;
+    CHECK(x.n <= 40);
+    for (int i = 0; i < COUNT; i++)
+        for (int k = 0; k < x.columns; k++)
+            x.values[i * x.columns + k] = value_in_model(model, names[k]) * (1 + between(-spread, spread));
+    if (kmp_ensemble_new(model, x.columns, names, &x.ensemble) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(x.ensemble != NULL);
+    return x;
+}
+
+static many gather(const char *example, const char *const *names, double spread)
+{
+    char path[1024];
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    (void)snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, example);
+    (void)kempe_model_read(context, path, &model);
+    return gather_from(context, model, names, spread);
+}
+
+static many gather_text(const char *text, const char *const *names, double spread)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    (void)kempe_model_read_text(context, text, "model.yaml", &model);
+    return gather_from(context, model, names, spread);
+}
+
+static void scatter(many *x)
+{
+    kmp_ensemble_free(x->ensemble);
+    kempe_model_free(x->model);
+    kempe_context_free(x->context);
+}
+
+static void run(many *x, const kmp_run_spec *spec, kmp_ensemble_way way, outcome *out)
+{
+    *out = (outcome){0};
+    CHECK(kmp_ensemble_run(x->ensemble, spec, &way, COUNT, x->values, out->result, out->q, out->qd) == KEMPE_OK);
+    out->work = kmp_ensemble_get_work(x->ensemble);
+}
+
+static void drop(outcome *out)
+{
+    for (int i = 0; i < COUNT; i++)
+        kmp_free(out->result[i].reason);
+}
+
+static bool same_result(const kmp_ensemble_result *a, const kmp_ensemble_result *b)
+{
+    return a->status == b->status && a->alone == b->alone && a->t == b->t && a->steps == b->steps &&
+           a->rejected == b->rejected && a->refused == b->refused && a->rhs == b->rhs && a->exchanges == b->exchanges &&
+           memcmp(&a->h, &b->h, sizeof a->h) == 0 && memcmp(&a->drift, &b->drift, sizeof a->drift) == 0 &&
+           strcmp(a->reason ? a->reason : "", b->reason ? b->reason : "") == 0;
+}
+
+static int differ(const many *x, const outcome *a, const outcome *b)
+{
+    size_t size = (size_t)(COUNT * x->n) * sizeof(double);
+    int count = memcmp(a->q, b->q, size) != 0 || memcmp(a->qd, b->qd, size) != 0;
+    for (int i = 0; i < COUNT; i++)
+        count += !same_result(&a->result[i], &b->result[i]);
+    return count;
+}
+
+/* Largest distance of coordinates from those of runs of their own, beside their size. */
+static double distance(const many *x, const outcome *a, const outcome *b)
+{
+    double worst = 0;
+    for (int k = 0; k < COUNT * x->n; k++)
+        worst = fmax(worst, fabs(a->q[k] - b->q[k]) / fmax(1, fabs(b->q[k])));
+    return worst;
+}
+
+/* -- lanes do not matter ----------------------------------------------------------------------------- */
+
+static void one_mechanism(many x, double t_end, double near, int least_exchanges)
+{
+    static outcome first, other;
+    static const kmp_ensemble_way ways[] = {{.width = 1}, {.width = 1, .plain = true},
+                                            {.width = 4}, {.width = 8, .plain = true},
+                                            {.width = 3}, {.width = 4, .plain = true}};
+    const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
+    if (!x.ensemble) {
+        scatter(&x);
+        return;
+    }
+    run(&x, &spec, (kmp_ensemble_way){.width = 8}, &first);
+    CHECK(first.work.alone == 0 && first.work.lane_steps > 0);
+    long exchanges = 0, rejected = 0;
+    for (int i = 0; i < COUNT; i++) {
+        const kmp_ensemble_result *r = &first.result[i];
+        exchanges += r->exchanges;
+        rejected += r->rejected;
+        CHECK(r->status == KEMPE_OK && !r->reason && !r->alone && r->t == t_end && r->steps > 5);
+        CHECK(r->h < 1e-12 && r->hdot < 1e-12 && r->drift < 1e-6);
+    }
+    CHECK(exchanges >= least_exchanges && rejected > 0);
+    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        run(&x, &spec, ways[k], &other);
+        CHECK(differ(&x, &first, &other) == 0);
+        drop(&other);
+    }
+    run(&x, &spec, (kmp_ensemble_way){.alone = true}, &other);
+    double off = distance(&x, &first, &other);
+    printf("  %ld steps, %ld exchanges, %d choices; from runs one by one %.2g\n", first.result[0].steps, exchanges,
+           first.work.pools, off);
+    CHECK(other.work.alone == COUNT && off < near);
+    drop(&first);
+    drop(&other);
+    scatter(&x);
+}
+
+/* With a spring, a damper and a motor, whose work counts. */
+static const char driven[] =
+    "kempe: 1\nname: driven\nparameters: {l: 0.5, m: 2, k: 40, d: 0.6, f: 3, r: 0.2, off: 0}\n"
+    "ground: {points: {O: [0, off, 0], S: [r + l, 0, 0]}}\nbodies:\n"
+    "  a: {joint: {name: a, revolute: z, at: ground.O}, mass: m, com: [r/2, 0, 0], inertia: {zz: m*r^2/12},\n"
+    "      points: {E: [r, -off, 0]}}\n"
+    "  b: {joint: {name: b, revolute: z, at: a.E}, mass: 1, com: [l/2, 0, 0], inertia: {zz: l^2/12},\n"
+    "      points: {E: [l, 0, 0]}}\n"
+    "  c: {joint: {name: c, prismatic: x, at: ground.S}, mass: 3, points: {P: [0, 0, 0]}}\n"
+    "loops: {E: {ball: [b.E, c.P]}}\n"
+    "forces:\n  s: {joint: c, spring: {stiffness: k, damping: d}}\n  e: {joint: a, torque: f*sin(3*t) - qd(a)*d}\n"
+    "start: {hold: [a], qd: {a: 9}}\n";
+
+/* No loops: two freedoms. */
+static const char tree[] =
+    "kempe: 1\nname: tree\nparameters: {l: 0.5, m: 2, d: 0.1}\nground: {points: {O: [0, 0, 0]}}\n"
+    "gravity: [0, -9.81, 0]\nbodies:\n"
+    "  a: {joint: {name: a, revolute: z, at: ground.O}, mass: m, com: [l, 0, 0], inertia: {zz: 0.1},\n"
+    "      points: {E: [2*l, 0, 0]}}\n"
+    "  b: {joint: {name: b, revolute: z, at: a.E}, mass: 1, com: [l/2, 0, 0], inertia: {zz: m*l^2/12}}\n"
+    "forces: {e: {joint: b, torque: -d*qd(b)}}\n";
+
+/* A block of three rows, whose order of elimination is watched. */
+static const char in_space[] =
+    "kempe: 1\nname: in space\nparameters: {a: 0.2, b: 0.7, c: 0.5}\ngravity: [0, 0, -9.81]\n"
+    "ground: {points: {O: [0, 0, 0], D: [0.6, 0.4, 0.1]}}\nbodies:\n"
+    "  a: {joint: {name: a, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.1}, points: {E: [a, 0, 0]}}\n"
+    "  b: {joint: {name: b, universal: [y, z], at: a.E}, mass: 1, com: [b/2, 0, 0],\n"
+    "      inertia: {xx: 0.001, yy: 0.05, zz: 0.05}, points: {E: [b, 0, 0]}}\n"
+    "  c: {joint: {name: c, revolute: y, at: ground.D}, mass: 1, com: [0, 0, c/2], inertia: {yy: 0.03},\n"
+    "      points: {E: [0, 0, c]}}\n"
+    "loops: {E: {ball: [b.E, c.E]}}\nstart: {q: {b.1: -0.5, b.2: 0.5}, hold: [a], qd: {a: 6}}\n";
+
+static void test_lanes_do_not_matter(void)
+{
+    random_seed(3);
+    one_mechanism(gather("four_bar/four_bar",
+                         (const char *const[]){"crank", "coupler", "rocker", "base", "crank_mass", "qd.crank", NULL},
+                         0.03),
+                  0.6, 1e-6, COUNT);
+    one_mechanism(gather("slider_crank/slider_crank", (const char *const[]){"l", "r", "rod_mass", NULL}, 0.1), 3, 1e-6,
+                  0);
+    one_mechanism(gather("stephenson/stephenson", (const char *const[]){"crank", "rod", "rho", NULL}, 0.01), 1, 1e-6,
+                  0);
+    one_mechanism(gather("spatial_slider_crank/spatial_slider_crank", (const char *const[]){"l", "axial", NULL}, 0.02),
+                  1, 1e-6, 0);
+    one_mechanism(gather_text(driven, (const char *const[]){"l", "m", "k", "d", "f", "r", NULL}, 0.05), 1, 1e-6, 0);
+    one_mechanism(gather_text(in_space, (const char *const[]){"a", "b", "c", NULL}, 0.02), 1, 1e-6, 0);
+    one_mechanism(gather_text(tree, (const char *const[]){"q.a", "l", "m", "d", NULL}, 0.1), 1, 1e-6, 0);
+}
+
+/* -- models of their own ----------------------------------------------------------------------------- */
+
+static void compare_with_models(const char *example, const char *const *names, double spread, double t_end)
+{
+    static outcome out;
+    char path[1024];
+    many x = gather(example, names, spread);
+    const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
+    double worst = 0;
+    (void)snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, example);
+    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    for (int i = 0; i < COUNT; i += 3) {
+        kempe_setting set[MOST];
+        char text[MOST][32];
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        kempe_stepper *stepper = NULL;
+        kempe_run one = kempe_run_default();
+        one.rtol = 1e-9;
+        one.t_end = t_end;
+        for (int k = 0; k < x.columns; k++) {
+            (void)snprintf(text[k], sizeof text[k], "%.17g", x.values[i * x.columns + k]);
+            set[k] = (kempe_setting){names[k], text[k]};
+        }
+        bool made = kempe_model_read_set(x.context, path, set, x.columns, &model) == KEMPE_OK &&
+                    kempe_system_new(model, &system) == KEMPE_OK &&
+                    kempe_stepper_new(system, &one, &stepper) == KEMPE_OK &&
+                    kempe_stepper_advance(stepper, t_end) == KEMPE_OK;
+        CHECK(made && !out.result[i].alone);
+        for (int k = 0; made && k < x.n; k++) {
+            double q = kempe_stepper_q(stepper)[k], qd = kempe_stepper_qd(stepper)[k];
+            worst = fmax(worst, fabs(out.q[i * x.n + k] - q) / fmax(1, fabs(q)));
+            worst = fmax(worst, fabs(out.qd[i * x.n + k] - qd) / fmax(10, fabs(qd)));
+        }
+        kempe_stepper_free(stepper);
+        kempe_system_free(system);
+        kempe_model_free(model);
+    }
+    printf("  %s: %.2g\n", example, worst);
+    CHECK(worst < 1e-6);
+    drop(&out);
+    scatter(&x);
+}
+
+static void test_models_of_their_own(void)
+{
+    random_seed(4);
+    compare_with_models("four_bar/four_bar",
+                        (const char *const[]){"crank", "coupler", "base", "coupler_mass", "rocker_mass", NULL}, 0.04,
+                        0.5);
+    compare_with_models("slider_crank/slider_crank", (const char *const[]){"r", "l", "slider_mass", NULL}, 0.1, 2);
+    compare_with_models("stephenson/stephenson", (const char *const[]){"crank", "lever", "rho", NULL}, 0.01, 1);
+    compare_with_models("spatial_slider_crank/spatial_slider_crank", (const char *const[]){"r", "l", NULL}, 0.02, 1);
+}
+
+/* -- alone ------------------------------------------------------------------------------------------- */
+
+/* All of them by runs of their own, and as if nobody had asked for lanes. */
+static void test_what_lanes_cannot(void)
+{
+    static const struct {
+        const char *example, *name;
+        double t_end;
+        const char *why;
+    } cases[] = {{"peaucellier/peaucellier", "m", 0.2, "closures that move in time"},
+                 {"four_bar/four_bar_spatial", "crank", 0.05, "redundant closure rows"},
+                 {"driven_slider_crank/driven_slider_crank", "l", 0.05, "closures that move in time"},
+                 {"governor/governor", "K", 0.002, "another road"},
+                 {"n_four_bar/n_four_bar_1", "m", 2, "a change point on the way"},
+                 {"stewart/stewart", "k", 0.01, "spherical joints"}};
+    static outcome some, all;
+    random_seed(5);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        many x = gather(cases[k].example, (const char *const[]){cases[k].name, NULL}, 0.01);
+        const kmp_run_spec spec = {.rtol = 1e-6, .t_end = cases[k].t_end};
+        run(&x, &spec, (kmp_ensemble_way){0}, &some);
+        run(&x, &spec, (kmp_ensemble_way){.alone = true}, &all);
+        CHECK(some.work.alone == COUNT && differ(&x, &some, &all) == 0);
+        for (int i = 0; i < COUNT; i++)
+            CHECK(some.result[i].why && strcmp(some.result[i].why, cases[k].why) == 0);
+        for (int i = 0; i < COUNT; i++)
+            CHECK(some.result[i].status == KEMPE_OK && some.result[i].h < 1e-10);
+        drop(&some);
+        drop(&all);
+        scatter(&x);
+    }
+}
+
+/* -- what cannot be run ------------------------------------------------------------------------------ */
+
+static void test_bad_instances(void)
+{
+    static outcome out, other;
+    many x = gather("four_bar/four_bar", (const char *const[]){"coupler", "coupler_mass", NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.3};
+    run(&x, &spec, (kmp_ensemble_way){0}, &other);
+    x.values[2 * 3] = 0.1;    /* the square root of a negative number */
+    x.values[2 * 5 + 1] = -1; /* a mass */
+    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    CHECK(out.result[3].status == KEMPE_E_INPUT && isnan(out.q[3 * x.n]));
+    CHECK_TEXT(out.result[3].reason, "parameter 'across' is not a number: a finite number is wanted");
+    CHECK(out.result[5].status == KEMPE_E_INPUT);
+    CHECK_TEXT(out.result[5].reason, "the mass of body 'coupler' is negative: -1");
+    for (int i = 0; i < COUNT; i++)
+        if (i != 3 && i != 5) /* the others do not know */
+            CHECK(same_result(&out.result[i], &other.result[i]) &&
+                  memcmp(out.q + i * x.n, other.q + i * x.n, (size_t)x.n * sizeof(double)) == 0);
+    drop(&out);
+    drop(&other);
+    scatter(&x);
+}
+
+/* Loops that cannot be closed are told as an assembly tells them. */
+static void test_open_loops(void)
+{
+    static const char text[] =
+        "kempe: 1\nname: bars\nparameters: {a: 0.3, b: 0.8, c: 0.7, d: 0.9}\n"
+        "ground: {points: {O: [0, 0, 0], D: [d, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {name: a, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {E: [a, 0, 0]}}\n"
+        "  b: {joint: {name: b, revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}, points: {E: [b, 0, 0]}}\n"
+        "  c: {joint: {name: c, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 1}, points: {E: [c, 0, 0]}}\n"
+        "loops: {E: {ball: [b.E, c.E]}}\n"
+        "start: {q: {a: 1.5, b: -1, c: 1.6}, hold: [a], qd: {a: 3}}\n";
+    static outcome out;
+    many x = gather_text(text, (const char *const[]){"d", NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.1};
+    x.values[7] = 5;
+    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    CHECK(out.result[7].status == KEMPE_E_FAILED && out.result[7].alone && out.work.alone == 1);
+    CHECK(out.result[7].reason && strstr(out.result[7].reason, "loop 'E' cannot be closed while holding a"));
+    CHECK(out.result[8].status == KEMPE_OK && !out.result[8].alone);
+    drop(&out);
+    scatter(&x);
+}
+
+static void test_interrupt(void)
+{
+    static outcome out;
+    many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.3};
+    kempe_context_interrupt(x.context);
+    run(&x, &spec, (kmp_ensemble_way){0}, &out);
+    for (int i = 0; i < COUNT; i++)
+        CHECK(out.result[i].status == KEMPE_STOPPED && strcmp(out.result[i].reason, "interrupted") == 0);
+    drop(&out);
+    scatter(&x);
+}
+
+/* Every allocation fails once, more or less: nothing leaks, and what does not fail is the same as ever. */
+static void test_no_memory(void)
+{
+    static outcome out, first;
+    many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-6, .t_end = 0.1};
+    const kmp_ensemble_way way = {.width = 2, .plain = true};
+    run(&x, &spec, way, &first);
+    int failed = 0;
+    kempe_status status = KEMPE_E_MEMORY;
+    for (unsigned long n = 1; status == KEMPE_E_MEMORY && n < 100000; n += 1 + n / 6) {
+        out = (outcome){0};
+        kmp_memory_fail_at(n);
+        status = kmp_ensemble_run(x.ensemble, &spec, &way, COUNT, x.values, out.result, out.q, out.qd);
+        kmp_memory_fail_at(0);
+        failed += status == KEMPE_E_MEMORY;
+        if (status == KEMPE_OK)
+            drop(&out);
+        else
+            CHECK(strstr(kempe_context_message(x.context), "memory") != NULL);
+    }
+    CHECK(failed > 10);
+    run(&x, &spec, way, &out);
+    CHECK(differ(&x, &first, &out) == 0);
+    drop(&first);
+    drop(&out);
+    scatter(&x);
+}
+
+int main(void)
+{
+    TEST(test_lanes_do_not_matter);
+    TEST(test_models_of_their_own);
+    TEST(test_what_lanes_cannot);
+    TEST(test_bad_instances);
+    TEST(test_open_loops);
+    TEST(test_interrupt);
+    TEST(test_no_memory);
+    return check_report();
+}
