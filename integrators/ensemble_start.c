@@ -357,6 +357,7 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     status = run ? run_alone(e, i, run, status) : fail_alone(e, i, status);
     kmp_runner_free(run);
     kempe_assembly_free(a);
-    kmp_context_clear(e->context);
+    if (status == KEMPE_OK)
+        kmp_context_clear(e->context);
     return status;
 }

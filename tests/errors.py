@@ -90,6 +90,8 @@ CALLS = [
     ("simulate model.yaml -o nowhere/out.csv", 1),
     ("show model.yaml", 3),
     ("compare model.yaml --report page.html", 2),
+    ("ensemble model.yaml --values values.csv", 2),
+    ("ensemble model.yaml --sample l=1", 3),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]
@@ -123,6 +125,7 @@ def everything_said(kempe, folder):
         model.write_text(MODEL.replace(old, new))
         lines += said(kempe, folder, "simulate model.yaml", code)
     model.write_text(MODEL)
+    (pathlib.Path(folder) / "values.csv").write_text("l,rr\n0.8,x\n")
     for words, code in CALLS:
         lines += said(kempe, folder, words, code)
     return lines

@@ -25,7 +25,7 @@ FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
 SIX_BAR = ROOT / "examples/stephenson/stephenson.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
-COMMANDS = "check assemble simulate compare generate show".split()
+COMMANDS = "check assemble simulate compare generate show ensemble".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -125,7 +125,7 @@ class Settings(Case):
     def test_values(self):
         self.assertEqual(self.parameters("--set", "l=600 mm", "--set=r=l/2")["r"], 0.3)
         self.assertEqual(self.parameters()["l"], 0.5)
-        for command in [*COMMANDS[:-2], "generate --count", "show --stats"]:
+        for command in [*COMMANDS[:4], "generate --count", "show --stats", "ensemble --sample r=1:2"]:
             self.assertIn("no parameter 'll'", self.expect(2, *command.split(), SLIDER_CRANK, "--set", "ll=2").stderr)
 
     def test_mistakes(self):
@@ -133,6 +133,89 @@ class Settings(Case):
         self.assertIn("--set l:1:5: ", self.expect(2, "check", SLIDER_CRANK, "--set", "l=2 * *").stderr)
         for word in "l", "=2", "l=":
             self.expect(3, "check", SLIDER_CRANK, "--set", word)
+
+
+class Ensembles(Case):
+    """Many instances: tables in and out, the same numbers however they are run, mistakes with their place."""
+
+    BARS = "crank,base,qd.crank\n0.3,0.9,20\n# four\n 0.31 ,0.88,-18.5\n0.29,0.91,2e1\n0.3,5,20\n"
+
+    def table(self, text):
+        (self.folder / "bars.csv").write_text(text)
+        return "bars.csv"
+
+    def rows(self, *words):
+        done = self.expect(0, "ensemble", FOUR_BAR, *words, "-o", "ends.csv")
+        with open(self.folder / "ends.csv", newline="") as file:
+            return done, list(csv.DictReader(file))
+
+    def test_values(self):
+        done, rows = self.rows("--values", self.table(self.BARS), "--t-end", 0.5)
+        self.assertIn("4 instances, 3 ok, 0 stopped, 1 failed", done.stdout)
+        self.assertIn("instance  4 failed: parameter 'across' is not a number", done.stdout)
+        self.assertEqual([row["status"] for row in rows], ["ok", "ok", "ok", "failed"])
+        self.assertEqual([row["crank"] for row in rows], ["0.3", "0.31", "0.29", "0.3"])
+        self.assertEqual((rows[3]["q.crank"], rows[3]["t"]), ("", "0"))
+        self.assertIn("parameter 'across'", rows[3]["reason"])
+        one = self.object(0, "simulate", FOUR_BAR, "--t-end", 0.5, "--set", "crank=0.29", "--set", "base=0.91",
+                          "--once", "-o", "one.csv")
+        with open(self.folder / "one.csv", newline="") as file:
+            last = list(csv.DictReader(line for line in file if line[0] != "#"))[-1]
+        for name in "q.crank q.coupler q.rocker qd.rocker".split():
+            self.assertAlmostEqual(float(rows[2][name]), float(last[name]), delta=1e-7)
+        self.assertEqual(int(rows[2]["steps"]), one["work"]["steps"])
+
+    def test_lanes(self):
+        values = self.table(self.BARS)
+        best = self.rows("--values", values, "--t-end", 0.5)[1]
+        for words in (("--lanes", 1), ("--lanes", 3), ("--lanes", 8)):
+            self.assertEqual(self.rows("--values", values, "--t-end", 0.5, *words)[1], best)
+        done, alone = self.rows("--values", values, "--t-end", 0.5, "--alone")
+        self.assertIn("every instance by itself", done.stdout)
+        self.assertEqual([row["alone"] for row in alone], ["asked for"] * 4)
+        for a, b in zip(best[:3], alone):
+            self.assertAlmostEqual(float(a["q.rocker"]), float(b["q.rocker"]), delta=1e-8)
+
+    def test_sample(self):
+        words = ("--sample", "crank=0.29:0.31,q.coupler=-0.01:+1e-2", "--instances", 20, "--t-end", 0.1)
+        first, again = self.object(0, "ensemble", FOUR_BAR, *words), self.object(0, "ensemble", FOUR_BAR, *words)
+        self.assertEqual(without_times(first), without_times(again))
+        self.assertKeys(first, "model status reason build_s count ok stopped failed lanes alone rtol atol t_end cpu_s columns "
+                               "coordinates instances")
+        self.assertEqual((first["count"], first["ok"], first["columns"]), (20, 20, ["crank", "q.coupler"]))
+        for one in first["instances"]:
+            self.assertKeys(one, "values status reason t q qd steps rejected refused rhs exchanges h hdot drift alone")
+            self.assertTrue(0.29 <= one["values"][0] < 0.31 and -0.01 <= one["values"][1] < 0.01)
+        other = self.object(0, "ensemble", FOUR_BAR, *words, "--seed", 2)
+        self.assertNotEqual(first["instances"][0]["values"], other["instances"][0]["values"])
+
+    def test_mistakes_in_tables(self):
+        for text, told in (("crank,bse\n1,2\n", "bars.csv:1:7: the model has no parameter 'bse'; did you mean 'base'?"),
+                           ("crank,crank\n1,2\n", "bars.csv:1:7: this column stands twice"),
+                           ("qd.crnk\n1\n", "bars.csv:1:1: the model has no coordinate 'crnk'; did you mean 'crank'?"),
+                           ("crank,\n1,2\n", "bars.csv:1:7: a name is wanted here"),
+                           ("# a\ncrank, base\n1,x\n", "bars.csv:3:3: a finite number is wanted here, in SI units"),
+                           ("crank\ninf\n", "bars.csv:2:1: a finite number is wanted here"),
+                           ("crank,base\n1\n", "bars.csv:2:1: 1 field where the header has 2 columns"),
+                           ("crank\n", "bars.csv:2:1: there are no rows below the names"),
+                           ("# nothing\n", "bars.csv:2:1: there is no header line with names of parameters")):
+            done = self.expect(2, "ensemble", FOUR_BAR, "--values", self.table(text))
+            self.assertIn(told, done.stderr)
+        self.expect(2, "ensemble", FOUR_BAR, "--values", "nowhere.csv")
+
+    def test_mistakes(self):
+        self.assertIn("--values", self.expect(3, "ensemble", FOUR_BAR).stderr)
+        self.expect(3, "ensemble", FOUR_BAR, "--values", self.table(self.BARS), "--sample", "crank=1:2")
+        for ranges in ("crank", "crank=1", "crank=1:", "crank=:2", "=1:2", "crank=1:2,", "crank=1:2;base=1:2", "crank=a:b"):
+            self.assertIn("NAME=A:B", self.expect(3, "ensemble", FOUR_BAR, "--sample", ranges).stderr)
+        self.assertIn("did you mean 'crank'?", self.expect(3, "ensemble", FOUR_BAR, "--sample", "crnk=1:2").stderr)
+        self.assertIn("9 lanes", self.expect(3, "ensemble", FOUR_BAR, "--sample", "crank=1:2", "--lanes", 9).stderr)
+        self.assertIn("no instance came to its end",
+                      self.expect(1, "ensemble", FOUR_BAR, "--sample", "base=5:6", "--instances", 3).stderr)
+        self.assertIn("setting of the run",
+                      self.expect(3, "ensemble", self.model("kempe: 1\nparameters: {T: 1}\nbodies: {a: {joint: {revolute: z, "
+                                                            "at: ground}, mass: 1, inertia: {zz: 1}}}\nrun: {t_end: T}\n"),
+                                  "--sample", "T=1:2").stderr)
 
 
 class Usage(Case):

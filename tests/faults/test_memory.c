@@ -451,6 +451,36 @@ static void remove_libraries(void)
     }
 }
 
+/* Values, instances in lanes and by themselves, the table that comes out. */
+static kempe_status run_ensemble(scene *s)
+{
+    kempe_values *values = NULL;
+    kempe_ensemble *ensemble = NULL;
+    kempe_batch *batch = NULL;
+    char *text = NULL;
+    kempe_run run = kempe_run_default();
+    run.t_end = 1e-3;
+    kempe_status status = kempe_values_sample(s->model, "crank=0.29:0.31,q.crank=0:0.01", 3, 1, &values);
+    untouched(status, values);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new(s->model, values, &ensemble);
+    for (int lanes = -1; status == KEMPE_OK && lanes < 2; lanes += 2) {
+        kempe_batch_free(batch);
+        batch = NULL;
+        status = kempe_ensemble_run(ensemble, &run, lanes, &batch);
+        untouched(status, batch);
+    }
+    if (status == KEMPE_OK)
+        status = kempe_batch_print(batch, KEMPE_JSON, &text);
+    if (status == KEMPE_OK)
+        status = kempe_batch_write_csv(batch, csv);
+    kempe_text_free(text);
+    kempe_batch_free(batch);
+    kempe_ensemble_free(ensemble);
+    kempe_values_free(values);
+    return status;
+}
+
 /* -- the loop -------------------------------------------------------------------------------------- */
 
 /* Done, or no memory, said in words. */
@@ -503,6 +533,7 @@ static const struct {
               {"check", check_model},
               {"assemble", assemble},
               {"workspace", evaluate},
+              {"ensemble", run_ensemble},
               {"carried", simulate_carried},
               {"closed", simulate_closed},
               {"bdf", simulate_bdf},

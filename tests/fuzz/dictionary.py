@@ -58,6 +58,10 @@ def columns():
         "t", ",lambda.C.1", ",lambda.C.2", ",position.", "# ", ",", "\n", "\r\n", "\ufeff", "nan", "inf"]
 
 
+def values():
+    return ["l", "m", "ax", "q.A", "qd.A", "q.", "qd.", ",", "# ", "\n", "\r\n", "\ufeff", "nan", "inf", "+1", "-1e-3"]
+
+
 def program():
     functions = re.findall(r'"(\w+)"', (ROOT / "src/symbolic/ops.def").read_text())
     inputs = [word + "[0]" for word in texts("src/symbolic/program_words.c")[:12]]
@@ -68,7 +72,7 @@ def program():
 
 
 FORMATS = {"expression": expression, "model": model, "mbs": mbs, "reference": columns,
-           "checkpoint": lambda: ["# kempe checkpoint 1, model ", "\n", ",", ",0", "\n0.2,"], "program": program}
+           "checkpoint": lambda: ["# kempe checkpoint 1, model ", "\n", ",", ",0", "\n0.2,"], "program": program, "values": values}
 
 
 def quoted(word):

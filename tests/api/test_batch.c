@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Ensembles from a program: a model built in code, values from memory, what comes out against a run of its own. */
+#include "four_bar.h"
+
+enum { N = 3, COUNT = 11 };
+
+static const char *const names[] = {"q.A", "qd.A"};
+
+static void test_batch(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = four_bar_new(context, FOUR_BAR_TORQUE);
+    kempe_values *values = NULL;
+    kempe_ensemble *ensemble = NULL;
+    kempe_batch *batch = NULL, *alone = NULL;
+    kempe_run run = kempe_run_default();
+    double rows[COUNT][2];
+    run.t_end = 1;
+    run.rtol = 1e-8;
+    for (int i = 0; i < COUNT; i++) {
+        rows[i][0] = 1.5 + 0.01 * i;
+        rows[i][1] = 0.1 * i;
+    }
+    CHECK(kempe_values_new(model, 2, names, COUNT, rows[0], &values) == KEMPE_OK);
+    CHECK(kempe_values_count(values) == COUNT && kempe_values_column_count(values) == 2);
+    CHECK_TEXT(kempe_values_name(values, 1), "qd.A");
+    CHECK_TEXT(kempe_values_name(values, 2), "");
+    CHECK(kempe_values_row(values, 3)[1] == rows[3][1] && !kempe_values_row(values, COUNT));
+    CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
+    CHECK(kempe_ensemble_run(ensemble, &run, 0, &batch) == KEMPE_OK);
+    CHECK(kempe_ensemble_run(ensemble, &run, -1, &alone) == KEMPE_OK);
+    CHECK(kempe_batch_count(batch) == COUNT);
+    for (int i = 0; i < COUNT; i++) {
+        kempe_effort a = kempe_batch_effort(batch, i), b = kempe_batch_effort(alone, i);
+        CHECK_TEXT(kempe_batch_status(batch, i), "ok");
+        CHECK_TEXT(kempe_batch_reason(batch, i), "");
+        CHECK_TEXT(a.alone, "");
+        CHECK_TEXT(b.alone, "asked for");
+        CHECK(kempe_batch_t(batch, i) == 1 && a.steps > 5 && a.rhs > 60 && a.h < 1e-12 && a.drift < 1e-6);
+        for (int k = 0; k < N; k++) {
+            CHECK_NEAR(kempe_batch_q(batch, i)[k], kempe_batch_q(alone, i)[k], 1e-9);
+            CHECK_NEAR(kempe_batch_qd(batch, i)[k], kempe_batch_qd(alone, i)[k], 1e-9);
+        }
+    }
+    CHECK(!kempe_batch_q(batch, COUNT) && isnan(kempe_batch_t(batch, -1)));
+    kempe_batch_free(batch);
+    kempe_batch_free(alone);
+    kempe_ensemble_free(ensemble);
+    kempe_values_free(values);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+static void test_mistakes(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = four_bar_new(context, FOUR_BAR_TORQUE);
+    kempe_values *values = NULL;
+    kempe_ensemble *ensemble = NULL;
+    kempe_batch *batch = NULL;
+    kempe_run run = kempe_run_default();
+    const char *const wrong[] = {"q.A", "q.E"}, *const twice[] = {"q.A", "q.A"};
+    const double row[] = {1.5, 0};
+    CHECK(kempe_values_new(model, 2, wrong, 1, row, &values) == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(context), "the model has no coordinate 'E'");
+    CHECK(kempe_values_new(model, 2, twice, 1, row, &values) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_values_new(model, 2, names, -1, row, &values) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_values_sample(model, "q.A=1:2", 0, 1, &values) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_values_read(model, "/nowhere/values.csv", &values) == KEMPE_E_IO && !values);
+    CHECK(kempe_values_new(model, 2, names, 1, row, &values) == KEMPE_OK);
+    CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
+    CHECK(kempe_ensemble_run(ensemble, &run, 9, &batch) == KEMPE_E_ARGUMENT);
+    run.road = "fast";
+    CHECK(kempe_ensemble_run(ensemble, &run, 0, &batch) == KEMPE_E_ARGUMENT && !batch);
+    kempe_ensemble_free(ensemble);
+    kempe_values_free(values);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+int main(void)
+{
+    TEST(test_batch);
+    TEST(test_mistakes);
+    return check_report();
+}
