@@ -77,11 +77,11 @@ static void release(kmp_ensemble *e)
 
 static bool allocate(kmp_ensemble *e)
 {
-    size_t size = (size_t)(e->size > 0 ? e->size : 0), constants = (size_t)(e->parameters + e->n + e->m);
+    size_t size = (size_t)(e->size > 0 ? e->size : 0), constants = (size_t)e->parameters + (size_t)e->n + (size_t)e->m;
     size_t count = (size_t)e->count;
     e->instances = KMP_NEW(kmp_instance, count);
     e->memory = KMP_NEW(double, count *(2 * size + constants));
-    e->state = KMP_NEW(double, 4 * e->n);
+    e->state = KMP_NEW(double, 4 * (size_t)e->n);
     if (!e->instances || !e->memory || !e->state)
         return false;
     for (size_t i = 0; i < count; i++) {

@@ -438,7 +438,7 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
 static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
-    outcome what[KMP_LANES_MOST];
+    outcome what[KMP_LANES_MOST] = {EMPTY};
     double taken[KMP_LANES_MOST];
     watched seen = {0};
     kempe_status status = KEMPE_OK;

@@ -239,7 +239,8 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
 
 /* Many roads and tolerances against a reference: kempe/compare.h, which this header includes at its end. */
 
-/* Many instances of one mechanism with different parameters: kempe/ensemble.h, which this header includes at its end. */
+/* Many instances of one mechanism with different parameters: kempe/ensemble.h, which this header includes at its end.
+ */
 
 /** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);

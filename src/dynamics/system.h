@@ -68,7 +68,8 @@ struct kempe_system {
     void *force_user;
 };
 
-/** Scales and values of parameters anew, from a model whose numbers have changed (model/variant.h). false: no memory. */
+/** Scales and values of parameters anew, from a model whose numbers have changed (model/variant.h). false: no memory.
+ */
 bool kmp_system_rescale(kempe_system *system);
 
 /** The efforts (n) of the user's force, which is there, at (t, q, qd); NaN where it says that they cannot be had. */

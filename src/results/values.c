@@ -99,16 +99,16 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     if (status != KEMPE_OK)
         return status;
     kempe_values *made = kmp_values_new(columns, names);
-    bool ok = made;
-    for (int i = 0; ok && i < count; i++) {
-        double *row = kmp_values_add(made);
-        ok = row;
-        for (int k = 0; ok && k < columns; k++)
-            row[k] = rows[(size_t)i * (size_t)columns + (size_t)k];
-    }
-    if (!ok) {
-        kempe_values_free(made);
+    if (!made)
         return kmp_fail_memory(model->context);
+    for (int i = 0; i < count; i++) {
+        double *row = kmp_values_add(made);
+        if (!row) {
+            kempe_values_free(made);
+            return kmp_fail_memory(model->context);
+        }
+        for (int k = 0; k < columns; k++)
+            row[k] = rows[(size_t)i * (size_t)columns + (size_t)k];
     }
     *values = made;
     return KEMPE_OK;
@@ -165,19 +165,22 @@ static kempe_status draw(const kempe_model *model, int columns, const range *ran
     kempe_status status = names ? KEMPE_OK : kmp_fail_memory(model->context);
     for (int k = 0; names && k < columns; k++)
         names[k] = ranges[k].name;
+    kempe_values *made = NULL;
     if (status == KEMPE_OK)
-        status = kempe_values_new(model, columns, names, 0, NULL, values);
-    for (int i = 0; status == KEMPE_OK && i < count; i++) {
-        double *row = kmp_values_add(*values);
+        status = kempe_values_new(model, columns, names, 0, NULL, &made);
+    for (int i = 0; made && i < count; i++) {
+        double *row = kmp_values_add(made);
         for (int k = 0; row && k < columns; k++)
             row[k] = ranges[k].from + (ranges[k].to - ranges[k].from) * chance(&state);
         if (!row) {
-            kempe_values_free(*values);
-            *values = NULL;
+            kempe_values_free(made);
+            made = NULL;
             status = kmp_fail_memory(model->context);
         }
     }
     kmp_free(names);
+    if (made)
+        *values = made;
     return status;
 }
 

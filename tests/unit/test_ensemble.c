@@ -2,10 +2,13 @@
 /* Ensembles: the same bits whatever the number of lanes and whether they are machine code; the answers of models that
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
 #include "base/memory.h"
-#include "integrators/ensemble.h"
+#include "integrators/ensemble_inside.h"
+#include "integrators/ensemble_kernels.h"
+#include "linalg/dense.h"
 #include "loaded.h"
 #include "model/model.h"
 #include "random.h"
+#include <stdlib.h>
 
 enum { COUNT = 19, MOST = 8 };
 
@@ -157,6 +160,10 @@ static void one_mechanism(many x, double t_end, double near, int least_exchanges
     printf("  %ld steps, %ld exchanges, %d choices; from runs one by one %.2g\n", first.result[0].steps, exchanges,
            first.work.pools, off);
     CHECK(other.work.alone == COUNT && off < near);
+    for (int i = 0; i < COUNT; i++) { /* the same decisions */
+        CHECK(labs(first.result[i].steps - other.result[i].steps) <= 1);
+        CHECK(first.result[i].exchanges == other.result[i].exchanges);
+    }
     drop(&first);
     drop(&other);
     scatter(&x);
@@ -211,6 +218,68 @@ static void test_lanes_do_not_matter(void)
     one_mechanism(gather_text(driven, (const char *const[]){"l", "m", "k", "d", "f", "r", NULL}, 0.05), 1, 1e-6, 0);
     one_mechanism(gather_text(in_space, (const char *const[]){"a", "b", "c", NULL}, 0.02), 1, 1e-6, 0);
     one_mechanism(gather_text(tree, (const char *const[]){"q.a", "l", "m", "d", NULL}, 0.1), 1, 1e-6, 0);
+}
+
+/* -- what is done in lanes alone --------------------------------------------------------------------- */
+
+/* The last pivot of each lane against the same of one matrix. */
+static void test_margins(void)
+{
+    random_seed(8);
+    for (int trial = 0; trial < 300; trial++) {
+        int m = 1 + pick(6), n = m + 1 + pick(4),
+            w = trial % 3 == 0   ? 8
+                : trial % 3 == 1 ? 4
+                                 : 1 + pick(8),
+            row[6], col[11];
+        double lanes[6 * 11 * 8] = {0}, one[6 * 11], pivots[6], last[8];
+        for (int k = 0; k < m * n * w; k++)
+            lanes[k] = pick(3) ? between(-1, 1) : 0;
+        double kept[6 * 11 * 8];
+        memcpy(kept, lanes, sizeof kept);
+        kmp_lane_margins((size_t)w, m, n, lanes, last);
+        for (int l = 0; l < w; l++) {
+            for (int i = 0; i < m; i++)
+                for (int j = 0; j < n; j++)
+                    one[i + j * m] = kept[(i * n + j) * w + l];
+            kmp_lu_complete(m, n, one, NULL, row, col, pivots);
+            CHECK_NEAR(last[l], pivots[m - 1], 1e-12);
+        }
+    }
+}
+
+/* The largest of each measure, wherever it stands. */
+static void test_measures(void)
+{
+    enum { R = 3, P = 2, N = R + P, W = 8 };
+    static const int u[] = {1, 3}, v[] = {0, 2, 4}, row[] = {0, 1, 2, 2}, col[] = {0, 4, 1, 2};
+    double h[R * W], dv[R * W], b[R * P * W], weight[R * W], scale[N * W], row_scale[R * W], jacobian[4 * W],
+        a[R * N * W];
+    random_seed(9);
+    for (size_t width = 1; width <= W; width++) {
+        double residual[W], correction[W], growth[W];
+        kmp_lanes_end end = {N,         P, R,   u,   v,        h,        dv,         b,      weight, scale,
+                             row_scale, 4, row, col, jacobian, residual, correction, growth, a};
+        double *const vectors[] = {h, dv, weight, row_scale, b, scale, jacobian};
+        const size_t sizes[] = {R, R, R, R, R * P, N, 4};
+        for (int k = 0; k < 7; k++)
+            for (size_t i = 0; i < sizes[k] * width; i++)
+                vectors[k][i] = k < 2 || k == 4 || k == 6 ? between(-1, 1) : between(0.5, 2);
+        kmp_lanes_measure(width, &end);
+        for (size_t l = 0; l < width; l++) {
+            double most_h = 0, most_dv = 0, most_b = 0;
+            for (size_t i = 0; i < R; i++) {
+                most_h = fmax(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
+                most_dv = fmax(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
+                for (size_t c = 0; c < P; c++)
+                    most_b = fmax(most_b, fabs(b[(i * P + c) * width + l]) * scale[(size_t)u[c] * width + l] /
+                                              scale[(size_t)v[i] * width + l]);
+            }
+            CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b);
+            CHECK(a[(2 * N + 1) * width + l] == jacobian[2 * width + l] * scale[width + l] / row_scale[2 * width + l]);
+            CHECK(a[(2 * N + 3) * width + l] == 0);
+        }
+    }
 }
 
 /* -- models of their own ----------------------------------------------------------------------------- */
@@ -393,6 +462,8 @@ static void test_no_memory(void)
 int main(void)
 {
     TEST(test_lanes_do_not_matter);
+    TEST(test_margins);
+    TEST(test_measures);
     TEST(test_models_of_their_own);
     TEST(test_what_lanes_cannot);
     TEST(test_bad_instances);
