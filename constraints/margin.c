@@ -22,19 +22,27 @@
  * fallen below this part of their usual size. */
 #define MANY_ROWS 24
 #define CALLS_FOR 0.4
-/* With more places than this J is not made dense. */
-#define DENSE_MOST (1 << 14)
+/* With more places than SPARSE_FROM, and fewer than one in SPARSE_BELOW taken, or with more than DENSE_MOST J is not
+ * made dense. */
+enum { SPARSE_FROM = 2000, SPARSE_BELOW = 8, DENSE_MOST = 1 << 14 };
+
+bool kmp_margin_is_large(const kempe_system *system)
+{
+    long places = (long)system->m * system->n;
+    return places > DENSE_MOST || (places > SPARSE_FROM && system->jacobian.count < places / SPARSE_BELOW);
+}
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
-    int m = system->m, n = system->n, large = (long)m * n > DENSE_MOST ? system->jacobian.count : 0;
+    int m = system->m, n = system->n, large = kmp_margin_is_large(system) ? system->jacobian.count : 0;
     *margin = (kmp_margin){
         .system = system, .r = part->r, .step_t = NAN, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
     margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
     if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
     margin->a = large ? NULL : KMP_NEW(double, m *n);
-    margin->pivoting = large ? kmp_pivoting_new(m, n) : NULL;
+    margin->order = large ? kmp_order_new(m, n) : NULL;
+    margin->row_order = large ? kmp_order_new(m, n) : NULL;
     margin->entry_row = KMP_NEW(int, large);
     margin->entry_col = KMP_NEW(int, large);
     margin->pivots = KMP_NEW(double, m + n);
@@ -42,8 +50,8 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->col = KMP_NEW(int, n);
     margin->entry = KMP_NEW(int, system->jacobian.count);
     margin->value = KMP_NEW(double, system->jacobian.count);
-    if ((large ? !margin->pivoting : !margin->a) || !margin->entry_row || !margin->entry_col || !margin->pivots ||
-        !margin->row || !margin->col || !margin->entry || !margin->value)
+    if ((large ? !margin->order || !margin->row_order : !margin->a) || !margin->entry_row || !margin->entry_col ||
+        !margin->pivots || !margin->row || !margin->col || !margin->entry || !margin->value)
         return false;
     margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
     for (int k = 0; k < m; k++)
@@ -56,7 +64,8 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 void kmp_margin_free(kmp_margin *margin)
 {
     kmp_free(margin->a);
-    kmp_pivoting_free(margin->pivoting);
+    kmp_order_free(margin->order);
+    kmp_order_free(margin->row_order);
     kmp_free(margin->entry_row);
     kmp_free(margin->entry_col);
     kmp_free(margin->pivots);
@@ -66,6 +75,18 @@ void kmp_margin_free(kmp_margin *margin)
     kmp_free(margin->entry);
     kmp_free(margin->value);
     *margin = (kmp_margin){0};
+}
+
+/* The least of that many pivots and one more; NaN when there is no memory. */
+static double pivot_of_entries(kmp_order *order, const kmp_entries *a, int which)
+{
+    const int *r, *c;
+    const double *pivots;
+    double largest, least;
+    if (!kmp_order_run(order, a, which + 1, &r, &c, &pivots))
+        return NAN;
+    kmp_order_extremes(pivots, which + 1, &largest, &least);
+    return least;
 }
 
 /* The given pivot of some rows (all when `rows` is NULL) of the scaled J; NaN when there is no memory. */
@@ -93,9 +114,7 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
     kmp_entries a = {count, s->n, entries, margin->entry_row, margin->entry_col, margin->value};
     if (margin->a)
         kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
-    else if (!kmp_pivoting_run(margin->pivoting, &a, NULL, margin->row, margin->col, margin->pivots))
-        return NAN;
-    return margin->pivots[which];
+    return margin->a ? margin->pivots[which] : pivot_of_entries(rows ? margin->row_order : margin->order, &a, which);
 }
 
 /* -1 .. 1, always the same ones. */
@@ -207,7 +226,7 @@ static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
 
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
 {
-    bool many = margin->r > 0 && margin->system->m > MANY_ROWS;
+    bool many = margin->a && margin->system->m > MANY_ROWS; /* a large J keeps its order of pivots */
     if (margin->r == 0)
         return 1;
     margin->quick = many && margin->last > CALLS_FOR * margin->usual && looks_well(margin, plant);
@@ -219,8 +238,16 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
     return size;
 }
 
+void kmp_margin_ignore(kmp_margin *margin)
+{
+    margin->ignored = true;
+    margin->near = false;
+}
+
 bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t)
 {
+    if (margin->ignored)
+        return false;
     margin->step_margin = kmp_margin_at(margin, plant);
     margin->step_t = t;
     return margin->step_margin < DEEP;

@@ -16,10 +16,12 @@ typedef struct kmp_margin {
     double usual; /* the largest r-th pivot seen */
     double last;  /* the last one */
     bool near;    /* to a change point at the start */
+    bool ignored; /* nobody asks for change points: no step is made shorter, nothing looked at but rows */
     double *a;    /* m x n; NULL when J is large */
     double *pivots;
     int *entry_row, *entry_col; /* of a large one's entries, with `value` */
-    kmp_pivoting *pivoting;     /* of it */
+    kmp_order *order;           /* of all its rows */
+    kmp_order *row_order;       /* of some */
     int *row, *col;             /* of the pivots */
     kmp_block *block;           /* many rows: J on those pivots, whose own pivots are quickly had */
     int count, *entry;          /* its entries of J */
@@ -29,6 +31,9 @@ typedef struct kmp_margin {
     double step_margin;         /* at the end of the last step asked about, at step_t */
     double step_t;
 } kmp_margin;
+
+/** Whether J is so large and so empty that it is not made dense. */
+bool kmp_margin_is_large(const kempe_system *system);
 
 /** At the partition's configuration. false: no memory. */
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
@@ -40,6 +45,9 @@ void kmp_margin_free(kmp_margin *margin);
 /** The r-th pivot of J at the plant's last closure over its usual size; 1 when there are no closures. With many rows
  * the dense decomposition is put off while a sparse one of the rows and columns of the last says that all is well. */
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant);
+
+/** From here on change points are ignored. */
+void kmp_margin_ignore(kmp_margin *margin);
 
 /** Whether a step that ends at t, at the plant's last closure, runs too deep into the surroundings of a change point,
  * where a road that keeps all rows loses its digits: it is then to be made shorter. */

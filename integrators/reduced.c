@@ -63,7 +63,7 @@ typedef struct reduced {
     double *anchor_c;     /* r: vdd there less what udd makes */
     double *udd;          /* p */
     double *qdd, *lambda; /* n, m: where closures move */
-    int sign;             /* of det Jv since the start or the last exchange */
+    int *signs;           /* r: of the determinants of Jv's blocks, at the start, the last exchange or step */
     double rtol, atol, rate_scale;
     double t;      /* of the last accepted step */
     bool crossed;  /* det Jv had changed its sign at the end of the last step tried */
@@ -297,18 +297,27 @@ static void judge_choice(reduced *d)
     d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : exchange_growth(d));
 }
 
+/* Whether a block of Jv that was singular within the step is no dead centre of u, at which |Bvu| grows, but a change
+ * point that nobody asks about. */
+static bool is_passed(const reduced *d)
+{
+    return d->margin->ignored && d->growth <= EXCHANGE_WISH;
+}
+
 /* |Bvu| at the step's end; what it asks for. */
 static int watch(reduced *d, double t)
 {
     if (d->r == 0)
         return KMP_GO;
     judge_choice(d);
-    bool crossed = kmp_block_sign(d->red.block) != d->sign;
+    bool crossed = !kmp_block_same_signs(d->red.block, d->signs) && !is_passed(d);
     if (d->fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
     if (d->fixed && d->growth > GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
+    if (!crossed)
+        kmp_block_take_signs(d->red.block, d->signs);
     return crossed ? KMP_RETRY : KMP_GO;
 }
 
@@ -486,7 +495,8 @@ static int settle(reduced *d, double t, const double *y)
     if (kmp_reduction_factor(&d->red))
         return KMP_HALT;
     kmp_reduction_tangent(&d->red);
-    d->sign = d->r > 0 ? kmp_block_sign(d->red.block) : 1;
+    if (d->r > 0)
+        kmp_block_take_signs(d->red.block, d->signs);
     remember(d, t, y);
     return KMP_GO;
 }
@@ -621,6 +631,7 @@ static void release(kmp_road *road)
     kmp_free(d->q);
     kmp_free(d->qd);
     kmp_free(d->weight);
+    kmp_free(d->signs);
     kmp_free(d->anchor_u);
     kmp_free(d->anchor_v);
     kmp_free(d->anchor_b);
@@ -640,6 +651,7 @@ static bool allocate(reduced *d)
     d->q = KMP_NEW(double, d->n);
     d->qd = KMP_NEW(double, d->n);
     d->weight = KMP_NEW(double, d->n);
+    d->signs = KMP_NEW(int, d->r);
     d->anchor_u = KMP_NEW(double, d->p);
     d->anchor_v = KMP_NEW(double, d->r);
     d->anchor_b = KMP_NEW(double, d->r * d->p);
@@ -648,8 +660,8 @@ static bool allocate(reduced *d)
     d->udd = KMP_NEW(double, d->p);
     d->qdd = KMP_NEW(double, d->n);
     d->lambda = KMP_NEW(double, d->part.m);
-    return road->y && road->atol && d->q && d->qd && d->weight && d->anchor_u && d->anchor_v && d->anchor_b &&
-           d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
+    return road->y && road->atol && d->q && d->qd && d->weight && d->signs && d->anchor_u && d->anchor_v &&
+           d->anchor_b && d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
 }
 
 static bool begin(reduced *d, const kmp_road_start *start)

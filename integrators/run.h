@@ -17,10 +17,11 @@ typedef struct kmp_run_spec {
     const double *times;
     const int *u; /* wished independent coordinates */
     int u_count;
-    bool fixed_u;         /* no exchanges: the run ends where u goes bad */
-    double limit_s;       /* of the processor: a run that needs more is given up; 0: none */
-    kmp_journal *journal; /* what happens on the way; NULL: told to the log alone */
-    bool open;            /* nobody asked for a road, a form or u: another may go on where this one stops */
+    bool fixed_u;              /* no exchanges: the run ends where u goes bad */
+    const char *change_points; /* a word of change_points.def */
+    double limit_s;            /* of the processor: a run that needs more is given up; 0: none */
+    kmp_journal *journal;      /* what happens on the way; NULL: told to the log alone */
+    bool open;                 /* nobody asked for a road, a form or u: another may go on where this one stops */
 } kmp_run_spec;
 
 /** A row delivered at a time: q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).

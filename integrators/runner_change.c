@@ -112,11 +112,17 @@ static bool will_jump(kmp_runner *run, double t, double margin)
     return margin < fall * GROWING * h;
 }
 
+/* Nobody asks how good the rows are. */
+static bool unwatched(const kmp_runner *run)
+{
+    return run->margin.r == 0 || (run->margin.ignored && run->margin.r == run->part.m);
+}
+
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
 {
-    if (run->margin.r == 0 || !(t > kmp_runner_t_old(run)))
+    if (unwatched(run) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
@@ -126,7 +132,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
-    if (!run->in_zone && (will_jump(run, t, margin) || margin < ZONE_IN)) {
+    if (!run->in_zone && !run->margin.ignored && (will_jump(run, t, margin) || margin < ZONE_IN)) {
         run->zone_t = t;
         run->zone_margin = margin;
         return kmp_runner_change_road(run, t, true);

@@ -5,6 +5,7 @@
 #include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
+#include <string.h>
 
 /* Rates of the start may violate the closures by this part of their size. */
 #define RATE_GAP 1e-6
@@ -213,6 +214,17 @@ double kmp_runner_first_step(const kmp_runner *run)
     return run->kind->corrects ? 0 : fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
 }
 
+/* How near the start is to a change point, if anybody asks. */
+static kempe_status look_at_margin(kmp_runner *run, const double *q)
+{
+    const char *word = run->spec.change_points;
+    bool made = kmp_margin_init(&run->margin, run->s, &run->part);
+    if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
+        kmp_margin_ignore(&run->margin);
+    made = made && kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, q);
+    return made ? KEMPE_OK : kmp_fail_memory(run->s->context);
+}
+
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
 {
     run->plant = kmp_plant_new(run->s, run->spec.backend);
@@ -232,9 +244,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         status = check_rates(run, qd);
     if (status == KEMPE_OK)
         status = kmp_runner_accelerate(run, run->spec.t_start, q, qd);
-    if (status == KEMPE_OK && (!kmp_margin_init(&run->margin, run->s, &run->part) ||
-                               !kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, q)))
-        status = kmp_fail_memory(run->s->context);
+    if (status == KEMPE_OK)
+        status = look_at_margin(run, q);
     if (status != KEMPE_OK)
         return status;
     if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */

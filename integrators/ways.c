@@ -143,6 +143,17 @@ static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec
     return KEMPE_OK;
 }
 
+static kempe_status resolve_change_points(const kempe_system *system, kmp_run_spec *spec)
+{
+    kmp_text complaint = {0};
+    spec->change_points = or_default(spec->change_points, kmp_change_points_word(system->model->run.change_points));
+    kempe_status status = kmp_change_points_find(spec->change_points, &complaint) < KMP_CHANGE_POINTS_COUNT
+                              ? KEMPE_OK
+                              : kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s", complaint.s ? complaint.s : "");
+    kmp_text_free(&complaint);
+    return status;
+}
+
 static double first_positive(double a, double b, double c)
 {
     return a > 0 ? a : b > 0 ? b : c;
@@ -171,5 +182,7 @@ kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
     kempe_status status = resolve_way(system, spec);
     if (status == KEMPE_OK)
         status = resolve_tools(system, spec);
+    if (status == KEMPE_OK)
+        status = resolve_change_points(system, spec);
     return status == KEMPE_OK ? resolve_numbers(system, spec) : status;
 }

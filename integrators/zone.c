@@ -32,8 +32,6 @@
 enum { CLOSE_PASSES = 8 };
 /* Nothing finer is to be had in the zone. */
 #define ZONE_RTOL 1e-9
-/* With more places than this J is not made dense. */
-#define DENSE_MOST (1 << 14)
 
 typedef struct zone {
     kmp_road road; /* first */
@@ -54,10 +52,10 @@ typedef struct zone {
     double *lambda; /* m: where closures move */
     double *x, *y, *z, *dx;
     kmp_saddle saddle; /* of a large mechanism, in place of l, a, full, rr, pivot, z */
-    kmp_pivoting *pivoting;
+    kmp_order *order;
     bool large;
-    int *entry_row, *entry_col, *pivot_row, *pivot_col;
-    double *entry, *pivots;
+    int *entry_row, *entry_col;
+    double *entry;
 } zone;
 
 /* x <- L^-1 x, x <- L^-T x */
@@ -152,15 +150,19 @@ static int factor_large(zone *d)
         d->entry[nz++] = d->plant->jacobian[k] * d->s->scale[jac->col[k]] / d->s->row_scale[jac->row[k]];
     }
     kmp_entries a = {d->r, d->n, nz, d->entry_row, d->entry_col, d->entry};
-    if (!kmp_pivoting_run(d->pivoting, &a, NULL, d->pivot_row, d->pivot_col, d->pivots))
+    const int *r, *c;
+    const double *pivots;
+    double largest, least;
+    if (!kmp_order_run(d->order, &a, d->r, &r, &c, &pivots))
         return KMP_RETRY;
+    kmp_order_extremes(pivots, d->r, &largest, &least);
     d->kept = 0;
     for (int k = 0; k < d->r; k++) {
-        bool keep = d->pivots[k] > d->eps * d->pivots[0];
-        d->saddle.out[d->pivot_row[k]] = !keep;
+        bool keep = pivots[k] > d->eps * largest;
+        d->saddle.out[r[k]] = !keep;
         d->kept += keep;
     }
-    d->last = d->r > 0 ? d->pivots[d->r - 1] / d->pivots[0] : 1;
+    d->last = least / largest;
     d->road.factorizations++;
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
 }
@@ -396,11 +398,10 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
-    void *arrays[] = {road->y,      road->atol,   d->l,         d->a,     d->full,  d->rr,
-                      d->lambda,    d->x,         d->y,         d->z,     d->dx,    d->entry_row,
-                      d->entry_col, d->pivot_row, d->pivot_col, d->entry, d->pivots};
+    void *arrays[] = {road->y, road->atol, d->l, d->a,  d->full,      d->rr,        d->lambda,
+                      d->x,    d->y,       d->z, d->dx, d->entry_row, d->entry_col, d->entry};
     kmp_saddle_free(&d->saddle);
-    kmp_pivoting_free(d->pivoting);
+    kmp_order_free(d->order);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_free(d->pivot);
@@ -414,11 +415,8 @@ static bool allocate_large(zone *d)
     d->entry_row = KMP_NEW(int, nz);
     d->entry_col = KMP_NEW(int, nz);
     d->entry = KMP_NEW(double, nz);
-    d->pivot_row = KMP_NEW(int, d->r);
-    d->pivot_col = KMP_NEW(int, d->n);
-    d->pivots = KMP_NEW(double, d->r);
-    d->pivoting = kmp_pivoting_new(d->r, d->n);
-    return d->entry_row && d->entry_col && d->entry && d->pivot_row && d->pivot_col && d->pivots && d->pivoting &&
+    d->order = kmp_order_new(d->r, d->n);
+    return d->entry_row && d->entry_col && d->entry && d->order &&
            kmp_saddle_init_with_out(&d->saddle, d->plant, d->part);
 }
 
@@ -462,7 +460,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->n = n;
     d->m = start->part->m;
     d->r = start->part->r;
-    d->large = (long)d->m * d->n > DENSE_MOST;
+    d->large = kmp_margin_is_large(d->s);
     d->has_work = start->system->dissipative;
     d->road.release = release;
     d->road.row = row;

@@ -84,6 +84,7 @@ CALLS = [
     ("simulate model.yaml --u X", 3),
     ("simulate model.yaml --u A,B", 1),
     ("simulate model.yaml --dynamics bodies", 3),
+    ("simulate model.yaml --change-points skip", 3),
     (f"simulate {ROOT}/tests/models/rounded_inertia.yaml --dynamics articulated", 1),
     ("simulate model.yaml --rtol 1e-20", 3),
     ("simulate model.yaml --every 1e-12", 3),

@@ -185,14 +185,15 @@ typedef struct kempe_run {
         *backend;  /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */
     const char *u; /* independent coordinates to begin with, comma-separated */
     int fixed_u;   /* keep them: the run fails where they go bad, instead of exchanging them */
-    double rtol;   /* relative tolerance, > 0 */
-    double atol;   /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
-    double t_end;  /* s */
-    double every;  /* s between output rows */
-    const char *reference;  /* CSV file to measure errors against */
-    const char *checkpoint; /* file that a long run leaves its rows in, every few seconds and at its end */
-    const char *resume;     /* such a file to go on from */
-    int once;               /* no other run at another tolerance, which warns when this one has not converged */
+    const char *change_points; /* leap (default): looked for and led through; ignore: neither, for those who know */
+    double rtol;               /* relative tolerance, > 0 */
+    double atol;               /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
+    double t_end;              /* s */
+    double every;              /* s between output rows */
+    const char *reference;     /* CSV file to measure errors against */
+    const char *checkpoint;    /* file that a long run leaves its rows in, every few seconds and at its end */
+    const char *resume;        /* such a file to go on from */
+    int once;                  /* no other run at another tolerance, which warns when this one has not converged */
 } kempe_run;
 
 KEMPE_API kempe_run kempe_run_default(void);

@@ -48,6 +48,8 @@ static const option options[] = {
     {CLI_SIMULATE, "every", 0, OPTION_NUMBER, AT(run.every), "T", "time between rows of the table, s"},
     {CLI_SIMULATE | CLI_ENSEMBLE, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..", "independent coordinates to begin with"},
     {CLI_SIMULATE, "fixed-u", 0, OPTION_FLAG, AT(fixed_u), NULL, "keep them: fail where they go bad, do not exchange"},
+    {CLI_SIMULATE, "change-points", 0, OPTION_TEXT, AT(run.change_points), "WORD",
+     "leap: look for them and lead through (default); ignore"},
     {CLI_SIMULATE, "once", 0, OPTION_FLAG, AT(once), NULL, "do not run again at another tolerance as a check"},
     {CLI_SIMULATE, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV", "measure errors against this table"},
     {CLI_SIMULATE, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",

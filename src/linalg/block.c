@@ -26,8 +26,9 @@ static bool allocate(kmp_block *b, int n, int nz)
     b->off = KMP_NEW(double, nz);
     b->target = KMP_NEW(int, nz);
     b->scratch = KMP_NEW(double, 2 * n);
+    b->signs = KMP_NEW(int, n);
     return b->p && b->q && b->start && b->lu_start && b->order && b->inverse && b->pivot && b->off_start &&
-           b->off_column && b->off && b->target && b->scratch;
+           b->off_column && b->off && b->target && b->scratch && b->signs;
 }
 
 /* Compressed columns of the pattern; `ap` has n + 1 places, `ai` nz. */
@@ -152,8 +153,8 @@ void kmp_block_free(kmp_block *b)
 {
     if (!b)
         return;
-    void *parts[] = {b->p,         b->q,          b->start, b->lu_start, b->order,   b->inverse, b->pivot,
-                     b->off_start, b->off_column, b->off,   b->target,   b->scratch, b->lu,      b};
+    void *parts[] = {b->p,          b->q,   b->start,  b->lu_start, b->order, b->inverse, b->pivot, b->off_start,
+                     b->off_column, b->off, b->target, b->scratch,  b->lu,    b->signs,   b};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
         kmp_free(parts[i]);
 }

@@ -6,6 +6,7 @@
 #define KMP_LINALG_BLOCK_H
 
 #include "linalg/dense.h"
+#include <stdbool.h>
 
 typedef struct kmp_block kmp_block;
 
@@ -36,6 +37,11 @@ kmp_flops kmp_block_solve_flops(const kmp_block *b);
  *  min |u_ii| / max |u_ii|, the pivots of the block. */
 int kmp_block_sign(const kmp_block *b);
 double kmp_block_quality(const kmp_block *b);
+
+/** The same of each diagonal block (kmp_block_count of them), up to a sign that the pattern fixes: where a
+ * factorisation has others than those taken before, some block has been singular in between. */
+bool kmp_block_same_signs(const kmp_block *b, const int *signs);
+void kmp_block_take_signs(const kmp_block *b, int *signs);
 
 /** The smallest absolute pivot of the last factorisation. */
 double kmp_block_smallest(const kmp_block *b);

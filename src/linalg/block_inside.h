@@ -4,7 +4,6 @@
 #define KMP_LINALG_BLOCK_INSIDE_H
 
 #include "linalg/block.h"
-#include <stdbool.h>
 
 struct kmp_block {
     int n, nz, count;
@@ -25,6 +24,7 @@ struct kmp_block {
 
     double *scratch; /* 2 n: right-hand sides in pivoted order, two interleaved */
     int sign;        /* of det A; 0: the last factorisation failed */
+    int *signs;      /* of the blocks' determinants */
 };
 
 #endif

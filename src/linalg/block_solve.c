@@ -84,10 +84,12 @@ int kmp_block_factor(kmp_block *b, const double *values)
     for (int k = 0; k < b->count; k++) {
         int first = b->start[k], size = b->start[k + 1] - first;
         double *lu = b->lu + b->lu_start[k];
-        int fault = size == 2 ? factor_pair(b, k, &b->sign)
-                              : factor_block(size, lu, b->pivot + first, b->order + first, first, &b->sign);
+        b->signs[k] = 1;
+        int fault = size == 2 ? factor_pair(b, k, &b->signs[k])
+                              : factor_block(size, lu, b->pivot + first, b->order + first, first, &b->signs[k]);
         if (!fault && size != 2)
-            fault = invert_pivots(size, lu, b->inverse + first, &b->sign);
+            fault = invert_pivots(size, lu, b->inverse + first, &b->signs[k]);
+        b->sign *= b->signs[k];
         if (fault) {
             b->sign = 0;
             return 1 + b->q[first + fault - 1];
@@ -270,6 +272,20 @@ const int *kmp_block_rows(const kmp_block *b, int k)
 int kmp_block_sign(const kmp_block *b)
 {
     return b->sign;
+}
+
+bool kmp_block_same_signs(const kmp_block *b, const int *signs)
+{
+    for (int k = 0; k < b->count; k++)
+        if (b->signs[k] != signs[k])
+            return false;
+    return true;
+}
+
+void kmp_block_take_signs(const kmp_block *b, int *signs)
+{
+    for (int k = 0; k < b->count; k++)
+        signs[k] = b->signs[k];
 }
 
 /* Smallest and largest absolute pivot of block k. */

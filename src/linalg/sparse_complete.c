@@ -485,11 +485,7 @@ static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
 {
     w->relaxed = relaxed;
     w->exhausted = false;
-    if (!load(w, a) || !pivot_all(w, pivots))
-        return false;
-    if (relaxed)
-        sort_by_size(w, pivots);
-    return true;
+    return load(w, a) && pivot_all(w, pivots);
 }
 
 static bool all_finite(const kmp_entries *a)
@@ -500,7 +496,8 @@ static bool all_finite(const kmp_entries *a)
     return true;
 }
 
-bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+/* Makes ready for a matrix; false when its entries are not finite, whose pivots are NaN. */
+static bool begin(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
 {
     w->m = a->m;
     w->n = a->n;
@@ -509,14 +506,28 @@ bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, i
     w->c = c;
     w->products = 0;
     w->most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
-    if (!all_finite(a)) {
-        reset_rows(w);
-        reset_columns(w);
-        for (int k = 0; k < a->m && k < a->n; k++)
-            pivots[k] = NAN;
+    if (all_finite(a))
         return true;
-    }
-    return run(w, a, false, pivots) || (w->exhausted && run(w, a, true, pivots));
+    reset_rows(w);
+    reset_columns(w);
+    for (int k = 0; k < a->m && k < a->n; k++)
+        pivots[k] = NAN;
+    return false;
+}
+
+bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots)
+{
+    if (!begin(w, a, fixed, r, c, pivots) || run(w, a, false, pivots))
+        return true;
+    if (!w->exhausted || !run(w, a, true, pivots))
+        return false;
+    sort_by_size(w, pivots);
+    return true;
+}
+
+bool kmp_pivoting_run_loosely(kmp_pivoting *w, const kmp_entries *a, int *r, int *c, double *pivots)
+{
+    return !begin(w, a, NULL, r, c, pivots) || run(w, a, true, pivots);
 }
 
 long kmp_pivoting_products(const kmp_pivoting *w)

@@ -5,6 +5,7 @@
 #define KMP_MODEL_MODEL_H
 
 #include "base/arena.h"
+#include "model/change_points.h"
 #include "model/dynamics.h"
 #include "model/expression.h"
 #include <kempe/kempe.h>
@@ -158,6 +159,7 @@ typedef struct kmp_run_settings {
     double t_end, rtol, atol, every;      /* 0 where not given */
     const char *road, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;
+    kmp_change_points change_points;
     int *u, u_count; /* coordinates asked for as independent */
 } kmp_run_settings;
 

@@ -397,6 +397,8 @@ static void json_run(kmp_text *text, const kempe_model *model)
     put_choice(text, "form", run->form);
     put_choice(text, "integrator", run->integrator);
     put_choice(text, "dynamics", run->dynamics == KMP_DYNAMICS_AUTO ? NULL : kmp_dynamics_word(run->dynamics));
+    put_choice(text, "change_points",
+               run->change_points == KMP_CHANGE_POINTS_LEAP ? NULL : kmp_change_points_word(run->change_points));
     put_key(text, false, "u");
     kmp_text_put(text, "[");
     for (int i = 0; i < run->u_count; i++) {

@@ -327,6 +327,8 @@ static void show_run(kmp_text *text, const kempe_model *model)
         kmp_text_printf(text, " integrator %s", run->integrator);
     if (run->dynamics != KMP_DYNAMICS_AUTO)
         kmp_text_printf(text, " dynamics %s", kmp_dynamics_word(run->dynamics));
+    if (run->change_points != KMP_CHANGE_POINTS_LEAP)
+        kmp_text_printf(text, " change_points %s", kmp_change_points_word(run->change_points));
     for (int i = 0; i < run->u_count; i++)
         kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->u[i]].name);
     kmp_text_put(text, "\noutputs:");

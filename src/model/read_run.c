@@ -64,8 +64,8 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {"t_end",      "rtol",     "atol", "every",   "road", "form",
-                                       "integrator", "dynamics", "u",    "outputs", NULL};
+static const char *const run_keys[] = {"t_end",      "rtol",     "atol",          "every", "road",    "form",
+                                       "integrator", "dynamics", "change_points", "u",     "outputs", NULL};
 
 static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {
@@ -98,6 +98,18 @@ static void read_dynamics(kmp_reader *r, const kmp_yaml *node)
         r->model->run.dynamics = dynamics;
     else if (word)
         kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run dynamics");
+    kmp_text_free(&complaint);
+}
+
+static void read_change_points(kmp_reader *r, const kmp_yaml *node)
+{
+    const char *word = node ? kmp_read_word(r, node, "run change_points") : NULL;
+    kmp_text complaint = {0};
+    kmp_change_points what = word ? kmp_change_points_find(word, &complaint) : KMP_CHANGE_POINTS_COUNT;
+    if (what < KMP_CHANGE_POINTS_COUNT)
+        r->model->run.change_points = what;
+    else if (word)
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "run change_points");
     kmp_text_free(&complaint);
 }
 
@@ -134,5 +146,6 @@ void kmp_read_run(kmp_reader *r)
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);
     read_dynamics(r, kmp_yaml_get(map, "dynamics"));
+    read_change_points(r, kmp_yaml_get(map, "change_points"));
     read_u(r, kmp_yaml_get(map, "u"));
 }

@@ -196,7 +196,8 @@ static kempe_status choose(job *j)
                              .rtol = run->rtol,
                              .atol = run->atol,
                              .t_end = run->t_end,
-                             .fixed_u = run->fixed_u};
+                             .fixed_u = run->fixed_u,
+                             .change_points = run->change_points};
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
         status = read_wish(j);
@@ -256,7 +257,8 @@ static kempe_trajectory *trajectory_new(const job *j)
     t->shown = KMP_NEW(double, shown);
     if (!t->reaction || !t->shown || !copy(&t->road, spec->road) || !copy(&t->form, spec->form) ||
         !copy(&t->integrator, spec->integrator) || !copy(&t->linear, spec->linear) ||
-        !copy(&t->backend, spec->backend) || !copy(&t->source, j->run->reference)) {
+        !copy(&t->change_points, spec->change_points) || !copy(&t->backend, spec->backend) ||
+        !copy(&t->source, j->run->reference)) {
         kempe_trajectory_free(t);
         return NULL;
     }
@@ -271,8 +273,9 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
 {
     if (!trajectory)
         return;
-    char *names[] = {trajectory->road,    trajectory->form,   trajectory->integrator, trajectory->linear,
-                     trajectory->backend, trajectory->source, trajectory->reason,     trajectory->report.reason};
+    char *names[] = {trajectory->road,   trajectory->form,          trajectory->integrator,
+                     trajectory->linear, trajectory->change_points, trajectory->backend,
+                     trajectory->source, trajectory->reason,        trajectory->report.reason};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         kmp_free(names[k]);
     kmp_journal_free(&trajectory->journal);

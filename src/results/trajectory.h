@@ -12,6 +12,7 @@ struct kempe_trajectory {
     kempe_status status;
     char *reason;                                      /* "" when ok */
     char *road, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
+    char *change_points;
     double rtol, atol, t_end;
     char *source; /* the reference's path, NULL when none was given */
     kmp_samples table;

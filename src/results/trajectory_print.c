@@ -26,13 +26,19 @@ static double end_time(const kempe_trajectory *t)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
+static bool ignores_change_points(const kempe_trajectory *t)
+{
+    return strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0;
+}
+
 static void show_head(kmp_text *text, const kempe_trajectory *t)
 {
     kmp_text_printf(text, "%s: road %s", t->system->model->name, t->road);
     if (t->form)
         kmp_text_printf(text, ", form %s", t->form);
-    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s\n", t->integrator, t->rtol, t->atol,
-                    t->report.by_bodies ? ", by articulated bodies" : "");
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
+                    t->report.by_bodies ? ", by articulated bodies" : "",
+                    ignores_change_points(t) ? ", change points ignored" : "");
     kmp_text_printf(text, "%s", kmp_status_word(t->status));
     if (t->status != KEMPE_OK)
         kmp_text_printf(text, " at t = %.9g s: %s", t->report.t, t->reason);
@@ -154,6 +160,7 @@ static void json_settings(kmp_json *json, const kempe_trajectory *t)
     kmp_json_string(json, "form", t->form);
     kmp_json_string(json, "integrator", t->integrator);
     kmp_json_string(json, "dynamics", dynamics_of(t));
+    kmp_json_string(json, "change_points", t->change_points);
     kmp_json_number(json, "rtol", t->rtol);
     kmp_json_number(json, "atol", t->atol);
     kmp_json_number(json, "length", t->system->length);

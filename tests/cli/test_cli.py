@@ -398,6 +398,21 @@ class Simulate(Case):
         shown = self.expect(0, "show", FOUR_BAR, "--program", "--dynamics", "articulated").stdout
         self.assertIn("accelerations: a, d", shown)
 
+    def test_change_points(self):
+        text = "change points ignored"
+        self.assertIn(text, self.expect(0, *self.SHORT, "--change-points", "ignore").stdout)
+        self.assertNotIn(text, self.expect(0, *self.SHORT).stdout)
+        self.assertEqual(self.object(0, *self.SHORT)["change_points"], "leap")
+        self.assertEqual(self.object(0, *self.SHORT, "--change-points", "ignore")["change_points"], "ignore")
+        done = self.expect(3, *self.SHORT, "--change-points", "ignored")
+        self.assertIn("change points 'ignored' is no way to take them", done.stderr)
+        model = self.folder / "ignoring.yaml"
+        model.write_text("kempe: 1\nbodies:\n  a: {joint: {revolute: z, at: ground}, inertia: {zz: 1}}\n"
+                         "run: {t_end: 0.1, change_points: ignore}\n")
+        self.assertEqual(self.object(0, "simulate", model)["change_points"], "ignore")
+        self.assertEqual(self.object(0, "simulate", model, "--change-points", "leap")["change_points"], "leap")
+        self.assertIn("change_points ignore", self.expect(0, "show", model, "--model").stdout)
+
     def test_csv(self):
         self.expect(0, *self.SHORT, "--every", 0.05, "-o", "out.csv")
         with open(self.folder / "out.csv", newline="") as file:

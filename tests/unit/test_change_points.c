@@ -133,8 +133,67 @@ static void a_start_on_a_change_point_is_refused(void)
         }
 }
 
+/* An odd and an even number of windows, whose det Jv does and does not change its sign at a change point. Nothing but
+ * right-hand sides and one factorisation a step is done about it, and the motion goes straight on with the error of its
+ * steps. */
+static void change_points_are_ignored(void)
+{
+    for (int n = 1; n <= 12; n += n < 3 ? 1 : 9) {
+        const double end = 10;
+        loaded s = windows(n);
+        kmp_run_report report;
+        kmp_journal journal = {.context = s.context};
+        last_row led = {0}, row = {.n = s.system->n};
+        kmp_run_spec spec = {.rtol = 1e-10,
+                             .t_end = end,
+                             .time_count = 1,
+                             .times = &end,
+                             .change_points = "ignore",
+                             .journal = &journal};
+        CHECK(run(&s, "reduced", "carried", 1e-10, &led) == KEMPE_OK);
+        CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(s.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
+        printf("  N = %d: %ld steps, %ld factorisations, off by %.1e\n", n, report.steps, report.factorizations,
+               fabs(row.q[0] - led.q[0]));
+        CHECK(journal.count == 0 && report.refused == 0);
+        CHECK(report.factorizations < report.steps + report.rejected + 10);
+        for (int i = 0; i <= n; i++)
+            CHECK_NEAR(row.q[i], led.q[0], 1e-5);
+        kmp_free(report.reason);
+        kmp_journal_free(&journal);
+        unload(&s);
+    }
+}
+
+/* |Bvu| tells a dead centre of u from a change point: at no tolerance may a fixed u pass one. */
+static void a_dead_centre_is_not_ignored(void)
+{
+    loaded s = load("tests/models/triple_rocker.yaml");
+    const double end = 10;
+    for (int u = 0; u < s.system->n; u++)
+        for (int k = 0; k <= 16; k++) {
+            kmp_run_report report;
+            last_row row = {.n = s.system->n};
+            kmp_run_spec spec = {.rtol = pow(10, -4 - 0.5 * k),
+                                 .t_end = end,
+                                 .time_count = 1,
+                                 .times = &end,
+                                 .u = &u,
+                                 .u_count = 1,
+                                 .fixed_u = true,
+                                 .change_points = "ignore"};
+            CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
+            CHECK(kmp_run(s.system, &spec, NULL, take_row, &row, &report) == KEMPE_E_FAILED);
+            CHECK(report.reason && strstr(report.reason, "dead centre"));
+            kmp_free(report.reason);
+        }
+    unload(&s);
+}
+
 int main(void)
 {
+    TEST(change_points_are_ignored);
+    TEST(a_dead_centre_is_not_ignored);
     TEST(a_start_on_a_change_point_is_refused);
     TEST(windows_keep_their_branch);
     TEST(windows_reach_their_digits);

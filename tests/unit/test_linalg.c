@@ -306,6 +306,24 @@ static double smallest_pivot(int n, double *a)
     return low;
 }
 
+/* A block that has changed its sign is seen, though det A keeps its own when two of them have. */
+static void every_block_has_its_sign(void)
+{
+    const int row[] = {0, 0, 1, 1, 2, 2, 3, 3, 0}, col[] = {0, 1, 0, 1, 2, 3, 2, 3, 3};
+    double value[] = {2, 1, 1, 3, 2, -1, 1, 1, 5};
+    int signs[4];
+    kmp_block *b = kmp_block_new(4, 9, row, col);
+    CHECK(b && kmp_block_count(b) == 2 && kmp_block_factor(b, value) == 0);
+    int whole = kmp_block_sign(b);
+    kmp_block_take_signs(b, signs);
+    CHECK(kmp_block_same_signs(b, signs));
+    value[0] = value[4] = -4;
+    CHECK(kmp_block_factor(b, value) == 0 && kmp_block_sign(b) == whole && !kmp_block_same_signs(b, signs));
+    value[4] = 2;
+    CHECK(kmp_block_factor(b, value) == 0 && kmp_block_sign(b) == -whole && !kmp_block_same_signs(b, signs));
+    kmp_block_free(b);
+}
+
 static void compare_with_dense(const pattern *s, const kmp_block *b)
 {
     static double lu[MAX * MAX];
@@ -414,6 +432,7 @@ static void test_dense_counts_its_arithmetic(void)
 
 int main(void)
 {
+    TEST(every_block_has_its_sign);
     TEST(test_lu);
     TEST(test_lu_complex);
     TEST(test_lu_singular);

@@ -142,6 +142,111 @@ static void products_grow_with_the_chain(void)
     CHECK(rank == 1000);
 }
 
+/* -- an order that is kept --------------------------------------------------------------------------- */
+
+/* Rows that hang on others: as many as the rank is short of all. */
+static void make_dependent(matrix *a, int m, int n, int rank)
+{
+    static double row[MOST][MOST];
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < n; j++)
+            row[i][j] = i < rank && (i == j || between(0, 1) < 0.15) ? between(-1, 1) : 0;
+    for (int i = rank; i < m; i++)
+        for (int k = 0; k < 2; k++) {
+            int of = pick(rank);
+            double part = between(-1, 1);
+            for (int j = 0; j < n; j++)
+                row[i][j] += part * row[of][j];
+        }
+    clear(a, m, n);
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < m; i++)
+            if (fabs(row[i][j]) > 0)
+                add(a, i, j, row[i][j]);
+}
+
+/* The least of the first pivots. */
+static double last_pivot(const double *pivots, int rank)
+{
+    double largest, least;
+    kmp_order_extremes(pivots, rank, &largest, &least);
+    CHECK(!(largest < least));
+    return least;
+}
+
+/* Followed through small changes of the values and sought anew after large ones, the pivots tell the rank as complete
+ * pivoting does, and say of how singular it nearly is the same but for a factor. */
+static void pivots_in_a_kept_order_tell_the_rank(void)
+{
+    static matrix a;
+    static double lu[MOST_NZ];
+    int row[MOST], col[MOST];
+    double dense[MOST], worst = 1;
+    long kept = 0, all = 0;
+    random_seed(11);
+    for (int trial = 0; trial < 300; trial++) {
+        int rank = 2 + pick(MOST - 6), m = rank + pick(4), n = rank + pick(MOST - rank);
+        kmp_order *order = kmp_order_new(MOST, MOST);
+        make_dependent(&a, m, n, rank);
+        for (int k = 0; k < 10; k++, all++) {
+            const int *r, *c;
+            const double *pivots;
+            bool seen[MOST] = {false};
+            double by = k == 5 ? 1 : 1e-3; /* dependent rows stay so: columns are scaled */
+            for (int j = 0; j < n; j++) {
+                double scale = 1 + by * between(-1, 1);
+                for (int e = 0; e < a.entries.nz; e++)
+                    if (a.col[e] == j)
+                        a.value[e] = a.dense[a.row[e] + j * m] = a.value[e] * scale;
+            }
+            memcpy(lu, a.dense, sizeof lu);
+            kmp_lu_complete(m, n, lu, NULL, row, col, dense);
+            CHECK(kmp_order_run(order, &a.entries, rank, &r, &c, &pivots));
+            double ratio = last_pivot(pivots, rank) / dense[rank - 1];
+            worst = fmax(worst, fmax(ratio, 1 / ratio));
+            for (int i = 0; i < m; i++) {
+                CHECK(r[i] >= 0 && r[i] < m && !seen[r[i]]);
+                seen[r[i]] = true;
+            }
+        }
+        kept += 10 - kmp_order_searches(order);
+        kmp_order_free(order);
+    }
+    printf("  kept in %ld of %ld, pivots within a factor of %.3g\n", kept, all, worst);
+    CHECK(kept > all / 2 && worst < 100);
+}
+
+/* What cannot be followed is sought: other entries, a rank that is lost, what is not finite. */
+static void an_order_is_not_kept_for_long(void)
+{
+    static matrix a;
+    const int *r, *c;
+    const double *pivots;
+    kmp_order *order = kmp_order_new(3, 3);
+    clear(&a, 3, 3);
+    for (int k = 0; k < 3; k++)
+        add(&a, k, k, k + 1);
+    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 1);
+    a.value[1] = 1e-9; /* alone in row and column: as good as any */
+    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 1);
+    CHECK_NEAR(last_pivot(pivots, 3), 1e-9, 0);
+    add(&a, 1, 2, 1e-8);
+    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 2);
+    a.value[1] = 0;
+    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 3);
+    CHECK(last_pivot(pivots, 2) > 0.1 && !(last_pivot(pivots, 3) > 1e-7));
+    a.value[1] = NAN;
+    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && isnan(last_pivot(pivots, 3)));
+    a.value[1] = 2;
+    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && last_pivot(pivots, 3) >= 1);
+    CHECK(kmp_order_run(order, &a.entries, 2, &r, &c, &pivots)); /* of another rank */
+    long searches = kmp_order_searches(order);
+    a.value[2] = 100; /* a row that was left out is better than those taken */
+    CHECK(kmp_order_run(order, &a.entries, 2, &r, &c, &pivots) && last_pivot(pivots, 2) >= 1);
+    CHECK(kmp_order_searches(order) >= searches);
+    kmp_order_free(order);
+}
+
 /* -- systems of equations ---------------------------------------------------------------------------- */
 
 static double one_norm(int n, const double *a)
@@ -487,6 +592,58 @@ static void the_zone_leaves_rows_out(void)
     unload(&l);
 }
 
+/* Through a change point, by numbers that a run of a chain twice as long has twice: products of the pivots in order,
+ * and right-hand sides as many. The order is sought a few times only. */
+static void passing_is_linear(void)
+{
+    double products[2];
+    long rhs[2];
+    for (int k = 0; k < 2; k++) {
+        loaded l = chain(100 << k, false, 0);
+        const double end = 0.9;
+        kmp_runner *runner = NULL;
+        kmp_run_report report;
+        kmp_run_spec spec = {.rtol = 1e-8, .t_end = end};
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK &&
+              kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
+        while (kmp_runner_t(runner) < end && kmp_runner_step(runner) == KEMPE_OK)
+            continue;
+        products[k] = (double)kmp_order_products(runner->margin.order);
+        kmp_runner_report(runner, &report);
+        rhs[k] = report.rhs;
+        printf("  N = %d: %ld evaluations, %.0f products, order sought %ld times\n", 100 << k, rhs[k], products[k],
+               kmp_order_searches(runner->margin.order));
+        CHECK(kmp_order_searches(runner->margin.order) < 60);
+        CHECK(runner->journal->count > 0 || !runner->in_zone);
+        kmp_free(report.reason);
+        kmp_runner_free(runner);
+        unload(&l);
+    }
+    CHECK(products[1] < 2.1 * products[0] && rhs[1] < 2 * rhs[0]);
+}
+
+/* Of equal windows, which pass their change point of one mind in every row, an even number keeps the sign of det Jv. */
+static void no_change_point_is_missed(void)
+{
+    for (int n = 32; n <= 128; n *= 2) {
+        loaded l = chain(n, false, 0);
+        const double end = 10;
+        kmp_run_report report;
+        kmp_journal journal = {.context = l.context};
+        last row = {.n = l.system->n, .q = KMP_NEW(double, l.system->n)};
+        kmp_run_spec spec = {.rtol = 1e-8, .t_end = end, .time_count = 1, .times = &end, .journal = &journal};
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(l.system, &spec, NULL, take_row, &row, &report) == KEMPE_OK);
+        CHECK(journal.count == 10);
+        for (int k = 0; k < journal.kept; k++)
+            CHECK(strcmp(journal.notes[k].kind, "change point") == 0 && journal.notes[k].before < 1e-9);
+        kmp_free(row.q);
+        kmp_free(report.reason);
+        kmp_journal_free(&journal);
+        unload(&l);
+    }
+}
+
 static void a_chain_apart_is_assembled(void)
 {
     loaded l = chain(300, true, 2);
@@ -567,6 +724,8 @@ int main(void)
     TEST(the_pivots_are_those_of_the_dense_matrix);
     TEST(what_is_not_finite_has_no_rank);
     TEST(products_grow_with_the_chain);
+    TEST(pivots_in_a_kept_order_tell_the_rank);
+    TEST(an_order_is_not_kept_for_long);
     TEST(sparse_systems_are_solved);
     TEST(singular_systems_are_told);
     TEST(sparse_least_squares_are_the_dense_ones);
@@ -576,6 +735,8 @@ int main(void)
     TEST(the_roads_agree_on_a_long_chain);
     TEST(a_long_chain_passes_its_change_point);
     TEST(the_zone_leaves_rows_out);
+    TEST(passing_is_linear);
+    TEST(no_change_point_is_missed);
     TEST(a_chain_apart_is_assembled);
     TEST(memory_grows_with_the_chain);
     TEST(every_want_of_memory_is_told);
