@@ -51,10 +51,10 @@ static void write_angle(kmp_layout *l, int i, uint32_t first)
 {
     kmp_frame *f = l->frame;
     const kmp_instruction *in = &l->program->instruction[i];
-    uint32_t x = kmp_layout_slot(l, in->a), d = kmp_layout_target(l, i), k = first;
-    while (k < f->angles && f->angle[k] != x)
-        k++;
-    if (k == f->angles) {
+    uint32_t x = kmp_layout_slot(l, in->a), d = kmp_layout_target(l, i), k = l->angle_of[x];
+    if (k < first || k >= f->angles || f->angle[k] != x) { /* not yet in this segment */
+        k = f->angles;
+        l->angle_of[x] = k;
         f->angle[k] = x;
         f->sine[k] = f->cosine[k] = KMP_SLOT_WASTE;
         f->angles++;
@@ -211,8 +211,9 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     f->copy_start = KMP_NEW(uint32_t, p->stages + 1);
     f->feeds = KMP_NEW(kmp_feed, p->input_count);
     l->segment_start = KMP_NEW(uint32_t, segments);
+    l->angle_of = KMP_NEW(uint32_t, f->slots);
     return f->v && f->specials && f->angle && f->sine && f->cosine && f->lane && f->segments && f->stage && f->copies &&
-           f->copy_start && f->feeds && l->segment_start;
+           f->copy_start && f->feeds && l->segment_start && l->angle_of;
 }
 
 /* Every value has its slot; an instruction that is an output of its own stage computes straight into its place among
@@ -262,6 +263,7 @@ void kmp_layout_free(kmp_layout *l)
     kmp_free(l->slot);
     kmp_free(l->order);
     kmp_free(l->segment_start);
+    kmp_free(l->angle_of);
     *l = (kmp_layout){0};
 }
 

@@ -17,6 +17,7 @@ typedef struct kmp_layout {
     uint32_t *slot;          /* by value */
     int *order;              /* instructions by segment, each segment's in the program's order */
     uint32_t *segment_start; /* in `order`; the end stands behind */
+    uint32_t *angle_of;      /* by slot: where the angle in it stands in the frame, if there */
 } kmp_layout;
 
 /** Fills the frame; `extra` slots are the back end's own, from frame->slots on, which grows as they are taken. false:

@@ -49,7 +49,7 @@ static double constant_value(const kmp_equations *eq, kmp_ref h)
 }
 
 /* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
-static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h)
+static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h, double size)
 {
     unsigned depends = kmp_graph_node(eq->graph, kmp_id(h))->depends;
     bool moves = depends & (1u << KMP_IN_TIME);
@@ -62,7 +62,7 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     double gap = h == KMP_ZERO ? 0 : constant_value(eq, h);
     if (isnan(gap))
         return kmp_fail_memory(eq->context);
-    if (!moves && fabs(gap) <= ROUNDING * size_of_points(eq->model))
+    if (!moves && fabs(gap) <= ROUNDING * size)
         return KEMPE_OK;
     return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
@@ -88,6 +88,7 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
 {
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
+    double size = size_of_points(model);
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
@@ -105,7 +106,7 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
                 eq->h[eq->m] = h[k];
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
             } else if (status != KEMPE_E_MEMORY) {
-                kempe_status met = constant_row(eq, closure, k, h[k]);
+                kempe_status met = constant_row(eq, closure, k, h[k], size);
                 status = met != KEMPE_OK ? met : status;
             }
         }
