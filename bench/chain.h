@@ -50,4 +50,31 @@ static inline char *chain_text(int n, bool unequal, double apart)
     return kmp_text_take(&t);
 }
 
+/* Windows that hang, at rest but for pendulums on their bars and a push: N + 1 freedoms, N of which are the pendulums'.
+ * To be freed with kmp_free. */
+static inline char *chain_of_pendulums(int n)
+{
+    kmp_text t = {0};
+    kmp_text_put(&t, "kempe: 1\nname: pendulums\ngravity: [0, -9.81, 0]\nground: {points: {");
+    for (int i = 0; i <= n; i++)
+        kmp_text_printf(&t, "%sG%d: [%d, 0, 0]", i ? ", " : "", i, i);
+    kmp_text_put(&t, "}}\nbodies:\n");
+    for (int k = 0; k <= 3 * n; k++) {
+        int kind = k <= n ? 0 : k <= 2 * n ? 1 : 2, i = kind == 0 ? k : (k - 1) % n;
+        kmp_text_printf(&t, "  %c%d: {joint: {name: %c%d, revolute: z, at: ", "vhp"[kind], i, "abc"[kind], i);
+        kmp_text_printf(&t, kind == 0 ? "ground.G%d" : kind == 1 ? "v%d.T" : "h%d.C", i);
+        kmp_text_put(&t, "}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}, points: {T: [1, 0, 0], C: [0.5, 0, 0]}}\n");
+    }
+    kmp_text_put(&t, "loops:\n");
+    for (int i = 0; i < n; i++)
+        kmp_text_printf(&t, "  C%d: {ball: [h%d.T, v%d.T]}\n", i, i, i + 1);
+    kmp_text_put(&t, "start:\n  q: {");
+    for (int i = 0; i <= n; i++)
+        kmp_text_printf(&t, "%sa%d: -90 deg", i ? ", " : "", i);
+    for (int i = 0; i < n; i++)
+        kmp_text_printf(&t, ", b%d: 90 deg, c%d: %d deg", i, i, i % 7 - 90);
+    kmp_text_put(&t, "}\n  qd: {a0: -1}\n");
+    return kmp_text_take(&t);
+}
+
 #endif

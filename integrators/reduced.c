@@ -32,6 +32,8 @@
 /* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
  * the program costs some dozens of them. */
 #define WORTH_FUSING 16
+/* With fewer freedoms the reduced mass is the best there is. */
+#define MANY_FREEDOMS 12
 /* The last pivot of the independent rows over that of all rows below which a step goes too far. */
 #define ROWS_LOST 0.05
 /* Newton in an evaluation stops at this fraction of the error weights. */
@@ -47,7 +49,8 @@ typedef struct reduced {
     kmp_fused *fused;  /* carried; NULL: there is none */
     bool apart;        /* its order of elimination is bad where the last step ended */
     long steps;        /* since the last exchange */
-    kmp_saddle saddle; /* by articulated bodies: accelerations and multipliers; v's rates are the reduction's */
+    bool by_saddle;    /* accelerations and multipliers come from there: by articulated bodies, or with many freedoms */
+    kmp_saddle saddle; /* v's rates are the reduction's all the same */
     kmp_reduced_jacobian tangents; /* when asked for */
     kmp_reduced_residual residual; /* likewise */
     bool carried, has_work, fixed, restarts;
@@ -126,7 +129,7 @@ static int place(reduced *d, double t, const double *y)
         if (kmp_reduction_close(&d->red, t, d->q, d->weight, CLOSE_FRACTION))
             return KMP_RETRY;
     }
-    if (!d->plant->by_bodies)
+    if (!d->by_saddle)
         kmp_reduction_tangent(&d->red);
     return KMP_GO;
 }
@@ -134,14 +137,14 @@ static int place(reduced *d, double t, const double *y)
 /* qd at the placed state. */
 static void close_rates(reduced *d, const double *ud)
 {
-    if (d->plant->by_bodies)
+    if (d->by_saddle)
         kmp_reduction_rates_alone(&d->red, ud, d->qd);
     else
         kmp_reduction_rates(&d->red, ud, d->qd);
 }
 
-/* qdd, lambda and udd without M. */
-static int accelerate_bodies(reduced *d)
+/* qdd, lambda and udd without a reduced mass. */
+static int accelerate_at_once(reduced *d)
 {
     if (kmp_saddle_factor(&d->saddle))
         return KMP_RETRY;
@@ -157,15 +160,15 @@ static int accelerate(reduced *d, const double *ud)
     close_rates(d, ud);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, d->qd);
-    if (d->plant->by_bodies)
-        return accelerate_bodies(d);
+    if (d->by_saddle)
+        return accelerate_at_once(d);
     return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
 }
 
 /* qdd and lambda after that. */
 static void complete(reduced *d)
 {
-    if (d->plant->by_bodies)
+    if (d->by_saddle)
         return;
     kmp_reduction_accelerations(&d->red, d->udd, d->qdd);
     kmp_reduction_multipliers(&d->red, d->qdd, d->lambda);
@@ -181,7 +184,7 @@ static double drive_power(reduced *d)
 
 static bool is_fused(const reduced *d)
 {
-    return d->fused && !d->apart && !d->plant->by_bodies && kmp_fused_applies(d->fused);
+    return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
 /* q, qd and udd at (t, y). */
@@ -344,8 +347,8 @@ static void explain(kmp_road *road)
 /* The i-th of vdd less what udd makes. */
 static double vdd_alone(const reduced *d, int i)
 {
-    double vdd = d->plant->by_bodies ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
-    for (int k = 0; d->plant->by_bodies && k < d->p; k++)
+    double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+    for (int k = 0; d->by_saddle && k < d->p; k++)
         vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
     return vdd;
 }
@@ -394,7 +397,7 @@ static int look(reduced *d, double t, const double *y)
         return said;
     remember(d, t, y);
     d->road.newton = d->red.newton;
-    d->road.factorizations = d->red.factorizations;
+    d->road.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
     d->apart = d->fused && !kmp_fused_is_good(d->fused, t, d->q);
     return KMP_GO;
@@ -407,7 +410,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     (void)dy;
     if (is_fused(d) && place(d, t, y) != KMP_GO)
         return KMP_RETRY;
-    if (d->plant->by_bodies)
+    if (d->by_saddle)
         kmp_reduction_tangent(&d->red);
     if (d->carried && d->r > 0 && !is_noise(d)) {
         kmp_reduction_correction(&d->red);
@@ -517,10 +520,10 @@ static void log_exchange(const reduced *d, double t, const kmp_partition *before
     kmp_text_free(&in);
 }
 
-/* By articulated bodies there is no M to write out; the power of a drive needs multipliers. */
+/* Without a reduced mass there is nothing to write out; the power of a drive needs multipliers. */
 static bool can_fuse(const reduced *d)
 {
-    return d->carried && !d->plant->by_bodies && !(d->has_work && d->s->rheonomic);
+    return d->carried && !d->by_saddle && !(d->has_work && d->s->rheonomic);
 }
 
 /* For the choice of u at hand, whose factors are, too. */
@@ -533,12 +536,26 @@ static int fuse(reduced *d, bool worth)
     return worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK ? KMP_HALT : KMP_GO;
 }
 
+/* With many freedoms the saddle system, sparse, costs less than the reduced mass, which is dense in u. */
+static bool try_saddle(reduced *d)
+{
+    if (d->p < MANY_FREEDOMS || d->plant->by_bodies)
+        return true;
+    if (!kmp_saddle_init(&d->saddle, d->plant, &d->part))
+        return false;
+    double cost = kmp_saddle_operations(&d->saddle), count = (double)kmp_reduction_count(&d->red).paper;
+    d->by_saddle = cost > 0 && KMP_SPARSE_COST * cost < count;
+    if (!d->by_saddle)
+        kmp_saddle_free(&d->saddle);
+    return true;
+}
+
 /* Of the rows that the partition has; the plant has taken what the road goes by. */
 static bool renew_saddle(reduced *d)
 {
     long factorizations = d->saddle.factorizations;
     kmp_saddle_free(&d->saddle);
-    bool made = !d->plant->by_bodies || kmp_saddle_init(&d->saddle, d->plant, &d->part);
+    bool made = !d->by_saddle || kmp_saddle_init(&d->saddle, d->plant, &d->part);
     d->saddle.factorizations = factorizations;
     return made;
 }
@@ -696,7 +713,8 @@ static bool prepare(reduced *d, const kmp_road_start *start)
 {
     if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
         return false;
-    if (!renew_saddle(d)) {
+    d->by_saddle = d->plant->by_bodies;
+    if (!renew_saddle(d) || (!start->implicit && !try_saddle(d))) {
         (void)kmp_fail_memory(d->s->context);
         return false;
     }

@@ -118,6 +118,9 @@ bool kmp_saddle_init_with_out(kmp_saddle *saddle, kmp_plant *plant, const kmp_pa
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
 
+/** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
+double kmp_saddle_operations(const kmp_saddle *saddle);
+
 /** qdd and lambda (m; zero for dropped rows) from the plant's last bias. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 

@@ -183,6 +183,11 @@ int kmp_saddle_factor(kmp_saddle *saddle)
     return saddle->large ? factor_sparse(saddle) : factor_dense(saddle);
 }
 
+double kmp_saddle_operations(const kmp_saddle *saddle)
+{
+    return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
+}
+
 /* x <- its solution */
 static void solve(kmp_saddle *saddle)
 {

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What a right-hand side costs is counted as the reduced road makes it: the program, and what is solved with its
- * values. By M and C that is the mass of n - m independent coordinates and its Cholesky factors, by articulated bodies
- * the m x m system of the multipliers, and nothing at all on a tree. What both have to do, Jv and its tangent, is left
- * out. bench/articulated.c measures where the one gets ahead of the other. */
+ * values. By M and C that is the mass of n - m independent coordinates and its Cholesky factors, or the
+ * sparse saddle system where that costs less, by articulated bodies the m x m system of the multipliers, and nothing at
+ * all on a tree. What both have to do, Jv and its tangent, is left out. bench/articulated.c measures where the one gets
+ * ahead of the other. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
+#include "linalg/sparse.h"
+#include <math.h>
 #include <string.h>
 
 /* With fewer independent coordinates M and C cost less, in operations; nothing else is tried. */
@@ -122,12 +125,43 @@ static int independent(const kempe_system *s)
     return s->n > s->m ? s->n - s->m : 0;
 }
 
-/* M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. */
+/* Entry k of [M -J'; J 0], of M with both its triangles; false behind the last. */
+static bool saddle_entry(const kempe_system *s, int k, int *row, int *col)
+{
+    int side = k % 2, e = k / 2 - s->mass.count;
+    const kmp_pattern *pattern = e < 0 ? &s->mass : &s->jacobian;
+    if (e >= s->jacobian.count)
+        return false;
+    int i = e < 0 ? pattern->row[k / 2] : s->n + pattern->row[e], j = pattern->col[e < 0 ? k / 2 : e];
+    *row = side ? j : i;
+    *col = side ? i : j;
+    return true;
+}
+
+/* Of the saddle system's sparse factors, in operations of dense ones; infinite when there is no memory or no pattern.
+ */
+static double cost_of_saddle(const kempe_system *s)
+{
+    int most = 2 * (s->mass.count + s->jacobian.count), count = 0;
+    int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
+    for (int k = 0; row && col && saddle_entry(s, k, &row[count], &col[count]); k++)
+        count += k % 2 == 0 || row[count] != col[count];
+    kmp_sparse *sparse = row && col ? kmp_sparse_new(s->n + s->m, count, row, col, true) : NULL;
+    double cost = sparse ? KMP_SPARSE_COST * kmp_sparse_operations(sparse) : INFINITY;
+    kmp_sparse_free(sparse);
+    kmp_free(row);
+    kmp_free(col);
+    return cost;
+}
+
+/* M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. With many freedoms and loops, where that is
+ * dense, the saddle system. */
 static double cost_by_mass(const kempe_system *s)
 {
     double n = s->n, p = independent(s), mass = 2.0 * s->mass.count;
     double products = s->m > 0 ? mass * (p + 1) + p * n + p * (p + 1) / 2 * n : 0;
-    return operations_of(s->motion) + 2 * products + cholesky(independent(s));
+    double dense = 2 * products + cholesky(independent(s));
+    return operations_of(s->motion) + (s->m > 0 ? fmin(dense, cost_of_saddle(s)) : dense);
 }
 
 /* The multipliers, and M^-1 J' lambda. */

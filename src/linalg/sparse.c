@@ -76,6 +76,11 @@ void kmp_sparse_free(kmp_sparse *s)
     kmp_free(s);
 }
 
+double kmp_sparse_operations(const kmp_sparse *s)
+{
+    return s->symbolic->est_flops + 2 * (s->symbolic->lnz + s->symbolic->unz);
+}
+
 /* In common.rgrowth. */
 static bool measure_growth(kmp_sparse *s)
 {

@@ -65,6 +65,11 @@ void kmp_sparse_free(kmp_sparse *s);
  * new ones otherwise. 0, or 1 when singular; the factors are then unusable. */
 int kmp_sparse_factor(kmp_sparse *s, const double *values);
 
+/** Operations of a factorisation and a solution, estimated from the pattern; one of them costs KMP_SPARSE_COST times
+ * what one in a dense matrix does. */
+double kmp_sparse_operations(const kmp_sparse *s);
+#define KMP_SPARSE_COST 8.0
+
 /** x <- A^-1 x; x is n x m, leading dimension n. */
 void kmp_sparse_solve(kmp_sparse *s, int m, double *x);
 

@@ -644,6 +644,48 @@ static void no_change_point_is_missed(void)
     }
 }
 
+static loaded pendulums(int n)
+{
+    char *text = chain_of_pendulums(n);
+    loaded l = load_text(text);
+    kmp_free(text);
+    return l;
+}
+
+/* As many freedoms as loops: by the sparse saddle system, whose operations grow with their number, and auto does not
+ * take articulated bodies, whose multipliers are dense. The reduced road gives what the projected one does. */
+static void many_freedoms_stay_sparse(void)
+{
+    double cost[2];
+    long factorizations[2];
+    for (int k = 0; k < 2; k++) {
+        loaded l = pendulums(60 << k);
+        last reduced, projected;
+        kempe_system *by_auto = NULL;
+        kmp_run_report report = run(&l, "reduced", "carried", 1e-9, 0.5, &reduced);
+        factorizations[k] = report.factorizations;
+        CHECK(report.factorizations > 2 * report.rhs - 5); /* Jv's and the saddle system's */
+        run(&l, "projected", NULL, 1e-9, 0.5, &projected);
+        CHECK(distance(&reduced, &projected) < 1e-8);
+        CHECK(kempe_system_new_by(l.model, "auto", &by_auto) == KEMPE_OK && !by_auto->articulated);
+        kmp_plant *plant = kmp_plant_new(l.system, "tape");
+        kmp_partition part;
+        kmp_saddle saddle;
+        kmp_plant_closure(plant, 0, reduced.q);
+        CHECK(kmp_partition_init(&part, l.system, plant->jacobian, NULL, 0) == KEMPE_OK);
+        CHECK(kmp_saddle_init(&saddle, plant, &part) && (cost[k] = kmp_saddle_operations(&saddle)) > 0);
+        kmp_saddle_free(&saddle);
+        kmp_partition_free(&part);
+        kmp_plant_free(plant);
+        kempe_system_free(by_auto);
+        kmp_free(reduced.q);
+        kmp_free(projected.q);
+        unload(&l);
+    }
+    printf("  operations of a saddle system: %.0f, %.0f\n", cost[0], cost[1]);
+    CHECK(cost[1] < 2.1 * cost[0] && factorizations[1] < 2 * factorizations[0]);
+}
+
 static void a_chain_apart_is_assembled(void)
 {
     loaded l = chain(300, true, 2);
@@ -736,6 +778,7 @@ int main(void)
     TEST(a_long_chain_passes_its_change_point);
     TEST(the_zone_leaves_rows_out);
     TEST(passing_is_linear);
+    TEST(many_freedoms_stay_sparse);
     TEST(no_change_point_is_missed);
     TEST(a_chain_apart_is_assembled);
     TEST(memory_grows_with_the_chain);
