@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/margin.h"
 #include "base/memory.h"
+#include "constraints/pick.h"
 #include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
@@ -22,19 +23,10 @@
  * fallen below this part of their usual size. */
 #define MANY_ROWS 24
 #define CALLS_FOR 0.4
-/* With more places than SPARSE_FROM, and fewer than one in SPARSE_BELOW taken, or with more than DENSE_MOST J is not
- * made dense. */
-enum { SPARSE_FROM = 2000, SPARSE_BELOW = 8, DENSE_MOST = 1 << 14 };
-
-bool kmp_margin_is_large(const kempe_system *system)
-{
-    long places = (long)system->m * system->n;
-    return places > DENSE_MOST || (places > SPARSE_FROM && system->jacobian.count < places / SPARSE_BELOW);
-}
-
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
-    int m = system->m, n = system->n, large = kmp_margin_is_large(system) ? system->jacobian.count : 0;
+    int m = system->m, n = system->n,
+        large = kmp_pick_is_large(m, n, system->jacobian.count) ? system->jacobian.count : 0;
     *margin = (kmp_margin){
         .system = system, .r = part->r, .step_t = NAN, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
     margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];

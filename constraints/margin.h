@@ -32,9 +32,6 @@ typedef struct kmp_margin {
     double step_t;
 } kmp_margin;
 
-/** Whether J is so large and so empty that it is not made dense. */
-bool kmp_margin_is_large(const kempe_system *system);
-
 /** At the partition's configuration. false: no memory. */
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part);
 /** Whether a start that looks near a change point, at (t, q), is: `near` and `usual` by what they are at configurations

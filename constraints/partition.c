@@ -14,9 +14,6 @@
 /* A wish is refused when its |B| would exceed this. */
 #define WORST_WISH 1e4
 
-/* Up to this many places of J all is dense. */
-enum { DENSE_MOST = 1 << 14 };
-
 static int rank_of(const double *pivots, int count)
 {
     int r = 0;
@@ -39,7 +36,7 @@ static void sort(int *x, int count)
 static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
 {
     const kmp_pattern *j = &s->jacobian;
-    if (!kmp_pick_init(c, s->m, s->n, j->count, (long)s->m * s->n <= DENSE_MOST))
+    if (!kmp_pick_init(c, s->m, s->n, j->count, !kmp_pick_is_large(s->m, s->n, j->count)))
         return false;
     for (int e = 0; e < j->count; e++)
         kmp_pick_add(c, j->row[e], j->col[e], jacobian[e] * s->scale[j->col[e]] / s->row_scale[j->row[e]]);

@@ -7,6 +7,16 @@
 #include <math.h>
 #include <string.h>
 
+/* With more places than SPARSE_FROM, and fewer than one in SPARSE_BELOW taken, or with more than DENSE_MOST a matrix is
+ * not made dense. */
+enum { SPARSE_FROM = 256, SPARSE_BELOW = 6, DENSE_MOST = 1 << 14 };
+
+bool kmp_pick_is_large(int m, int n, int nz)
+{
+    double places = (double)m * n;
+    return places > DENSE_MOST || (places > SPARSE_FROM && nz * SPARSE_BELOW < places);
+}
+
 bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense)
 {
     *c = (kmp_pick){.m = m, .n = n, .dense = dense, .growth = KMP_PICK_GROWTH};

@@ -22,6 +22,9 @@ typedef struct kmp_pick {
     int *pivot;
 } kmp_pick;
 
+/** Whether m x n with nz entries is so large and so empty that it is not made dense. */
+bool kmp_pick_is_large(int m, int n, int nz);
+
 /** For up to nz entries, none yet; false: no memory, and to be freed all the same. */
 bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense);
 void kmp_pick_free(kmp_pick *c);

@@ -6,8 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Up to this many places a block is dense. */
-enum { DENSE_BLOCK = 1 << 14 };
 /* After an exchange of an entry of B of this size it is computed anew. */
 #define LONG_DUE 100.0
 
@@ -299,7 +297,7 @@ static bool extract(const split *s, const kmp_pick *c, int which, kmp_pick *part
 {
     int m = s->first_row[which + 1] - s->first_row[which], n = s->first_col[which + 1] - s->first_col[which];
     int nz = s->first_entry[which + 1] - s->first_entry[which], *local_row = s->local, *local_col = s->local + c->m;
-    if (!kmp_pick_init(part, m, n, nz, (double)m * n <= DENSE_BLOCK))
+    if (!kmp_pick_init(part, m, n, nz, !kmp_pick_is_large(m, n, nz)))
         return false;
     part->growth = c->growth;
     for (int i = 0; i < m; i++)

@@ -18,7 +18,7 @@
 enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, ROUGHLY = 12, FINELY = 60 };
 
 /* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
-static const double LANDINGS[] = {0.22, 0.06};
+static const double LANDINGS[] = {0.22, 0.06, 0.5};
 /* Relative size of the last terms of the polynomial at which it is taken for smooth. */
 #define SMOOTH 1e-9
 /* Part of it to which Picard's iteration is carried, the least that it must shrink by, and the noise in which it may

@@ -12,6 +12,7 @@
  * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps,
  * and the saddle system of the others is solved, sparse: the same equations on the rows that stay. */
 #include "base/memory.h"
+#include "constraints/pick.h"
 #include "integrators/closing.h"
 #include "integrators/road.h"
 #include "linalg/dense.h"
@@ -460,7 +461,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->n = n;
     d->m = start->part->m;
     d->r = start->part->r;
-    d->large = kmp_margin_is_large(d->s);
+    d->large = kmp_pick_is_large(d->m, d->n, d->s->jacobian.count);
     d->has_work = start->system->dissipative;
     d->road.release = release;
     d->road.row = row;
