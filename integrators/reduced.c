@@ -714,7 +714,7 @@ static bool prepare(reduced *d, const kmp_road_start *start)
     if (kmp_reduction_init(&d->red, start->plant, &d->part) != KEMPE_OK)
         return false;
     d->by_saddle = d->plant->by_bodies;
-    if (!renew_saddle(d) || (!start->implicit && !try_saddle(d))) {
+    if (!renew_saddle(d) || (!(start->implicit || start->dae) && !try_saddle(d))) {
         (void)kmp_fail_memory(d->s->context);
         return false;
     }
