@@ -10,7 +10,6 @@ void kmp_frame_free(kmp_frame *f)
     kmp_free(f->angle);
     kmp_free(f->sine);
     kmp_free(f->cosine);
-    kmp_free(f->lane);
     kmp_free(f->segments);
     kmp_free(f->stage);
     kmp_free(f->copies);
@@ -34,19 +33,6 @@ const double *kmp_frame_outputs(const void *code, int stage)
 {
     const kmp_frame *f = code;
     return f->out + f->program->outputs[stage];
-}
-
-static void run_angles(kmp_frame *f, uint32_t first, uint32_t end)
-{
-    int n = (int)(end - first);
-    double *x = f->lane, *s = x + n, *c = s + n;
-    for (int k = 0; k < n; k++)
-        x[k] = f->v[f->angle[first + (uint32_t)k]];
-    kmp_sincos_many(n, x, s, c);
-    for (int k = 0; k < n; k++) {
-        f->v[f->sine[first + (uint32_t)k]] = s[k];
-        f->v[f->cosine[first + (uint32_t)k]] = c[k];
-    }
 }
 
 static double run_implicit(const kmp_frame *f, const kmp_special *s)
@@ -81,8 +67,8 @@ static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
 void kmp_frame_functions(kmp_frame *f, uint32_t segment)
 {
     const kmp_segment *here = &f->segments[segment], *next = here + 1;
-    if (next->angle > here->angle)
-        run_angles(f, here->angle, next->angle);
+    if (here->angles > 0)
+        kmp_sincos_slots(here->angles, f->angle + here->angle, f->v, f->v + f->sine[here->angle]);
     for (uint32_t i = here->special; i < next->special; i++)
         run_special(f, &f->specials[i], f->v);
 }

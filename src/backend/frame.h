@@ -16,7 +16,8 @@ typedef struct kmp_special {
 } kmp_special;
 
 typedef struct kmp_segment {
-    uint32_t angle, special; /* the first of each; the next segment's are the end */
+    uint32_t angle, angles; /* the first, and how many; the list goes on to a multiple of eight */
+    uint32_t special;       /* the first; the next segment's is the end */
 } kmp_segment;
 
 /* An output that no instruction of its stage computes straight into its place. */
@@ -37,6 +38,7 @@ typedef struct kmp_feed {
 } kmp_feed;
 
 enum { KMP_SLOT_ONE, KMP_SLOT_MINUS_ONE, KMP_SLOT_MINUS_ZERO, KMP_SLOT_WASTE, KMP_FIRST_SLOT };
+enum { KMP_LANES = 8 }; /* of sines and cosines */
 
 typedef struct kmp_frame {
     const kmp_program *program;
@@ -44,9 +46,8 @@ typedef struct kmp_frame {
     uint32_t slots;
     kmp_special *specials;
     uint32_t special_count;
-    uint32_t *angle, *sine, *cosine; /* slots; sine or cosine may be the waste slot */
+    uint32_t *angle, *sine, *cosine; /* slots; sines and cosines by eights, as kmp_sincos_slots leaves them */
     uint32_t angles;
-    double *lane; /* 3 x angles */
     kmp_segment *segments;
     uint32_t segment_count; /* the end stands behind */
     uint32_t *stage;        /* stages + 1: first segment */

@@ -161,7 +161,7 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width, n = (end - first) * w;
     if (w == 8) {
-        kmp_sincos_slots((int)(end - first), lanes->v, f->angle + first, f->sine + first, f->cosine + first);
+        kmp_sincos_lanes((int)(end - first), lanes->v, f->angle + first, f->sine + first, f->cosine + first);
         return;
     }
     double *x = lanes->lane, *s = x + n, *c = s + n, *v = lanes->v;
@@ -220,8 +220,8 @@ const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
     for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
         const kmp_segment *here = &f->segments[g], *next = here + 1;
         run_arithmetic(lanes, g);
-        if (next->angle > here->angle)
-            run_angles(lanes, here->angle, next->angle);
+        if (here->angles > 0)
+            run_angles(lanes, here->angle, here->angle + here->angles);
         for (uint32_t i = here->special; i < next->special; i++)
             run_special(lanes, &f->specials[i]);
     }

@@ -46,23 +46,33 @@ static void analyse(kmp_layout *l)
     count_uses(l);
 }
 
+static bool is_angle(const kmp_layout *l, int i)
+{
+    return l->program->instruction[i].op == KMP_OP_SIN || l->program->instruction[i].op == KMP_OP_COS;
+}
+
+/* One more angle; its sine and cosine have their slots by eights. */
+static void add_angle(kmp_layout *l, uint32_t x)
+{
+    kmp_frame *f = l->frame;
+    uint32_t k = f->angles++;
+    f->angle[k] = x;
+    f->sine[k] = l->lanes + 2 * KMP_LANES * (k / KMP_LANES) + k % KMP_LANES;
+    f->cosine[k] = f->sine[k] + KMP_LANES;
+}
+
 /* Sine and cosine of one angle in one segment share an entry. */
 static void write_angle(kmp_layout *l, int i, uint32_t first)
 {
     kmp_frame *f = l->frame;
     const kmp_instruction *in = &l->program->instruction[i];
-    uint32_t x = kmp_layout_slot(l, in->a), d = kmp_layout_target(l, i), k = l->angle_of[x];
+    uint32_t x = kmp_layout_slot(l, in->a), k = l->angle_of[x];
     if (k < first || k >= f->angles || f->angle[k] != x) { /* not yet in this segment */
         k = f->angles;
         l->angle_of[x] = k;
-        f->angle[k] = x;
-        f->sine[k] = f->cosine[k] = KMP_SLOT_WASTE;
-        f->angles++;
+        add_angle(l, x);
     }
-    if (in->op == KMP_OP_SIN)
-        f->sine[k] = d;
-    else
-        f->cosine[k] = d;
+    l->slot[l->leaves + i] = in->op == KMP_OP_SIN ? f->sine[k] : f->cosine[k];
 }
 
 /* The items of the list that an implicit instruction reads; operand[0] is where they begin. */
@@ -81,7 +91,7 @@ static void write_arguments(kmp_layout *l, kmp_special *s, const kmp_instruction
 static void write_special(kmp_layout *l, int i, uint32_t first_angle)
 {
     const kmp_instruction *in = &l->program->instruction[i];
-    if (in->op == KMP_OP_SIN || in->op == KMP_OP_COS) {
+    if (is_angle(l, i)) {
         write_angle(l, i, first_angle);
         return;
     }
@@ -129,10 +139,14 @@ static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
     kmp_frame *f = l->frame;
     uint32_t first_angle = f->angles;
     l->segment_start[f->segment_count] = begin;
-    f->segments[f->segment_count++] = (kmp_segment){f->angles, f->special_count};
+    kmp_segment *segment = &f->segments[f->segment_count++];
+    *segment = (kmp_segment){.angle = first_angle, .special = f->special_count};
     for (uint32_t k = begin; k < end; k++)
         if (!l->straight(&l->program->instruction[l->order[k]]))
             write_special(l, l->order[k], first_angle);
+    segment->angles = f->angles - first_angle;
+    while (f->angles % KMP_LANES != 0)
+        add_angle(l, KMP_SLOT_ONE);
 }
 
 /* Segments, and of each what is not straight. */
@@ -154,7 +168,7 @@ static bool write_segments(kmp_layout *l)
         }
     }
     f->stage[p->stages] = f->segment_count;
-    f->segments[f->segment_count] = (kmp_segment){f->angles, f->special_count};
+    f->segments[f->segment_count] = (kmp_segment){.angle = f->angles, .special = f->special_count};
     l->segment_start[f->segment_count] = (uint32_t)p->code[p->stages];
     kmp_free(first);
     return first;
@@ -174,6 +188,15 @@ static uint32_t count_segments(const kmp_layout *l)
     for (int s = 0; s < l->program->stages; s++)
         count += deepest(l, s) + 1;
     return count;
+}
+
+/* Those that there are, and those that fill up the eights of the segments that have some. */
+static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
+{
+    uint32_t count = 0;
+    for (int i = 0; i < l->program->code[l->program->stages]; i++)
+        count += is_angle(l, i);
+    return count + (KMP_LANES - 1) * (segments < count ? segments : count);
 }
 
 static bool allocate_blocks(kmp_layout *l)
@@ -197,14 +220,14 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     kmp_frame *f = l->frame;
     const kmp_program *p = l->program;
     uint32_t code = (uint32_t)p->code[p->stages], outputs = (uint32_t)p->outputs[p->stages];
-    uint32_t segments = count_segments(l);
-    f->slots = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
+    uint32_t segments = count_segments(l), angles = most_angles(l, segments);
+    l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
+    f->slots = l->lanes + 2 * angles;
     f->v = KMP_NEW(double, f->slots + extra);
     f->specials = KMP_NEW(kmp_special, code);
-    f->angle = KMP_NEW(uint32_t, code);
-    f->sine = KMP_NEW(uint32_t, code);
-    f->cosine = KMP_NEW(uint32_t, code);
-    f->lane = KMP_NEW(double, 3 * code);
+    f->angle = KMP_NEW(uint32_t, angles);
+    f->sine = KMP_NEW(uint32_t, angles);
+    f->cosine = KMP_NEW(uint32_t, angles);
     f->segments = KMP_NEW(kmp_segment, segments);
     f->stage = KMP_NEW(uint32_t, p->stages + 1);
     f->copies = KMP_NEW(kmp_copy, outputs);
@@ -212,12 +235,13 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     f->feeds = KMP_NEW(kmp_feed, p->input_count);
     l->segment_start = KMP_NEW(uint32_t, segments);
     l->angle_of = KMP_NEW(uint32_t, f->slots);
-    return f->v && f->specials && f->angle && f->sine && f->cosine && f->lane && f->segments && f->stage && f->copies &&
+    return f->v && f->specials && f->angle && f->sine && f->cosine && f->segments && f->stage && f->copies &&
            f->copy_start && f->feeds && l->segment_start && l->angle_of;
 }
 
-/* Every value has its slot; an instruction that is an output of its own stage computes straight into its place among
- * the outputs, the other outputs are copied at the end of the stage. */
+/* Every value has its slot, sines and cosines only when segments are written; an instruction that is an output of its
+ * own stage computes straight into its place among the outputs, the other outputs are copied at the end of the stage.
+ */
 static void place_values(kmp_layout *l)
 {
     kmp_frame *f = l->frame;
@@ -231,14 +255,20 @@ static void place_values(kmp_layout *l)
         for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
             uint32_t value = p->output[k] >> 1, to = first + (uint32_t)k;
             int i = kmp_layout_instruction(l, p->output[k]);
-            if (i >= 0 && !(p->output[k] & 1) && l->stage_of[i] == s && l->slot[value] < first)
+            if (i >= 0 && !(p->output[k] & 1) && l->stage_of[i] == s && l->slot[value] < first && !is_angle(l, i))
                 l->slot[value] = to;
             else
                 f->copies[copies++] = (kmp_copy){value, to, p->output[k] & 1 ? -1 : 1};
         }
     }
     f->copy_start[p->stages] = copies;
-    for (uint32_t k = 0; k < copies; k++)
+}
+
+/* Once all values have their slots. */
+static void place_copies(kmp_layout *l)
+{
+    kmp_frame *f = l->frame;
+    for (uint32_t k = 0; k < f->copy_start[l->program->stages]; k++)
         f->copies[k].from = l->slot[f->copies[k].from];
 }
 
@@ -298,5 +328,8 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
     frame->v[KMP_SLOT_MINUS_ZERO] = -0.0;
     if (program->constant_count > 0)
         memcpy(frame->v + KMP_FIRST_SLOT, program->constant, (size_t)program->constant_count * sizeof(double));
-    return write_segments(l);
+    if (!write_segments(l))
+        return false;
+    place_copies(l);
+    return true;
 }

@@ -15,6 +15,7 @@ typedef struct kmp_layout {
     uint32_t *uses;                              /* by instructions and outputs */
     int *stage_of;
     uint32_t *slot;          /* by value */
+    uint32_t lanes;          /* the first of those of sines and cosines */
     int *order;              /* instructions by segment, each segment's in the program's order */
     uint32_t *segment_start; /* in `order`; the end stands behind */
     uint32_t *angle_of;      /* by slot: where the angle in it stands in the frame, if there */

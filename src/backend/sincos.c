@@ -12,6 +12,33 @@ KMP_CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
         kempe_sincos8_core_(x + i, s + i, c + i);
 }
 
+#if defined(__GNUC__)
+typedef double eight __attribute__((vector_size(64)));
+#else
+typedef struct eight {
+    double x[8];
+} eight;
+#endif
+
+/* The arguments are put together in registers: a wide load of what was just stored piece by piece has to wait. */
+KMP_CLONES static void slots_of_8(const uint32_t *angle, const double *v, double *out)
+{
+    eight all = {v[angle[0]], v[angle[1]], v[angle[2]], v[angle[3]],
+                 v[angle[4]], v[angle[5]], v[angle[6]], v[angle[7]]};
+    double x[8];
+    memcpy(x, &all, sizeof x);
+    kempe_sincos8_core_(x, out, out + 8);
+}
+
+void kmp_sincos_slots(uint32_t n, const uint32_t *angle, const double *v, double *out)
+{
+    uint32_t i = 0;
+    for (; i + 2 < n; i += 8, out += 16)
+        slots_of_8(angle + i, v, out);
+    for (; i < n; i++, out++)
+        kempe_sincos(v[angle[i]], &out[0], &out[8]);
+}
+
 void kmp_sincos_many(int n, const double *x, double *s, double *c)
 {
     int whole = n & ~7, rest = n & 7;
@@ -29,7 +56,7 @@ void kmp_sincos_many(int n, const double *x, double *s, double *c)
     }
 }
 
-KMP_CLONES static void slots_of_8(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+KMP_CLONES static void lanes_of_8(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
     for (int k = 0; k < n; k++) {
         double sine[8], cosine[8];
@@ -39,7 +66,7 @@ KMP_CLONES static void slots_of_8(int n, double *v, const uint32_t *x, const uin
     }
 }
 
-void kmp_sincos_slots(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+void kmp_sincos_lanes(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
-    slots_of_8(n, v, x, s, c);
+    lanes_of_8(n, v, x, s, c);
 }
