@@ -7,22 +7,28 @@
 
 enum { KMP_FUSED_FREEDOMS = 8, KMP_FUSED_BLOCK = 24 }; /* at most: independent coordinates, rows of a block of Jv */
 
-/* Stages: qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass, from all qd and the user's efforts
- * (KMP_IN_EFFORT); the multipliers of the elimination in the blocks. */
-enum { KMP_FUSED_RATES = 1, KMP_FUSED_ACCELERATIONS, KMP_FUSED_MULTIPLIERS, KMP_FUSED_STAGES };
+/* Stages: qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass; what is wanted at the end of a
+ * step. Without the user's efforts, which are functions of qd, the first has all that: udd, qd of v, pivots. */
+enum { KMP_FUSED_RATES = 1, KMP_FUSED_ACCELERATIONS, KMP_FUSED_END, KMP_FUSED_STAGES };
 
-/** NULL: no memory. *factor (owned by the caller, in any case): what scaling the rows makes of each multiplier. */
-kmp_program *kmp_fused_write(const kmp_reduction *red, double **factor, int *multipliers);
+/* Outputs of the end: the multipliers of the elimination in the blocks, a pivot or determinant for each factor of det
+ * Jv, h, J, h_t where there is one, Bvu, the correction of v. */
+typedef struct kmp_fused_layout {
+    int multipliers, pivots;
+    double *factor; /* of each multiplier: what scaling rows makes of it; owned by the caller, in any case */
+} kmp_fused_layout;
 
-/** The order in which partial pivoting takes rows now, from the plant's last closure, block by block (r of them; places
- * among the independent rows). */
+/** What the program is written for. */
+typedef struct kmp_fused_plan {
+    const int *order;        /* of rows in the elimination: r places among the independent rows, block by block */
+    const double *row_scale; /* m */
+    bool power;              /* of the non-conservative forces, behind the pivots of the reduced mass */
+} kmp_fused_plan;
+
+/** The order in which partial pivoting takes the rows now, from the plant's last closure. */
 void kmp_fused_order(const kmp_reduction *red, int *order);
 
-/** For several instances at once, of any order and scales of rows (m): the accelerations end with the power of the
- * non-conservative forces, and the last stage has what is watched at the end of a step: h (r), all of J
- * (jacobian.count), -Jv^-1 h (r), Bvu (r x p, row by row), the determinants of the blocks but for the order of rows,
- * and the multipliers. */
-kmp_program *kmp_fused_write_watched(const kmp_reduction *red, const int *order, const double *row_scale,
-                                     double **factor, int *multipliers);
+/** NULL: no memory. */
+kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout);
 
 #endif

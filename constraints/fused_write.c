@@ -1,19 +1,26 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
- * solved by their determinant, larger ones by elimination in the order that partial pivoting takes now. */
+ * solved by their determinant, larger ones by elimination in an order that is given. */
 #include "base/memory.h"
 #include "constraints/fused_inside.h"
 #include <math.h>
+#include <string.h>
+
+/* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
+typedef struct block {
+    int size, row[KMP_FUSED_BLOCK], col[KMP_FUSED_BLOCK];
+    kmp_ref a[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
+    kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; of two rows: of the determinant */
+} block;
 
 /* What is being written. */
 typedef struct maker {
     const kmp_reduction *red;
     const kempe_system *s;
     kmp_graph *g;
-    const int *order;        /* of rows in the elimination, block by block */
-    const double *row_scale; /* m */
-    bool watched;
+    const kmp_fused_plan *plan;
     int n, p, r;
+    block *block; /* of Jv, factored */
     kmp_ref *out; /* of the motion program */
     const kmp_ref *h, *jacobian, *h_t, *mass, *jdqd;
     kmp_ref *bias;
@@ -22,22 +29,17 @@ typedef struct maker {
     kmp_ref *jv;            /* likewise */
     int *block_of;          /* by column */
     kmp_ref *b, *x_t, *a0;  /* r x p row by row, r, r */
+    kmp_ref *dv;            /* r: the correction of v */
+    kmp_ref *rate;          /* r: qd of v */
+    kmp_ref *input, *by;    /* 2 n: q and qd of the motion program, and what stands for them */
     kmp_ref *mx;            /* n x p, row by row */
-    kmp_ref *dv;            /* r: -Jv^-1 h */
-    kmp_ref *det;           /* of each block, but for the order of its rows */
-    kmp_ref power;          /* of the non-conservative forces */
     kmp_ref *multiplier;    /* of all blocks */
     double *factor;         /* likewise */
     int multipliers;
-    bool failed;
+    kmp_ref *pivot; /* whose product is det Jv, but for the sign of a permutation */
+    int pivots;
+    kmp_ref power; /* when asked for */
 } maker;
-
-/* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
-typedef struct block {
-    int size, row[KMP_FUSED_BLOCK], col[KMP_FUSED_BLOCK];
-    kmp_ref a[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
-    kmp_ref inverse[KMP_FUSED_BLOCK]; /* of the pivots; of two rows: of the determinant */
-} block;
 
 static void find_entries(const maker *k, int row, kmp_ref entry[KMP_FUSED_BLOCK], const block *b)
 {
@@ -51,7 +53,7 @@ static void find_entries(const maker *k, int row, kmp_ref entry[KMP_FUSED_BLOCK]
 
 static double scale_of(const maker *k, int row)
 {
-    return k->row_scale[k->red->part->rows[row]];
+    return k->plan->row_scale[k->red->part->rows[row]];
 }
 
 /* The order in which partial pivoting takes the rows of scaled values, which are lost. */
@@ -81,12 +83,12 @@ static void pivot_rows(int size, double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK],
 }
 
 /* Rows of a block in the order of elimination; `begin`: how many rows the blocks before it have. */
-static void take_block(maker *k, int number, int begin, block *b)
+static void take_block(const maker *k, int number, int begin, block *b)
 {
     const int *col = kmp_block_columns(k->red->block, number, &b->size);
     for (int i = 0; i < b->size; i++) {
         b->col[i] = col[i];
-        b->row[i] = k->order[begin + i];
+        b->row[i] = k->plan->order[begin + i];
     }
     for (int i = 0; i < b->size; i++)
         find_entries(k, b->row[i], b->a[i], b);
@@ -128,9 +130,11 @@ static void factor_block(maker *k, block *b)
     if (b->size == 2) {
         kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
         b->inverse[0] = kmp_div(g, KMP_ONE, det);
+        k->pivot[k->pivots++] = det;
         return;
     }
     for (int c = 0; c < b->size; c++) {
+        k->pivot[k->pivots++] = b->a[c][c];
         b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
         for (int i = c + 1; i < b->size; i++) {
             if (b->a[i][c] == KMP_ZERO)
@@ -189,42 +193,43 @@ static void solve_columns(maker *k, int number, const block *b, int columns, con
     }
 }
 
-static kmp_ref determinant(kmp_graph *g, const block *b)
+static int block_count(const maker *k)
 {
-    kmp_ref det = b->a[0][0];
-    if (b->size == 2)
-        return kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
-    for (int c = 1; c < b->size; c++)
-        det = kmp_mul(g, det, b->a[c][c]);
-    return det;
+    return k->r > 0 ? kmp_block_count(k->red->block) : 0;
 }
 
-/* Bvu, x_t and a0: -Jv^-1 of Ju, h_t and jdqd; of what is watched -Jv^-1 h. */
+static void negate(int count, kmp_ref *x)
+{
+    for (int i = 0; i < count; i++)
+        x[i] = kmp_neg(x[i]);
+}
+
+/* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
 static void make_tangent(maker *k)
 {
     int begin = k->r;
-    for (int number = k->r > 0 ? kmp_block_count(k->red->block) : 0; number-- > 0;) {
-        block b;
-        (void)kmp_block_columns(k->red->block, number, &b.size);
-        begin -= b.size;
-        take_block(k, number, begin, &b);
-        factor_block(k, &b);
-        if (k->watched) {
-            k->det[number] = determinant(k->g, &b);
-            solve_columns(k, number, &b, 1, k->h, k->dv);
-        }
-        solve_columns(k, number, &b, k->p, k->ju, k->b);
+    for (int number = block_count(k); number-- > 0;) {
+        block *b = &k->block[number];
+        (void)kmp_block_columns(k->red->block, number, &b->size);
+        begin -= b->size;
+        take_block(k, number, begin, b);
+        factor_block(k, b);
+        solve_columns(k, number, b, k->p, k->ju, k->b);
         if (k->h_t)
-            solve_columns(k, number, &b, 1, k->h_t, k->x_t);
-        solve_columns(k, number, &b, 1, k->jdqd, k->a0);
+            solve_columns(k, number, b, 1, k->h_t, k->x_t);
+        solve_columns(k, number, b, 1, k->h, k->dv);
     }
-    for (int i = 0; i < k->r * k->p; i++)
-        k->b[i] = kmp_neg(k->b[i]);
-    for (int i = 0; i < k->r; i++) {
-        k->x_t[i] = kmp_neg(k->x_t[i]);
-        k->a0[i] = kmp_neg(k->a0[i]);
-        k->dv[i] = kmp_neg(k->dv[i]);
-    }
+    negate(k->r * k->p, k->b);
+    negate(k->r, k->x_t);
+    negate(k->r, k->dv);
+}
+
+/* a0 = -Jv^-1 jdqd. */
+static void make_curvature(maker *k)
+{
+    for (int number = block_count(k); number-- > 0;)
+        solve_columns(k, number, &k->block[number], 1, k->jdqd, k->a0);
+    negate(k->r, k->a0);
 }
 
 /* Entry of X = (1; Bvu) in the row of a coordinate, whose place among v is v, -1 - its place among u otherwise. */
@@ -300,12 +305,12 @@ static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FRE
 }
 
 /* qd of v. */
-static void make_rates(const maker *k, kmp_ref *rate)
+static void make_rates(const maker *k)
 {
     for (int i = 0; i < k->r; i++) {
-        rate[i] = k->x_t[i];
+        k->rate[i] = k->x_t[i];
         for (int c = 0; c < k->p; c++)
-            add_product(k->g, &rate[i], k->b[i * k->p + c], kmp_input(k->g, KMP_IN_QD, (uint32_t)k->red->part->u[c]));
+            add_product(k->g, &k->rate[i], k->b[i * k->p + c], k->by[k->p + c]);
     }
 }
 
@@ -314,7 +319,8 @@ static void make_rates(const maker *k, kmp_ref *rate)
 static bool allocate(maker *k)
 {
     int entries = k->s->jacobian.count;
-    k->out = KMP_NEW(kmp_ref, k->s->motion->outputs[k->s->motion->stages] + 4 * k->s->m);
+    k->block = KMP_NEW(block, block_count(k));
+    k->out = KMP_NEW(kmp_ref, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
     k->ju = KMP_NEW(kmp_ref, k->r * k->p);
     k->jv_start = KMP_NEW(int, k->r + 2);
     k->jv_col = KMP_NEW(int, entries);
@@ -323,20 +329,23 @@ static bool allocate(maker *k)
     k->b = KMP_NEW(kmp_ref, k->r * k->p);
     k->x_t = KMP_NEW(kmp_ref, k->r);
     k->a0 = KMP_NEW(kmp_ref, k->r);
-    k->dv = KMP_NEW(kmp_ref, k->r);
-    k->det = KMP_NEW(kmp_ref, k->r);
     k->mx = KMP_NEW(kmp_ref, k->n * k->p);
+    k->input = KMP_NEW(kmp_ref, 2 * k->n);
+    k->by = KMP_NEW(kmp_ref, 2 * k->n);
+    k->dv = KMP_NEW(kmp_ref, k->r);
+    k->rate = KMP_NEW(kmp_ref, k->r);
+    k->pivot = KMP_NEW(kmp_ref, k->r);
     k->multiplier = KMP_NEW(kmp_ref, k->r * KMP_FUSED_BLOCK);
     k->factor = KMP_NEW(double, k->r *KMP_FUSED_BLOCK);
-    return k->out && k->ju && k->jv_start && k->jv_col && k->jv && k->block_of && k->b && k->x_t && k->a0 && k->dv &&
-           k->det && k->mx && k->multiplier && k->factor;
+    return k->input && k->by && k->block && k->dv && k->rate && k->pivot && k->out && k->ju && k->jv_start &&
+           k->jv_col && k->jv && k->block_of && k->b && k->x_t && k->a0 && k->mx && k->multiplier && k->factor;
 }
 
 static void release(maker *k)
 {
     kmp_graph_free(k->g);
-    void *parts[] = {k->out, k->ju, k->jv_start, k->jv_col,     k->jv, k->block_of, k->b,
-                     k->x_t, k->a0, k->mx,       k->multiplier, k->dv, k->det};
+    void *parts[] = {k->input, k->by,  k->block, k->out, k->ju,   k->jv_start, k->jv_col,     k->jv,   k->block_of,
+                     k->b,     k->x_t, k->a0,    k->dv,  k->rate, k->mx,       k->multiplier, k->pivot};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
         kmp_free(parts[i]);
 }
@@ -349,20 +358,54 @@ static const kmp_ref *independent(const maker *k, const kmp_ref *all, kmp_ref *i
     return into;
 }
 
-/* The motion program's outputs, sorted into what they are. */
-static void sort_outputs(maker *k)
+static void name_input(maker *k, int at, kmp_input_kind kind, int coordinate, kmp_input_kind now)
+{
+    k->input[at] = kmp_input(k->g, kind, (uint32_t)coordinate);
+    k->by[at] = kmp_input(k->g, now, (uint32_t)at);
+}
+
+/* Inputs are places in the state (u, ud, v), which is given as q, and behind it, where they are waited for, as qd, the
+ * rates of v. */
+static void name_inputs(maker *k)
+{
+    const kmp_partition *part = k->red->part;
+    int v = 2 * k->p;
+    for (int c = 0; c < k->p; c++) {
+        name_input(k, c, KMP_IN_Q, part->u[c], KMP_IN_Q);
+        name_input(k, k->p + c, KMP_IN_QD, part->u[c], KMP_IN_Q);
+    }
+    for (int i = 0; i < k->r; i++) {
+        name_input(k, v + i, KMP_IN_Q, part->v[i], KMP_IN_Q);
+        name_input(k, v + k->r + i, KMP_IN_QD, part->v[i], KMP_IN_QD);
+    }
+}
+
+/* What the motion program has for (t, q), sorted into what it is. */
+static void sort_place(maker *k)
 {
     const kempe_system *s = k->s;
     const int *first = s->motion->outputs;
     kmp_ref *room = k->out + first[s->motion->stages];
-    k->h = independent(k, k->out + first[KMP_STAGE_CLOSURE], room + 2 * s->m);
+    k->h = independent(k, k->out + first[KMP_STAGE_CLOSURE], room);
     k->jacobian = k->out + first[KMP_STAGE_CLOSURE] + s->m;
-    k->h_t = s->rheonomic ? independent(k, k->jacobian + s->jacobian.count, room) : NULL;
+    k->h_t = s->rheonomic ? independent(k, k->jacobian + s->jacobian.count, room + s->m) : NULL;
     k->mass = k->out + first[KMP_STAGE_MASS];
+}
+
+/* What it has for qd. Without the user's efforts, which are functions of qd, those of v are not waited for. */
+static bool sort_motion(maker *k)
+{
+    const kempe_system *s = k->s;
+    const int *first = s->motion->outputs;
+    kmp_ref *room = k->out + first[s->motion->stages] + 2 * s->m, *v = k->by + 2 * k->p + k->r;
+    for (int i = 0; !s->force && i < k->r; i++)
+        v[i] = k->rate[i];
+    bool ok = s->force || kmp_program_import(s->motion, k->g, 2 * k->n, k->input, k->by, k->out);
     k->bias = k->out + first[KMP_STAGE_BIAS];
-    k->jdqd = independent(k, k->bias + s->n, room + s->m);
+    k->jdqd = independent(k, k->bias + s->n, room);
     for (int i = 0; s->force && i < s->n; i++) /* C holds efforts with their sign turned */
         k->bias[i] = kmp_sub(k->g, k->bias[i], kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i));
+    return ok;
 }
 
 /* Jv by rows, and Ju. */
@@ -387,7 +430,7 @@ static void sort_jacobian(maker *k, const int *place)
         for (int i = 0; pass == 0 && i < k->r; i++)
             k->jv_start[i + 2] += k->jv_start[i + 1];
     }
-    for (int number = k->r > 0 ? kmp_block_count(k->red->block) : 0; number-- > 0;) {
+    for (int number = block_count(k); number-- > 0;) {
         int size;
         const int *col = kmp_block_columns(k->red->block, number, &size);
         for (int i = 0; i < size; i++)
@@ -400,49 +443,67 @@ static bool make_power(maker *k)
 {
     const kmp_program *judge = k->s->judge;
     kmp_ref *out = KMP_NEW(kmp_ref, judge->outputs[judge->stages]);
-    bool ok = out && kmp_program_import(judge, k->g, out);
+    bool ok = out && kmp_program_import(judge, k->g, 2 * k->n, k->input, k->by, out);
     if (ok)
         k->power = out[judge->outputs[KMP_STAGE_POWER]];
     kmp_free(out);
     return ok;
 }
 
-/* What is watched at the end of a step, in the order of fused_inside.h. false: no memory. */
-static bool add_end(const maker *k, kmp_ref **end, int *count)
+static void append(kmp_ref **to, int count, const kmp_ref *from)
 {
-    int entries = k->s->jacobian.count, blocks = k->r > 0 ? kmp_block_count(k->red->block) : 0, at = 0;
-    kmp_ref *out = *end = KMP_NEW(kmp_ref, 2 * k->r + entries + k->r * k->p + blocks + k->multipliers);
-    const struct {
-        const kmp_ref *part;
-        int count;
-    } parts[] = {{k->h, k->r},        {k->jacobian, entries}, {k->dv, k->r},
-                 {k->b, k->r * k->p}, {k->det, blocks},       {k->multiplier, k->multipliers}};
-    for (size_t i = 0; out && i < sizeof parts / sizeof *parts; i++)
-        for (int e = 0; e < parts[i].count; e++)
-            out[at++] = parts[i].part[e];
-    *count = at;
-    return out;
+    if (count > 0)
+        memcpy(*to, from, (size_t)count * sizeof **to);
+    *to += count;
+}
+
+/* From all that has been made; `all` has room for the outputs of all stages. */
+static kmp_program *schedule(maker *k, const kmp_ref *end, kmp_ref *all)
+{
+    const kempe_system *s = k->s;
+    const kmp_ref *closure = k->out + s->motion->outputs[KMP_STAGE_CLOSURE], *groups[KMP_FUSED_STAGES - 1];
+    int count[KMP_FUSED_STAGES - 1];
+    kmp_ref *to = all;
+    groups[0] = to;
+    if (!s->force)
+        append(&to, k->p, end);
+    append(&to, k->r, k->rate);
+    groups[1] = to;
+    if (s->force)
+        append(&to, k->p, end);
+    append(&to, k->p, end + k->p);
+    append(&to, k->plan->power, &k->power);
+    count[0] = k->r + (s->force ? 0 : 2 * k->p + k->plan->power);
+    count[1] = s->force ? 2 * k->p + k->plan->power : 0;
+    groups[2] = to;
+    append(&to, k->multipliers, k->multiplier);
+    append(&to, k->pivots, k->pivot);
+    append(&to, (s->rheonomic ? 2 : 1) * s->m + s->jacobian.count, closure);
+    for (int c = 0; c < k->p; c++)
+        for (int i = 0; i < k->r; i++)
+            *to++ = k->b[i * k->p + c];
+    append(&to, k->r, k->dv);
+    count[2] = (int)(to - groups[2]);
+    return kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
 }
 
 static kmp_program *write_program(maker *k, const int *place)
 {
-    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS + 1], *last = NULL;
-    int count[] = {k->r, 2 * k->p + k->watched, 0};
+    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
+    sort_place(k);
+    sort_jacobian(k, place);
     make_tangent(k);
+    make_rates(k);
+    if (!sort_motion(k) || (k->plan->power && k->s->dissipative && !make_power(k)))
+        return NULL;
+    make_curvature(k);
     make_mx(k, place);
     make_reduced(k, place, mr, end);
     solve_reduced(k, mr, end, end + k->p);
-    end[2 * k->p] = k->power;
-    kmp_ref *rate = KMP_NEW(kmp_ref, k->r);
-    kmp_program *program = NULL;
-    if (rate && add_end(k, &last, &count[2])) {
-        make_rates(k, rate);
-        const kmp_ref *groups[] = {rate, end, k->watched ? last : k->multiplier};
-        count[2] = k->watched ? count[2] : k->multipliers;
-        program = kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
-    }
-    kmp_free(rate);
-    kmp_free(last);
+    kmp_ref *all = KMP_NEW(kmp_ref, 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m +
+                                        k->s->jacobian.count + k->r * k->p);
+    kmp_program *program = all ? schedule(k, end, all) : NULL;
+    kmp_free(all);
     return program;
 }
 
@@ -451,58 +512,25 @@ static kmp_program *make_program(maker *k)
     int *place = KMP_NEW(int, k->n);
     kmp_program *program = NULL;
     k->g = kmp_graph_new();
-    if (place && k->g && allocate(k) && kmp_program_import(k->s->motion, k->g, k->out) &&
-        (!k->watched || !k->s->dissipative || make_power(k))) {
+    if (place && k->g && allocate(k)) {
+        name_inputs(k);
         for (int c = 0; c < k->p; c++)
             place[k->red->part->u[c]] = -1 - c;
         for (int i = 0; i < k->r; i++)
             place[k->red->part->v[i]] = i;
-        sort_outputs(k);
-        sort_jacobian(k, place);
-        program = write_program(k, place);
+        if (kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out))
+            program = write_program(k, place);
     }
     kmp_free(place);
     return program;
 }
 
-static kmp_program *write_with(maker *k, double **factor, int *multipliers)
+kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)
 {
-    kmp_program *program = make_program(k);
-    *factor = k->factor;
-    *multipliers = k->multipliers;
-    release(k);
+    maker k = {
+        .red = red, .s = red->plant->system, .plan = plan, .n = red->n, .p = red->p, .r = red->r, .power = KMP_ZERO};
+    kmp_program *program = make_program(&k);
+    *layout = (kmp_fused_layout){k.multipliers, k.pivots, k.factor};
+    release(&k);
     return program;
-}
-
-kmp_program *kmp_fused_write(const kmp_reduction *red, double **factor, int *multipliers)
-{
-    int *order = KMP_NEW(int, red->r);
-    maker k = {.red = red,
-               .s = red->plant->system,
-               .order = order,
-               .row_scale = red->plant->system->row_scale,
-               .n = red->n,
-               .p = red->p,
-               .r = red->r};
-    *factor = NULL;
-    if (!order)
-        return NULL;
-    kmp_fused_order(red, order);
-    kmp_program *program = write_with(&k, factor, multipliers);
-    kmp_free(order);
-    return program;
-}
-
-kmp_program *kmp_fused_write_watched(const kmp_reduction *red, const int *order, const double *row_scale,
-                                     double **factor, int *multipliers)
-{
-    maker k = {.red = red,
-               .s = red->plant->system,
-               .order = order,
-               .row_scale = row_scale,
-               .watched = true,
-               .n = red->n,
-               .p = red->p,
-               .r = red->r};
-    return write_with(&k, factor, multipliers);
 }

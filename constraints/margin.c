@@ -38,12 +38,13 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->entry_row = KMP_NEW(int, large);
     margin->entry_col = KMP_NEW(int, large);
     margin->pivots = KMP_NEW(double, m + n);
+    margin->largest = KMP_NEW(double, n);
     margin->row = KMP_NEW(int, m);
     margin->col = KMP_NEW(int, n);
     margin->entry = KMP_NEW(int, system->jacobian.count);
     margin->value = KMP_NEW(double, system->jacobian.count);
     if ((large ? !margin->order || !margin->row_order : !margin->a) || !margin->entry_row || !margin->entry_col ||
-        !margin->pivots || !margin->row || !margin->col || !margin->entry || !margin->value)
+        !margin->pivots || !margin->largest || !margin->row || !margin->col || !margin->entry || !margin->value)
         return false;
     margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
     for (int k = 0; k < m; k++)
@@ -61,6 +62,7 @@ void kmp_margin_free(kmp_margin *margin)
     kmp_free(margin->entry_row);
     kmp_free(margin->entry_col);
     kmp_free(margin->pivots);
+    kmp_free(margin->largest);
     kmp_free(margin->row);
     kmp_free(margin->col);
     kmp_block_free(margin->block);
@@ -105,7 +107,7 @@ static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *ro
     }
     kmp_entries a = {count, s->n, entries, margin->entry_row, margin->entry_col, margin->value};
     if (margin->a)
-        kmp_lu_complete(count, s->n, margin->a, NULL, margin->row, margin->col, margin->pivots);
+        kmp_pivots_complete(count, s->n, margin->a, margin->largest, margin->row, margin->col, margin->pivots);
     return margin->a ? margin->pivots[which] : pivot_of_entries(rows ? margin->row_order : margin->order, &a, which);
 }
 
@@ -245,9 +247,14 @@ bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t)
     return margin->step_margin < DEEP;
 }
 
+bool kmp_margin_knows(const kmp_margin *margin, double t)
+{
+    return margin->step_t == t;
+}
+
 double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
 {
-    return margin->step_t == t ? margin->step_margin : kmp_margin_at(margin, plant);
+    return kmp_margin_knows(margin, t) ? margin->step_margin : kmp_margin_at(margin, plant);
 }
 
 double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)

@@ -12,13 +12,13 @@
 
 typedef struct kmp_margin {
     const kempe_system *system;
-    int r;        /* rank at the start */
-    double usual; /* the largest r-th pivot seen */
-    double last;  /* the last one */
-    bool near;    /* to a change point at the start */
-    bool ignored; /* nobody asks for change points: no step is made shorter, nothing looked at but rows */
-    double *a;    /* m x n; NULL when J is large */
-    double *pivots;
+    int r;                      /* rank at the start */
+    double usual;               /* the largest r-th pivot seen */
+    double last;                /* the last one */
+    bool near;                  /* to a change point at the start */
+    bool ignored;               /* nobody asks for change points: no step is shorter, nothing looked at but rows */
+    double *a;                  /* m x n; NULL when J is large */
+    double *pivots, *largest;   /* m + n; n, scratch of finding them */
     int *entry_row, *entry_col; /* of a large one's entries, with `value` */
     kmp_order *order;           /* of all its rows */
     kmp_order *row_order;       /* of some */
@@ -50,8 +50,11 @@ void kmp_margin_ignore(kmp_margin *margin);
  * where a road that keeps all rows loses its digits: it is then to be made shorter. */
 bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t);
 
-/** As kmp_margin_at; what kmp_margin_too_deep has found for the same t is not computed again. */
+/** As kmp_margin_at; what kmp_margin_too_deep has found for the same t is not computed again, nor is the plant's
+ * closure wanted then. */
 double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t);
+
+bool kmp_margin_knows(const kmp_margin *margin, double t);
 
 /** After kmp_margin_at: how good the independent rows of `part` still are, their last pivot over that of all rows. 1
  * when no row is redundant. */

@@ -206,6 +206,16 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q)
     memmove(plant->q, q, (size_t)plant->n * sizeof *q);
 }
 
+void kmp_plant_lend_closure(kmp_plant *plant, double t, const double *q, const double *h, const double *jacobian,
+                            const double *h_t)
+{
+    plant->h = h;
+    plant->jacobian = jacobian;
+    plant->h_t = h_t;
+    plant->t = t;
+    memmove(plant->q, q, (size_t)plant->n * sizeof *q);
+}
+
 void kmp_plant_mass(kmp_plant *plant)
 {
     const double *out = kmp_machine_run(plant->motion, KMP_STAGE_MASS);
@@ -336,8 +346,10 @@ double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)
 double kmp_plant_residual(const kmp_plant *plant)
 {
     double worst = 0;
-    for (int r = 0; r < plant->m; r++)
-        worst = fmax(worst, fabs(plant->h[r]) / plant->system->row_scale[r]);
+    for (int r = 0; r < plant->m; r++) {
+        double open = fabs(plant->h[r]) / plant->system->row_scale[r];
+        worst = open > worst ? open : worst;
+    }
     return worst;
 }
 

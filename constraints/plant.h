@@ -51,6 +51,11 @@ void kmp_plant_bias(kmp_plant *plant, const double *qd);
 /** The system's parameters have other values now; what was evaluated before no longer holds. */
 void kmp_plant_renew_parameters(kmp_plant *plant);
 
+/** Takes h, J and h_t (NULL: none) at (t, q) from elsewhere, which keeps them until the next kmp_plant_closure. M, C
+ * and jdqd need one of those before them. */
+void kmp_plant_lend_closure(kmp_plant *plant, double t, const double *q, const double *h, const double *jacobian,
+                            const double *h_t);
+
 /** Sets the charts of the spherical joints (constraints/charts.h); what was evaluated before no longer holds. */
 void kmp_plant_set_charts(kmp_plant *plant, const double *chart);
 

@@ -78,7 +78,8 @@ static double solution_and_error(kmp_rk *s, double h)
         }
         double error3 = slope - B3[0] * g[0] - B3[1] * g[4] - B3[2] * g[7];
         y1[i] = y0[i] + h * slope;
-        w[i] = atol[i] + rtol * fmax(fabs(y0[i]), fabs(y1[i]));
+        double before = fabs(y0[i]), after = fabs(y1[i]);
+        w[i] = atol[i] + rtol * (before > after ? before : after);
         error5 /= w[i];
         error3 /= w[i];
         e5 += error5 * error5;

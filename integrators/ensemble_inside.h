@@ -19,7 +19,7 @@ typedef struct kmp_instance {
     bool has_slope; /* dy is f(t, y) */
     bool has_step;  /* h is the next step, otherwise it is chosen */
     bool rejected;  /* as struct kmp_rk has these */
-    int sign;       /* of det Jv since the start or the last exchange; 0: not known yet */
+    uint32_t signs; /* a bit a block of Jv since the start or the last exchange, and one more; 0: not known yet */
     int hopeless;
     int tries; /* in vain, since the last accepted step */
     double t, h, error_old;
@@ -39,8 +39,7 @@ typedef struct kmp_pool {
     int *order; /* r */
     kmp_program *program;
     kmp_lanes *lanes;
-    double *factor; /* of the multipliers */
-    int multipliers;
+    kmp_fused_layout layout;
     int head, tail, waiting; /* instances; -1: none */
 } kmp_pool;
 
@@ -54,7 +53,7 @@ typedef struct kmp_lane_room {
     double *memory;
     double *y, *y_new, *stage, *weight, *atol; /* size */
     double *k[14];                             /* size, as published: 1 to 13 */
-    double *q, *qd, *scale;                    /* n */
+    double *scale;                             /* n */
     double *row_scale;                         /* m */
     double *a;                                 /* m x n, for the margin */
     double *at;                                /* time of an evaluation */

@@ -129,7 +129,7 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
         }
     for (int i = 0; i < e->r; i++)
         for (int c = 0; c < e->p; c++) {
-            const double *b = e->b + (size_t)(i * e->p + c) * w, *u = e->scale + (size_t)e->u[c] * w,
+            const double *b = e->b + (size_t)(c * e->r + i) * w, *u = e->scale + (size_t)e->u[c] * w,
                          *v = e->scale + (size_t)e->v[i] * w;
             for (size_t l = 0; l < w; l++)
                 e->growth[l] = larger_of(e->growth[l], or_infinite(fabs(b[l]) * u[l] / v[l]));

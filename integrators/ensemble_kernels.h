@@ -25,7 +25,7 @@ typedef struct kmp_lanes_end {
     size_t n;
     int p, r;
     const int *u, *v;         /* of the choice */
-    const double *h, *dv, *b; /* r; r; r x p */
+    const double *h, *dv, *b; /* r; r; r x p, column by column */
     const double *weight;     /* r: of the dependent coordinates */
     const double *scale, *row_scale;
     int entries; /* of J */

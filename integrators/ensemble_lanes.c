@@ -29,7 +29,7 @@ bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
-    room->memory = KMP_NEW(double, w *((5 + 13) * size + 3 * n + m + m * n + 1) + ALIGNED);
+    room->memory = KMP_NEW(double, w *((5 + 13) * size + n + m + m * n + 1) + ALIGNED);
     if (!room->memory)
         return false;
     size_t off = (uintptr_t)room->memory / sizeof(double) % ALIGNED;
@@ -39,11 +39,9 @@ bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
         *vectors[k] = at;
     for (size_t k = 1; k <= 13; k++, at += w * size)
         room->k[k] = at;
-    double **others[] = {&room->q, &room->qd, &room->scale};
-    for (size_t k = 0; k < 3; k++, at += w * n)
-        *others[k] = at;
-    room->row_scale = at;
-    room->a = at + w * m;
+    room->scale = at;
+    room->row_scale = at + w * n;
+    room->a = room->row_scale + w * m;
     room->at = room->a + w * m * n;
     return true;
 }
@@ -56,36 +54,18 @@ void kmp_lane_room_free(kmp_lane_room *room)
 
 /* -- evaluation -------------------------------------------------------------------------------------- */
 
-static void put(size_t w, double *to, int k, const double *from, int i)
-{
-    kmp_lanes_copy(w, to + (size_t)k * w, from + (size_t)i * w);
-}
-
 /* k = f(at, y) in all lanes; those that cannot be evaluated are noted in `bad`. */
 static void evaluate(kmp_ensemble *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
-    const kmp_partition *part = &pool->part;
-    size_t w = room->w, p = (size_t)e->p;
-    for (int c = 0; c < e->p; c++) {
-        put(w, room->q, part->u[c], y, c);
-        put(w, room->qd, part->u[c], y, e->p + c);
-        put(w, k, c, y, e->p + c);
-    }
-    for (int c = 0; c < e->r; c++)
-        put(w, room->q, part->v[c], y, 2 * e->p + c);
+    size_t w = room->w, p = (size_t)e->p, r = (size_t)e->r;
     kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
-    kmp_lanes_set(pool->lanes, KMP_IN_Q, room->q);
-    kmp_lanes_set(pool->lanes, KMP_IN_QD, room->qd);
-    const double *rate = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES);
-    for (int c = 0; c < e->r; c++)
-        put(w, room->qd, part->v[c], rate, c);
-    memcpy(k + 2 * p * w, rate, (size_t)e->r * w * sizeof *k);
-    kmp_lanes_set(pool->lanes, KMP_IN_QD, room->qd);
-    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_ACCELERATIONS), *pivot = end + p * w;
-    memcpy(k + p * w, end, p * w * sizeof *k);
+    kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
+    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES), *pivot = end + (p + r) * w;
+    memcpy(k, y + p * w, p * w * sizeof *k);
+    memcpy(k + p * w, end, (p + r) * w * sizeof *k);
     if (e->s->dissipative)
-        memcpy(k + (2 * p + (size_t)e->r) * w, end + 2 * p * w, w * sizeof *k);
+        memcpy(k + (2 * p + r) * w, pivot + p * w, w * sizeof *k);
     for (size_t i = 0; i < p * w; i += w)
         for (size_t l = 0; l < w; l++)
             room->bad[l] += !(pivot[i + l] > 0) || !(fabs(end[i + l]) <= DBL_MAX) ? 1 : 0;
@@ -197,17 +177,24 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
     }
 }
 
-static const double *determinants(const kmp_ensemble *e, const double *end)
+/* Bit b: the sign of block b, from the pivots, which are written from the last block to the first; one more bit says
+ * that they are known. */
+static uint32_t signs_of(const kmp_ensemble *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
-    return end + (size_t)(2 * e->r + e->s->jacobian.count + e->r * e->p) * e->room.w;
+    int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
+    uint32_t signs = 1u << KMP_LANE_ROWS;
+    for (int b = blocks; b-- > 0;) {
+        int size;
+        (void)kmp_block_columns(pool->red.block, b, &size);
+        for (int k = size == 2 ? 1 : size; k-- > 0; pivot += e->room.w)
+            signs ^= pivot[l] < 0 ? 1u << b : 0;
+    }
+    return signs;
 }
 
-static int sign_of(const kmp_ensemble *e, const kmp_pool *pool, const double *det, size_t l)
+static const double *pivots_of(const kmp_ensemble *e, const kmp_pool *pool, const double *end)
 {
-    int sign = 1, blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
-    for (int b = 0; b < blocks; b++)
-        sign = det[(size_t)b * e->room.w + l] < 0 ? -sign : sign;
-    return sign;
+    return end + (size_t)pool->layout.multipliers * e->room.w;
 }
 
 /* Slopes and signs of the lanes that are new, and their first steps. */
@@ -220,17 +207,17 @@ static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
     (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
-    const double *det = determinants(e, kmp_lanes_run(pool->lanes, KMP_FUSED_MULTIPLIERS));
+    const double *pivot = pivots_of(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END));
     for (size_t l = 0; l < room->w; l++) {
         kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
-        if (!x || x->sign != 0)
+        if (!x || x->signs != 0)
             continue;
         if (room->bad[l] != 0) {
             kmp_instance_leave(e, room->who[l], "a right-hand side that cannot be evaluated");
             empty(room, l);
             continue;
         }
-        x->sign = sign_of(e, pool, det, l);
+        x->signs = signs_of(e, pool, pivot, l);
         if (x->has_slope)
             continue;
         for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
@@ -294,7 +281,7 @@ static void choose_tries(kmp_ensemble *e)
 
 /* What the last stage of the program has, by lanes. */
 typedef struct watched {
-    const double *h, *jacobian, *dv, *b, *det, *multiplier;
+    const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
     double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], margin[KMP_LANES_MOST];
 } watched;
 
@@ -330,13 +317,12 @@ static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
 static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
 {
     size_t w = e->room.w;
-    int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
-    x->h = kmp_lanes_run(pool->lanes, KMP_FUSED_MULTIPLIERS);
-    x->jacobian = x->h + (size_t)e->r * w;
-    x->dv = x->jacobian + (size_t)e->s->jacobian.count * w;
-    x->b = x->dv + (size_t)e->r * w;
-    x->det = x->b + (size_t)(e->r * e->p) * w;
-    x->multiplier = x->det + (size_t)blocks * w;
+    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
+    x->pivot = pivots_of(e, pool, x->multiplier);
+    x->h = x->pivot + (size_t)pool->layout.pivots * w;
+    x->jacobian = x->h + (size_t)e->m * w;
+    x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
+    x->dv = x->b + (size_t)(e->r * e->p) * w;
     measure(e, pool, x);
 }
 
@@ -354,7 +340,7 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, si
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    if (sign_of(e, pool, x->det, l) != y->sign)
+    if (signs_of(e, pool, x->pivot, l) != y->signs)
         return false;
     y->usual = fmax(y->usual, x->margin[l]);
     return x->margin[l] / y->usual >= DEEP;
@@ -362,8 +348,8 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, si
 
 static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
 {
-    for (int k = 0; k < pool->multipliers; k++)
-        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->factor[k]) <= MOST_MULTIPLIER))
+    for (int k = 0; k < pool->layout.multipliers; k++)
+        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= MOST_MULTIPLIER))
             return true;
     return false;
 }

@@ -16,7 +16,7 @@ void kmp_pool_free(kmp_pool *pool)
     if (pool->has_part)
         kmp_partition_free(&pool->part);
     kmp_free(pool->order);
-    kmp_free(pool->factor);
+    kmp_free(pool->layout.factor);
     kmp_free(pool);
 }
 
@@ -73,8 +73,8 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     if (status != KEMPE_OK || !has_small_blocks(&pool->red))
         return status == KEMPE_E_MEMORY ? status : KEMPE_E_FAILED;
     kmp_fused_order(&pool->red, pool->order);
-    pool->program =
-        kmp_fused_write_watched(&pool->red, pool->order, e->unit_row_scale, &pool->factor, &pool->multipliers);
+    const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true};
+    pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->way.plain);
     if (pool->lanes)

@@ -219,7 +219,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
     if (status == KEMPE_OK && pool) {
         pack(e, &part, q, qd, x->y);
         x->has_slope = x->rejected = false;
-        x->sign = 0;
+        x->signs = 0;
         x->hopeless = 0;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->limit = EXCHANGE_GROWTH;
@@ -242,7 +242,7 @@ kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i)
         status = kmp_pool_find(e, &from->part, &pool);
     if (status != KEMPE_OK)
         return status;
-    x->sign = 0; /* turns with the order */
+    x->signs = 0; /* turns with the order */
     if (pool && pool != from)
         kmp_pool_put(e, pool, i);
     else

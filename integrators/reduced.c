@@ -67,6 +67,7 @@ typedef struct reduced {
     double *udd;          /* p */
     double *qdd, *lambda; /* n, m: where closures move */
     int *signs;           /* r: of the determinants of Jv's blocks, at the start, the last exchange or step */
+    int *signs_now;       /* r */
     double rtol, atol, rate_scale;
     double t;      /* of the last accepted step */
     bool crossed;  /* det Jv had changed its sign at the end of the last step tried */
@@ -187,31 +188,45 @@ static bool is_fused(const reduced *d)
     return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
-/* q, qd and udd at (t, y). */
-static int evaluate(reduced *d, double t, const double *y)
+/* q, qd and udd at (t, y), and what they are in dy. */
+static int evaluate_apart(reduced *d, double t, const double *y, double *dy)
 {
-    if (!is_fused(d))
-        return place(d, t, y) == KMP_GO ? accelerate(d, y + d->p) : KMP_RETRY;
+    if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
+        return KMP_RETRY;
+    for (int k = 0; k < d->p; k++) {
+        dy[k] = y[d->p + k];
+        dy[d->p + k] = d->udd[k];
+    }
+    for (int i = 0; d->carried && i < d->r; i++)
+        dy[2 * d->p + i] = d->qd[d->part.v[i]];
+    return KMP_GO;
+}
+
+/* The same; q and qd only where the work done asks for them. */
+static int evaluate_fused(reduced *d, double t, const double *y, double *dy)
+{
+    if (!kmp_fused_run(d->fused, t, y, dy))
+        return KMP_RETRY;
+    if (!d->has_work)
+        return KMP_GO;
     put_state(d, y);
-    return kmp_fused_run(d->fused, t, d->q, y + d->p, d->qd, d->udd) ? KMP_GO : KMP_RETRY;
+    for (int k = 0; k < d->p; k++)
+        d->qd[d->part.u[k]] = y[d->p + k];
+    for (int i = 0; i < d->r; i++)
+        d->qd[d->part.v[i]] = dy[2 * d->p + i];
+    return KMP_GO;
 }
 
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     reduced *d = self;
-    if (evaluate(d, t, y) != KMP_GO)
-        return KMP_RETRY;
-    for (int k = 0; k < d->p; k++) {
-        dy[k] = y[d->p + k];
-        dy[d->p + k] = d->udd[k];
-        if (!isfinite(d->udd[k]))
+    int said = is_fused(d) ? evaluate_fused(d, t, y, dy) : evaluate_apart(d, t, y, dy);
+    for (int k = 0; said == KMP_GO && k < d->p; k++)
+        if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
-    }
-    for (int i = 0; d->carried && i < d->r; i++)
-        dy[2 * d->p + i] = d->qd[d->part.v[i]];
-    if (d->has_work)
+    if (said == KMP_GO && d->has_work)
         dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd) + drive_power(d);
-    return KMP_GO;
+    return said;
 }
 
 static int jacobian(void *self, double t, const double *y, double *j)
@@ -307,20 +322,25 @@ static bool is_passed(const reduced *d)
     return d->margin->ignored && d->growth <= EXCHANGE_WISH;
 }
 
+static bool same_signs(const reduced *d, const int *signs)
+{
+    return memcmp(signs, d->signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs) == 0;
+}
+
 /* |Bvu| at the step's end; what it asks for. */
-static int watch(reduced *d, double t)
+static int watch(reduced *d, double t, const int *signs)
 {
     if (d->r == 0)
         return KMP_GO;
     judge_choice(d);
-    bool crossed = !kmp_block_same_signs(d->red.block, d->signs) && !is_passed(d);
+    bool crossed = !same_signs(d, signs) && !is_passed(d);
     if (d->fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
     if (d->fixed && d->growth > GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
     if (!crossed)
-        kmp_block_take_signs(d->red.block, d->signs);
+        memcpy(d->signs, signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs);
     return crossed ? KMP_RETRY : KMP_GO;
 }
 
@@ -356,6 +376,8 @@ static double vdd_alone(const reduced *d, int i)
 static void remember(reduced *d, double t, const double *y)
 {
     d->t = t;
+    if (d->carried)
+        return;
     memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
     for (int i = 0; i < d->r; i++)
         d->anchor_v[i] = d->q[d->part.v[i]];
@@ -385,10 +407,48 @@ static bool rows_are_lost(reduced *d, double t)
     return kmp_margin_of_rows(d->margin, d->plant, &d->part) < ROWS_LOST;
 }
 
-/* Whether the step may end at y, where d->q, the factors and the tangent are; it is remembered then. */
-static int look(reduced *d, double t, const double *y)
+/* h, J, Bvu and the correction of v at the step's end, which was evaluated last. `end`: what the one program says, when
+ * it was that. */
+static int come_to_end(reduced *d, double t, const double *y, kmp_fused_end *end)
 {
-    int said = watch(d, t);
+    if (!is_fused(d)) { /* h and the factors are there */
+        if (d->by_saddle)
+            kmp_reduction_tangent(&d->red);
+        if (d->carried)
+            kmp_reduction_correction(&d->red);
+        if (d->r > 0)
+            kmp_block_take_signs(d->red.block, d->signs_now);
+        *end = (kmp_fused_end){.good = d->fused && kmp_fused_is_good(d->fused, t, y), .signs = d->signs_now};
+        return KMP_GO;
+    }
+    *end = kmp_fused_at_end(d->fused);
+    put_state(d, y);
+    kmp_plant_lend_closure(d->plant, t, d->q, end->h, end->jacobian, end->h_t);
+    if (d->r > 0) {
+        memcpy(d->red.bvu, end->bvu, (size_t)(d->r * d->p) * sizeof *end->bvu);
+        memcpy(d->red.dv, end->dv, (size_t)d->r * sizeof *end->dv);
+        d->red.factorizations++;
+    }
+    return end->regular ? KMP_GO : KMP_RETRY;
+}
+
+/* v back to the closures. */
+static int correct(reduced *d, double *v, const double *w)
+{
+    if (!d->carried || d->r == 0 || is_noise(d))
+        return KMP_GO;
+    for (int i = 0; i < d->r; i++)
+        if (!(fabs(d->red.dv[i]) <= CORRECTION_LIMIT * w[i]))
+            return KMP_RETRY;
+    for (int i = 0; i < d->r; i++)
+        d->q[d->part.v[i]] = v[i] += d->red.dv[i];
+    return KMP_GO;
+}
+
+/* Whether the step may end at y, where it has been come to; it is remembered then. */
+static int look(reduced *d, double t, const double *y, const kmp_fused_end *end)
+{
+    int said = watch(d, t, end->signs);
     if (said == KMP_GO)
         said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
     if (said == KMP_GO && ((d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t)) || rows_are_lost(d, t)))
@@ -399,38 +459,30 @@ static int look(reduced *d, double t, const double *y)
     d->road.newton = d->red.newton;
     d->road.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
-    d->apart = d->fused && !kmp_fused_is_good(d->fused, t, d->q);
+    d->apart = d->fused && !end->good;
     return KMP_GO;
 }
 
-/* The step's end was evaluated last: if not by one program, h, the factors and, by M, the tangent are there. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     reduced *d = self;
+    kmp_fused_end end;
     (void)dy;
-    if (is_fused(d) && place(d, t, y) != KMP_GO)
-        return KMP_RETRY;
-    if (d->by_saddle)
-        kmp_reduction_tangent(&d->red);
-    if (d->carried && d->r > 0 && !is_noise(d)) {
-        kmp_reduction_correction(&d->red);
-        for (int i = 0; i < d->r; i++)
-            if (!(fabs(d->red.dv[i]) <= CORRECTION_LIMIT * w[2 * d->p + i]))
-                return KMP_RETRY;
-        for (int i = 0; i < d->r; i++) {
-            y[2 * d->p + i] += d->red.dv[i];
-            d->q[d->part.v[i]] = y[2 * d->p + i];
-        }
-    }
-    return look(d, t, y);
+    int said = come_to_end(d, t, y, &end);
+    if (said == KMP_GO)
+        said = correct(d, y + 2 * d->p, w + 2 * d->p);
+    return said == KMP_GO ? look(d, t, y, &end) : said;
 }
 
 /* The same for an integrator of DAEs, which has evaluated nothing there; nothing is corrected. */
 static int accept_residual(void *self, double t, const double *y, const double *yp)
 {
     reduced *d = self;
+    kmp_fused_end end;
     (void)yp;
-    return evaluate(d, t, y) == KMP_GO ? look(d, t, y) : KMP_RETRY;
+    if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO || come_to_end(d, t, y, &end) != KMP_GO)
+        return KMP_RETRY;
+    return look(d, t, y, &end);
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
@@ -649,6 +701,7 @@ static void release(kmp_road *road)
     kmp_free(d->qd);
     kmp_free(d->weight);
     kmp_free(d->signs);
+    kmp_free(d->signs_now);
     kmp_free(d->anchor_u);
     kmp_free(d->anchor_v);
     kmp_free(d->anchor_b);
@@ -669,6 +722,7 @@ static bool allocate(reduced *d)
     d->qd = KMP_NEW(double, d->n);
     d->weight = KMP_NEW(double, d->n);
     d->signs = KMP_NEW(int, d->r);
+    d->signs_now = KMP_NEW(int, d->r);
     d->anchor_u = KMP_NEW(double, d->p);
     d->anchor_v = KMP_NEW(double, d->r);
     d->anchor_b = KMP_NEW(double, d->r * d->p);
@@ -677,8 +731,8 @@ static bool allocate(reduced *d)
     d->udd = KMP_NEW(double, d->p);
     d->qdd = KMP_NEW(double, d->n);
     d->lambda = KMP_NEW(double, d->part.m);
-    return road->y && road->atol && d->q && d->qd && d->weight && d->signs && d->anchor_u && d->anchor_v &&
-           d->anchor_b && d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
+    return road->y && road->atol && d->q && d->qd && d->weight && d->signs && d->signs_now && d->anchor_u &&
+           d->anchor_v && d->anchor_b && d->anchor_t && d->anchor_c && d->udd && d->qdd && d->lambda;
 }
 
 static bool begin(reduced *d, const kmp_road_start *start)

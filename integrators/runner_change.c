@@ -118,17 +118,29 @@ static bool unwatched(const kmp_runner *run)
     return run->margin.r == 0 || (run->margin.ignored && run->margin.r == run->part.m);
 }
 
-/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
- * while all rows together do not, others are taken. */
-static kempe_status watch_margin(kmp_runner *run, double t)
+/* The plant's closure at the end of the last step, unless its road has asked for the margin there and nothing else is
+ * wanted. */
+static kempe_status come_to(kmp_runner *run, double t)
 {
-    if (unwatched(run) || !(t > kmp_runner_t_old(run)))
+    if (kmp_margin_knows(&run->margin, t) && run->part.r == run->part.m)
         return KEMPE_OK;
     kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
         return status;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
+    return KEMPE_OK;
+}
+
+/* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
+ * while all rows together do not, others are taken. */
+static kempe_status watch_margin(kmp_runner *run, double t)
+{
+    if (unwatched(run) || !(t > kmp_runner_t_old(run)))
+        return KEMPE_OK;
+    kempe_status status = come_to(run, t);
+    if (status != KEMPE_OK)
+        return status;
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/frame.h"
-#include "backend/sincos.h"
 #include "base/memory.h"
 
 void kmp_frame_free(kmp_frame *f)
 {
-    kmp_free(f->v);
+    kmp_free(f->memory);
     kmp_free(f->specials);
     kmp_free(f->angle);
     kmp_free(f->sine);
@@ -24,9 +23,11 @@ void kmp_frame_free(kmp_frame *f)
 
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values)
 {
-    kmp_frame *f = code;
-    for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
-        f->v[f->feeds[k].slot] = values[f->feeds[k].index];
+    const kmp_frame *f = code;
+    const kmp_feed *feed = f->feeds + f->feed_start[kind], *end = f->feeds + f->feed_start[kind + 1];
+    double *restrict v = f->v;
+    for (; feed < end; feed++)
+        v[feed->slot] = values[feed->index];
 }
 
 const double *kmp_frame_outputs(const void *code, int stage)
@@ -64,17 +65,18 @@ static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
     v[s->d] = kmp_program_value(f->program, (int)s->instruction, x[0], x[1], x[2]);
 }
 
-void kmp_frame_functions(kmp_frame *f, uint32_t segment)
+void kmp_frame_specials(kmp_frame *f, uint32_t segment)
 {
-    const kmp_segment *here = &f->segments[segment], *next = here + 1;
-    if (here->angles > 0)
-        kmp_sincos_slots(here->angles, f->angle + here->angle, f->v, f->v + f->sine[here->angle]);
-    for (uint32_t i = here->special; i < next->special; i++)
-        run_special(f, &f->specials[i], f->v);
+    const kmp_special *special = f->specials + f->segments[segment].special;
+    const kmp_special *end = f->specials + f->segments[segment + 1].special;
+    for (; special < end; special++)
+        run_special(f, special, f->v);
 }
 
 void kmp_frame_copies(kmp_frame *f, int stage)
 {
-    for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)
-        f->v[f->copies[k].to] = f->v[f->copies[k].from] * f->copies[k].factor;
+    const kmp_copy *copy = f->copies + f->copy_start[stage], *end = f->copies + f->copy_start[stage + 1];
+    double *v = f->v;
+    for (; copy < end; copy++)
+        v[copy->to] = v[copy->from] * copy->factor;
 }

@@ -6,6 +6,7 @@
 #define KMP_BACKEND_FRAME_H
 
 #include "backend/machine.h"
+#include "backend/sincos.h"
 #include "symbolic/implicit.h"
 
 /* A function, or a division where that is not the back end's own. */
@@ -42,7 +43,8 @@ enum { KMP_LANES = 8 }; /* of sines and cosines */
 
 typedef struct kmp_frame {
     const kmp_program *program;
-    double *v; /* slots: the four above, constants, inputs, instructions, outputs, what else the back end wants */
+    double *memory; /* of v */
+    double *v;      /* slots: the four above, constants, inputs, instructions, outputs, what else the back end wants */
     uint32_t slots;
     kmp_special *specials;
     uint32_t special_count;
@@ -63,9 +65,19 @@ typedef struct kmp_frame {
 
 void kmp_frame_free(kmp_frame *frame);
 
-/** The functions that follow the arithmetic of a segment; the copies that end a stage. */
-void kmp_frame_functions(kmp_frame *frame, uint32_t segment);
+/** Those that are no sine or cosine; the copies that end a stage. */
+void kmp_frame_specials(kmp_frame *frame, uint32_t segment);
 void kmp_frame_copies(kmp_frame *frame, int stage);
+
+/** The functions that follow the arithmetic of a segment. */
+static inline void kmp_frame_functions(kmp_frame *f, uint32_t segment)
+{
+    const kmp_segment *here = &f->segments[segment];
+    if (here->angles > 0)
+        kmp_sincos_slots(here->angles, f->angle + here->angle, f->v, f->v + f->sine[here->angle]);
+    if (here[1].special > here->special)
+        kmp_frame_specials(f, segment);
+}
 
 /** The back end's `set` and `outputs`, when the frame is the first thing in its code. */
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values);

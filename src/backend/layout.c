@@ -215,6 +215,13 @@ static bool allocate_blocks(kmp_layout *l)
     return ok;
 }
 
+/* To where eight doubles that are stored together are not torn apart. */
+static double *aligned(double *memory)
+{
+    size_t past = (uintptr_t)memory / sizeof *memory % KMP_LANES;
+    return past ? memory + (KMP_LANES - past) : memory;
+}
+
 static bool allocate(kmp_layout *l, uint32_t extra)
 {
     kmp_frame *f = l->frame;
@@ -222,8 +229,10 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     uint32_t code = (uint32_t)p->code[p->stages], outputs = (uint32_t)p->outputs[p->stages];
     uint32_t segments = count_segments(l), angles = most_angles(l, segments);
     l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
+    l->lanes += (KMP_LANES - l->lanes % KMP_LANES) % KMP_LANES;
     f->slots = l->lanes + 2 * angles;
-    f->v = KMP_NEW(double, f->slots + extra);
+    f->memory = KMP_NEW(double, f->slots + extra + KMP_LANES);
+    f->v = f->memory ? aligned(f->memory) : NULL;
     f->specials = KMP_NEW(kmp_special, code);
     f->angle = KMP_NEW(uint32_t, angles);
     f->sine = KMP_NEW(uint32_t, angles);

@@ -1,4 +1,4 @@
-/* SPDkmp_layout_instruction(l, product)-License-Identifier: BSD-3-Clause */
+/* SPDX-License-Identifier: BSD-3-Clause */
 /* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
  * is no opcode to mispredict:
  *

@@ -38,9 +38,8 @@ kmp_flops kmp_block_solve_flops(const kmp_block *b);
 int kmp_block_sign(const kmp_block *b);
 double kmp_block_quality(const kmp_block *b);
 
-/** The same of each diagonal block (kmp_block_count of them), up to a sign that the pattern fixes: where a
- * factorisation has others than those taken before, some block has been singular in between. */
-bool kmp_block_same_signs(const kmp_block *b, const int *signs);
+/** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes: where a factorisation
+ * has others than those taken before, some block has been singular in between. */
 void kmp_block_take_signs(const kmp_block *b, int *signs);
 
 /** The smallest absolute pivot of the last factorisation. */

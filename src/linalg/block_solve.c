@@ -274,14 +274,6 @@ int kmp_block_sign(const kmp_block *b)
     return b->sign;
 }
 
-bool kmp_block_same_signs(const kmp_block *b, const int *signs)
-{
-    for (int k = 0; k < b->count; k++)
-        if (b->signs[k] != signs[k])
-            return false;
-    return true;
-}
-
 void kmp_block_take_signs(const kmp_block *b, int *signs)
 {
     for (int k = 0; k < b->count; k++)

@@ -348,3 +348,69 @@ void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, 
             eliminate(m, n, k, a);
     }
 }
+
+/* -- its pivots alone --------------------------------------------------------------------------------- */
+
+/* Row i of a column is left out: row `first` takes its place. Returns what stood there. */
+static double leave_out(double *column, int first, int i)
+{
+    double x = column[i];
+    column[i] = column[first];
+    return x;
+}
+
+static double larger(double size, double x)
+{
+    return fabs(x) > size ? fabs(x) : size;
+}
+
+/* column -= l x below `first`; returns its largest entry there. */
+static double subtract(int m, int first, double x, const double *restrict l, double *restrict column)
+{
+    double largest = 0.0;
+    for (int i = first; i < m; i++) {
+        column[i] -= l[i] * x;
+        largest = larger(largest, column[i]);
+    }
+    return largest;
+}
+
+/* The pivot's column, by its position in c. */
+static int largest_column(int n, int k, const double *largest, const int *c)
+{
+    int best = k;
+    for (int j = k + 1; j < n; j++)
+        if (largest[j] > largest[best] || (!(largest[j] < largest[best]) && c[j] < c[best]))
+            best = j;
+    return best;
+}
+
+/* Columns stay where they are, rows that are done make room; `largest` is by position in c. Nothing changes in a column
+ * that has nothing in the pivot's row. */
+void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots)
+{
+    for (int i = 0; i < m; i++)
+        r[i] = i;
+    for (int j = 0; j < n; j++) {
+        c[j] = j;
+        largest[j] = size_of(m, 0, a + (ptrdiff_t)j * m);
+    }
+    for (int k = 0; k < m && k < n; k++) {
+        int at = largest_column(n, k, largest, c);
+        double *l = a + (ptrdiff_t)c[at] * m;
+        int row = row_of(m, k, largest[at], l, r);
+        double pivot = leave_out(l, k, row);
+        swap_int(&r[k], &r[row]);
+        swap_int(&c[k], &c[at]);
+        largest[at] = largest[k];
+        pivots[k] = fabs(pivot);
+        for (int i = k + 1; i < m; i++)
+            l[i] /= pivot;
+        for (int j = k + 1; j < n; j++) {
+            double *column = a + (ptrdiff_t)c[j] * m, x = leave_out(column, k, row);
+            if (x == 0.0)
+                continue;
+            largest[j] = usable(pivot) ? subtract(m, k + 1, x, l, column) : size_of(m, k + 1, column);
+        }
+    }
+}

@@ -38,4 +38,8 @@ kmp_flops kmp_cholesky_solve_flops(int n);
  *  is the caller's decision, relative to pivots[0]. */
 void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots);
 
+/** The same r, c and pivots to the last bit where no column is fixed, quicker: `a` is left as scratch, and so is
+ * `largest` (n). */
+void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
+
 #endif

@@ -65,8 +65,10 @@ typedef struct kmp_program {
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
 void kmp_program_free(kmp_program *p);
 
-/** All its outputs, of all stages, as references in a graph. false: no memory, or it has implicit blocks. */
-bool kmp_program_import(const kmp_program *p, kmp_graph *g, kmp_ref *outputs);
+/** All its outputs, of all stages, as references in a graph, with `by` in place of `count` inputs (kmp_input). false:
+ * no memory, or it has implicit blocks. */
+bool kmp_program_import(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
+                        kmp_ref *outputs);
 
 /** Number of a copy of the table in the program; -1: no memory. */
 int kmp_program_add_table(kmp_program *p, const struct kmp_table *table);

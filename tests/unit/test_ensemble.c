@@ -272,7 +272,7 @@ static void test_measures(void)
                 most_h = fmax(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
                 most_dv = fmax(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
                 for (size_t c = 0; c < P; c++)
-                    most_b = fmax(most_b, fabs(b[(i * P + c) * width + l]) * scale[(size_t)u[c] * width + l] /
+                    most_b = fmax(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] /
                                               scale[(size_t)v[i] * width + l]);
             }
             CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b);

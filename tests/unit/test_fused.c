@@ -11,7 +11,7 @@
 
 #include <kempe/kempe.h>
 
-enum { STATES = 8, FAR = 40 };
+enum { STATES = 8, FAR = 40, MOST_ROWS = 200 };
 
 static int worn;
 
@@ -48,11 +48,59 @@ static int keep(void *user, double t, const double *q, const double *qd, const d
     return 0;
 }
 
-/* The largest difference of qd and udd, each beside its own largest number. */
+/* (u, ud, v) */
+static void put_state(const kmp_partition *part, const double *q, const double *qd, double *y)
+{
+    for (int k = 0; k < part->p; k++) {
+        y[k] = q[part->u[k]];
+        y[part->p + k] = qd[part->u[k]];
+    }
+    for (int i = 0; i < part->r; i++)
+        y[2 * part->p + i] = q[part->v[i]];
+}
+
+/* Largest difference of numbers, beside the largest of them. */
+static double apart(int count, const double *a, const double *b)
+{
+    double off = 0, size = 1e-300;
+    for (int i = 0; i < count; i++) {
+        off = fmax(off, fabs(a[i] - b[i]));
+        size = fmax(size, fabs(b[i]));
+    }
+    return off / size;
+}
+
+/* What the end of a step is told, against the plant and the reduction where they are. */
+static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
+{
+    const kmp_plant *plant = red->plant;
+    const kempe_system *s = plant->system;
+    kmp_fused_end end = kmp_fused_at_end(fused);
+    double worst = 0, closed = kmp_plant_residual(plant);
+    for (int k = 0; k < s->m; k++)
+        worst = fmax(worst, fabs(end.h[k] - plant->h[k]) / s->row_scale[k]);
+    worst = fmax(worst, apart(s->jacobian.count, end.jacobian, plant->jacobian));
+    CHECK(!end.h_t == !plant->h_t);
+    if (end.h_t)
+        worst = fmax(worst, apart(s->m, end.h_t, plant->h_t));
+    CHECK(end.regular);
+    if (red->r == 0)
+        return worst;
+    kmp_reduction_correction(red);
+    int signs[MOST_ROWS];
+    CHECK(red->r <= MOST_ROWS);
+    kmp_block_take_signs(red->block, signs);
+    for (int b = kmp_block_count(red->block); end.good && b-- > 0;)
+        CHECK(end.signs[b] == signs[b]);
+    worst = fmax(worst, apart(red->r * red->p, end.bvu, red->bvu));
+    return closed > 1e-6 ? fmax(worst, apart(red->r, end.dv, red->dv)) : worst;
+}
+
+/* The largest difference of qd and udd, and of what the end of a step is told, each beside its own largest number. */
 static double difference(kmp_fused *fused, kmp_reduction *red, double t, const double *q, const double *all)
 {
     int n = red->n, p = red->p;
-    double *ud = KMP_NEW(double, 3 * n + 2 * p), *qd = ud + n, *other = qd + n, *udd = other + n;
+    double *ud = KMP_NEW(double, 4 * n + 3 * p), *qd = ud + n, *udd = qd + n, *y = udd + p, *dy = y + n + p;
     double worst = 0, size = 1e-300, rates = 1e-300;
     for (int k = 0; k < p; k++)
         ud[k] = all[red->part->u[k]];
@@ -63,18 +111,31 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
     kmp_plant_mass(red->plant);
     kmp_plant_bias(red->plant, qd);
     CHECK(kmp_reduction_accelerate(red, udd) == 0);
-    CHECK(kmp_fused_run(fused, t, q, ud, other, udd + p));
+    put_state(red->part, q, all, y);
+    CHECK(kmp_fused_run(fused, t, y, dy));
     for (int k = 0; k < p; k++)
         size = fmax(size, fabs(udd[k]));
     for (int i = 0; i < n; i++)
         rates = fmax(rates, fabs(qd[i]));
     size = fmax(size, rates * rates); /* where all accelerations are but rounding */
     for (int k = 0; k < p; k++)
-        worst = fmax(worst, fabs(udd[k] - udd[p + k]) / size);
-    for (int i = 0; i < n; i++)
-        worst = fmax(worst, fabs(qd[i] - other[i]) / rates);
+        worst = fmax(worst, fabs(udd[k] - dy[p + k]) / size);
+    for (int k = 0; k < p; k++)
+        worst = fmax(worst, fabs(ud[k] - dy[k]) / rates);
+    for (int i = 0; i < red->r; i++)
+        worst = fmax(worst, fabs(qd[red->part->v[i]] - dy[2 * p + i]) / rates);
+    worst = fmax(worst, difference_at_end(fused, red));
     kmp_free(ud);
     return worst;
+}
+
+static bool is_good(kmp_fused *fused, const kmp_reduction *red, double t, const double *q)
+{
+    double *y = KMP_NEW(double, 2 * red->n);
+    put_state(red->part, q, q, y);
+    bool good = kmp_fused_is_good(fused, t, y);
+    kmp_free(y);
+    return good;
 }
 
 /* At coordinates that close nothing the order of elimination may be bad: it is either good, or said not to be. */
@@ -86,7 +147,7 @@ static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
         for (int i = 0; i < 2 * red->n; i++)
             q[i] = between(-2, 2);
         double d = difference(fused, red, 0.3, q, q + red->n);
-        if (!kmp_fused_is_good(fused, 0.3, q))
+        if (!is_good(fused, red, 0.3, q))
             worn++;
         else
             worst = fmax(worst, red->block ? d * kmp_block_quality(red->block) : d);
@@ -111,7 +172,7 @@ static void along_the_motion(const kempe_system *system, const states *at, doubl
     CHECK(kmp_fused_new(&fused, &red) == KEMPE_OK);
     for (int k = 0; fused && k < at->count; k++) {
         double t = end * k / STATES, d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
-        bad += !kmp_fused_is_good(fused, t, at->q + k * at->n);
+        bad += !is_good(fused, &red, t, at->q + k * at->n);
         worst = fmax(worst, red.block ? d * kmp_block_quality(red.block) : d);
     }
     CHECK(fused && worst < 1e-13 && bad == 0);

@@ -5,6 +5,7 @@
 #include "linalg/block.h"
 #include "linalg/dense.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -211,6 +212,26 @@ static void test_complete_pivoting_factors(void)
     }
 }
 
+/* Pivots alone are those of the factors, to the last bit: with ties, with zeros, with less than full rank. */
+static void test_pivots_alone(void)
+{
+    enum { MOST = 12 };
+    double a[MOST * MOST], b[MOST * MOST], largest[MOST], pivots[2][MOST];
+    int r[2][MOST], c[2][MOST];
+    for (int round = 0; round < 2000; round++) {
+        int m = 1 + below(MOST), n = 1 + below(MOST), least = m < n ? m : n;
+        double filled = uniform();
+        for (int k = 0; k < m * n; k++) {
+            double x = uniform() < filled ? 4 * uniform() : 0;
+            a[k] = b[k] = round % 3 ? x : floor(x);
+        }
+        kmp_lu_complete(m, n, a, NULL, r[0], c[0], pivots[0]);
+        kmp_pivots_complete(m, n, b, largest, r[1], c[1], pivots[1]);
+        CHECK(memcmp(r[0], r[1], (size_t)m * sizeof *r[0]) == 0 && memcmp(c[0], c[1], (size_t)n * sizeof *c[0]) == 0);
+        CHECK(memcmp(pivots[0], pivots[1], (size_t)least * sizeof *pivots[0]) == 0);
+    }
+}
+
 static void test_complete_pivoting_breaks_ties_by_index(void)
 {
     double a[6] = {1, 1, 1, -1, 1, 1}, pivots[2];
@@ -311,16 +332,19 @@ static void every_block_has_its_sign(void)
 {
     const int row[] = {0, 0, 1, 1, 2, 2, 3, 3, 0}, col[] = {0, 1, 0, 1, 2, 3, 2, 3, 3};
     double value[] = {2, 1, 1, 3, 2, -1, 1, 1, 5};
-    int signs[4];
+    int signs[2], now[2];
     kmp_block *b = kmp_block_new(4, 9, row, col);
     CHECK(b && kmp_block_count(b) == 2 && kmp_block_factor(b, value) == 0);
     int whole = kmp_block_sign(b);
     kmp_block_take_signs(b, signs);
-    CHECK(kmp_block_same_signs(b, signs));
     value[0] = value[4] = -4;
-    CHECK(kmp_block_factor(b, value) == 0 && kmp_block_sign(b) == whole && !kmp_block_same_signs(b, signs));
+    CHECK(kmp_block_factor(b, value) == 0 && kmp_block_sign(b) == whole);
+    kmp_block_take_signs(b, now);
+    CHECK(now[0] == -signs[0] && now[1] == -signs[1]);
     value[4] = 2;
-    CHECK(kmp_block_factor(b, value) == 0 && kmp_block_sign(b) == -whole && !kmp_block_same_signs(b, signs));
+    CHECK(kmp_block_factor(b, value) == 0 && kmp_block_sign(b) == -whole);
+    kmp_block_take_signs(b, now);
+    CHECK((now[0] == signs[0]) != (now[1] == signs[1]));
     kmp_block_free(b);
 }
 
@@ -439,6 +463,7 @@ int main(void)
     TEST(test_cholesky);
     TEST(test_complete_pivoting_finds_the_rank);
     TEST(test_complete_pivoting_factors);
+    TEST(test_pivots_alone);
     TEST(test_complete_pivoting_breaks_ties_by_index);
     TEST(test_complete_pivoting_ends_without_numbers);
     TEST(test_blocks_of_triangular_matrices);

@@ -149,6 +149,32 @@ static void test_many_is_the_scalar_form(void)
     CHECK(beyond == 0);
 }
 
+/* Arguments from anywhere among other values, results by eights, nothing beyond them. */
+static void test_slots_are_the_scalar_form(void)
+{
+    enum { MOST = 24, OUT = 64, END = OUT + 2 * MOST };
+    int differ = 0, beyond = 0;
+    for (uint32_t n = 1; n <= MOST; n++)
+        for (int trial = 0; trial < 50; trial++) {
+            double v[END + 1];
+            uint32_t angle[MOST], room = 2 * ((n + 7) / 8 * 8);
+            for (int k = 0; k <= END; k++)
+                v[k] = trial == 7 && k % 5 == 0 ? 1e9 * uniform() : 20 * (uniform() - 0.5);
+            for (uint32_t k = 0; k < MOST; k++)
+                angle[k] = 5 * k % OUT;
+            v[OUT + room] = 7;
+            kmp_sincos_slots(n, angle, v, v + OUT);
+            for (uint32_t k = 0; k < n; k++) {
+                double ss, cc, *at = v + OUT + k / 8 * 16 + k % 8;
+                kempe_sincos(v[angle[k]], &ss, &cc);
+                differ += !same(at[0], ss) || !same(at[8], cc);
+            }
+            beyond += v[OUT + room] != 7;
+        }
+    CHECK(differ == 0);
+    CHECK(beyond == 0);
+}
+
 int main(void)
 {
     TEST(test_accuracy);
@@ -157,5 +183,6 @@ int main(void)
     TEST(test_corners);
     TEST(test_lanes_are_the_scalar_form);
     TEST(test_many_is_the_scalar_form);
+    TEST(test_slots_are_the_scalar_form);
     return check_report();
 }
