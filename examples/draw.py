@@ -442,9 +442,58 @@ def parallel_robot():
     return p
 
 
+def car_axis():
+    yb = 0.1                                              # drawn with the right wheel on top of a bump
+    right_wheel, left = (math.sqrt(1 - yb * yb), yb), (-0.05, 0.4975)
+    right = (left[0] + math.sqrt(1 - 0.12**2), left[1] - 0.12)
+    p = Picture("The car axis, its right wheel on a bump")
+    p.guide((0, 0), right_wheel)
+    p.guide((0.006, -0.0597), (-0.075, 0.746))
+    p.spring((0, 0), left)
+    p.spring(right_wheel, right)
+    p.body("rod", left, right)
+    p.pivot((0, 0), "O", True, (-26, 4))
+    p.pivot(right_wheel, "wheel", shift=(-22, 24))
+    p.pivot(left, "left", shift=(-42, 4))
+    p.pivot(right, "right", shift=(-4, -14))
+    return p
+
+
+def suspension():
+    seen = lambda x, y, z: oblique((-y, 0.55 * x, z))      # from behind and above, left to the left
+    p = Picture("The car's suspension from behind")
+    at_chassis = []
+    for s, side in ((1, "left"), (-1, "right")):
+        U, L, S = (-0.02, 0.42 * s, 0.16), (0, 0.32 * s, -0.11), (-0.02, 0.46 * s, 0.38)
+        UB, LB, LS = (-0.03, 0.66 * s, 0.18), (0.01, 0.70 * s, -0.13), (0, 0.55 * s, -0.11)
+        T, R, W = (-0.14, 0.68 * s, -0.04), (-0.14, 0.34 * s, -0.05), (0, 0.75 * s, 0)
+        BD, D, B = (-0.08, 0.50 * s, 0.05), (-0.06, 0.52 * s, -0.12), (-0.30, 0.30 * s, 0.02)
+        A, RW, AS, top = (-2.1, 0.55 * s, -0.02), (-2.5, 0.75 * s, 0), (-2.45, 0.60 * s, 0), (-2.45, 0.58 * s, 0.4)
+        for name, colour, *points in (("", 0, U, UB), ("", 1, L, LB), ("", 2, UB, LB, T, W), ("", 3, R, T), ("", 4, B, BD),
+                                      ("", 5, BD, D), ("", 6, A, RW)):
+            p.body(name, *(seen(*x) for x in points), colour=colour)
+        p.spring(seen(*S), seen(*LS))
+        p.spring(seen(*top), seen(*AS))
+        for wheel in (W, RW):
+            p.spring(seen(*wheel), seen(wheel[0], wheel[1], -0.3))
+            p.pivot(seen(wheel[0], wheel[1], -0.3), fixed=True)
+            p.pivot(seen(*wheel))
+        for point in (U, L, S, UB, LB, T, R, BD, D, B, A, top):
+            p.pivot(seen(*point))
+        at_chassis.append((U, L, S, R, B, A, top))
+    p.body("", seen(*at_chassis[0][3]), seen(*at_chassis[1][3]), colour=3)
+    p.body("", seen(*at_chassis[0][4]), seen(*at_chassis[1][4]), colour=4)
+    for (_, low, high, _, _, arm, top), far in zip(at_chassis, at_chassis[::-1]):
+        for a, b in ((low, high), (high, top), (top, arm), (arm, low)):
+            p.guide(seen(*a), seen(*b))
+        p.guide(seen(*low), seen(*far[1]))
+        p.guide(seen(*arm), seen(*far[5]))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot)
+            parallel_robot, car_axis, suspension)
 
 if __name__ == "__main__":
     for make in PICTURES:

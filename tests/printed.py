@@ -44,6 +44,10 @@ def joint(body):
         made["motions"] = [{m["kind"]: m["axis"]} for m in motions]
     else:
         made["weld"] = "yes"
+    names = [m["coordinate"] for m in motions]
+    usual = [made["name"]] if len(names) == 1 else [f"{made['name']}.{k + 1}" for k in range(len(names))]
+    if names != usual and not body.get("reversed"):
+        made["coordinates"] = names
     return made
 
 

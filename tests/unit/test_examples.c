@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Examples whose reference digits come from equations of their own: every road reaches them. */
+#include "integrators/run.h"
+#include "loaded.h"
+#include "results/reference.h"
+#include <math.h>
+
+enum { MOST_TIMES = 8, MOST = 32 };
+
+typedef struct rows {
+    int count, n;
+    double q[MOST_TIMES][MOST], qd[MOST_TIMES][MOST];
+} rows;
+
+static int keep(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                double work)
+{
+    rows *r = user;
+    (void)t, (void)qdd, (void)lambda, (void)work;
+    for (int i = 0; i < r->n; i++)
+        r->q[r->count][i] = q[i], r->qd[r->count][i] = qd[i];
+    r->count++;
+    return 0;
+}
+
+/* The worst deviation of a quantity, relative to values above 1. */
+static double off(const kmp_reference *reference, kmp_quantity quantity, const rows *r)
+{
+    double worst = 0;
+    int seen = 0;
+    for (int k = 0; k < reference->rows; k++)
+        for (int i = 0; i < r->n; i++) {
+            double ref = reference->value[quantity][k * r->n + i];
+            if (isnan(ref))
+                continue;
+            worst = fmax(worst, fabs((quantity == KMP_QUANTITY_Q ? r->q : r->qd)[k][i] - ref) / fmax(fabs(ref), 1));
+            seen++;
+        }
+    CHECK(seen >= 4 * reference->rows);
+    return worst;
+}
+
+static void follow(const char *model, const char *digits, const char *road, double rtol, double near_q, double near_qd)
+{
+    loaded l = load(model);
+    char path[1024];
+    kmp_reference reference;
+    kmp_run_report report;
+    rows r = {.n = l.system->n};
+    (void)snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, digits);
+    CHECK(kmp_reference_read(l.system, path, &reference) == KEMPE_OK && reference.rows <= MOST_TIMES && r.n <= MOST);
+    kmp_run_spec spec = {.road = road,
+                         .rtol = rtol,
+                         .t_end = reference.t[reference.rows - 1],
+                         .time_count = reference.rows,
+                         .times = reference.t};
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(l.system, &spec, NULL, keep, &r, &report) == KEMPE_OK && r.count == reference.rows);
+    double q = off(&reference, KMP_QUANTITY_Q, &r), qd = off(&reference, KMP_QUANTITY_QD, &r);
+    printf("   %-42s %-9s q %.1e  qd %.1e\n", model, road, q, qd);
+    CHECK(q <= near_q);
+    CHECK(qd <= near_qd);
+    kmp_reference_free(&reference);
+    unload(&l);
+}
+
+static void test_car_axis(void)
+{
+    static const char model[] = "examples/car_axis/car_axis.yaml", digits[] = "examples/car_axis/reference.csv";
+    follow(model, digits, "reduced", 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "projected", 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", 1e-9, 1e-6, 1e-4);
+}
+
+static void test_suspension(void)
+{
+    static const char model[] = "examples/suspension/suspension.yaml", digits[] = "examples/suspension/reference.csv";
+    follow(model, digits, "reduced", 1e-12, 1e-11, 1e-10);
+    follow(model, digits, "projected", 1e-12, 1e-11, 1e-10);
+    follow(model, digits, "dae", 1e-9, 1e-7, 1e-5);
+}
+
+int main(void)
+{
+    TEST(test_car_axis);
+    TEST(test_suspension);
+    return check_report();
+}
