@@ -22,6 +22,7 @@ typedef struct emitted {
     union {
         void *symbol;
         void (*motion)(double t, const double *q, const double *qd, double *m, double *c);
+        void (*accelerations)(double t, const double *q, const double *qd, double *qdd);
         void (*inverse)(double t, const double *q, const double *qd, const double *qdd, double *effort);
         void (*closed)(double t, const double *q, const double *qd, double *m, double *c, double *h, double *j,
                        double *jdqd);

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A model as Kempe reads it (`kempe show FILE --model --json -`), for others: the plain text that the programs here read,
+MuJoCo's XML, and Kempe's own language again.
+
+The text has one thing a line:
+
+    gravity X Y Z
+    body NAME PARENT PX PY PZ MASS CX CY CZ XX YY ZZ XY XZ YZ K, then K times R|T X Y Z
+    closure BODY X Y Z BODY X Y Z                 points that coincide
+    spring BODY X Y Z BODY X Y Z STIFFNESS DAMPING FREE_LENGTH
+    effort COORDINATE VALUE
+    start Q1 .. QN QD1 .. QDN
+
+PARENT is the number of a body, -1 the ground; P where the first motion begins, in the parent's axes; C the centre of mass,
+from the body's origin, the inertia about it. Motions follow each other about and along the axes that the last one has
+reached.
+"""
+import json
+import subprocess
+
+KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+def show(kempe, path):
+    done = subprocess.run([kempe, "show", path, "--model", "--json", "-"], capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(done.stderr)
+    return json.loads(done.stdout)
+
+
+def possible(inertia):
+    """What peers refuse is made possible: of a plane model, which has zz alone, all three are the same, which counts nowhere;
+    of some published wheels the largest is cut to the sum of the other two."""
+    if inertia["xx"] == inertia["yy"] == 0:
+        return {**inertia, "xx": inertia["zz"], "yy": inertia["zz"]}
+    moments = sorted(KEYS[:3], key=lambda k: inertia[k])
+    least = inertia[moments[0]] + inertia[moments[1]]
+    return {**inertia, moments[2]: min(inertia[moments[2]], least)}
+
+
+class Tree:
+    """gravity; bodies: name, parent, at, mass, com, inertia (by KEYS), motions (kind, axis); closures, springs, efforts by
+    numbers of bodies; q, qd at the start."""
+
+    def __init__(self, shown, loops=True):
+        self.name, self.gravity = shown["name"], shown["gravity"]
+        place = {"ground": -1} | {b["name"]: k for k, b in enumerate(shown["bodies"])}
+        points = {"ground": shown["ground"]["points"]} | {b["name"]: b["points"] for b in shown["bodies"]}
+        find = lambda text: (place[text.split(".")[0]], points[text.split(".")[0]][text.split(".")[1]] if "." in text else [0, 0, 0])
+        self.bodies = []
+        for b in shown["bodies"]:
+            if any(key in b for key in ("to", "frame", "reversed", "pitch")):
+                raise SystemExit(f"body {b['name']}: axes of its own are not written for others")
+            self.bodies.append({"name": b["name"], "parent": place[b["parent"]], "at": points[b["parent"]][b["at"]] if b["at"] else [0, 0, 0],
+                                "mass": b["mass"], "com": b["com"], "inertia": possible(b["inertia"]),
+                                "motions": [(m["kind"], m["axis"]) for m in b["motions"]]})
+        self.coordinates = shown["coordinates"]
+        self.n = len(self.coordinates)
+        self.closures = [(*find(c["points"][0]), *find(c["points"][1])) for c in shown["closures"] if c["kind"] == "ball"] if loops else []
+        self.springs, self.efforts = [], []
+        for f in shown["forces"] if loops else ():
+            if f["kind"] == "spring":
+                self.springs.append((*find(f["points"][0]), *find(f["points"][1]), f["stiffness"], f["damping"], f["free_length"]))
+            elif f["kind"] in ("torque", "force"):
+                self.efforts.append((self.coordinates.index(f["coordinate"]), float(f["effort"])))
+            else:
+                raise SystemExit(f"force {f['name']}: a {f['kind']} is not written for others")
+        self.q, self.qd = [0.0] * self.n, [0.0] * self.n
+
+    def start(self, assembled):
+        """Takes the closed start of `kempe assemble --json`."""
+        self.q, self.qd = ([assembled[key][x] for x in self.coordinates] for key in ("q", "qd"))
+
+    def text(self):
+        put = lambda *x: " ".join(repr(float(v)) for v in x)
+        lines = ["gravity " + put(*self.gravity)]
+        for k, b in enumerate(self.bodies):
+            motions = " ".join(f"{kind} {put(*axis)}" for kind, axis in b["motions"])
+            lines.append(f"body b{k} {b['parent']} {put(*b['at'], b['mass'], *b['com'], *(b['inertia'][x] for x in KEYS))} "
+                         f"{len(b['motions'])} {motions}")
+        lines += [f"closure {a} {put(*p)} {b} {put(*q)}" for a, p, b, q in self.closures]
+        lines += [f"spring {a} {put(*p)} {b} {put(*q)} {put(k, c, l)}" for a, p, b, q, k, c, l in self.springs]
+        lines += [f"effort {k} {put(x)}" for k, x in self.efforts]
+        lines.append("start " + put(*self.q, *self.qd))
+        return "\n".join(lines) + "\n"
+
+    def yaml(self):
+        """The tree alone, as a model of Kempe."""
+        bodies, points = {}, {}
+        for k, b in enumerate(self.bodies):
+            points.setdefault(b["parent"], {})[f"A{k}"] = b["at"]
+        for k, b in enumerate(self.bodies):
+            at = "ground" if b["parent"] < 0 else f"b{b['parent']}"
+            bodies[f"b{k}"] = {"joint": {"at": f"{at}.A{k}", "name": f"j{k}", "motions": [{kind: axis} for kind, axis in b["motions"]]},
+                               "mass": b["mass"], "com": b["com"], "inertia": {x: v for x, v in b["inertia"].items() if v} or {"xx": 0},
+                               "points": points.get(k, {"O": [0, 0, 0]})}
+        return json.dumps({"kempe": 1, "name": "tree", "gravity": self.gravity, "ground": {"points": points[-1]}, "bodies": bodies})
+
+    def is_free(self, k):
+        """Whether a body hangs on the ground by three translations along x, y, z, then three rotations."""
+        b = self.bodies[k]
+        axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        return (b["parent"] < 0 and [m[0] for m in b["motions"]] == list("TTTRRR") and [m[1] for m in b["motions"][:3]] == axes
+                and [m[1] for m in b["motions"][3:]] == axes)
+
+    def mjcf(self, free=False, options=""):
+        """MuJoCo's XML: the motions of a body are its joints; free: the first body's six are one free joint. Closures are
+        `connect`; a spring is a tendon between sites."""
+        put = lambda x: " ".join(repr(float(v)) for v in x)
+        children, sites = {}, {}
+        for k, b in enumerate(self.bodies):
+            children.setdefault(b["parent"], []).append(k)
+        for k, (a, p, b, q, *_) in enumerate(self.springs):
+            sites.setdefault(a, []).append((f"s{k}a", p))
+            sites.setdefault(b, []).append((f"s{k}b", q))
+        number = iter(range(self.n))
+
+        def site(k):
+            return [f'<site name="{name}" pos="{put(p)}"/>' for name, p in sites.get(k, [])]
+
+        def body(k):
+            b = self.bodies[k]
+            lines = [f'<body name="b{k}" pos="{put(b["at"])}">']
+            inertia = b["inertia"]
+            lines.append(f'<inertial pos="{put(b["com"])}" mass="{b["mass"]!r}" fullinertia="{put(inertia[x] for x in KEYS)}"/>')
+            if free and self.is_free(k):
+                lines.append("<freejoint/>")
+                for _ in range(6):
+                    next(number)
+            else:
+                for kind, axis in b["motions"]:
+                    lines.append(f'<joint name="c{next(number)}" type="{"hinge" if kind == "R" else "slide"}" axis="{put(axis)}"/>')
+            for child in children.get(k, []):
+                lines += body(child)
+            return [*lines, *site(k), "</body>"]
+
+        lines = [f'<mujoco><compiler angle="radian" autolimits="false" inertiafromgeom="false" boundmass="0" boundinertia="0"/>'
+                 f'<option gravity="{put(self.gravity)}" {options}/>', "<worldbody>", *site(-1)]
+        for k in children.get(-1, []):
+            lines += body(k)
+        lines.append("</worldbody>")
+        if self.springs:
+            lines.append("<tendon>")
+            for k, (*_, stiffness, damping, length) in enumerate(self.springs):
+                lines.append(f'<spatial stiffness="{stiffness!r}" damping="{damping!r}" springlength="{length!r}">'
+                             f'<site site="s{k}a"/><site site="s{k}b"/></spatial>')
+            lines.append("</tendon>")
+        return "\n".join([*lines, "<equality/>" if not self.closures else "", "</mujoco>"])
