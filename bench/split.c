@@ -35,13 +35,13 @@ static struct {
 static part enter(part to)
 {
     part from = (part)at.current;
-    at.current = to;
+    at.current = (sig_atomic_t)to;
     return from;
 }
 
 static void leave(part from)
 {
-    at.current = from;
+    at.current = (sig_atomic_t)from;
 }
 
 /* Once, in 250 to 650 us from now. */
