@@ -9,6 +9,8 @@
 #define GROWTH 1.1
 /* Where implicit steps are not fewer by this, nothing is gained by them. */
 #define FEWER 2.0
+/* Fewer explicit steps than these are bound by nothing: little moves. */
+#define MANY 50
 /* The tolerances that are held against each other, and the part of what is left that a run of the probe may take. */
 #define LOOSE      1e-3
 #define TIGHT      1e-6
@@ -19,7 +21,8 @@ static const kmp_way implicit_way = {.road = "reduced", .form = "closed", .integ
 
 bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit)
 {
-    return FEWER * (double)implicit < (double)loose && (double)tight < (double)loose * pow(GROWTH, decades);
+    return loose >= MANY && FEWER * (double)implicit < (double)loose &&
+           (double)tight < (double)loose * pow(GROWTH, decades);
 }
 
 /* -- before all runs --------------------------------------------------------------------------------- */

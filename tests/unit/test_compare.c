@@ -157,6 +157,7 @@ static void steps_tell_stiffness(void)
     CHECK(kmp_steps_are_stiff(7595, 7589, 3, 500));
     CHECK(!kmp_steps_are_stiff(7595, 7589, 3, 5000)); /* nothing gained by implicit steps */
     CHECK(!kmp_steps_are_stiff(1000, 2370, 3, 300));  /* accuracy rules, at order 8 */
+    CHECK(!kmp_steps_are_stiff(12, 12, 3, 5));        /* nothing moves */
 }
 
 /* -- whole comparisons ------------------------------------------------------------------------------- */
