@@ -7,11 +7,11 @@
  * luck of one of them does not decide. Times are the processor's, of the integration alone; what precedes it is a line
  * of its own. */
 #include "andrews_by_hand.h"
+#include "at_end.h"
 #include "bench.h"
 #include "constraints/fused.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
-#include "results/reference.h"
 #include <math.h>
 #include <string.h>
 
@@ -201,18 +201,6 @@ typedef struct point {
     long steps, rhs;
 } point;
 
-static double error_at_end(const kmp_reference *reference, const double *q)
-{
-    double worst = 0;
-    for (int k = 0; k < reference->rows; k++)
-        for (int i = 0; reference->t[k] == t_end && i < N; i++) {
-            double ref = reference->value[KMP_QUANTITY_Q][k * N + i];
-            if (!isnan(ref))
-                worst = fmax(worst, fabs(q[i] - ref) / fmax(fabs(ref), 1));
-        }
-    return worst;
-}
-
 /* One run of each way at a tolerance. */
 static void run_all(const bench *b, const kempe_assembly *start, const kmp_reference *reference, double tolerance,
                     point at[WAYS])
@@ -223,12 +211,12 @@ static void run_all(const bench *b, const kempe_assembly *start, const kmp_refer
     for (int way = NATIVE; way <= TAPE; way++) {
         kmp_run_spec spec = spec_of(way_names[way], tolerance, 1, &t_end);
         run_once(b, start, &spec, &rows, &report);
-        at[way] = (point){error_at_end(reference, rows.q[0]), report.cpu_s, report.steps, report.rhs};
+        at[way] = (point){bench_error_at_end(reference, N, t_end, rows.q[0]), report.cpu_s, report.steps, report.rhs};
     }
     double begin = bench_now();
     if (andrews_by_hand_integrate(t_end, tolerance, report.rate_scale, &run))
         exit(1);
-    at[HAND] = (point){error_at_end(reference, run.y), bench_now() - begin, run.steps, run.rhs};
+    at[HAND] = (point){bench_error_at_end(reference, N, t_end, run.y), bench_now() - begin, run.steps, run.rhs};
 }
 
 /* The straight line through the points within a decade and a half of the error, at it. */

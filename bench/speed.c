@@ -2,13 +2,13 @@
 /* Andrews' squeezing mechanism over 0.03 s: every road and form at several tolerances, error of q at the end against
  * the digits of reference.csv, median CPU time of 15 runs, by machine code and by the tape; then one right-hand side of
  * the reduced road taken apart, each part run alone over states of the motion. */
+#include "at_end.h"
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/fused.h"
 #include "integrators/rk.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
-#include "results/reference.h"
 #include <math.h>
 #include <string.h>
 
@@ -33,18 +33,6 @@ static int keep_row(void *user, double t, const double *q, const double *qd, con
     memcpy(r->qd[r->count], qd, sizeof *r->qd);
     r->count = (r->count + 1) % STATES;
     return 0;
-}
-
-static double error_at_end(const kmp_reference *reference, double t_end, const double *q)
-{
-    double worst = 0;
-    for (int k = 0; k < reference->rows; k++)
-        for (int i = 0; reference->t[k] == t_end && i < N; i++) {
-            double ref = reference->value[KMP_QUANTITY_Q][k * N + i];
-            if (!isnan(ref))
-                worst = fmax(worst, fabs(q[i] - ref) / fmax(fabs(ref), 1));
-        }
-    return worst;
 }
 
 /* The median time of RUNS runs; false when one fails. */
@@ -84,7 +72,7 @@ static double whole_run(const bench *b, const kempe_assembly *start, const kmp_r
         printf("%-10s %-8s %-7s %.0e | failed\n", way.road, way.form, backend, rtol);
         return INFINITY;
     }
-    error = error_at_end(reference, end, last.q[0]);
+    error = bench_error_at_end(reference, N, end, last.q[0]);
     printf("%-10s %-8s %-7s %.0e   | %9.1e | %7ld %7ld | %9.3f %9.0f\n", way.road, way.form, backend, rtol, error,
            report.steps, report.rhs, 1e3 * cpu, 1e9 * cpu / (double)report.rhs);
     return error <= 1e-10 ? cpu : INFINITY;

@@ -6,9 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A multiplier of the elimination, rows scaled, beyond which its order is no longer good. */
-#define MOST_MULTIPLIER 10.0
-
 struct kmp_fused {
     const kmp_reduction *red;
     kmp_program *program;
@@ -213,7 +210,7 @@ bool kmp_fused_applies(const kmp_fused *f)
 static bool is_good(const kmp_fused *f, const double *multiplier)
 {
     for (int k = 0; k < f->layout.multipliers; k++)
-        if (!(fabs(multiplier[k] * f->layout.factor[k]) <= MOST_MULTIPLIER))
+        if (!(fabs(multiplier[k] * f->layout.factor[k]) <= KMP_FUSED_MULTIPLIER))
             return false;
     return true;
 }

@@ -7,6 +7,9 @@
 
 enum { KMP_FUSED_FREEDOMS = 8, KMP_FUSED_BLOCK = 24 }; /* at most: independent coordinates, rows of a block of Jv */
 
+/** A multiplier of the elimination, rows scaled, beyond which its order is no longer good. */
+#define KMP_FUSED_MULTIPLIER 10.0
+
 /* Stages: qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass; what is wanted at the end of a
  * step. Without the user's efforts, which are functions of qd, the first has all that: udd, qd of v, pivots. */
 enum { KMP_FUSED_RATES = 1, KMP_FUSED_ACCELERATIONS, KMP_FUSED_END, KMP_FUSED_STAGES };

@@ -6,9 +6,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A last pivot below this fraction of the first at the start is near a change point; what is usual then. */
-#define NEAR_START 1e-2
-#define USUAL      0.1
+/* What is usual near a change point. */
+#define USUAL 0.1
 /* It is near one only when elsewhere, at some configurations with all angles turned by up to TURN, that pivot is larger
  * by more than SMALL_HERE: lengths that differ by a thousand make small pivots everywhere. */
 #define TURN       0.5
@@ -17,8 +16,6 @@
 /* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
 #define LOCKED 0.1
 #define FREED  0.2
-/* No step of an ordinary road ends below this margin. */
-#define DEEP 0.1
 /* With more rows than this a quick look goes before the dense decomposition, which is called for when pivots have
  * fallen below this part of their usual size. */
 #define MANY_ROWS 24
@@ -29,7 +26,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
         large = kmp_pick_is_large(m, n, system->jacobian.count) ? system->jacobian.count : 0;
     *margin = (kmp_margin){
         .system = system, .r = part->r, .step_t = NAN, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
-    margin->near = part->r > 0 && margin->usual < NEAR_START * part->pivots[0];
+    margin->near = part->r > 0 && margin->usual < KMP_MARGIN_NEAR * part->pivots[0];
     if (margin->near)
         margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
     margin->a = large ? NULL : KMP_NEW(double, m *n);
@@ -244,7 +241,7 @@ bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t)
         return false;
     margin->step_margin = kmp_margin_at(margin, plant);
     margin->step_t = t;
-    return margin->step_margin < DEEP;
+    return margin->step_margin < KMP_MARGIN_DEEP;
 }
 
 bool kmp_margin_knows(const kmp_margin *margin, double t)

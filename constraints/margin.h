@@ -10,6 +10,11 @@
 #include "linalg/block.h"
 #include "linalg/sparse.h"
 
+/** A last pivot below this fraction of the first at the start is near a change point. */
+#define KMP_MARGIN_NEAR 1e-2
+/** No step of an ordinary road ends below this margin. */
+#define KMP_MARGIN_DEEP 0.1
+
 typedef struct kmp_margin {
     const kempe_system *system;
     int r;                      /* rank at the start */

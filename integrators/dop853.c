@@ -33,12 +33,7 @@ static int first_stages(kmp_rk *s, double h)
 {
     int n = s->ode.n;
     double t = s->t, *y = s->y, **k = s->k;
-    KMP_STAGE(2, A2, k[1]);
-    KMP_STAGE(3, A3, k[1], k[2]);
-    KMP_STAGE(4, A4, k[1], k[3]);
-    KMP_STAGE(5, A5, k[1], k[3], k[4]);
-    KMP_STAGE(6, A6, k[1], k[4], k[5]);
-    KMP_STAGE(7, A7, k[1], k[4], k[5], k[6]);
+    KMP_DOP853_FIRST_STAGES(KMP_STAGE, k);
     return KMP_GO;
 }
 
@@ -46,11 +41,7 @@ static int last_stages(kmp_rk *s, double h)
 {
     int n = s->ode.n;
     double t = s->t, *y = s->y, **k = s->k;
-    KMP_STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);
-    KMP_STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);
-    KMP_STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
-    KMP_STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
-    KMP_STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
+    KMP_DOP853_LAST_STAGES(KMP_STAGE, k);
     return KMP_GO;
 }
 

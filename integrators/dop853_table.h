@@ -74,4 +74,19 @@ static const double E5[] = {0.1312004499419488073250102996e-1, -0.12251564463762
 static const double B3[] = {0.244094488188976377952755905512, 0.733846688281611857341361741547,
                             0.0220588235294117647058823529412};
 
+/* Stages 2 to 12: STAGE(number, coefficients, the stages that they belong to). */
+#define KMP_DOP853_FIRST_STAGES(STAGE, k)                                                                              \
+    STAGE(2, A2, k[1]);                                                                                                \
+    STAGE(3, A3, k[1], k[2]);                                                                                          \
+    STAGE(4, A4, k[1], k[3]);                                                                                          \
+    STAGE(5, A5, k[1], k[3], k[4]);                                                                                    \
+    STAGE(6, A6, k[1], k[4], k[5]);                                                                                    \
+    STAGE(7, A7, k[1], k[4], k[5], k[6])
+#define KMP_DOP853_LAST_STAGES(STAGE, k)                                                                               \
+    STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);                                                                        \
+    STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);                                                                  \
+    STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);                                                          \
+    STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);                                                   \
+    STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11])
+
 #endif

@@ -9,13 +9,6 @@
 #include <string.h>
 #include <time.h>
 
-/* As the reduced road, its margin and its runner have these. */
-#define CORRECTION_LIMIT 1.0
-#define NOISE            4e-15
-#define DEEP             0.1
-#define ZONE_IN          0.15
-#define GROWING          1.5
-#define MOST_MULTIPLIER  10.0
 enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double) };
 
 /* What became of an attempt in a lane. */
@@ -246,17 +239,8 @@ static void run_stages(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
-    STAGE(2, A2, k[1]);
-    STAGE(3, A3, k[1], k[2]);
-    STAGE(4, A4, k[1], k[3]);
-    STAGE(5, A5, k[1], k[3], k[4]);
-    STAGE(6, A6, k[1], k[4], k[5]);
-    STAGE(7, A7, k[1], k[4], k[5], k[6]);
-    STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);
-    STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);
-    STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
-    STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
-    STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
+    KMP_DOP853_FIRST_STAGES(STAGE, k);
+    KMP_DOP853_LAST_STAGES(STAGE, k);
 }
 
 /* The steps to try; what has become too small is left to a run of its own. */
@@ -334,8 +318,8 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, si
     size_t w = room->w;
     if (e->r == 0)
         return true;
-    if (!(x->residual[l] < NOISE)) {
-        if (!(x->correction[l] <= CORRECTION_LIMIT))
+    if (!(x->residual[l] < KMP_CLOSED)) {
+        if (!(x->correction[l] <= KMP_CORRECTION_LIMIT))
             return false;
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
@@ -343,13 +327,13 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, si
     if (signs_of(e, pool, x->pivot, l) != y->signs)
         return false;
     y->usual = fmax(y->usual, x->margin[l]);
-    return x->margin[l] / y->usual >= DEEP;
+    return x->margin[l] / y->usual >= KMP_MARGIN_DEEP;
 }
 
 static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
 {
     for (int k = 0; k < pool->layout.multipliers; k++)
-        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= MOST_MULTIPLIER))
+        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= KMP_FUSED_MULTIPLIER))
             return true;
     return false;
 }
@@ -361,7 +345,7 @@ static bool nears_change(kmp_instance *x, double t, double h, double last)
     double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
     x->seen_margin = margin;
     x->seen_t = t;
-    return margin < fall * GROWING * h || margin < ZONE_IN;
+    return margin < fall * KMP_GROWING * h || margin < KMP_ZONE_IN;
 }
 
 /* -- control ----------------------------------------------------------------------------------------- */

@@ -10,11 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-/* As the reduced road and its start have these. */
-#define EXCHANGE_GROWTH 1.5
-#define EXCHANGE_WISH   10.0
-#define NEAR_START      1e-2
-
 const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
 {
     const kempe_system *s = e->s;
@@ -140,12 +135,12 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     }
     if (status != KEMPE_OK)
         return status;
-    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < NEAR_START * part.pivots[0];
+    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_NEAR * part.pivots[0];
     if (full && !near)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {
         x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
-        x->limit = part.user ? EXCHANGE_WISH : EXCHANGE_GROWTH;
+        x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->seen_t = -1;
         pack(e, &part, q, qd, x->y);
@@ -213,7 +208,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
     }
     if (!kmp_partition_copy(&part, &from->part))
         return kmp_fail_memory(e->context);
-    kempe_status status = kmp_partition_exchange(&part, e->s, e->plant->jacobian, EXCHANGE_GROWTH);
+    kempe_status status = kmp_partition_exchange(&part, e->s, e->plant->jacobian, KMP_EXCHANGE_GROWTH);
     if (status == KEMPE_OK)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool) {
@@ -222,7 +217,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
         x->signs = 0;
         x->hopeless = 0;
         x->error_old = KMP_RK_ERROR_FLOOR;
-        x->limit = EXCHANGE_GROWTH;
+        x->limit = KMP_EXCHANGE_GROWTH;
         e->results[i].exchanges++;
         kmp_pool_put(e, pool, i);
     } else {

@@ -6,15 +6,13 @@
 #include "integrators/closing.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
+#include "integrators/watched.h"
 #include <math.h>
 #include <string.h>
 
-#define CORRECTION_LIMIT 1.0 /* error weights */
-#define RATE_ROUNDING    1e-9
-#define RATE_NOISE       1e-6
-#define NOISE_FADES      0.9
-/* Rounding of h is no reason to refuse a step: where levers differ much, its correction exceeds fine tolerances. */
-#define ROUNDING 4e-15
+#define RATE_ROUNDING 1e-9
+#define RATE_NOISE    1e-6
+#define NOISE_FADES   0.9
 
 typedef struct projected {
     kmp_road road; /* first */
@@ -64,7 +62,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
 static bool is_small(int n, const double *dx, const double *w)
 {
     for (int i = 0; i < n; i++)
-        if (!(fabs(dx[i]) <= CORRECTION_LIMIT * w[i]))
+        if (!(fabs(dx[i]) <= KMP_CORRECTION_LIMIT * w[i]))
             return false;
     return true;
 }
@@ -99,7 +97,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         return KMP_HALT;
     kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
     bool small = is_small(n, d->dx, w);
-    if (!small && kmp_plant_residual(d->plant) > ROUNDING)
+    if (!small && kmp_plant_residual(d->plant) > KMP_CLOSED)
         return KMP_RETRY;
     for (int i = 0; i < n; i++)
         d->q[i] = y[i] + (small ? d->dx[i] : 0);

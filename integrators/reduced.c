@@ -14,21 +14,14 @@
 #include "integrators/reduced_residual.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
+#include "integrators/watched.h"
 #include <math.h>
 #include <string.h>
 
-/* Scaled |Bvu| beyond which u and v are exchanged, of Kempe's own choice and of a user's wish. Closed, the right-hand
- * side is a function of u alone, whose series end at u's dead centre: most of its error is made on the way there; an
- * integrator that begins anew at each exchange pays more for it than it gains. */
-#define EXCHANGE_GROWTH 1.5
-#define EXCHANGE_CLOSED 1.1
-#define EXCHANGE_WISH   10.0
 /* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
 #define GROWTH_LIMIT 1e3
 /* From this |Bvu| on, a step that became too small is put down to the choice of u. */
 #define EXPLAIN_GROWTH 20.0
-/* A closure correction beyond this many error weights refuses a step. */
-#define CORRECTION_LIMIT 1.0
 /* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
  * the program costs some dozens of them. */
 #define WORTH_FUSING 16
@@ -303,7 +296,7 @@ static int dead_centre(reduced *d, double t, const char *sign, int v, int u)
 
 static double exchange_growth(const reduced *d)
 {
-    return d->carried || d->restarts ? EXCHANGE_GROWTH : EXCHANGE_CLOSED;
+    return d->carried || d->restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
 }
 
 /* |Bvu| of the tangent at hand, and whether it asks for an exchange. */
@@ -312,14 +305,14 @@ static void judge_choice(reduced *d)
     if (d->r == 0)
         return;
     d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
-    d->due = !d->fixed && d->growth > (d->part.user ? EXCHANGE_WISH : exchange_growth(d));
+    d->due = !d->fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
 }
 
 /* Whether a block of Jv that was singular within the step is no dead centre of u, at which |Bvu| grows, but a change
  * point that nobody asks about. */
 static bool is_passed(const reduced *d)
 {
-    return d->margin->ignored && d->growth <= EXCHANGE_WISH;
+    return d->margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
 }
 
 static bool same_signs(const reduced *d, const int *signs)
@@ -394,7 +387,7 @@ static void remember(reduced *d, double t, const double *y)
 static bool is_noise(const reduced *d)
 {
     double worst = kmp_plant_residual(d->plant);
-    return worst < 4e-15;
+    return worst < KMP_CLOSED;
 }
 
 /* Redundant rows take the place of independent ones at the end of a step: where these have all but lost their rank by
@@ -438,7 +431,7 @@ static int correct(reduced *d, double *v, const double *w)
     if (!d->carried || d->r == 0 || is_noise(d))
         return KMP_GO;
     for (int i = 0; i < d->r; i++)
-        if (!(fabs(d->red.dv[i]) <= CORRECTION_LIMIT * w[i]))
+        if (!(fabs(d->red.dv[i]) <= KMP_CORRECTION_LIMIT * w[i]))
             return KMP_RETRY;
     for (int i = 0; i < d->r; i++)
         d->q[d->part.v[i]] = v[i] += d->red.dv[i];

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
+#include "integrators/watched.h"
 #include <float.h>
 #include <math.h>
 
@@ -11,11 +12,8 @@
 #define CANCELLED 1e-2
 /* Part of the run that must lie between two rescues of an implicit integrator. */
 #define RESCUE_WAY 1e-5
-/* Margins, of the start's, at which a run enters the zone and leaves it. */
-#define ZONE_IN  0.15
+/* The margin, of the start's, at which a run leaves the zone. */
 #define ZONE_OUT 0.2
-/* A next step may be longer than the last one by this. */
-#define GROWING 1.5
 /* Last pivot of the independent rows over that of all rows at which others are taken. */
 #define ROWS_OUT 0.2
 
@@ -88,7 +86,7 @@ static void note_passage(kmp_runner *run, double t, double margin)
 {
     double at = run->zone_t, size = run->zone_margin;
     bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
-    if (fmin(size, run->zone_margin) > ZONE_IN)
+    if (fmin(size, run->zone_margin) > KMP_ZONE_IN)
         return; /* it turned back before */
     if (leapt && size < run->zone_margin)
         kmp_journal_note(run->journal, "change point", at, size, margin,
@@ -109,7 +107,7 @@ static bool will_jump(kmp_runner *run, double t, double margin)
     double fall = since > 0 && run->seen_margin_t >= run->spec.t_start ? (run->seen_margin - margin) / since : 0;
     run->seen_margin = margin;
     run->seen_margin_t = t;
-    return margin < fall * GROWING * h;
+    return margin < fall * KMP_GROWING * h;
 }
 
 /* Nobody asks how good the rows are. */
@@ -144,7 +142,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
-    if (!run->in_zone && !run->margin.ignored && (will_jump(run, t, margin) || margin < ZONE_IN)) {
+    if (!run->in_zone && !run->margin.ignored && (will_jump(run, t, margin) || margin < KMP_ZONE_IN)) {
         run->zone_t = t;
         run->zone_margin = margin;
         return kmp_runner_change_road(run, t, true);

@@ -15,6 +15,7 @@
 #include "constraints/pick.h"
 #include "integrators/closing.h"
 #include "integrators/road.h"
+#include "integrators/watched.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>
@@ -29,7 +30,6 @@
 /* A state is closed by so many corrections; one below this part of the margin, or of a scaled |h| that is rounding
  * alone, is the last. */
 #define LAST_CORRECTION 1e-8
-#define ROUNDED         4e-15
 enum { CLOSE_PASSES = 8 };
 /* Nothing finer is to be had in the zone. */
 #define ZONE_RTOL 1e-9
@@ -309,7 +309,7 @@ static int close_positions(zone *d, double t, double *q, bool as_it_is)
             return KMP_RETRY;
         correction(d, d->plant->h, d->dx);
         double size = size_of(d, d->dx);
-        last = size <= LAST_CORRECTION * d->last || kmp_plant_residual(d->plant) <= ROUNDED;
+        last = size <= LAST_CORRECTION * d->last || kmp_plant_residual(d->plant) <= KMP_CLOSED;
         for (int i = 0; i < d->n; i++)
             q[i] += d->dx[i];
         if (!(size < INFINITY))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/change_points.h"
-#include <string.h>
+#include "model/words.h"
 
 static const char *const words[KMP_CHANGE_POINTS_COUNT] = {
 #define KMP_CHANGE_POINTS(id, word) word,
@@ -15,15 +15,6 @@ const char *kmp_change_points_word(kmp_change_points what)
 
 kmp_change_points kmp_change_points_find(const char *word, kmp_text *complaint)
 {
-    kmp_nearest nearest = kmp_nearest_begin(word);
-    for (int k = 0; k < KMP_CHANGE_POINTS_COUNT; k++) {
-        if (strcmp(words[k], word) == 0)
-            return (kmp_change_points)k;
-        kmp_nearest_offer(&nearest, words[k]);
-    }
-    kmp_text_printf(complaint, "change points '%s' is no way to take them; there is:", word);
-    for (int k = 0; k < KMP_CHANGE_POINTS_COUNT; k++)
-        kmp_text_printf(complaint, "%s %s", k ? "," : "", words[k]);
-    kmp_nearest_suggest(&nearest, complaint);
-    return KMP_CHANGE_POINTS_COUNT;
+    return (kmp_change_points)kmp_word_find(word, words, KMP_CHANGE_POINTS_COUNT, "change points",
+                                            "is no way to take them", complaint);
 }
