@@ -291,6 +291,13 @@ static void sort_entries(gather *g)
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
+void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters)
+{
+    kmp_machine_set(tangents->value, KMP_IN_PARAMETER, parameters);
+    kmp_machine_set(tangents->tangent, KMP_IN_PARAMETER, parameters);
+    tangents->value_charts = tangents->tangent_charts = -1; /* stage 0 runs when the charts are known */
+}
+
 static bool make_machines(gather *g, const kmp_backend *backend, const double *parameters)
 {
     kmp_tangents *t = g->t;
@@ -301,9 +308,7 @@ static bool make_machines(gather *g, const kmp_backend *backend, const double *p
     t->tangent = t->tangent_program ? kmp_machine_new(t->tangent_program, backend) : NULL;
     if (!t->value || !t->tangent)
         return false;
-    kmp_machine_set(t->value, KMP_IN_PARAMETER, parameters);
-    kmp_machine_set(t->tangent, KMP_IN_PARAMETER, parameters);
-    t->value_charts = t->tangent_charts = -1; /* stage 0 runs when the charts are known */
+    kmp_tangents_renew_parameters(t, parameters);
     return true;
 }
 

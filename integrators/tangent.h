@@ -72,6 +72,9 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
+/** The system's parameters have these values now. */
+void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters);
+
 /** All values; all tangent outputs (entry e stands for [e.source]). Valid until the next call; no allocation. */
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at);
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at);

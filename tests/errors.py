@@ -93,6 +93,7 @@ CALLS = [
     ("compare model.yaml --report page.html", 2),
     ("ensemble model.yaml --values values.csv", 2),
     ("ensemble model.yaml --sample l=1", 3),
+    ("ensemble model.yaml --sample l", 3),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]

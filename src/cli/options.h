@@ -16,7 +16,14 @@ enum {
     CLI_SHOW = 16,
     CLI_GENERATE = 32,
     CLI_ENSEMBLE = 64,
-    CLI_ALL = 127
+    CLI_KINEMATICS = 128,
+    CLI_INVERSE = 256,
+    CLI_EQUILIBRIUM = 512,
+    CLI_LINEARIZE = 1024,
+    CLI_MODES = 2048,
+    CLI_RESPONSE = 4096,
+    CLI_SENSITIVITY = 8192,
+    CLI_ALL = 16383
 };
 
 /* What the user asked for. Texts point into argv; NULL and 0 mean not given. */

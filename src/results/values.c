@@ -3,6 +3,7 @@
 #include "results/values.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/ranges.h"
 #include "model/variant.h"
 #include <math.h>
 #include <stdint.h>
@@ -116,40 +117,6 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
 
 /* -- at random --------------------------------------------------------------------------------------- */
 
-typedef struct range {
-    char *name;
-    double from, to;
-} range;
-
-/* A number with an optional sign; how many characters, 0: there is none. */
-static size_t read_signed(const char *s, double *x)
-{
-    size_t sign = *s == '-' || *s == '+', length = kmp_text_to_number(s + sign, x);
-    if (*s == '-')
-        *x = -*x;
-    return length > 0 && isfinite(*x) ? sign + length : 0;
-}
-
-/* NAME=A:B up to a comma or the end, where *s is left. KEMPE_E_ARGUMENT without a sentence. */
-static kempe_status read_range(const char **s, range *r)
-{
-    size_t length = strcspn(*s, "=,");
-    kmp_text name = {0};
-    if (length == 0 || (*s)[length] != '=')
-        return KEMPE_E_ARGUMENT;
-    kmp_text_printf(&name, "%.*s", (int)length, *s);
-    *s += length + 1;
-    r->name = kmp_text_take(&name);
-    if (!r->name)
-        return KEMPE_E_MEMORY;
-    size_t first = read_signed(*s, &r->from);
-    if (first == 0 || (*s)[first] != ':')
-        return KEMPE_E_ARGUMENT;
-    size_t second = read_signed(*s + first + 1, &r->to);
-    *s += first + 1 + second;
-    return second > 0 && (**s == ',' || **s == '\0') ? KEMPE_OK : KEMPE_E_ARGUMENT;
-}
-
 /* Knuth's MMIX generator. */
 static double chance(uint64_t *state)
 {
@@ -157,21 +124,21 @@ static double chance(uint64_t *state)
     return (double)(*state >> 11) * 0x1p-53;
 }
 
-static kempe_status draw(const kempe_model *model, int columns, const range *ranges, int count, int seed,
-                         kempe_values **values)
+static kempe_status draw(const kempe_model *model, const kmp_ranges *ranges, int count, int seed, kempe_values **values)
 {
+    int columns = ranges->count;
     const char **names = KMP_NEW(const char *, columns);
     uint64_t state = (uint64_t)seed * 2862933555777941757u + 3037000493u;
     kempe_status status = names ? KEMPE_OK : kmp_fail_memory(model->context);
     for (int k = 0; names && k < columns; k++)
-        names[k] = ranges[k].name;
+        names[k] = ranges->range[k].name;
     kempe_values *made = NULL;
     if (status == KEMPE_OK)
         status = kempe_values_new(model, columns, names, 0, NULL, &made);
     for (int i = 0; made && i < count; i++) {
         double *row = kmp_values_add(made);
         for (int k = 0; row && k < columns; k++)
-            row[k] = ranges[k].from + (ranges[k].to - ranges[k].from) * chance(&state);
+            row[k] = ranges->range[k].from + (ranges->range[k].to - ranges->range[k].from) * chance(&state);
         if (!row) {
             kempe_values_free(made);
             made = NULL;
@@ -186,32 +153,23 @@ static kempe_status draw(const kempe_model *model, int columns, const range *ran
 
 kempe_status kempe_values_sample(const kempe_model *model, const char *text, int count, int seed, kempe_values **values)
 {
-    int columns = 0, most = 1;
-    kempe_status status = KEMPE_OK;
+    kmp_ranges ranges;
     kmp_context_clear(model->context);
-    for (const char *s = text; *s; s++)
-        most += *s == ',';
-    range *ranges = KMP_NEW(range, most);
-    if (!ranges)
-        return kmp_fail_memory(model->context);
     if (count < 1)
-        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "how many instances? at least one is wanted");
-    for (const char *s = text; status == KEMPE_OK && columns < most; s += *s == ',') {
-        const char *begin = s;
-        status = read_range(&s, &ranges[columns++]);
-        if (status == KEMPE_E_ARGUMENT)
-            (void)kmp_fail(model->context, status, "a range is written NAME=A:B, with commas between several; not '%s'",
-                           begin);
-        else if (status == KEMPE_E_MEMORY)
-            (void)kmp_fail_memory(model->context);
-    }
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "how many instances? at least one is wanted");
+    kempe_status status = kmp_ranges_read(model->context, text, &ranges);
+    if (status != KEMPE_OK)
+        return status;
+    for (int k = 0; k < ranges.count && status == KEMPE_OK; k++)
+        if (ranges.range[k].count != 0)
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                              "to sample '%s' a range is wanted, NAME=A:B, with commas between several",
+                              ranges.range[k].name);
     kempe_values *made = NULL;
     if (status == KEMPE_OK)
-        status = draw(model, columns, ranges, count, seed, &made);
+        status = draw(model, &ranges, count, seed, &made);
     if (status == KEMPE_OK)
         *values = made;
-    for (int k = 0; k < columns; k++)
-        kmp_free(ranges[k].name);
-    kmp_free(ranges);
+    kmp_ranges_free(&ranges);
     return status;
 }

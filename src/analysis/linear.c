@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/linear.h"
+#include "base/memory.h"
+#include "linalg/dot.h"
+#include <string.h>
+
+static bool make_room(kmp_linear *l)
+{
+    l->q = KMP_NEW(double, l->n);
+    l->qd = KMP_NEW(double, l->n);
+    l->qdd = KMP_NEW(double, l->n);
+    l->force = KMP_NEW(double, l->n);
+    l->lambda = KMP_NEW(double, l->m);
+    l->unit = KMP_NEW(double, l->n);
+    l->work = KMP_NEW(double, 5 * l->n + l->m);
+    return l->q && l->qd && l->qdd && l->force && l->lambda && l->unit && l->work;
+}
+
+kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
+{
+    unsigned values = 1u << KMP_VALUE_R | 1u << KMP_VALUE_RATE | 1u << KMP_VALUE_CURVE;
+    *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
+    linear->plant = kmp_plant_new(system, backend);
+    if (!linear->plant)
+        return KEMPE_E_MEMORY;
+    kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = kmp_tangents_init(&linear->tangents, system, linear->plant->backend, values);
+    if (status != KEMPE_OK)
+        kmp_linear_free(linear);
+    return status;
+}
+
+static void forget_choice(kmp_linear *l)
+{
+    kmp_free(l->residual);
+    kmp_free(l->mass);
+    kmp_free(l->damping);
+    kmp_free(l->stiffness);
+    l->residual = l->mass = l->damping = l->stiffness = NULL;
+    if (l->chosen)
+        kmp_reduction_free(&l->red);
+    kmp_partition_free(&l->part);
+    l->part = (kmp_partition){0};
+    l->chosen = false;
+}
+
+void kmp_linear_free(kmp_linear *linear)
+{
+    forget_choice(linear);
+    kmp_tangents_free(&linear->tangents);
+    kmp_plant_free(linear->plant);
+    double *rooms[] = {linear->q, linear->qd, linear->qdd, linear->force, linear->lambda, linear->unit, linear->work};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    *linear = (kmp_linear){0};
+}
+
+void kmp_linear_renew_parameters(kmp_linear *linear)
+{
+    kmp_plant_renew_parameters(linear->plant);
+    kmp_tangents_renew_parameters(&linear->tangents, linear->system->parameters);
+}
+
+kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count)
+{
+    const kempe_system *s = linear->system;
+    forget_choice(linear);
+    kmp_plant_closure(linear->plant, t, q);
+    kempe_status status = kmp_partition_init(&linear->part, s, linear->plant->jacobian, wish, wish_count);
+    if (status != KEMPE_OK)
+        return status;
+    int p = linear->p = linear->part.p;
+    linear->residual = KMP_NEW(double, p);
+    linear->mass = KMP_NEW(double, p *p);
+    linear->damping = KMP_NEW(double, p *p);
+    linear->stiffness = KMP_NEW(double, p *p);
+    if (!linear->residual || !linear->mass || !linear->damping || !linear->stiffness)
+        return kmp_fail_memory(s->context);
+    status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
+    linear->chosen = status == KEMPE_OK;
+    return status;
+}
+
+/* -- the state --------------------------------------------------------------------------------------- */
+
+/* q closed, qd, M and C there, and conditions as they hold. */
+static kempe_status place(kmp_linear *l, double t, const double *q, const double *ud)
+{
+    kmp_plant *plant = l->plant;
+    l->t = t;
+    memcpy(l->q, q, (size_t)l->n * sizeof *q);
+    memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
+    kmp_plant_thaw(plant);
+    if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
+        return KEMPE_E_FAILED;
+    kmp_plant_closure(plant, t, l->q);
+    if (kmp_reduction_factor(&l->red))
+        return KEMPE_E_FAILED;
+    kmp_reduction_tangent(&l->red);
+    memset(l->work, 0, (size_t)l->p * sizeof *l->work);
+    kmp_reduction_rates(&l->red, ud ? ud : l->work, l->qd);
+    kmp_plant_freeze(plant, t, l->q, l->qd);
+    kmp_plant_closure(plant, t, l->q);
+    kmp_plant_mass(plant);
+    kmp_plant_bias(plant, l->qd);
+    return KEMPE_OK;
+}
+
+/* What follows from qdd, and the tangents. */
+static void complete(kmp_linear *l)
+{
+    const kmp_plant *plant = l->plant;
+    kmp_reduction_multipliers(&l->red, l->qdd, l->lambda);
+    memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
+    kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    l->d = kmp_tangents_derivatives(&l->tangents, &at);
+}
+
+kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd)
+{
+    kempe_status status = place(linear, t, q, ud);
+    if (status != KEMPE_OK)
+        return status;
+    double *rest = linear->work; /* zero, if asked for */
+    memset(rest, 0, (size_t)linear->p * sizeof *rest);
+    kmp_reduction_residual(&linear->red, udd ? udd : rest, linear->residual);
+    kmp_reduction_accelerations(&linear->red, udd ? udd : rest, linear->qdd);
+    complete(linear);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud)
+{
+    kempe_status status = place(linear, t, q, ud);
+    if (status == KEMPE_OK && kmp_reduction_accelerate(&linear->red, linear->residual))
+        status = KEMPE_E_FAILED;
+    if (status != KEMPE_OK)
+        return status;
+    kmp_reduction_accelerations(&linear->red, linear->residual, linear->qdd);
+    memset(linear->residual, 0, (size_t)linear->p * sizeof *linear->residual);
+    complete(linear);
+    return KEMPE_OK;
+}
+
+/* -- small changes ----------------------------------------------------------------------------------- */
+
+/* out = X du - (0; Jv^-1 rows), rows of all m; du NULL: zero. */
+static void spread(kmp_linear *l, const double *du, const double *rows, double *out)
+{
+    kmp_reduction *red = &l->red;
+    memset(out, 0, (size_t)l->n * sizeof *out);
+    for (int k = 0; du && k < l->p; k++)
+        for (int i = 0; i < l->n; i++)
+            out[i] += red->x[i + k * l->n] * du[k];
+    if (red->r == 0)
+        return;
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = -rows[l->part.rows[i]];
+    kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        out[l->part.v[i]] += red->dv[i];
+}
+
+static void take(int count, const double *from, double *to)
+{
+    if (from)
+        memcpy(to, from, (size_t)count * sizeof *to);
+    else
+        memset(to, 0, (size_t)count * sizeof *to);
+}
+
+void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response)
+{
+    int n = linear->n;
+    const kmp_tangents *t = &linear->tangents;
+    kmp_reduction *red = &linear->red;
+    double *rows = linear->work + 4 * n, *force = linear->work;
+    double *dq = response->q ? response->q : linear->work + n,
+           *dqd = response->qd ? response->qd : linear->work + 2 * n;
+    double *dqdd = response->qdd ? response->qdd : linear->work + 3 * n;
+    take(linear->m, change->h, rows);
+    spread(linear, change->u, rows, dq);
+    take(linear->m, change->rate, rows);
+    kmp_tangents_add(t, KMP_RATE_Q, linear->d, 1, dq, rows);
+    spread(linear, change->ud, rows, dqd);
+    take(linear->m, change->curve, rows);
+    kmp_tangents_add(t, KMP_CURVE_Q, linear->d, 1, dq, rows);
+    kmp_tangents_add(t, KMP_CURVE_QD, linear->d, 1, dqd, rows);
+    spread(linear, change->udd, rows, dqdd);
+    take(n, change->force, force);
+    kmp_tangents_add(t, KMP_R_Q, linear->d, 1, dq, force);
+    kmp_tangents_add(t, KMP_R_QD, linear->d, 1, dqd, force);
+    kmp_tangents_add(t, KMP_M, linear->d, 1, dqdd, force);
+    for (int k = 0; response->residual && k < linear->p; k++)
+        response->residual[k] = kmp_dot(n, red->x + k * n, force);
+    if (!response->lambda)
+        return;
+    memset(response->lambda, 0, (size_t)linear->m * sizeof *response->lambda);
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = force[linear->part.v[i]];
+    if (red->r > 0)
+        kmp_block_solve_transposed(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        response->lambda[linear->part.rows[i]] = red->dv[i];
+}
+
+void kmp_linear_matrices(kmp_linear *linear)
+{
+    int p = linear->p;
+    double *unit = linear->unit;
+    memset(unit, 0, (size_t)linear->n * sizeof *unit);
+    for (int k = 0; k < p; k++) {
+        unit[k] = 1;
+        kmp_linear_follow(linear, &(kmp_change){.u = unit}, &(kmp_response){.residual = linear->stiffness + k * p});
+        kmp_linear_follow(linear, &(kmp_change){.ud = unit}, &(kmp_response){.residual = linear->damping + k * p});
+        kmp_linear_follow(linear, &(kmp_change){.udd = unit}, &(kmp_response){.residual = linear->mass + k * p});
+        unit[k] = 0;
+    }
+}

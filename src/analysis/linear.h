@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A mechanism near one closed state: how everything moves along a small change of the independent coordinates, and the
+ * reduced equations, linear in it. With N = dq/du, R = N' (M qdd + C) and lambda from Jv' lambda = (M qdd + C)_v,
+ *
+ *     dR = Mr dudd + Gr dud + Kr du,     Mr = N' M N,     Gr = N' (C_qd N + M dqdd/dud),
+ *     Kr = N' [(M qdd + C - J' lambda)_q N + C_qd dqd/du + M dqdd/du],
+ *
+ * the multipliers' share, lambda times the second derivatives of h, inside (reduction by Wehage and Haug 1982 and
+ * Fisette and Samin 1996, eqs. 42-46; the geometric stiffness, d(N')/du F = -N' (J' lambda)_q N with lambda held). No
+ * state needs to be an equilibrium. */
+#ifndef KMP_ANALYSIS_LINEAR_H
+#define KMP_ANALYSIS_LINEAR_H
+
+#include "constraints/reduction.h"
+#include "integrators/tangent.h"
+
+typedef struct kmp_linear {
+    const kempe_system *system;
+    kmp_plant *plant; /* its own, at the state */
+    kmp_partition part;
+    kmp_reduction red;
+    kmp_tangents tangents;
+    const double *d; /* values of the tangents at the state */
+    int n, m, p;
+    bool chosen;                        /* part and red are there */
+    double t, *q, *qd, *qdd, *lambda;   /* the state: n, n, n, m */
+    double *force;                      /* n: M qdd + C */
+    double *residual;                   /* p: R */
+    double *mass, *damping, *stiffness; /* p x p, column-major: Mr, Gr, Kr, since kmp_linear_matrices */
+    double *unit, *work;                /* n, 5 n + m */
+} kmp_linear;
+
+/** Derives the tangents and makes room. No independent coordinates are chosen yet. KEMPE_E_MEMORY. */
+kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend);
+void kmp_linear_free(kmp_linear *linear);
+
+/** The system's parameters have other values now. */
+void kmp_linear_renew_parameters(kmp_linear *linear);
+
+/** Chooses u at (t, q), closed; `wish`: those that the caller wants (count 0: none). KEMPE_E_FAILED: the wish is not
+ *  possible, and why. The state is then none. */
+kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count);
+
+/** Takes the state with rates ud (NULL: zero) and accelerations udd (NULL: zero): q (n) is taken on its u and closed
+ * from where it is. Conditions of the model hold as they do there. KEMPE_E_FAILED without message: Jv is singular, or
+ * the loops do not close. */
+kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd);
+
+/** The same with the accelerations that the equations give: R = 0. KEMPE_E_FAILED without message also where the
+ * reduced mass is not positive. */
+kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud);
+
+/** A small change: of the independent coordinates (p each), and of the equations themselves, as a parameter makes it:
+ * of h, J qd + h_t and J qdd + jdqd (m each) and of M qdd + C - J' lambda (n). NULL: none. */
+typedef struct kmp_change {
+    const double *u, *ud, *udd;
+    const double *h, *rate, *curve, *force;
+} kmp_change;
+
+/** What follows of it, each NULL when it is not wanted; qdd needs qd, and qd q. */
+typedef struct kmp_response {
+    double *q, *qd, *qdd; /* n */
+    double *lambda;       /* m: zero for rows that are dropped */
+    double *residual;     /* p: dR */
+} kmp_response;
+
+/** At the last state. No allocation. */
+void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response);
+
+/** Mr, Gr and Kr of the last state. */
+void kmp_linear_matrices(kmp_linear *linear);
+
+#endif

@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What all commands share. Each makes one result object and reports it: text on stdout, complaints on stderr, JSON where
+ * --json says. */
+#include "command.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* -- signals and log ------------------------------------------------------------------------------- */
+
+static kempe_context *volatile interrupted_context;
+
+static void on_interrupt(int number)
+{
+    (void)number;
+    if (interrupted_context)
+        kempe_context_interrupt(interrupted_context);
+}
+
+/* The first Ctrl-C ends the run with what it has, the second one ends the process. */
+static void watch_interrupt(kempe_context *context)
+{
+    struct sigaction action = {.sa_flags = (int)SA_RESETHAND};
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    interrupted_context = context;
+    sigaction(SIGINT, &action, NULL);
+}
+
+static void on_log(void *user, kempe_level level, const char *line)
+{
+    const bool *terminal = user;
+    if (level == KEMPE_LOG_WARNING)
+        fprintf(stderr, "kempe: warning: %s\n", line);
+    else if (*terminal)
+        fprintf(stderr, "%s\n", line);
+}
+
+/* -- reporting ------------------------------------------------------------------------------------- */
+
+static void complain(kempe_status status, const char *message)
+{
+    const char *prefix = status == KEMPE_E_INPUT ? "" : "kempe: "; /* file:line:column comes first */
+    while (*message) {
+        int length = (int)strcspn(message, "\n");
+        fprintf(stderr, "%s%.*s\n", prefix, length, message);
+        message += length + (message[length] == '\n');
+    }
+}
+
+static kempe_status write_json(const cli_job *j, const char *text)
+{
+    if (strcmp(j->settings->json, "-") != 0)
+        return kempe_write_file(j->context, j->settings->json, text);
+    size_t length = strlen(text);
+    fputs(text, stdout);
+    if (length == 0 || text[length - 1] != '\n')
+        putchar('\n');
+    return KEMPE_OK;
+}
+
+static kempe_status report_as(const cli_job *j, cli_print_fn *print, const void *object, kempe_format format)
+{
+    char *text;
+    kempe_status status = print(object, format, &text);
+    if (status)
+        return status;
+    if (format == KEMPE_JSON)
+        status = write_json(j, text);
+    else
+        fputs(text, stdout);
+    kempe_text_free(text);
+    return status;
+}
+
+/* Text on stdout unless the JSON goes there; the JSON where it was asked for. */
+kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object)
+{
+    const char *json = j->settings->json;
+    kempe_status status = KEMPE_OK;
+    if (!json || strcmp(json, "-") != 0)
+        status = report_as(j, print, object, KEMPE_TEXT);
+    if (json && status == KEMPE_OK)
+        status = report_as(j, print, object, KEMPE_JSON);
+    if (status)
+        complain(status, kempe_context_message(j->context));
+    return status;
+}
+
+/* The status of the computation counts; when that was fine, the status of telling about it. */
+kempe_status cli_worse(kempe_status computed, kempe_status told)
+{
+    if (computed < 0 || told == KEMPE_OK)
+        return computed;
+    return told == KEMPE_E_IO ? KEMPE_E_FAILED : told; /* an output that cannot be written is no wrong input */
+}
+
+static size_t escape(char *out, const char *s)
+{
+    size_t n = 0;
+    for (; *s; s++) {
+        unsigned char c = (unsigned char)*s;
+        if (c == '"' || c == '\\')
+            n += (size_t)sprintf(out + n, "\\%c", c);
+        else if (c < 0x20)
+            n += (size_t)sprintf(out + n, "\\u%04x", c);
+        else
+            out[n++] = (char)c;
+    }
+    out[n] = 0;
+    return n;
+}
+
+/* A string literal of JSON; NULL when there is no memory. */
+static char *quoted(const char *s)
+{
+    char *out = malloc(6 * strlen(s) + 3);
+    if (!out)
+        return NULL;
+    size_t n = escape(out + 1, s);
+    out[0] = '"';
+    memcpy(out + n + 1, "\"", 2);
+    return out;
+}
+
+/* The JSON of a failure before there was a result. */
+static kempe_status report_failure(const cli_job *j, const char *reason)
+{
+    static const char *const format = "{\"model\": %s, \"status\": \"failed\", \"reason\": %s, \"build_s\": null}\n";
+    char *why = quoted(reason), *name = j->model ? quoted(kempe_model_name(j->model)) : NULL;
+    size_t size = strlen(format) + (why ? strlen(why) : 0) + (name ? strlen(name) : 4);
+    char *text = malloc(size);
+    kempe_status status = KEMPE_E_MEMORY;
+    if (why && text && (name || !j->model)) {
+        snprintf(text, size, format, name ? name : "null", why);
+        status = write_json(j, text);
+    }
+    free(text);
+    free(name);
+    free(why);
+    if (status == KEMPE_E_IO)
+        complain(status, kempe_context_message(j->context));
+    return status;
+}
+
+/* Says what went wrong, and leaves a JSON object also when there is no result to print. */
+void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result)
+{
+    if (status >= 0)
+        return;
+    complain(status, kempe_context_message(j->context));
+    if (j->settings->json && !has_result)
+        report_failure(j, kempe_context_message(j->context));
+}
+
+kempe_status cli_tell_written(const cli_job *j, kempe_status written)
+{
+    if (written)
+        complain(written, kempe_context_message(j->context));
+    return written;
+}
+
+/* The name's ending says the format. */
+kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path)
+{
+    size_t length = strlen(path);
+    if (length > 4 && strcmp(path + length - 4, ".npz") == 0)
+        return kempe_trajectory_write_npz(trajectory, path);
+    return kempe_trajectory_write_csv(trajectory, path);
+}
+
+/* -- running one ----------------------------------------------------------------------------------- */
+
+static kempe_status prepare(cli_job *j, bool equations)
+{
+    kempe_status status =
+        kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
+    if (status == KEMPE_OK && equations)
+        status = kempe_system_new_by(j->model, j->settings->dynamics, &j->system);
+    cli_tell_failure(j, status, false);
+    return status;
+}
+
+static int exit_code(kempe_status status)
+{
+    switch (status) {
+    case KEMPE_OK:
+    case KEMPE_STOPPED:
+        return CLI_DONE;
+    case KEMPE_E_FAILED:
+        return CLI_FAILED;
+    case KEMPE_E_INPUT:
+    case KEMPE_E_IO: /* a model or reference that cannot be read: worse() has turned failed writing into failure */
+        return CLI_INPUT;
+    case KEMPE_E_ARGUMENT:
+        return CLI_USAGE;
+    case KEMPE_E_MEMORY:
+    case KEMPE_E_BUG:
+        break;
+    }
+    return CLI_BUG;
+}
+
+bool cli_always(const cli_settings *settings)
+{
+    (void)settings;
+    return true;
+}
+
+int cli_run(const cli_command *command, const cli_settings *settings)
+{
+    bool terminal = isatty(STDERR_FILENO);
+    cli_job j = {.settings = settings, .context = kempe_context_new()};
+    if (!j.context) {
+        fputs("kempe: out of memory\n", stderr);
+        return CLI_BUG;
+    }
+    kempe_context_set_log(j.context, on_log, &terminal);
+    watch_interrupt(j.context);
+    kempe_status status = prepare(&j, !command->model_alone || !command->model_alone(settings));
+    if (status == KEMPE_OK)
+        status = command->run(&j);
+    interrupted_context = NULL;
+    kempe_system_free(j.system);
+    kempe_model_free(j.model);
+    kempe_context_free(j.context);
+    return exit_code(status);
+}

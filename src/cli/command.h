@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a command is, and what all of them share: a file each, `src/cli/NAME.c`, with one cli_command, and a row of
+ * commands.def. */
+#ifndef KEMPE_CLI_COMMAND_H
+#define KEMPE_CLI_COMMAND_H
+
+#include "options.h"
+
+/** Exit codes: a promise to scripts. */
+enum {
+    CLI_DONE = 0,
+    CLI_FAILED = 1, /* the computation could not be done as asked */
+    CLI_INPUT = 2,  /* the model or reference is wrong */
+    CLI_USAGE = 3,
+    CLI_BUG = 4 /* a defect of Kempe, or no memory */
+};
+
+/** One command at work: with the model read, and its equations where the command wants them. */
+typedef struct cli_job {
+    const cli_settings *settings;
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} cli_job;
+
+typedef struct cli_command {
+    unsigned bit; /* of options.h */
+    const char *name, *usage, *summary, *examples;
+    bool (*accepts)(const cli_settings *settings);     /* false after a complaint on stderr; NULL: anything */
+    bool (*model_alone)(const cli_settings *settings); /* no equations are wanted; NULL: they are */
+    kempe_status (*run)(const cli_job *j);
+} cli_command;
+
+#define CLI_COMMAND(name) extern const cli_command cli_##name;
+#include "commands.def"
+#undef CLI_COMMAND
+
+typedef kempe_status cli_print_fn(const void *object, kempe_format format, char **text);
+
+/** Text on stdout unless the JSON goes there; the JSON where it was asked for. */
+kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object);
+
+/** Says what went wrong, and leaves a JSON object also when there is no result to print. */
+void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result);
+
+/** The status of the computation counts; when that was fine, the status of telling about it. */
+kempe_status cli_worse(kempe_status computed, kempe_status told);
+
+/** Complains where a file could not be written; returns `written`. */
+kempe_status cli_tell_written(const cli_job *j, kempe_status written);
+
+/** A trajectory as CSV, or as .npz by the name's ending. */
+kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char *path);
+
+/** Yes, whatever is asked. */
+bool cli_always(const cli_settings *settings);
+
+/** Runs one command with its own context and returns the exit code. */
+int cli_run(const cli_command *command, const cli_settings *settings);
+
+#endif

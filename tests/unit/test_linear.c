@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced equations linear in the independent coordinates: Mr, Gr and Kr against differences of R, with rates and
+ * accelerations that are no equilibrium; what follows of a change against differences of the state; the pencil of one
+ * choice of u against that of another. */
+#include "analysis/linear.h"
+#include "check.h"
+#include "constraints/assemble.h"
+#include "loaded.h"
+
+enum { MOST = 64 };
+
+/* R at (q + step along its u, ud, udd), and the state there. */
+static bool residual_at(kmp_linear *l, const double *q, const double *change, double step, const double *ud,
+                        const double *udd)
+{
+    double moved[MOST], rates[MOST], accelerations[MOST];
+    memcpy(moved, q, (size_t)l->n * sizeof *q);
+    for (int k = 0; k < l->p; k++) {
+        moved[l->part.u[k]] += step * change[k];
+        rates[k] = ud[k] + step * change[l->p + k];
+        accelerations[k] = udd[k] + step * change[2 * l->p + k];
+    }
+    return kmp_linear_at(l, 0, moved, rates, accelerations) == KEMPE_OK;
+}
+
+typedef struct state {
+    double q[MOST], qd[MOST], qdd[MOST], lambda[MOST], residual[MOST];
+} state;
+
+static void keep(const kmp_linear *l, state *s)
+{
+    memcpy(s->q, l->q, (size_t)l->n * sizeof(double));
+    memcpy(s->qd, l->qd, (size_t)l->n * sizeof(double));
+    memcpy(s->qdd, l->qdd, (size_t)l->n * sizeof(double));
+    memcpy(s->lambda, l->lambda, (size_t)l->m * sizeof(double));
+    memcpy(s->residual, l->residual, (size_t)l->p * sizeof(double));
+}
+
+/* Largest |(plus - minus)/(2 step) - exact| over the size of both. */
+static double distance(int count, const double *plus, const double *minus, double step, const double *exact)
+{
+    double worst = 0, size = 1;
+    for (int i = 0; i < count; i++) {
+        size = fmax(size, fabs(exact[i]));
+        worst = fmax(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
+    }
+    return worst / size;
+}
+
+/* One unit change, of all there are 3 p, by differences of best step and exactly. */
+static void check_change(kmp_linear *l, const double *q, const double *ud, const double *udd, int k)
+{
+    double change[3 * MOST] = {0}, best = INFINITY;
+    state exact, plus, minus;
+    change[k] = 1;
+    CHECK(kmp_linear_at(l, 0, q, ud, udd) == KEMPE_OK);
+    kmp_linear_follow(l, &(kmp_change){.u = change, .ud = change + l->p, .udd = change + 2 * l->p},
+                      &(kmp_response){exact.q, exact.qd, exact.qdd, exact.lambda, exact.residual});
+    kmp_linear_matrices(l);
+    const double *matrix[] = {l->stiffness, l->damping, l->mass};
+    for (int i = 0; i < l->p; i++)
+        CHECK(matrix[k / l->p][i + k % l->p * l->p] == exact.residual[i]);
+    for (double step = 1e-4; step > 1e-8; step /= 10) {
+        bool ok = residual_at(l, q, change, step, ud, udd);
+        keep(l, &plus);
+        ok = ok && residual_at(l, q, change, -step, ud, udd);
+        keep(l, &minus);
+        double worst = distance(l->n, plus.q, minus.q, step, exact.q);
+        worst = fmax(worst, distance(l->n, plus.qd, minus.qd, step, exact.qd));
+        worst = fmax(worst, distance(l->n, plus.qdd, minus.qdd, step, exact.qdd));
+        worst = fmax(worst, distance(l->m, plus.lambda, minus.lambda, step, exact.lambda));
+        worst = fmax(worst, distance(l->p, plus.residual, minus.residual, step, exact.residual));
+        best = ok ? fmin(best, worst) : best;
+    }
+    CHECK(best < 1e-6);
+}
+
+static void against_differences(const char *path)
+{
+    loaded m = load(path);
+    kempe_assembly *a = NULL;
+    kmp_linear l;
+    double ud[MOST], udd[MOST];
+    CHECK(kempe_assemble(m.system, &a) == KEMPE_OK);
+    CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
+    CHECK(kmp_linear_choose(&l, 0, a->q, NULL, 0) == KEMPE_OK);
+    for (int k = 0; k < l.p; k++) {
+        ud[k] = 0.3 - 0.2 * k;
+        udd[k] = 0.7 + 0.1 * k;
+    }
+    for (int k = 0; k < 3 * l.p; k++)
+        check_change(&l, a->q, ud, udd, k);
+    kmp_linear_free(&l);
+    kempe_assembly_free(a);
+    unload(&m);
+}
+
+static void matrices_are_differences_of_the_residual(void)
+{
+    const char *const examples[] = {"four_bar", "stephenson", "andrews", "governor", "stewart", "suspension"};
+    for (size_t k = 0; k < sizeof examples / sizeof *examples; k++) {
+        char path[128];
+        (void)snprintf(path, sizeof path, "examples/%s/%s.yaml", examples[k], examples[k]);
+        against_differences(path);
+    }
+}
+
+/* det Mr = det (N' M N) changes with u by det^2 of what leads from one to the other, and so does det Kr where R = 0:
+ * their ratio for one freedom does not. */
+static void the_choice_of_u_does_not_matter(void)
+{
+    loaded m = load_text("kempe: 1\ngravity: [0, -9.81, 0]\n"
+                         "ground: {points: {O: [0, 0, 0], D: [0.9, 0, 0]}}\n"
+                         "bodies:\n"
+                         "  a: {joint: {revolute: z, at: ground.O}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
+                         "points: {B: [0.3, 0, 0]}}\n"
+                         "  b: {joint: {revolute: z, at: a.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.05}, "
+                         "points: {C: [0.8, 0, 0]}}\n"
+                         "  c: {joint: {revolute: z, at: ground.D}, mass: 1, com: [0.35, 0, 0], inertia: {zz: 0.04}, "
+                         "points: {C: [0.7, 0, 0]}}\n"
+                         "loops: {C: {ball: [b.C, c.C]}}\n"
+                         "forces: {k: {joint: a, spring: {stiffness: 3, rest: 1}}, t: {joint: c, torque: -2}}\n"
+                         "start: {q: {a: 90 deg, b: -62 deg, c: 106 deg}, hold: [a]}\n");
+    kempe_assembly *a = NULL;
+    kmp_linear l;
+    double first[2] = {0};
+    CHECK(kempe_assemble(m.system, &a) == KEMPE_OK);
+    CHECK(kmp_linear_init(&l, m.system, "native") == KEMPE_OK);
+    /* an equilibrium: Newton on the first choice */
+    CHECK(kmp_linear_choose(&l, 0, a->q, NULL, 0) == KEMPE_OK);
+    double q[MOST];
+    memcpy(q, a->q, 3 * sizeof *q);
+    for (int k = 0; k < 30; k++) {
+        CHECK(kmp_linear_at(&l, 0, q, NULL, NULL) == KEMPE_OK);
+        kmp_linear_matrices(&l);
+        memcpy(q, l.q, 3 * sizeof *q);
+        q[l.part.u[0]] -= fmax(-0.1, fmin(0.1, l.residual[0] / fabs(l.stiffness[0])));
+    }
+    CHECK(fabs(l.residual[0]) < 1e-13);
+    memcpy(q, l.q, 3 * sizeof *q);
+    for (int u = 0; u < 3; u++) {
+        CHECK(kmp_linear_choose(&l, 0, q, &u, 1) == KEMPE_OK && l.part.u[0] == u);
+        CHECK(kmp_linear_at(&l, 0, q, NULL, NULL) == KEMPE_OK);
+        kmp_linear_matrices(&l);
+        double ratio = l.stiffness[0] / l.mass[0];
+        first[0] = u == 0 ? ratio : first[0];
+        CHECK_NEAR(ratio / first[0], 1, 1e-11);
+        CHECK(fabs(l.damping[0]) <= 1e-14 * l.mass[0]);
+    }
+    kmp_linear_free(&l);
+    kempe_assembly_free(a);
+    unload(&m);
+}
+
+int main(void)
+{
+    TEST(matrices_are_differences_of_the_residual);
+    TEST(the_choice_of_u_does_not_matter);
+    return check_report();
+}
