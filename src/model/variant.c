@@ -166,6 +166,7 @@ static kempe_status mark(kmp_variant *v, int k, const char *name)
     if (m->parameters[at].varies)
         return kmp_fail(m->context, KEMPE_E_ARGUMENT, "'%s' is given twice", name);
     m->parameters[at].varies = true;
+    m->parameters[at].number.expr = NULL;
     v->parameter[k] = at;
     return KEMPE_OK;
 }

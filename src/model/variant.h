@@ -9,9 +9,10 @@
 
 typedef struct kmp_variant kmp_variant;
 
-/** With `count` names of parameters that vary, and of start values as `q.NAME` and `qd.NAME`, which become parameters.
- *  The model must be finished and outlive it. KEMPE_E_ARGUMENT: there is no such parameter or coordinate, one is given
- *  twice, or it decides what is no number in the equations (axes, tables, settings of the run): which, and what to do.
+/** With `count` names of parameters that vary, and of start values as `q.NAME` and `qd.NAME`, which become parameters;
+ *  in the copy these follow from no others, whatever the model says. The model must be finished and outlive it.
+ * KEMPE_E_ARGUMENT: there is no such parameter or coordinate, one is given twice, or it decides what is no number in
+ * the equations (axes, tables, settings of the run): which, and what to do.
  */
 kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant);
 void kmp_variant_free(kmp_variant *variant);

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What parameters do, exactly: the partial derivatives of the equations and of the outputs by named parameters that a
+ * variant keeps open (model/variant.h), with coordinates, rates, accelerations, multipliers and time held. The
+ * derivative by a parameter goes through all that follow from it. What follows of it for a mechanism is
+ * kmp_linear_follow (analysis/linear.h). Derived once; values of parameters may change. */
+#ifndef KMP_ANALYSIS_SLOPES_H
+#define KMP_ANALYSIS_SLOPES_H
+
+#include "integrators/tangent.h"
+
+/** A non-zero: output `source` of a program stands at (row, col). */
+typedef struct kmp_slope {
+    int row, col, source;
+} kmp_slope;
+
+/** Non-zeros by columns. */
+typedef struct kmp_slope_matrix {
+    int count, room, columns;
+    kmp_slope *entry;
+    int *start; /* columns + 1 */
+} kmp_slope_matrix;
+
+typedef struct kmp_slopes {
+    const kempe_system *system;
+    int n, m, count;            /* parameters */
+    int shown;                  /* output values */
+    kmp_slope_matrix equations; /* rows: h, rate, curve (m each), force (n); a column a parameter */
+    kmp_slope_matrix outputs;   /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
+    kmp_program *program[2];    /* of the equations, of the outputs; NULL: nothing depends on a parameter; not asked */
+    kmp_machine *machine[2];
+    long charts[2];         /* versions that they have */
+    const double *value[2]; /* since the last kmp_slopes_at, kmp_slopes_outputs */
+} kmp_slopes;
+
+/** Derives them for a system of a variant's model; `names`: of parameters that vary. With the outputs, if asked for,
+ *  whose values are those of kmp_plant_shown. A system whose model is no variant has outputs, and no parameters (count
+ *  0). KEMPE_E_ARGUMENT: a name that does not stay open. KEMPE_E_MEMORY. */
+kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
+                            bool with_outputs, kmp_slopes **slopes);
+void kmp_slopes_free(kmp_slopes *slopes);
+
+/** The system's parameters have other values now. */
+void kmp_slopes_renew_parameters(kmp_slopes *slopes);
+
+/** Takes the state at which the derivatives of the equations are wanted. No allocation, as all that follow. */
+void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
+
+/** By parameter k: of h, of J qd + h_t and of J qdd + jdqd (m each), and of M qdd + C - J' lambda (n): what kmp_change
+ * takes. */
+void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double *rate, double *curve, double *force);
+
+/** out[k] += what changes of w'(h, rate, curve, force) by parameter k, for all of them; a NULL part of w is zero. */
+void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,
+                         const double *force, double *out);
+
+/** Takes the state at which outputs and their derivatives are wanted; their values, in the order of kmp_plant_shown,
+ *  valid until the next call. */
+const double *kmp_slopes_outputs(kmp_slopes *slopes, const kmp_instant *at);
+
+/** A direction in which the outputs are differentiated, or what came out of one; NULL: none of it. */
+typedef struct kmp_direction {
+    double *t, *q, *qd, *qdd, *lambda; /* 1, n, n, n, m */
+    double *parameters;                /* count */
+} kmp_direction;
+
+/** out (shown) = the derivative of all outputs along a direction; `parameters` of it hold one number for each. */
+void kmp_slopes_outputs_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out);
+
+/** Adds the derivatives of w' outputs to what is not NULL. */
+void kmp_slopes_outputs_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient);
+
+#endif
