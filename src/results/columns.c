@@ -80,35 +80,38 @@ typedef struct writer {
     bool failed;
 } writer;
 
-static void add(writer *w, kmp_text *name, const char *unit)
+static void add(writer *w, kmp_text *name, const char *unit, kmp_column of)
 {
     int k = w->at++;
     if (w->columns) {
         w->columns->name[k] = kmp_text_take(name);
         w->columns->unit[k] = kmp_strdup(unit);
+        w->columns->of[k] = of;
         w->failed = w->failed || !w->columns->name[k] || !w->columns->unit[k];
     }
     kmp_text_free(name);
 }
 
-static void add_computed(writer *w, const kempe_model *model, const kmp_output *output)
+static void add_computed(writer *w, const kempe_model *model, int o, int first)
 {
+    const kmp_output *output = &model->outputs[o];
     for (int k = 0; k < kmp_output_rows[output->kind].width; k++) {
         kmp_text name = {0};
         kmp_output_column(&name, model, output, k);
-        add(w, &name, unit_shown(output->kind));
+        add(w, &name, unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
 }
 
-static void add_from_table(writer *w, const kempe_system *system, const kmp_output *output)
+static void add_from_table(writer *w, const kempe_system *system, int o)
 {
+    const kmp_output *output = &system->model->outputs[o];
     kmp_quantity quantity = quantity_of(output->kind);
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
         kmp_text name = {0};
         if (!is_asked(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
-        add(w, &name, unit_in_table(system, quantity, k));
+        add(w, &name, unit_in_table(system, quantity, k), (kmp_column){quantity, k, o, 0});
     }
 }
 
@@ -116,15 +119,16 @@ static void write_all(writer *w, const kempe_system *system)
 {
     const kempe_model *model = system->model;
     kmp_text time = {0};
+    int shown = 0;
     kmp_text_put(&time, "t");
-    add(w, &time, "s");
+    add(w, &time, "s", (kmp_column){KMP_QUANTITIES, -1, -1, 0});
     for (int o = 0; o < model->output_count; o++) {
-        if (is_repeated(model, o))
-            continue;
-        if (kmp_output_rows[model->outputs[o].kind].width > 0)
-            add_computed(w, model, &model->outputs[o]);
-        else
-            add_from_table(w, system, &model->outputs[o]);
+        int width = kmp_output_rows[model->outputs[o].kind].width;
+        if (!is_repeated(model, o) && width > 0)
+            add_computed(w, model, o, shown);
+        else if (!is_repeated(model, o))
+            add_from_table(w, system, o);
+        shown += width;
     }
 }
 
@@ -132,10 +136,14 @@ bool kmp_columns_init(kmp_columns *columns, const kempe_system *system)
 {
     writer count = {0}, names = {.columns = columns};
     write_all(&count, system);
-    *columns = (kmp_columns){.count = count.at, .name = KMP_NEW(char *, count.at), .unit = KMP_NEW(char *, count.at)};
-    if (columns->name && columns->unit)
+    *columns = (kmp_columns){.count = count.at,
+                             .name = KMP_NEW(char *, count.at),
+                             .unit = KMP_NEW(char *, count.at),
+                             .of = KMP_NEW(kmp_column, count.at)};
+    bool room = columns->name && columns->unit && columns->of;
+    if (room)
         write_all(&names, system);
-    if (columns->name && columns->unit && !names.failed)
+    if (room && !names.failed)
         return true;
     kmp_columns_free(columns);
     return false;
@@ -151,27 +159,17 @@ void kmp_columns_free(kmp_columns *columns)
     }
     kmp_free(columns->name);
     kmp_free(columns->unit);
+    kmp_free(columns->of);
     *columns = (kmp_columns){0};
 }
 
-void kmp_columns_fill(const kempe_trajectory *t, kmp_plant *plant, int row, double *values)
+void kmp_columns_fill(const kempe_trajectory *t, const kmp_columns *columns, kmp_plant *plant, int row, double *values)
 {
-    const kempe_model *model = t->system->model;
     const double *shown = kmp_trajectory_shown(t, plant, row);
-    *values++ = kmp_samples_time(&t->table, row);
-    for (int o = 0; o < model->output_count; o++) {
-        const kmp_output *output = &model->outputs[o];
-        int width = kmp_output_rows[output->kind].width;
-        const double *x = shown;
-        shown += width;
-        if (is_repeated(model, o))
-            continue;
-        for (int k = 0; k < width; k++)
-            *values++ = x[k];
-        kmp_quantity quantity = quantity_of(output->kind);
-        const double *value = kmp_samples_get(&t->table, quantity, row);
-        for (int k = 0; width == 0 && k < kmp_quantity_size(t->system, quantity); k++)
-            if (is_asked(t->system, output, k))
-                *values++ = value[k];
+    values[0] = kmp_samples_time(&t->table, row);
+    for (int k = 1; k < columns->count; k++) {
+        const kmp_column *of = &columns->of[k];
+        const double *from = of->quantity == KMP_QUANTITIES ? shown : kmp_samples_get(&t->table, of->quantity, row);
+        values[k] = from[of->index];
     }
 }

@@ -5,9 +5,17 @@
 
 #include "results/trajectory.h"
 
+/** Where the value of a column is: number `index` of a quantity, or (KMP_QUANTITIES) of what is shown beside the table.
+ *  It is that component of that output. */
+typedef struct kmp_column {
+    kmp_quantity quantity;
+    int index, output, component;
+} kmp_column;
+
 typedef struct kmp_columns {
     int count;
     char **name, **unit; /* unit: SI, "" where a sensor has none */
+    kmp_column *of;      /* of the first, which is time: output -1 */
 } kmp_columns;
 
 /** false: no memory. */
@@ -15,6 +23,7 @@ bool kmp_columns_init(kmp_columns *columns, const kempe_system *system);
 void kmp_columns_free(kmp_columns *columns);
 
 /** The values (count) of a row; NaN where there is none. */
-void kmp_columns_fill(const kempe_trajectory *trajectory, kmp_plant *plant, int row, double *values);
+void kmp_columns_fill(const kempe_trajectory *trajectory, const kmp_columns *columns, kmp_plant *plant, int row,
+                      double *values);
 
 #endif

@@ -27,7 +27,7 @@ static void write_all(kmp_text *text, const kempe_trajectory *trajectory, const 
     write_line(text, "# units: ", columns->unit, columns->count);
     write_line(text, "", columns->name, columns->count);
     for (int row = 0; row < trajectory->table.rows; row++) {
-        kmp_columns_fill(trajectory, plant, row, values);
+        kmp_columns_fill(trajectory, columns, plant, row, values);
         write_row(text, values, columns->count);
     }
 }

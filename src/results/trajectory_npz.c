@@ -11,7 +11,7 @@ static void add_rows(kmp_npz *npz, const kempe_trajectory *trajectory, const kmp
     kmp_npy *a = row ? kmp_npz_values(npz, "values", rows, columns->count) : NULL;
     npz->failed = !a;
     for (int r = 0; a && r < rows; r++) {
-        kmp_columns_fill(trajectory, plant, r, row);
+        kmp_columns_fill(trajectory, columns, plant, r, row);
         for (int k = 0; k < columns->count; k++)
             kmp_npy_put(a, (size_t)r * (size_t)columns->count + (size_t)k, row[k]);
     }

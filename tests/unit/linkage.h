@@ -105,8 +105,8 @@ static inline int run_text(const char *text, const char *road, double t_end, dou
     CHECK(good);
     kmp_plant *plant = good ? kmp_plant_new(system, "tape") : NULL;
     if (plant && kmp_columns_init(&columns, system) && columns.count <= MOST_COLUMNS) {
-        kmp_columns_fill(t, plant, 0, first);
-        kmp_columns_fill(t, plant, kempe_trajectory_row_count(t) - 1, last);
+        kmp_columns_fill(t, &columns, plant, 0, first);
+        kmp_columns_fill(t, &columns, plant, kempe_trajectory_row_count(t) - 1, last);
         count = columns.count - 1;
         memmove(first, first + 1, (size_t)count * sizeof *first);
         memmove(last, last + 1, (size_t)count * sizeof *last);
