@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Quadratic pencils: right and left vectors against the equations that they solve, both ways against each other, zeros
+ * that are exact and their chains. */
+#include "check.h"
+#include "linalg/eigen.h"
+
+enum { MOST = 12 };
+
+static double random_entry(void)
+{
+    static double state = 0.37; /* the logistic map */
+    state = 3.9999 * state * (1 - state);
+    return 2 * state - 1;
+}
+
+/* b' b + shift */
+static void positive(int p, int rank, double shift, double *out)
+{
+    double b[MOST * MOST];
+    for (int i = 0; i < p * p; i++)
+        b[i] = random_entry();
+    for (int i = 0; i < p; i++)
+        for (int j = 0; j < p; j++) {
+            out[i + j * p] = shift * (i == j);
+            for (int k = 0; k < rank; k++)
+                out[i + j * p] += b[k + i * p] * b[k + j * p];
+        }
+}
+
+/* The largest part of (s^2 M + s G + K) x, or of its conjugate transpose with y, beside the terms' sizes. */
+static double residual(const kmp_spectrum *s, int c, const double *m, const double *g, const double *k, bool left)
+{
+    int p = s->p;
+    double re = s->re[c], im = left ? -s->im[c] : s->im[c], square_re = re * re - im * im, square_im = 2 * re * im;
+    const double *x_re = (left ? s->y_re : s->x_re) + c * p, *x_im = (left ? s->y_im : s->x_im) + c * p;
+    double worst = 0, size = 0;
+    for (int i = 0; i < p; i++) {
+        double sum_re = 0, sum_im = 0;
+        for (int j = 0; j < p; j++) {
+            int at = left ? j + i * p : i + j * p;
+            double q_re = square_re * m[at] + re * g[at] + k[at], q_im = square_im * m[at] + im * g[at];
+            sum_re += q_re * x_re[j] - q_im * x_im[j];
+            sum_im += q_re * x_im[j] + q_im * x_re[j];
+            size = fmax(size, (hypot(square_re, square_im) * fabs(m[at]) + hypot(re, im) * fabs(g[at]) + fabs(k[at])) *
+                                  hypot(x_re[j], x_im[j]));
+        }
+        worst = fmax(worst, hypot(sum_re, sum_im));
+    }
+    return size > 0 ? worst / size : 0;
+}
+
+static void check_vectors(const kmp_spectrum *s, const double *m, const double *g, const double *k)
+{
+    for (int c = 0; c < s->count; c++) {
+        CHECK(residual(s, c, m, g, k, false) < 1e-11);
+        CHECK(residual(s, c, m, g, k, true) < 1e-11);
+        int other = kmp_spectrum_conjugate(s, c);
+        CHECK(s->re[other] == s->re[c] && s->im[other] == -s->im[c]);
+        CHECK(c < s->zeros ? s->re[c] == 0 && s->im[c] == 0 : hypot(s->re[c], s->im[c]) > 0);
+        CHECK(c <= s->zeros || hypot(s->re[c], s->im[c]) >= hypot(s->re[c - 1], s->im[c - 1]) * (1 - 1e-15));
+    }
+}
+
+static double largest(const kmp_spectrum *s)
+{
+    double most = 0;
+    for (int c = 0; c < s->count; c++)
+        most = fmax(most, hypot(s->re[c], s->im[c]));
+    return most;
+}
+
+/* K of lower rank: as many double zeros; the companion gives the same. */
+static void conservative_ones_are_on_the_axes(void)
+{
+    for (int p = 1; p <= 10; p++)
+        for (int lost = 0; lost < 3 && lost < p; lost++) {
+            double m[MOST * MOST], g[MOST * MOST] = {0}, k[MOST * MOST];
+            kmp_spectrum a, b;
+            positive(p, p, 0.5, m);
+            positive(p, p - lost, 0, k);
+            CHECK(kmp_spectrum_init(&a, p, m, g, k, false) == 0 && kmp_spectrum_init(&b, p, m, g, k, true) == 0);
+            CHECK(a.conservative && b.conservative && a.still == lost && b.still == lost);
+            CHECK(a.zeros == 2 * lost && b.zeros == 2 * lost);
+            check_vectors(&a, m, g, k);
+            check_vectors(&b, m, g, k);
+            for (int c = 0; c < a.count; c++) {
+                CHECK(a.re[c] == 0);
+                CHECK(fabs(b.re[c]) <= 1e-10 * largest(&a));
+                CHECK(fabs(a.im[c] - b.im[c]) <= 1e-9 * largest(&a));
+            }
+            for (int c = 0; c < lost; c++) /* a basis with the identity in it: the same both ways */
+                for (int i = 0; i < p; i++)
+                    CHECK_NEAR(a.x_re[i + c * p], b.x_re[i + c * p], 1e-9);
+            kmp_spectrum_free(&a);
+            kmp_spectrum_free(&b);
+        }
+}
+
+static void saddles_grow_and_decay(void)
+{
+    double m[] = {2, 0.5, 0.5, 1}, g[4] = {0}, k[] = {-3, 1, 1, 5};
+    kmp_spectrum s;
+    CHECK(kmp_spectrum_init(&s, 2, m, g, k, false) == 0);
+    CHECK(s.im[0] == 0 && s.re[0] > 0 && s.re[1] == -s.re[0] && s.re[2] == 0 && s.im[2] > 0);
+    check_vectors(&s, m, g, k);
+    kmp_spectrum_free(&s);
+}
+
+/* Sizes from 1e-4 to 1e6, as metres beside angles and slow beside quick: the vectors still solve. */
+static void general_ones_solve_their_equations(void)
+{
+    for (int p = 1; p <= 10; p++) {
+        double m[MOST * MOST], g[MOST * MOST], k[MOST * MOST];
+        kmp_spectrum s;
+        positive(p, p, 0.5, m);
+        positive(p, p, 0, k);
+        for (int i = 0; i < p * p; i++)
+            g[i] = random_entry();
+        for (int i = 0; i < p; i++)
+            for (int j = 0; j < p; j++) {
+                double scale = pow(10, i % 3 - 1) * pow(10, j % 3 - 1);
+                m[i + j * p] *= scale;
+                g[i + j * p] *= scale * 30;
+                k[i + j * p] = scale * 1e3 * (k[i + j * p] + 0.1 * random_entry());
+            }
+        CHECK(kmp_spectrum_init(&s, p, m, g, k, false) == 0);
+        CHECK(!s.conservative && s.zeros == 0);
+        check_vectors(&s, m, g, k);
+        double sum = 0, trace = 0; /* of -M^-1 G, by hand for one */
+        for (int c = 0; c < s.count; c++)
+            sum += s.re[c];
+        trace = -g[0] / m[0];
+        CHECK(p > 1 || fabs(sum - trace) <= 1e-12 * fabs(trace));
+        kmp_spectrum_free(&s);
+    }
+}
+
+/* One freedom drifts (0, 0), another is braked (0, -2), a third one swings with damping, all mixed by a congruence. */
+static void zeros_have_the_chains_that_they_have(void)
+{
+    double d[] = {1, 1, 1}, brake[] = {0, 2, 0.2}, spring[] = {0, 0, 4}, t[9], m[9] = {0}, g[9] = {0}, k[9] = {0};
+    kmp_spectrum s;
+    for (int i = 0; i < 9; i++)
+        t[i] = random_entry() + (i % 4 == 0);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            for (int l = 0; l < 3; l++) {
+                m[i + 3 * j] += t[l + 3 * i] * d[l] * t[l + 3 * j];
+                g[i + 3 * j] += t[l + 3 * i] * brake[l] * t[l + 3 * j];
+                k[i + 3 * j] += t[l + 3 * i] * spring[l] * t[l + 3 * j];
+            }
+    CHECK(kmp_spectrum_init(&s, 3, m, g, k, false) == 0);
+    CHECK(s.still == 2 && s.zeros == 3 && !s.conservative);
+    check_vectors(&s, m, g, k);
+    CHECK(s.im[3] + s.im[4] + s.im[5] == 0);
+    int real = s.im[3] == 0 ? 3 : 5, pair = s.im[3] == 0 ? 4 : 3;
+    CHECK_NEAR(s.re[real], -2, 1e-12);
+    CHECK_NEAR(s.re[pair], -0.1, 1e-12);
+    CHECK_NEAR(s.im[pair], sqrt(4 - 0.01), 1e-12);
+    kmp_spectrum_free(&s);
+}
+
+/* What goes round on its own: gyroscopic and conservative, on the axis though no symmetric solver is at work. */
+static void gyroscopes_stay_on_the_axis(void)
+{
+    double m[] = {1, 0, 0, 1}, g[] = {0, -20, 20, 0}, k[] = {-9, 0, 0, -4};
+    kmp_spectrum s;
+    CHECK(kmp_spectrum_init(&s, 2, m, g, k, false) == 0);
+    CHECK(!s.conservative);
+    check_vectors(&s, m, g, k);
+    /* s^4 + (400 - 13) s^2 + 36 */
+    double slow = (387 - sqrt(387.0 * 387 - 144)) / 2, quick = (387 + sqrt(387.0 * 387 - 144)) / 2;
+    CHECK_NEAR(s.im[0], sqrt(slow), 1e-12);
+    CHECK_NEAR(s.im[2], sqrt(quick), 1e-13);
+    for (int c = 0; c < 4; c++)
+        CHECK(fabs(s.re[c]) <= 1e-10 * sqrt(quick));
+    kmp_spectrum_free(&s);
+}
+
+static void a_mass_that_is_none_is_told(void)
+{
+    double m[] = {1, 1, 1, 1}, zero[4] = {0};
+    kmp_spectrum s = {.p = 7};
+    CHECK(kmp_spectrum_init(&s, 2, m, zero, m, false) == 2 && s.p == 7);
+    CHECK(kmp_spectrum_init(&s, 0, m, zero, m, false) == 0 && s.count == 0);
+    kmp_spectrum_free(&s);
+    double still[] = {2};
+    CHECK(kmp_spectrum_init(&s, 1, still, zero, zero, false) == 0);
+    CHECK(s.zeros == 2 && s.still == 1 && s.x_re[0] == 1 && s.conservative);
+    kmp_spectrum_free(&s);
+}
+
+/* Left and right vectors are biorthogonal, and scaled so that a change dK moves s by -y^H dK x. */
+static void left_vectors_give_derivatives(void)
+{
+    double m[] = {1.5, 0.2, 0.2, 1}, g[] = {0.1, 0.3, -0.2, 0.4}, k[] = {8, 1, -1, 30}, dk[] = {0.3, -0.7, 0.5, 1.1};
+    double plus[4], minus[4], step = 1e-4;
+    kmp_spectrum s, a, b;
+    for (int i = 0; i < 4; i++) {
+        plus[i] = k[i] + step * dk[i];
+        minus[i] = k[i] - step * dk[i];
+    }
+    CHECK(kmp_spectrum_init(&s, 2, m, g, k, false) == 0 && kmp_spectrum_init(&a, 2, m, g, plus, false) == 0 &&
+          kmp_spectrum_init(&b, 2, m, g, minus, false) == 0);
+    for (int c = 0; c < 4; c++) {
+        double re = 0, im = 0;
+        for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 2; j++) {
+                double e = -dk[i + 2 * j];
+                re += e * (s.y_re[i + 2 * c] * s.x_re[j + 2 * c] + s.y_im[i + 2 * c] * s.x_im[j + 2 * c]);
+                im += e * (s.y_re[i + 2 * c] * s.x_im[j + 2 * c] - s.y_im[i + 2 * c] * s.x_re[j + 2 * c]);
+            }
+        CHECK_NEAR(re, (a.re[c] - b.re[c]) / (2 * step), 1e-8);
+        CHECK_NEAR(im, (a.im[c] - b.im[c]) / (2 * step), 1e-8);
+    }
+    kmp_spectrum_free(&s);
+    kmp_spectrum_free(&a);
+    kmp_spectrum_free(&b);
+}
+
+int main(void)
+{
+    TEST(conservative_ones_are_on_the_axes);
+    TEST(saddles_grow_and_decay);
+    TEST(general_ones_solve_their_equations);
+    TEST(zeros_have_the_chains_that_they_have);
+    TEST(gyroscopes_stay_on_the_axis);
+    TEST(a_mass_that_is_none_is_told);
+    TEST(left_vectors_give_derivatives);
+    return check_report();
+}
