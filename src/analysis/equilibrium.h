@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a mechanism stays at rest, or moves on steadily: R(u) = N'(M qdd + C) = 0 at given constant rates ud and udd =
+ * 0 (static: all rates zero), the closures met. R is judged as work: R_k times the size of u_k, over the sum of the
+ * works of all that acts along u_k and of what one such size of any coordinate changes. */
+#ifndef KMP_ANALYSIS_EQUILIBRIUM_H
+#define KMP_ANALYSIS_EQUILIBRIUM_H
+
+#include "analysis/linear.h"
+
+/** A coordinate that keeps on moving at this rate. */
+typedef struct kmp_steady {
+    int coordinate;
+    double rate;
+} kmp_steady;
+
+/** One state on the way: its residual, and how far the step from it went, the largest |dq| / scale. */
+typedef struct kmp_iteration {
+    double residual, step;
+} kmp_iteration;
+
+enum { KMP_MOST_ITERATIONS = 400 };
+
+typedef struct kmp_search {
+    const kmp_steady *rates; /* of coordinates that stay independent */
+    int rate_count;
+    bool
+        nearest; /* Newton's method from the guess, to whatever is near; otherwise the way goes down, to a stable one */
+    int iterations;
+    kmp_iteration history[KMP_MOST_ITERATIONS];
+    double residual; /* reached */
+    int exchanges;   /* of independent coordinates on the way */
+} kmp_search;
+
+/** From q (n, closed, in the charts of linear->plant), which becomes the equilibrium; charts may be centred on the way.
+ * `linear` is then taken there, its matrices with it, with independent coordinates that may be others than before.
+ * KEMPE_E_FAILED: there is none, or it is not found, and why; KEMPE_STOPPED: interrupted. q is then as it was. */
+kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
+
+/** The residual of the last state, its matrices made. */
+double kmp_equilibrium_residual(const kmp_linear *linear);
+
+#endif

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/operating.h"
+#include "base/memory.h"
+#include "constraints/assemble.h"
+#include "constraints/charts.h"
+#include <string.h>
+
+static bool make_room(kmp_operating *o)
+{
+    int n = o->system->n, charts = o->system->chart_count;
+    o->q = KMP_NEW(double, n);
+    o->qd = KMP_NEW(double, n);
+    o->inner_q = KMP_NEW(double, n);
+    o->inner_qd = KMP_NEW(double, n);
+    o->chart = charts > 0 ? KMP_NEW(double, KMP_CHART_SIZE *charts) : NULL;
+    return o->q && o->qd && o->inner_q && o->inner_qd && (charts == 0 || o->chart);
+}
+
+/* The assembled start in the charts that it was found in, none of them singular. */
+static void begin(kmp_operating *o, const kempe_assembly *a)
+{
+    const kempe_system *s = o->system;
+    size_t n = (size_t)s->n * sizeof(double);
+    memcpy(o->q, a->q, n);
+    memcpy(o->qd, a->qd, n);
+    memcpy(o->inner_q, a->inner_q ? a->inner_q : a->q, n);
+    memcpy(o->inner_qd, a->inner_q ? a->inner_qd : a->qd, n);
+    if (!o->chart)
+        return;
+    kmp_charts_reset(s, o->chart);
+    if (a->chart)
+        memcpy(o->chart, a->chart, (size_t)(KMP_CHART_SIZE * s->chart_count) * sizeof *o->chart);
+    for (int c = 0; c < kmp_charts_count(s); c++)
+        if (kmp_chart_regular(s, c, o->inner_q) < KMP_CHART_LIMIT)
+            kmp_chart_center(s, c, o->chart, o->inner_q, o->inner_qd, NULL);
+}
+
+static kempe_status settle(kmp_operating *o)
+{
+    kmp_linear linear;
+    kmp_search search = {0};
+    size_t n = (size_t)o->system->n * sizeof(double);
+    kempe_status status = kmp_linear_init(&linear, o->system, kmp_backend_default());
+    if (status != KEMPE_OK)
+        return status;
+    if (o->chart)
+        kmp_plant_set_charts(linear.plant, o->chart);
+    status = kmp_equilibrium_find(&linear, o->t, o->inner_q, &search);
+    if (status == KEMPE_OK) {
+        memcpy(o->inner_qd, linear.qd, n);
+        memcpy(o->q, o->inner_q, n);
+        memcpy(o->qd, o->inner_qd, n);
+        o->equilibrium = true;
+        o->residual = search.residual;
+    }
+    if (status == KEMPE_OK && o->chart) {
+        memcpy(o->chart, linear.plant->chart, (size_t)(KMP_CHART_SIZE * o->system->chart_count) * sizeof *o->chart);
+        kmp_charts_show(o->system, o->chart, o->q, o->q, o->qd);
+    }
+    kmp_linear_free(&linear);
+    return status;
+}
+
+kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_operating **operating)
+{
+    bool start = word && strcmp(word, "start") == 0;
+    if (!start && word && strcmp(word, "equilibrium") != 0)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                        "there is no state '%s' to look from: 'start' or 'equilibrium'", word);
+    kempe_assembly *a = NULL;
+    kmp_operating *o = KMP_NEW(kmp_operating, 1);
+    kempe_status status = o ? kempe_assemble(system, &a) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK) {
+        o->system = system;
+        status = make_room(o) ? KEMPE_OK : kmp_fail_memory(system->context);
+    }
+    if (status == KEMPE_OK) {
+        begin(o, a);
+        status = start ? KEMPE_OK : settle(o);
+    }
+    kempe_assembly_free(a);
+    if (status == KEMPE_OK)
+        *operating = o;
+    else
+        kmp_operating_free(o);
+    return status;
+}
+
+void kmp_operating_free(kmp_operating *operating)
+{
+    if (!operating)
+        return;
+    double *rooms[] = {operating->q, operating->qd, operating->inner_q, operating->inner_qd, operating->chart};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_free(operating);
+}
+
+kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)
+{
+    if (operating->chart)
+        kmp_plant_set_charts(linear->plant, operating->chart);
+    kempe_status status = kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count);
+    if (status != KEMPE_OK)
+        return status;
+    double *ud = KMP_NEW(double, linear->p);
+    if (!ud)
+        return kmp_fail_memory(linear->system->context);
+    for (int k = 0; k < linear->p; k++)
+        ud[k] = operating->inner_qd[linear->part.u[k]];
+    status = operating->equilibrium ? kmp_linear_at(linear, operating->t, operating->inner_q, ud, NULL)
+                                    : kmp_linear_at_motion(linear, operating->t, operating->inner_q, ud);
+    kmp_free(ud);
+    return status;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The state that a mechanism is looked at from: where its linear equations are taken, its modes, its sensitivities. */
+#ifndef KMP_ANALYSIS_OPERATING_H
+#define KMP_ANALYSIS_OPERATING_H
+
+#include "analysis/equilibrium.h"
+
+typedef struct kmp_operating {
+    const kempe_system *system;
+    double t, *q, *qd;          /* n: in the user's coordinates */
+    double *inner_q, *inner_qd; /* the same in these charts */
+    double *chart;              /* NULL: no joint is spherical */
+    bool equilibrium;
+    double residual; /* of an equilibrium, relative */
+} kmp_operating;
+
+/** The state that a word names: "start", the assembled start with its rates; "equilibrium" (NULL stands for it), the
+ *  equilibrium that the assembled start leads to, with all rates zero. KEMPE_E_ARGUMENT: there is no such word.
+ * KEMPE_E_FAILED: it does not assemble, or there is no equilibrium, and why. */
+kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_operating **operating);
+void kmp_operating_free(kmp_operating *operating);
+
+/** Takes `linear` there: its charts, independent coordinates (`wish`: those that the caller wants), rates, and the
+ *  accelerations that the equations give (zero at an equilibrium). Errors as kmp_linear_choose and kmp_linear_at. */
+kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
+
+#endif
