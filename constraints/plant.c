@@ -343,10 +343,17 @@ double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)
     return sum;
 }
 
+static bool counts(const kmp_plant *plant, int row)
+{
+    return !plant->left_out || !plant->left_out[row];
+}
+
 double kmp_plant_residual(const kmp_plant *plant)
 {
     double worst = 0;
     for (int r = 0; r < plant->m; r++) {
+        if (!counts(plant, r))
+            continue;
         double open = fabs(plant->h[r]) / plant->system->row_scale[r];
         worst = open > worst ? open : worst;
     }
@@ -370,7 +377,8 @@ double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd)
         double rate = plant->h_t ? plant->h_t[r] : 0;
         for (; k < p->count && p->row[k] == r; k++)
             rate += plant->jacobian[k] * qd[p->col[k]];
-        worst = fmax(worst, fabs(rate) / plant->system->row_scale[r]);
+        if (counts(plant, r))
+            worst = fmax(worst, fabs(rate) / plant->system->row_scale[r]);
     }
     return worst;
 }

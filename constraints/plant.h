@@ -27,6 +27,7 @@ typedef struct kmp_plant {
     const double *mobility;   /* system->mobility.count */
     const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
     const double *drift;      /* m: J free_qdd + jdqd */
+    const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all count */
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
     double *with_force;       /* n: bias less the user's efforts */
     double *effort;           /* n */
@@ -95,13 +96,13 @@ double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda);
 /** Kinetic energy qd' M qd / 2 of the last kmp_plant_mass. */
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
 
-/** max |h| / row scale of the last kmp_plant_closure. */
+/** max |h| / row scale of the last kmp_plant_closure, of the rows that count. */
 double kmp_plant_residual(const kmp_plant *plant);
 
 /** J qd + h_t (m values) at the last kmp_plant_closure. */
 void kmp_plant_rates(const kmp_plant *plant, const double *qd, double *rates);
 
-/** max |J qd + h_t| / row scale. */
+/** max |J qd + h_t| / row scale, likewise. */
 double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd);
 
 #endif

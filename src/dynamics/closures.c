@@ -79,7 +79,7 @@ static int power_of(const kempe_model *model, const kmp_closure *closure, const 
     return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
-static bool is_drive(const kmp_closure *closure)
+bool kmp_closure_is_drive(const kmp_closure *closure)
 {
     return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
 }
@@ -96,7 +96,7 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         int frame, kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
-        if (loops_alone && is_drive(closure))
+        if (loops_alone && kmp_closure_is_drive(closure))
             continue;
         kind->residual(&eq->tree, closure, h, &frame);
         if (kmp_graph_failed(eq->graph))
@@ -162,14 +162,36 @@ static kempe_status derive_rates(kmp_equations *eq, bool second)
     return again ? KEMPE_OK : kmp_fail_memory(eq->context);
 }
 
+/* Rows stand in the order of closures. */
+static int first_row(const kmp_equations *eq, int closure)
+{
+    int low = 0, high = eq->m;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (eq->rows[middle].closure < closure)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+kmp_vec kmp_closures_reaction(const kmp_equations *eq, int c, bool moment)
+{
+    const kmp_closure *closure = &eq->model->closures[c];
+    const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+    kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+    for (int r = first_row(eq, c); r < eq->m && eq->rows[r].closure == c; r++)
+        lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
+    if (!moment)
+        return kind->reaction(&eq->tree, closure, lambda);
+    return kind->moment ? kind->moment(&eq->tree, closure, lambda) : kmp_vec_zero();
+}
+
 static void derive_reactions(kmp_equations *eq)
 {
-    for (int c = 0, r = 0; c < eq->model->closure_count; c++) { /* rows stand in the order of closures */
-        const kmp_closure *closure = &eq->model->closures[c];
-        kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
-        for (; r < eq->m && eq->rows[r].closure == c; r++)
-            lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
-        kmp_vec f = kmp_closure_kind_find(closure->kind)->reaction(&eq->tree, closure, lambda);
+    for (int c = 0; c < eq->model->closure_count; c++) {
+        kmp_vec f = kmp_closures_reaction(eq, c, false);
         for (int k = 0; k < 3; k++)
             eq->reaction[3 * c + k] = f.x[k];
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/outputs.h"
 #include "base/memory.h"
-#include "constraints/kinds/kind.h"
+#include "dynamics/closures.h"
 #include "dynamics/newton_euler.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
@@ -51,19 +51,6 @@ static bool point_rate(const kmp_tree *tree, int point, int order, kmp_vec *x)
     return differentiate(kmp_time_derivative(tree), x) && (order == 1 || differentiate(second_derivative(tree), x));
 }
 
-static kmp_vec reaction(kmp_equations *eq, int c, bool moment)
-{
-    const kmp_closure *closure = &eq->model->closures[c];
-    kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
-    for (int r = 0; r < eq->m; r++)
-        if (eq->rows[r].closure == c)
-            lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
-    const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
-    if (!moment)
-        return kind->reaction(&eq->tree, closure, lambda);
-    return kind->moment ? kind->moment(&eq->tree, closure, lambda) : kmp_vec_zero();
-}
-
 /* qd' M qd / 2, the potential, and their sum. */
 static bool energies(kmp_equations *eq, const kmp_forces *forces, kmp_vec *x)
 {
@@ -93,7 +80,7 @@ static bool derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_ou
         return point_rate(&eq->tree, output->index, 2, x);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
-        *x = reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
+        *x = kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
         return true;
     case KMP_OUTPUT_FORCE:
         x->x[0] = forces->value[output->index];
