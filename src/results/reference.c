@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/nearest.h"
+#include "model/output_table.h"
 #include <math.h>
 #include <string.h>
 
@@ -198,6 +199,21 @@ static bool stands_before(const reader *r, const column *c)
     return k < r->column_count;
 }
 
+/* What is computed for outputs, "velocity.crank.B.x", and the efforts of the inverse dynamics. */
+static bool is_computed(field f)
+{
+    static const char *const others[] = {"tau", "power"};
+    const size_t rows = sizeof kmp_output_rows / sizeof *kmp_output_rows, more = sizeof others / sizeof *others;
+    for (size_t k = 0; k < rows + more; k++) {
+        const char *word = k < rows ? kmp_output_rows[k].word : others[k - rows];
+        size_t length = strlen(word);
+        bool here = k >= rows || kmp_output_rows[k].width > 0;
+        if (here && f.length > length + 1 && f.s[length] == '.' && memcmp(f.s, word, length) == 0)
+            return true;
+    }
+    return false;
+}
+
 static column resolve(reader *r, field f)
 {
     char known[128];
@@ -206,7 +222,7 @@ static column resolve(reader *r, field f)
     column c = {.kind = COLUMN_UNKNOWN};
     if (is(f, "t")) {
         c.kind = COLUMN_TIME;
-    } else if (f.length > 9 && memcmp(f.s, "position.", 9) == 0) {
+    } else if (is_computed(f)) {
         c.kind = COLUMN_PASSED;
     } else if (!name.failed) {
         kmp_nearest nearest = kmp_nearest_begin(name.s);

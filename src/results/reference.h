@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reference values, from a CSV file: columns t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k; fields may be empty, lines
- * beginning with # are comments, position columns are passed over. */
+ * beginning with # are comments, columns of what else a table may show (model/outputs.def) are passed over. */
 #ifndef KMP_RESULTS_REFERENCE_H
 #define KMP_RESULTS_REFERENCE_H
 

@@ -3,6 +3,25 @@
 #include "base/memory.h"
 #include <math.h>
 
+enum { DEFAULT_ROWS = 200 };
+
+kempe_status kmp_times_spacing(const kempe_system *system, double asked, double t_end, double *every)
+{
+    double wished = system->model->run.every, best = asked > 0 ? asked : wished > 0 ? wished : t_end / DEFAULT_ROWS;
+    double rows = t_end / best;
+    *every = best;
+    if (rows <= KMP_MOST_ROWS)
+        return KEMPE_OK;
+    if (asked > 0)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                        "every = %g s makes %.3g rows up to t_end = %g s, at most %d are kept; ask for fewer", asked,
+                        rows, t_end, KMP_MOST_ROWS);
+    *every *= ceil(rows / KMP_MOST_ROWS);
+    kmp_log(system->context, KEMPE_LOG_NOTE, "rows every %g s: more than %d up to t_end = %g s are not kept", *every,
+            KMP_MOST_ROWS, t_end);
+    return KEMPE_OK;
+}
+
 /* k steps of `every`, as a division where 1 / every is whole: 3 / 10 is 0.3, 3 * 0.1 is not. */
 static double grid_time(double every, int k)
 {

@@ -12,6 +12,10 @@ typedef struct kmp_times {
     double *t;
 } kmp_times;
 
+/** The time between rows up to t_end: `asked`, or 0 for the model's, or a two hundredth; the last two widened where
+ * they make too many rows. KEMPE_E_ARGUMENT: what was asked for makes too many. */
+kempe_status kmp_times_spacing(const kempe_system *system, double asked, double t_end, double *every);
+
 /** 0, every, 2 every ... t_end and the reference's times (NULL: none), ascending, none twice; a grid time within
  * rounding of t_end or of a reference time gives way to it. every > 0; at most KMP_MOST_ROWS grid times. false: no
  * memory. */

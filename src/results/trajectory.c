@@ -2,16 +2,16 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "results/trajectory.h"
 #include "base/memory.h"
-#include "model/nearest.h"
 #include "model/output_table.h"
 #include "results/checkpoint.h"
+#include "results/coordinates.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
 #include <string.h>
 #include <time.h>
 
-enum { DEFAULT_ROWS = 200, CHECKPOINT_SECONDS = 10 };
+enum { CHECKPOINT_SECONDS = 10 };
 
 /* Part of the energy's size; coarse runs keep it too. */
 #define TRUSTED_DRIFT 0.05
@@ -60,79 +60,14 @@ static kempe_status check_numbers(const job *j)
     return KEMPE_OK;
 }
 
-static bool is_cut(const kempe_model *model, const char *joint)
-{
-    for (int k = 0; k < model->cut_count; k++)
-        if (strcmp(model->cuts[k].joint, joint) == 0)
-            return true;
-    return false;
-}
-
-/* The coordinate called by the first `length` characters of `name`; after a message -1, or -2 for want of memory. */
-static int find_coordinate(const job *j, const char *name, int length)
-{
-    kmp_text word = {0}, sentence = {0};
-    kmp_text_printf(&word, "%.*s", length, name);
-    if (word.failed) {
-        (void)kmp_fail_memory(j->context);
-        return -2;
-    }
-    kmp_nearest nearest = kmp_nearest_begin(word.s);
-    int found = -1;
-    for (int k = 0; k < j->system->n && found < 0; k++) {
-        kmp_nearest_offer(&nearest, j->system->model->motions[k].name);
-        if (strcmp(j->system->model->motions[k].name, word.s) == 0)
-            found = k;
-    }
-    if (found < 0) {
-        if (is_cut(j->system->model, word.s))
-            kmp_text_put(&sentence, ": the joint is cut (cut: no in the model keeps it)");
-        else
-            kmp_nearest_suggest(&nearest, &sentence);
-        (void)kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: there is no coordinate '%s'%s", word.s,
-                       sentence.s ? sentence.s : "");
-    }
-    kmp_text_free(&sentence);
-    kmp_text_free(&word);
-    return found;
-}
-
 static kempe_status read_wish(job *j)
 {
-    const char *s = j->run->u;
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    while (s && *s) {
-        int length = (int)strcspn(s, ","), k = find_coordinate(j, s, length);
-        if (k < 0)
-            return k == -1 ? KEMPE_E_ARGUMENT : KEMPE_E_MEMORY;
-        for (int i = 0; i < j->spec.u_count; i++)
-            if (j->u[i] == k)
-                return kmp_fail(j->context, KEMPE_E_ARGUMENT, "u: coordinate '%.*s' stands twice", length, s);
-        j->u[j->spec.u_count++] = k;
-        s += length + (s[length] == ',');
-    }
+    kempe_status status = kmp_coordinates_read(j->system, "u", j->run->u, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
-    return KEMPE_OK;
-}
-
-/* What was asked for counts; the model's or the default spacing is widened when it gives too many rows. */
-static kempe_status choose_spacing(const job *j, double *every)
-{
-    double t_end = j->spec.t_end, wished = j->system->model->run.every;
-    *every = j->run->every > 0 ? j->run->every : wished > 0 ? wished : t_end / DEFAULT_ROWS;
-    double rows = t_end / *every;
-    if (rows <= KMP_MOST_ROWS)
-        return KEMPE_OK;
-    if (j->run->every > 0)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                        "every = %g s makes %.3g rows up to t_end = %g s, at most %d are kept; ask for fewer",
-                        j->run->every, rows, t_end, KMP_MOST_ROWS);
-    *every *= ceil(rows / KMP_MOST_ROWS);
-    kmp_log(j->context, KEMPE_LOG_NOTE, "rows every %g s: more than %d up to t_end = %g s are not kept", *every,
-            KMP_MOST_ROWS, t_end);
-    return KEMPE_OK;
+    return status;
 }
 
 static kempe_status prepare_times(job *j)
@@ -146,7 +81,7 @@ static kempe_status prepare_times(job *j)
         j->has_reference = status == KEMPE_OK;
     }
     if (status == KEMPE_OK)
-        status = choose_spacing(j, &every);
+        status = kmp_times_spacing(j->system, j->run->every, j->spec.t_end, &every);
     if (status != KEMPE_OK)
         return status;
     kmp_reference_limit(&j->reference, j->spec.t_end);

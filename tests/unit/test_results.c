@@ -158,8 +158,8 @@ static void test_reference(void)
     scene s = open_scene(slider_crank);
     kmp_reference reference = {0};
     CHECK(read_reference(&s,
-                         "\xef\xbb\xbf# made by hand\r\nt, q.rod,lambda.P.2,position.rod.P.x\r\n0,1.5,,9\n\n# between\n"
-                         "0.5 , -2e-1,+7,\n 2,,8,1\n",
+                         "\xef\xbb\xbf# made by hand\r\nt, q.rod,lambda.P.2,position.rod.P.x,tau.crank,energy.total\r\n"
+                         "0,1.5,,9,3,4\n\n# between\n0.5 , -2e-1,+7,,,\n 2,,8,1,2,3\n",
                          &reference) == KEMPE_OK);
     CHECK(reference.rows == 3);
     CHECK_NEAR(reference.t[1], 0.5, 0);
@@ -232,6 +232,7 @@ static void test_bad_references(void)
     scene s = open_scene(slider_crank);
     expect_complaint(&s, "t,q.crnk\n0,1\n", ":1:3: ", "did you mean 'q.crank'?");
     expect_complaint(&s, "t,lambda.P.3\n0,1\n", ":1:3: ", "'lambda.P.");
+    expect_complaint(&s, "t,velocity\n", ":1:3: ", "no column 'velocity'");
     expect_complaint(&s, "t,whatever_is_this\n", ":1:3: ", "lambda.CLOSURE.k");
     expect_complaint(&s, "t,q.rod,q.rod\n", ":1:9: ", "twice");
     expect_complaint(&s, "q.rod\n1\n", ":1:1: ", "no column t");

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "results/coordinates.h"
+#include "model/nearest.h"
+#include <string.h>
+
+static bool is_cut(const kempe_model *model, const char *joint)
+{
+    for (int k = 0; k < model->cut_count; k++)
+        if (strcmp(model->cuts[k].joint, joint) == 0)
+            return true;
+    return false;
+}
+
+kempe_status kmp_coordinate_find(const kempe_system *system, const char *what, const char *name, int length,
+                                 int *coordinate)
+{
+    const kempe_model *model = system->model;
+    kmp_text word = {0}, sentence = {0};
+    kmp_text_printf(&word, "%.*s", length, name);
+    if (word.failed)
+        return kmp_fail_memory(system->context);
+    kmp_nearest nearest = kmp_nearest_begin(word.s);
+    int found = -1;
+    for (int k = 0; k < system->n && found < 0; k++) {
+        kmp_nearest_offer(&nearest, model->motions[k].name);
+        if (strcmp(model->motions[k].name, word.s) == 0)
+            found = k;
+    }
+    kempe_status status = KEMPE_OK;
+    if (found < 0) {
+        if (is_cut(model, word.s))
+            kmp_text_put(&sentence, ": the joint is cut (cut: no in the model keeps it)");
+        else
+            kmp_nearest_suggest(&nearest, &sentence);
+        status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s: there is no coordinate '%s'%s", what, word.s,
+                          sentence.s ? sentence.s : "");
+    } else {
+        *coordinate = found;
+    }
+    kmp_text_free(&sentence);
+    kmp_text_free(&word);
+    return status;
+}
+
+kempe_status kmp_coordinates_read(const kempe_system *system, const char *what, const char *text, int *list, int *count)
+{
+    *count = 0;
+    for (const char *s = text; s && *s;) {
+        int length = (int)strcspn(s, ","), k = -1;
+        kempe_status status = kmp_coordinate_find(system, what, s, length, &k);
+        if (status != KEMPE_OK)
+            return status;
+        for (int i = 0; i < *count; i++)
+            if (list[i] == k)
+                return kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s: coordinate '%.*s' stands twice", what, length,
+                                s);
+        list[(*count)++] = k;
+        s += length + (s[length] == ',');
+    }
+    return KEMPE_OK;
+}
