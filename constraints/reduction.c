@@ -29,7 +29,7 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->x_t = KMP_NEW(double, n);
     red->a0 = KMP_NEW(double, n);
     red->force = KMP_NEW(double, n);
-    red->mx = KMP_NEW(double, n *p);
+    red->mx = KMP_NEW(double, n *(p > 0 ? p : 1)); /* it also holds one qdd */
     red->mr = KMP_NEW(double, p *p);
     red->dv = KMP_NEW(double, r);
     return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->u_of && red->jv &&

@@ -25,7 +25,7 @@ typedef struct kmp_reduction {
     double *x_t;                     /* n: what h_t adds to qd */
     double *a0;                      /* n: qdd at udd = 0 */
     double *force;                   /* n: C + M a0 */
-    double *mx;                      /* n x p: M X */
+    double *mx;                      /* n x p, or n: M X, or qdd */
     double *mr;                      /* p x p: reduced mass, then its Cholesky factor */
     double *dv;                      /* r: the last correction or right-hand side */
     long newton, factorizations;
