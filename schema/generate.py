@@ -164,7 +164,8 @@ def schema():
              "drives": named(ref("drive")), "forces": named(ref("force")), "sensors": named(ref("number")),
              "start": ref("start"), "run": ref("run")}
     return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "Kempe model",
-            **closed(parts, ["kempe", "bodies"]), "definitions": definitions()}
+            **closed(parts, ["kempe"]), "anyOf": [{"required": ["bodies"]}, {"required": ["include"]}],
+            "definitions": definitions()}
 
 
 if __name__ == "__main__":
