@@ -26,7 +26,8 @@ typedef struct reader {
     column *columns;
     int column_count;
     int complaints;
-    int room; /* for rows */
+    bool failed; /* no memory */
+    int room;    /* for rows */
     kmp_reference *reference;
 } reader;
 
@@ -152,7 +153,7 @@ static bool to_number(field f, double *value)
 /* -- header ------------------------------------------------------------------------------------------ */
 
 /* Finds the entry whose column is called `name`, offering every known name on the way. */
-static column find_column(const reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size)
+static column find_column(reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size)
 {
     for (int k = 0; k < KMP_QUANTITIES; k++)
         for (int i = 0; i < kmp_quantity_size(r->system, (kmp_quantity)k); i++) {
@@ -160,6 +161,7 @@ static column find_column(const reader *r, const char *name, kmp_nearest *neares
             kmp_text_printf(&text, "%s.%s", kmp_quantity_prefix((kmp_quantity)k),
                             kmp_quantity_name(r->system, (kmp_quantity)k, i));
             bool same = !text.failed && strcmp(text.s, name) == 0;
+            r->failed = r->failed || text.failed;
             const char *best = nearest->best;
             int before = nearest->distance;
             if (!text.failed)
@@ -230,6 +232,7 @@ static column resolve(reader *r, field f)
         if (c.kind == COLUMN_UNKNOWN)
             complain_column(r, f.s, name.s, &nearest);
     }
+    r->failed = r->failed || name.failed;
     kmp_text_free(&name);
     return c;
 }
@@ -355,7 +358,7 @@ kempe_status kmp_reference_read(const kempe_system *system, const char *path, km
         return status;
     kmp_reference made = {0};
     reader r = {.system = system, .path = path, .reference = &made};
-    if (!make_room(&r) || !read_lines(&r, text))
+    if (!make_room(&r) || !read_lines(&r, text) || r.failed)
         status = kmp_fail_memory(system->context);
     else if (r.complaints > 0)
         status = KEMPE_E_INPUT;
