@@ -452,3 +452,12 @@ void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, con
         out[e->row] += factor * d[e->source] * x[e->col];
     }
 }
+
+void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
+                                 const double *x, double *out)
+{
+    for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
+        const kmp_tangent *e = &tangents->entry[k];
+        out[e->col] += factor * d[e->source] * x[e->row];
+    }
+}

@@ -83,4 +83,8 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                       const double *x, double *out);
 
+/** out += factor * block' * x. */
+void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
+                                 const double *x, double *out);
+
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/memory.h"
+#include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <string.h>
 
@@ -91,7 +92,8 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     l->t = t;
     memcpy(l->q, q, (size_t)l->n * sizeof *q);
     memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
-    kmp_plant_thaw(plant);
+    if (!l->held)
+        kmp_plant_thaw(plant);
     if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
         return KEMPE_E_FAILED;
     kmp_plant_closure(plant, t, l->q);
@@ -100,8 +102,10 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     kmp_reduction_tangent(&l->red);
     memset(l->work, 0, (size_t)l->p * sizeof *l->work);
     kmp_reduction_rates(&l->red, ud ? ud : l->work, l->qd);
-    kmp_plant_freeze(plant, t, l->q, l->qd);
-    kmp_plant_closure(plant, t, l->q);
+    if (!l->held) {
+        kmp_plant_freeze(plant, t, l->q, l->qd);
+        kmp_plant_closure(plant, t, l->q);
+    }
     kmp_plant_mass(plant);
     kmp_plant_bias(plant, l->qd);
     return KEMPE_OK;
@@ -203,6 +207,69 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
         kmp_block_solve_transposed(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
         response->lambda[linear->part.rows[i]] = red->dv[i];
+}
+
+void kmp_linear_accelerate(const kmp_linear *linear, const double *residual, double *udd)
+{
+    for (int k = 0; k < linear->p; k++)
+        udd[k] = -residual[k];
+    kmp_cholesky_solve(linear->p, linear->red.mr, udd);
+}
+
+/* -- backwards --------------------------------------------------------------------------------------- */
+
+/* Weights on out = X du - (0; Jv^-1 rows), as those on du and rows (all m, of which others are zero). */
+static void gather(kmp_linear *l, const double *w, double *du, double *rows)
+{
+    kmp_reduction *red = &l->red;
+    for (int k = 0; k < l->p; k++)
+        du[k] = kmp_dot(l->n, red->x + k * l->n, w);
+    memset(rows, 0, (size_t)l->m * sizeof *rows);
+    if (red->r == 0)
+        return;
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = -w[l->part.v[i]];
+    kmp_block_solve_transposed(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        rows[l->part.rows[i]] = red->dv[i];
+}
+
+/* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
+static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
+{
+    kmp_reduction *red = &l->red;
+    memset(force, 0, (size_t)l->n * sizeof *force);
+    for (int k = 0; w->residual && k < l->p; k++)
+        for (int i = 0; i < l->n; i++)
+            force[i] += red->x[i + k * l->n] * w->residual[k];
+    if (!w->lambda || red->r == 0)
+        return;
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = w->lambda[l->part.rows[i]];
+    kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        force[l->part.v[i]] += red->dv[i];
+}
+
+void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
+{
+    int n = linear->n;
+    const kmp_tangents *t = &linear->tangents;
+    const double *d = linear->d;
+    double *q = linear->work + n, *qd = linear->work + 2 * n, *qdd = linear->work + 3 * n;
+    take(n, weights->q, q);
+    take(n, weights->qd, qd);
+    take(n, weights->qdd, qdd);
+    weigh_force(linear, weights, back->force);
+    kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
+    kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
+    kmp_tangents_add_transposed(t, KMP_R_Q, d, 1, back->force, q);
+    gather(linear, qdd, back->udd, back->curve);
+    kmp_tangents_add_transposed(t, KMP_CURVE_QD, d, 1, back->curve, qd);
+    kmp_tangents_add_transposed(t, KMP_CURVE_Q, d, 1, back->curve, q);
+    gather(linear, qd, back->ud, back->rate);
+    kmp_tangents_add_transposed(t, KMP_RATE_Q, d, 1, back->rate, q);
+    gather(linear, q, back->u, back->h);
 }
 
 void kmp_linear_matrices(kmp_linear *linear)

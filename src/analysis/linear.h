@@ -23,6 +23,7 @@ typedef struct kmp_linear {
     const double *d; /* values of the tangents at the state */
     int n, m, p;
     bool chosen;                        /* part and red are there */
+    bool held;                          /* the caller sets: conditions of the model stay as the plant holds them */
     double t, *q, *qd, *qdd, *lambda;   /* the state: n, n, n, m */
     double *force;                      /* n: M qdd + C */
     double *residual;                   /* p: R */
@@ -66,6 +67,25 @@ typedef struct kmp_response {
 
 /** At the last state. No allocation. */
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response);
+
+/** Puts into udd (p) the change of accelerations that leaves R = 0 with a change dR (may be the same array). After
+ * kmp_linear_at_motion alone. */
+void kmp_linear_accelerate(const kmp_linear *linear, const double *residual, double *udd);
+
+/** Weights of what followed of a small change, each NULL for none. */
+typedef struct kmp_weights {
+    const double *q, *qd, *qdd, *lambda, *residual;
+} kmp_weights;
+
+/** Of what makes one. */
+typedef struct kmp_changes_weight {
+    double *u, *ud, *udd;             /* p */
+    double *h, *rate, *curve, *force; /* m, m, m, n */
+} kmp_changes_weight;
+
+/** The same backwards, for all changes at once: what weights on what follows are as weights on the changes, so that
+ *  both sums are the same for any change; all of `back` must be there. At the last state. No allocation. */
+void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back);
 
 /** Mr, Gr and Kr of the last state. */
 void kmp_linear_matrices(kmp_linear *linear);

@@ -6,6 +6,7 @@
 #include "check.h"
 #include "constraints/assemble.h"
 #include "loaded.h"
+#include "random.h"
 
 enum { MOST = 64 };
 
@@ -152,9 +153,53 @@ static void the_choice_of_u_does_not_matter(void)
     unload(&m);
 }
 
+/* Any weights on what follows of any change, and what they are as weights on the change. */
+static void backwards_is_the_transpose(void)
+{
+    static const char *const examples[] = {"four_bar", "andrews", "stewart", "suspension", "double_wishbone"};
+    random_seed(3);
+    for (size_t e = 0; e < sizeof examples / sizeof *examples; e++) {
+        char path[128];
+        (void)snprintf(path, sizeof path, "examples/%s/%s.yaml", examples[e], examples[e]);
+        loaded m = load(path);
+        kempe_assembly *a = NULL;
+        kmp_linear l;
+        double x[7][MOST], y[5][MOST], w[5][MOST], back[7][MOST], left = 0, right = 0;
+        CHECK(kempe_assemble(m.system, &a) == KEMPE_OK);
+        CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
+        CHECK(kmp_linear_choose(&l, 0, a->q, NULL, 0) == KEMPE_OK);
+        for (int i = 0; i < 7 * MOST; i++)
+            x[i / MOST][i % MOST] = between(-1, 1);
+        for (int i = 0; i < 5 * MOST; i++)
+            w[i / MOST][i % MOST] = between(-1, 1);
+        CHECK(kmp_linear_at_motion(&l, 0, a->q, x[0]) == KEMPE_OK);
+        kmp_linear_follow(&l, &(kmp_change){x[0], x[1], x[2], x[3], x[4], x[5], x[6]},
+                          &(kmp_response){y[0], y[1], y[2], y[3], y[4]});
+        kmp_linear_back(&l, &(kmp_weights){w[0], w[1], w[2], w[3], w[4]},
+                        &(kmp_changes_weight){back[0], back[1], back[2], back[3], back[4], back[5], back[6]});
+        const int rows[] = {l.n, l.n, l.n, l.m, l.p}, size[] = {l.p, l.p, l.p, l.m, l.m, l.m, l.n};
+        for (int k = 0; k < 5; k++)
+            for (int i = 0; i < rows[k]; i++)
+                left += w[k][i] * y[k][i];
+        for (int k = 0; k < 7; k++)
+            for (int i = 0; i < size[k]; i++)
+                right += back[k][i] * x[k][i];
+        CHECK_NEAR(left / right, 1, 1e-11);
+        double udd[MOST];
+        kmp_linear_accelerate(&l, y[4], udd);
+        kmp_linear_follow(&l, &(kmp_change){.udd = udd}, &(kmp_response){.residual = w[0]});
+        for (int i = 0; i < l.p; i++)
+            CHECK_NEAR(w[0][i], -y[4][i], 1e-9 * fmax(1, fabs(y[4][i])));
+        kmp_linear_free(&l);
+        kempe_assembly_free(a);
+        unload(&m);
+    }
+}
+
 int main(void)
 {
     TEST(matrices_are_differences_of_the_residual);
     TEST(the_choice_of_u_does_not_matter);
+    TEST(backwards_is_the_transpose);
     return check_report();
 }
