@@ -150,7 +150,8 @@ static kmp_ref curve(const kmp_equations *eq, int row)
 static bool add_equations(gather *g)
 {
     int n = g->s->n, m = g->s->m;
-    g->of = KMP_NEW(kmp_ref, 3 * m + n);
+    const kmp_start *start = &g->eq.model->start;
+    g->of = KMP_NEW(kmp_ref, 3 * m + 3 * n);
     if (!g->of || !begin_matrix(&g->s->equations, g->s->count))
         return false;
     for (int i = 0; i < m; i++) {
@@ -159,7 +160,11 @@ static bool add_equations(gather *g)
         g->of[2 * m + i] = curve(&g->eq, i);
     }
     memcpy(g->of + 3 * m, g->eq.residual, (size_t)n * sizeof *g->of);
-    g->of_count = 3 * m + n;
+    for (int i = 0; i < n; i++) {
+        g->of[3 * m + n + i] = kmp_tree_number(&g->eq.tree, &start->q[i]);
+        g->of[3 * m + 2 * n + i] = kmp_tree_number(&g->eq.tree, &start->qd[i]);
+    }
+    g->of_count = 3 * m + 3 * n;
     return add_parameters(g, &g->s->equations);
 }
 
@@ -384,8 +389,21 @@ void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double 
         double value = slopes->value[OF_EQUATIONS][x->entry[e].source];
         if (row < 3 * m)
             part[row / m][row % m] = value;
-        else
+        else if (row < 3 * m + n)
             force[row - 3 * m] = value;
+    }
+}
+
+void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
+{
+    int n = slopes->n, first = 3 * slopes->m + n;
+    const kmp_slope_matrix *x = &slopes->equations;
+    memset(q, 0, (size_t)n * sizeof *q);
+    memset(qd, 0, (size_t)n * sizeof *qd);
+    for (int e = x->start[k]; e < x->start[k + 1]; e++) {
+        int i = x->entry[e].row - first;
+        if (i >= 0)
+            (i < n ? q : qd)[i % n] = slopes->value[OF_EQUATIONS][x->entry[e].source];
     }
 }
 
@@ -396,6 +414,8 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
     const double *part[] = {h, rate, curve};
     for (int e = 0; e < slopes->equations.count; e++) {
         const kmp_slope *x = &slopes->equations.entry[e];
+        if (x->row >= 3 * m + slopes->n)
+            continue;
         const double *w = x->row < 3 * m ? part[x->row / m] : force;
         int i = x->row < 3 * m ? x->row % m : x->row - 3 * m;
         out[x->col] += w ? w[i] * slopes->value[OF_EQUATIONS][x->source] : 0;

@@ -22,11 +22,12 @@ typedef struct kmp_slope_matrix {
 
 typedef struct kmp_slopes {
     const kempe_system *system;
-    int n, m, count;            /* parameters */
-    int shown;                  /* output values */
-    kmp_slope_matrix equations; /* rows: h, rate, curve (m each), force (n); a column a parameter */
-    kmp_slope_matrix outputs;   /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
-    kmp_program *program[2];    /* of the equations, of the outputs; NULL: nothing depends on a parameter; not asked */
+    int n, m, count; /* parameters */
+    int shown;       /* output values */
+    kmp_slope_matrix
+        equations;            /* rows: h, rate, curve (m each), force, start q and qd (n each); a column a parameter */
+    kmp_slope_matrix outputs; /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
+    kmp_program *program[2];  /* of the equations, of the outputs; NULL: nothing depends on a parameter; not asked */
     kmp_machine *machine[2];
     long charts[2];         /* versions that they have */
     const double *value[2]; /* since the last kmp_slopes_at, kmp_slopes_outputs */
@@ -48,6 +49,9 @@ void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
 /** By parameter k: of h, of J qd + h_t and of J qdd + jdqd (m each), and of M qdd + C - J' lambda (n): what kmp_change
  * takes. */
 void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double *rate, double *curve, double *force);
+
+/** By parameter k: of the model's start values and rates (n each), wherever the state is. */
+void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
 
 /** out[k] += what changes of w'(h, rate, curve, force) by parameter k, for all of them; a NULL part of w is zero. */
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,

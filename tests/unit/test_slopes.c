@@ -310,15 +310,33 @@ static const char everywhere[] =
     "  j: {joint: c, spring: {stiffness: k*2, damping: f, rest: w}}\n"
     "  s: {joint: b, stops: {lower: lo, upper: hi, stiffness: k, damping: d, width: s}}\n"
     "  e: {joint: a, torque: \"k*(q(a)*q(a) + s)^e + if(qd(a) < d, d*qd(a)*f + law(s*q(c)), m)\"}\n"
-    "start: {q: {a: q0, b: 0.1}, qd: {a: u0}}\n"
+    "start: {q: {a: q0 + rho*w, b: 0.1}, qd: {a: u0}}\n"
     "run: {t_end: 1, outputs: [energy, reaction(r), position(s.P), velocity(s.P), acceleration(s.P), sensor(mix),\n"
     "      force(k), force(e), q]}\n";
+
+/* What a parameter does to start value and rate of one coordinate. */
+static void check_start(fixture *f, const char *name, int motion, double by_q, double by_qd)
+{
+    double q[MOST], qd[MOST];
+    point x = {0};
+    kmp_instant at = instant_of(f, &x);
+    kmp_slopes_at(f->slopes, &at);
+    for (int k = 0; k < f->count; k++)
+        if (strcmp(f->names[k], name) == 0) {
+            kmp_slopes_of_start(f->slopes, k, q, qd);
+            CHECK(q[motion] == by_q && qd[motion] == by_qd);
+        }
+}
 
 static void test_every_place(void)
 {
     random_seed(12);
-    fixture f = open_fixture(NULL, everywhere, 4, (const char *const[]){"half", "q.b", "q.u", "qd.a"});
+    fixture f = open_fixture(NULL, everywhere, 4, (const char *const[]){"half", "q.b", "q.u", "qd.c"});
     CHECK(f.slopes && f.slopes->shown == 3 + 3 + 9 + 3);
+    check_start(&f, "q0", 0, 1, 0);
+    check_start(&f, "u0", 0, 0, 1);
+    check_start(&f, "q.b", 1, 1, 0);
+    check_start(&f, "qd.c", 2, 0, 1);
     if (f.slopes)
         check_all(&f);
     close_fixture(&f);
