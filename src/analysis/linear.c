@@ -117,6 +117,8 @@ static void complete(kmp_linear *l)
     const kmp_plant *plant = l->plant;
     kmp_reduction_multipliers(&l->red, l->qdd, l->lambda);
     memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
+    if (l->plain)
+        return;
     kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
 }

@@ -24,6 +24,7 @@ typedef struct kmp_linear {
     int n, m, p;
     bool chosen;                        /* part and red are there */
     bool held;                          /* the caller sets: conditions of the model stay as the plant holds them */
+    bool plain;                         /* likewise: the state alone is wanted, nothing of small changes */
     double t, *q, *qd, *qdd, *lambda;   /* the state: n, n, n, m */
     double *force;                      /* n: M qdd + C */
     double *residual;                   /* p: R */

@@ -8,7 +8,7 @@
 #include "symbolic/partials.h"
 #include <string.h>
 
-enum { OF_EQUATIONS, OF_OUTPUTS };
+enum { OF_EQUATIONS, OF_OUTPUTS, OF_EVENTS, PROGRAMS };
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
@@ -18,7 +18,7 @@ typedef struct gather {
     kmp_equations eq;
     kmp_derivative *along;     /* of one parameter after the other */
     kmp_ref *leaf, *direction; /* room for all parameters */
-    int *named;                /* which parameters the names are */
+    const int *named;          /* which parameters the names are */
     kmp_ref *of;               /* what is differentiated */
     int of_count;
     kmp_ref *output;
@@ -178,20 +178,20 @@ static int size_of(const kmp_slopes *s, int kind)
     return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
 }
 
-static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
+static bool add_column(gather *g, kmp_slope_matrix *x, kmp_partials *partials, kmp_ref leaf)
 {
     const int *which;
     const kmp_ref *value;
     int count = kmp_partials_along(partials, leaf, &which, &value);
     bool ok = count >= 0;
     for (int i = 0; ok && i < count; i++)
-        ok = add_entry(g, &g->s->outputs, which[i], value[i]);
+        ok = add_entry(g, x, which[i], value[i]);
     if (ok)
-        end_column(&g->s->outputs);
+        end_column(x);
     return ok;
 }
 
-static bool add_state(gather *g)
+static bool add_state(gather *g, kmp_slope_matrix *x)
 {
     kmp_graph *graph = g->eq.graph;
     for (int c = 0; c < COLUMN_KINDS; c++)
@@ -201,22 +201,36 @@ static bool add_state(gather *g)
     bool ok = partials;
     for (int c = 0; c < COLUMN_KINDS; c++)
         for (int k = 0; ok && k < size_of(g->s, c); k++)
-            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
+            ok = add_column(g, x, partials, kmp_input(graph, columns[c], (uint32_t)k));
     kmp_partials_free(partials);
     return ok;
 }
 
+/* The values come first. */
+static bool add_values(gather *g, kmp_slope_matrix *x)
+{
+    bool ok = g->of && begin_matrix(x, 1 + 3 * g->s->n + g->s->m + g->s->count);
+    for (int i = 0; ok && i < g->of_count; i++)
+        ok = add_output(g, g->of[i]);
+    return ok && add_state(g, x) && add_parameters(g, x);
+}
+
 static bool add_outputs(gather *g)
 {
-    kmp_slopes *s = g->s;
-    s->shown = g->of_count = g->eq.shown_count;
+    g->s->shown = g->of_count = g->eq.shown_count;
     g->of = KMP_NEW(kmp_ref, g->of_count);
-    bool ok = g->of && begin_matrix(&s->outputs, 1 + 3 * s->n + s->m + s->count);
-    for (int i = 0; ok && i < g->of_count; i++) {
+    for (int i = 0; g->of && i < g->of_count; i++)
         g->of[i] = g->eq.shown[i];
-        ok = add_output(g, g->of[i]); /* the values come first */
-    }
-    return ok && add_state(g) && add_parameters(g, &s->outputs);
+    return add_values(g, &g->s->outputs);
+}
+
+static bool add_events(gather *g)
+{
+    g->of_count = g->s->system->events.count;
+    g->of = KMP_NEW(kmp_ref, g->of_count);
+    for (int i = 0; g->of && i < g->of_count; i++)
+        g->of[i] = kmp_tree_event(&g->eq.tree, i);
+    return add_values(g, &g->s->events);
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
@@ -252,20 +266,25 @@ static void clear(gather *g)
     kmp_free(g->output);
 }
 
+static const struct {
+    unsigned sets;
+    bool (*add)(gather *g);
+} parts[PROGRAMS] = {
+    [OF_EQUATIONS] = {KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations},
+    [OF_OUTPUTS] = {KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs},
+    [OF_EVENTS] = {KMP_SET_CLOSURE, add_events},
+};
+
 static kempe_status derive(kmp_slopes *s, int which, const int *named, const kmp_backend *backend)
 {
-    gather g = {.s = s, .named = (int *)named};
+    gather g = {.s = s, .named = named};
     kmp_events events = s->system->events; /* the system has met all conditions: none is added */
-    const kmp_scene scene = {.sets = which == OF_EQUATIONS ? KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL
-                                                           : KMP_SET_CLOSURE | KMP_SET_OUTPUT,
-                             .scheme = KMP_SCHEME_COMPOSITE,
-                             .events = &events,
-                             .charted = true};
+    const kmp_scene scene = {
+        .sets = parts[which].sets, .scheme = KMP_SCHEME_COMPOSITE, .events = &events, .charted = true};
     kempe_status status = kmp_equations_derive(&g.eq, s->system->model, &scene);
     if (status != KEMPE_OK)
         return status;
-    bool ok = make_room(&g) && (which == OF_EQUATIONS ? add_equations(&g) : add_outputs(&g)) &&
-              make_machine(&g, which, backend);
+    bool ok = make_room(&g) && parts[which].add(&g) && make_machine(&g, which, backend);
     clear(&g);
     kmp_equations_free(&g.eq);
     return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
@@ -300,6 +319,8 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
         status = derive(s, OF_EQUATIONS, named, found);
     if (status == KEMPE_OK && with_outputs)
         status = derive(s, OF_OUTPUTS, named, found);
+    if (status == KEMPE_OK && s->system->events.count > 0)
+        status = derive(s, OF_EVENTS, named, found);
     kmp_free(named);
     return status;
 }
@@ -331,18 +352,19 @@ void kmp_slopes_free(kmp_slopes *slopes)
 {
     if (!slopes)
         return;
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < PROGRAMS; k++) {
         kmp_machine_free(slopes->machine[k]);
         kmp_program_free(slopes->program[k]);
     }
     free_matrix(&slopes->equations);
     free_matrix(&slopes->outputs);
+    free_matrix(&slopes->events);
     kmp_free(slopes);
 }
 
 void kmp_slopes_renew_parameters(kmp_slopes *slopes)
 {
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < PROGRAMS; k++) {
         if (slopes->machine[k])
             kmp_machine_set(slopes->machine[k], KMP_IN_PARAMETER, slopes->system->parameters);
         slopes->charts[k] = -1; /* stage 0 runs when the charts are known */
@@ -440,25 +462,52 @@ static int part_size(const kmp_slopes *s, int part)
     return part < COLUMN_KINDS ? size_of(s, part) : s->count;
 }
 
-void kmp_slopes_outputs_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out)
+static void add_along(const kmp_slopes *s, const kmp_slope_matrix *x, const double *value,
+                      const kmp_direction *direction, double *out)
 {
-    const kmp_slope_matrix *x = &slopes->outputs;
     double *part[COLUMN_KINDS + 1];
     parts_of(direction, part);
-    memset(out, 0, (size_t)slopes->shown * sizeof *out);
     for (int c = 0, column = 0; c <= COLUMN_KINDS; c++)
-        for (int k = 0; k < part_size(slopes, c); k++, column++)
+        for (int k = 0; k < part_size(s, c); k++, column++)
             for (int e = x->start[column]; part[c] && e < x->start[column + 1]; e++)
-                out[x->entry[e].row] += slopes->value[OF_OUTPUTS][x->entry[e].source] * part[c][k];
+                out[x->entry[e].row] += value[x->entry[e].source] * part[c][k];
+}
+
+static void add_gradient(const kmp_slopes *s, const kmp_slope_matrix *x, const double *value, const double *w,
+                         const kmp_direction *gradient)
+{
+    double *part[COLUMN_KINDS + 1];
+    parts_of(gradient, part);
+    for (int c = 0, column = 0; c <= COLUMN_KINDS; c++)
+        for (int k = 0; k < part_size(s, c); k++, column++)
+            for (int e = x->start[column]; part[c] && e < x->start[column + 1]; e++)
+                part[c][k] += value[x->entry[e].source] * w[x->entry[e].row];
+}
+
+void kmp_slopes_outputs_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out)
+{
+    memset(out, 0, (size_t)slopes->shown * sizeof *out);
+    add_along(slopes, &slopes->outputs, slopes->value[OF_OUTPUTS], direction, out);
 }
 
 void kmp_slopes_outputs_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient)
 {
-    const kmp_slope_matrix *x = &slopes->outputs;
-    double *part[COLUMN_KINDS + 1];
-    parts_of(gradient, part);
-    for (int c = 0, column = 0; c <= COLUMN_KINDS; c++)
-        for (int k = 0; k < part_size(slopes, c); k++, column++)
-            for (int e = x->start[column]; part[c] && e < x->start[column + 1]; e++)
-                part[c][k] += slopes->value[OF_OUTPUTS][x->entry[e].source] * w[x->entry[e].row];
+    add_gradient(slopes, &slopes->outputs, slopes->value[OF_OUTPUTS], w, gradient);
+}
+
+const double *kmp_slopes_events(kmp_slopes *slopes, const kmp_instant *at)
+{
+    run(slopes, OF_EVENTS, at);
+    return slopes->value[OF_EVENTS];
+}
+
+void kmp_slopes_events_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out)
+{
+    memset(out, 0, (size_t)slopes->system->events.count * sizeof *out);
+    add_along(slopes, &slopes->events, slopes->value[OF_EVENTS], direction, out);
+}
+
+void kmp_slopes_events_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient)
+{
+    add_gradient(slopes, &slopes->events, slopes->value[OF_EVENTS], w, gradient);
 }

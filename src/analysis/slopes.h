@@ -27,10 +27,11 @@ typedef struct kmp_slopes {
     kmp_slope_matrix
         equations;            /* rows: h, rate, curve (m each), force, start q and qd (n each); a column a parameter */
     kmp_slope_matrix outputs; /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
-    kmp_program *program[2];  /* of the equations, of the outputs; NULL: nothing depends on a parameter; not asked */
-    kmp_machine *machine[2];
-    long charts[2];         /* versions that they have */
-    const double *value[2]; /* since the last kmp_slopes_at, kmp_slopes_outputs */
+    kmp_slope_matrix events;  /* likewise; rows: the conditions of the system */
+    kmp_program *program[3];  /* of the equations, outputs, events; NULL: nothing in them, or not asked for */
+    kmp_machine *machine[3];
+    long charts[3];         /* versions that they have */
+    const double *value[3]; /* since the last kmp_slopes_at, kmp_slopes_outputs, kmp_slopes_events */
 } kmp_slopes;
 
 /** Derives them for a system of a variant's model; `names`: of parameters that vary. With the outputs, if asked for,
@@ -72,5 +73,10 @@ void kmp_slopes_outputs_along(const kmp_slopes *slopes, const kmp_direction *dir
 
 /** Adds the derivatives of w' outputs to what is not NULL. */
 void kmp_slopes_outputs_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient);
+
+/** The same of the conditions, as kmp_plant_changes has them: where a parameter or a direction takes them. */
+const double *kmp_slopes_events(kmp_slopes *slopes, const kmp_instant *at);
+void kmp_slopes_events_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out);
+void kmp_slopes_events_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient);
 
 #endif

@@ -78,7 +78,7 @@ typedef struct point {
     double t, q[MOST], qd[MOST], qdd[MOST], lambda[MOST];
 } point;
 
-/* h, rate, curve, force, then the outputs, as the plant has them. */
+/* h, rate, curve, force, the outputs and the conditions, as the plant has them. */
 static void numbers_at(fixture *f, const point *x, double *out)
 {
     static double jacobian[MOST * MOST], mass[MOST * MOST];
@@ -106,6 +106,9 @@ static void numbers_at(fixture *f, const point *x, double *out)
     }
     const double *shown = kmp_plant_shown(p, x->t, x->q, x->qd, x->qdd, x->lambda);
     memcpy(out + 3 * m + n, shown, (size_t)f->slopes->shown * sizeof *out);
+    const double *changes = kmp_plant_changes(p, x->t, x->q, x->qd);
+    for (int k = 0; k < f->system->events.count; k++)
+        out[3 * m + n + f->slopes->shown + k] = changes[k];
 }
 
 static bool set_parameters(fixture *f, int k, double change)
@@ -143,7 +146,8 @@ static kmp_instant instant_of(const fixture *f, const point *x)
 static void check_parameter(fixture *f, const point *x, int k)
 {
     static double plus[MOST_NUMBERS], minus[MOST_NUMBERS], exact[MOST_NUMBERS];
-    int n = f->plant->n, m = f->plant->m, equations = 3 * m + n, all = equations + f->slopes->shown;
+    int n = f->plant->n, m = f->plant->m, equations = 3 * m + n,
+        all = equations + f->slopes->shown + f->system->events.count;
     CHECK(all <= MOST_NUMBERS);
     CHECK(set_parameters(f, -1, 0));
     kmp_instant at = instant_of(f, x);
@@ -153,6 +157,10 @@ static void check_parameter(fixture *f, const point *x, int k)
     double unit[MOST] = {0}, best = INFINITY, best_shown = INFINITY, size = fmax(fabs(f->values[k]), 0.01);
     unit[k] = 1;
     kmp_slopes_outputs_along(f->slopes, &(kmp_direction){.parameters = unit}, exact + equations);
+    if (f->system->events.count > 0) {
+        (void)kmp_slopes_events(f->slopes, &at);
+        kmp_slopes_events_along(f->slopes, &(kmp_direction){.parameters = unit}, exact + equations + f->slopes->shown);
+    }
     for (double step = 1e-2 * size; step > 1e-8 * size; step /= 10) {
         if (!set_parameters(f, k, step))
             continue;
@@ -186,7 +194,12 @@ static void check_state(fixture *f, const point *x)
         d.lambda[i] = between(-1, 1);
     kmp_instant at = instant_of(f, x);
     (void)kmp_slopes_outputs(f->slopes, &at);
+    int shown = f->slopes->shown, events = f->system->events.count;
     kmp_slopes_outputs_along(f->slopes, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, NULL}, exact);
+    if (events > 0) {
+        (void)kmp_slopes_events(f->slopes, &at);
+        kmp_slopes_events_along(f->slopes, &(kmp_direction){&d.t, d.q, d.qd, NULL, NULL, NULL}, exact + shown);
+    }
     double best = INFINITY;
     for (double step = 1e-3; step > 1e-8; step /= 10) {
         for (int side = -1; side < 2; side += 2) {
@@ -201,7 +214,7 @@ static void check_state(fixture *f, const point *x)
                 moved.lambda[i] += side * step * d.lambda[i];
             numbers_at(f, &moved, side < 0 ? minus : plus);
         }
-        best = fmin(best, distance(f->slopes->shown, plus + equations, minus + equations, step, exact));
+        best = fmin(best, distance(shown + events, plus + equations, minus + equations, step, exact));
     }
     CHECK(best < 1e-8);
 }
