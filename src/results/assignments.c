@@ -63,7 +63,7 @@ static void choose_variables(printer *p)
 static void print_input(printer *p, const kmp_node *n)
 {
     static const char *const vector[KMP_IN_COUNT] = {"",     "t",     "q",     "qd",    "qdd",    "lambda", "mu",
-                                                     "mode", "place", "chart", "force", "torque", "effort"};
+                                                     "mode", "place", "chart", "force", "torque", "effort", "along"};
     const kempe_model *model = p->eq->model;
     switch ((kmp_input_kind)n->a) {
     case KMP_IN_PARAMETER:
@@ -83,6 +83,7 @@ static void print_input(printer *p, const kmp_node *n)
     case KMP_IN_FORCE:
     case KMP_IN_TORQUE:
     case KMP_IN_EFFORT:
+    case KMP_IN_ALONG:
     case KMP_IN_PLACE:
     case KMP_IN_CHART:
     case KMP_IN_COUNT:

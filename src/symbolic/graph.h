@@ -41,6 +41,7 @@ typedef enum kmp_input_kind {
     KMP_IN_FORCE,  /* three a body, at its centre of mass, body axes */
     KMP_IN_TORQUE, /* likewise */
     KMP_IN_EFFORT, /* one a coordinate, beside those of the model's forces */
+    KMP_IN_ALONG,  /* directions that something is differentiated along, one after the other */
     KMP_IN_COUNT
 } kmp_input_kind;
 

@@ -7,7 +7,7 @@
 enum { MOST_INDEX = 10000000 };
 
 const char *const kmp_input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
-                                                   "mode", "place", "chart", "force", "torque", "effort"};
+                                                   "mode", "place", "chart", "force", "torque", "effort", "along"};
 
 /* -- words ------------------------------------------------------------------------------------------- */
 
