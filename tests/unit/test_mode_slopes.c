@@ -326,6 +326,36 @@ static void a_lever_on_a_spring(void)
     close_rig(&r);
 }
 
+/* A ball on an arm l from the axis of a shaft that turns at w, a rod of the same length from it to a sleeve: steady at
+ * the height h = (m + 2 M) g/(m w^2) below the hinge, whatever l is. */
+#define GOVERNOR                                                                                                       \
+    "kempe: 1\nparameters: {w: 8, l: 0.5, m: 2, M: 0.7, g: 9.81, c: 3}\ngravity: [0, 0, -g]\n"                         \
+    "bodies:\n"                                                                                                        \
+    "  shaft: {joint: {revolute: z, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {T: [0, 0, 1]}}\n"   \
+    "  arm: {joint: {revolute: y, at: shaft.T}, mass: m, com: [l, 0, 0], points: {E: [l, 0, 0]}}\n"                    \
+    "  sleeve: {joint: {prismatic: z, at: shaft}, mass: M, points: {P: [0, 0, 0]}}\n"                                  \
+    "loops: {rod: {rod: [arm.E, sleeve.P], length: l}}\n"                                                              \
+    "drives: {spin: {joint: shaft, angle: w*t}}\n"                                                                     \
+    "forces: {c: {joint: sleeve, force: '-c*qd(sleeve)'}}\n"                                                           \
+    "start: {q: {arm: 50 deg, sleeve: 0.2}}\n"
+
+static void a_governor(void)
+{
+    static rig r;
+    CHECK(open_rig(&r, load_text(GOVERNOR), "w,l,m,M,c", true));
+    double h = (2 + 2 * 0.7) * 9.81 / (2 * 64), c = h / 0.5, s = sqrt(1 - c * c);
+    CHECK_NEAR(r.q[1], asin(c), 1e-12);
+    const double by_h[5] = {-2 * h / 8, 0, -2 * 0.7 * 9.81 / (4 * 64), 2 * 9.81 / (2 * 64), 0};
+    for (int k = 0; k < 5; k++) {
+        double arm = (by_h[k] - (k == 1 ? c : 0)) / (0.5 * s); /* h = l sin(arm) */
+        CHECK_NEAR(r.shift.q[k * r.n + 1], arm, 1e-12);
+        CHECK_NEAR(r.shift.q[k * r.n + 2], -2 * by_h[k], 1e-12);
+        CHECK_NEAR(r.shift.qd[k * r.n], k == 0 ? 1 : 0, 1e-14);
+        against_differences(&r, k, 1e-8);
+    }
+    close_rig(&r);
+}
+
 /* -- equal eigenvalues, and none ---------------------------------------------------------------------- */
 
 /* Two equal pendulums: by the length of one of them one of both frequencies moves, by that of both both do. */
@@ -396,6 +426,7 @@ int main(void)
     TEST(a_four_bar_with_a_spring);
     TEST(a_suspension);
     TEST(a_stewart_platform);
+    TEST(a_governor);
     TEST(equal_ones);
     TEST(equal_ones_with_one_vector);
     TEST(what_nothing_holds);
