@@ -45,12 +45,13 @@ def closed(properties, required=()):
 
 def force_elements():
     """The mapping of each kind of force that has one of its own, and the keys of those that have not."""
-    word = {kind: word for kind, _, _, word in rows("forces.def", "KMP_FORCE")}
-    own, top = {}, set()
-    for kind, _, key, *_, required, _ in rows("forces.def", "KMP_FIELD"):
+    word = {kind: word for kind, _, _, word, _ in rows("forces.def", "KMP_FORCE")}
+    own, top = {}, {}
+    for kind, _, key, size, *_, required, _ in rows("forces.def", "KMP_FIELD"):
         names = ["torque", "force"] if key == "effort" else [key]
         if word[kind] == "NULL":
-            top.update(names)
+            for name in names:
+                top[name] = max(int(size), top.get(name, 1))
             continue
         properties, wanted = own.setdefault(word[kind], ({}, []))
         properties.update({n: ref("number") for n in names})
@@ -63,8 +64,9 @@ def force():
     own, top = force_elements()
     effort = {"anyOf": [ref("number"), ref("vector")]}
     properties = {"joint": ref("word"), "at": ref("word"), "on": ref("word"), "torque": effort, "force": effort}
-    properties.update({key: ref("number") for key in sorted(top)}, **own)
+    properties.update({key: ref("number") if top[key] == 1 else effort for key in sorted(top)}, **own)
     properties["spring"] = {"anyOf": [ref("two_points"), own["spring"]]}
+    properties["bushing"] = ref("two_points")
     return closed(properties)
 
 

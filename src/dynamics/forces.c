@@ -5,8 +5,8 @@
 #include "symbolic/derivative.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
-#define KMP_FORCE(kind, name, place, word) kmp_law_##name,
-#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#define KMP_FORCE(kind, name, place, word, width) kmp_law_##name,
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
 #include "model/forces.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
@@ -37,6 +37,20 @@ kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec 
     if (link == ancestor)
         return v;
     return kmp_link_to_child(tree, link, kmp_from_ancestor(tree, tree->links[link].parent, ancestor, v));
+}
+
+kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor)
+{
+    kmp_vec w = kmp_vec_zero();
+    for (; link != ancestor; link = tree->links[link].parent) {
+        const kmp_link *l = &tree->links[link];
+        if (l->rotation)
+            w = kmp_vec_add(tree->graph, w, kmp_vec_axis(l->qd, l->axis));
+        w = kmp_link_to_parent(tree, link, w);
+    }
+    for (; link > 0 && tree->links[link].stays; link = tree->links[link].follows ? tree->links[link].parent : 0)
+        w = kmp_vec_add(tree->graph, w, kmp_vec_axis(tree->links[link].qd, tree->links[link].axis));
+    return w;
 }
 
 void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied)
@@ -85,10 +99,11 @@ bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, bool energy)
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
     forces->applied = KMP_NEW(kmp_wrench, tree->count);
     forces->effort = KMP_NEW(kmp_ref, tree->count);
-    forces->value = KMP_NEW(kmp_ref, model->force_count);
+    forces->value = KMP_NEW(kmp_ref, KMP_FORCE_WIDTH * model->force_count);
     bool ok = forces->applied && forces->effort && forces->value;
     for (int k = 0; ok && k < model->force_count; k++)
-        ok = laws[model->forces[k].kind](forces, tree, &model->forces[k], energy, &forces->value[k]);
+        ok = laws[model->forces[k].kind](forces, tree, &model->forces[k], energy,
+                                         forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
     if (ok && energy)
         forces->potential = kmp_add(tree->graph, forces->potential, gravity_potential(tree));
     if (!ok || kmp_graph_failed(tree->graph)) {

@@ -5,11 +5,14 @@
 
 #include "dynamics/newton_euler.h"
 
+enum { KMP_FORCE_WIDTH = 6 }; /* values of an element, at most (forces.def) */
+
 typedef struct kmp_forces {
     kmp_wrench *applied; /* a link: force and moment about its origin, its axes */
     kmp_ref *effort;     /* a motion */
-    kmp_ref potential;   /* of gravity, springs, stops and constant efforts, J */
-    kmp_ref *value;      /* a force element: its tension, effort on the joint; zero for one with components */
+    kmp_ref potential;   /* of gravity, springs, bushings, stops, constant efforts, J */
+    kmp_ref *value;      /* KMP_FORCE_WIDTH a force element, what an output force(NAME) shows: its tension, effort on
+                          * the joint, components */
     kmp_ref power;       /* of everything else, W: zero when the model is conservative */
 } kmp_forces;
 

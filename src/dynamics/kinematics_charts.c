@@ -34,7 +34,8 @@ static int points_asked_for(const kempe_model *model, int b)
         }
         for (int f = 0; f < model->force_count; f++) {
             const kmp_force *force = &model->forces[f];
-            bool asks = force->kind == KMP_FORCE_SPRING || (force->kind == KMP_FORCE_POINT && k == 0);
+            bool asks = force->kind == KMP_FORCE_SPRING || force->kind == KMP_FORCE_BUSHING ||
+                        (force->kind == KMP_FORCE_POINT && k == 0);
             count += asks && moves_with(model, model->points[force->point[k]].body, b);
         }
     }

@@ -82,9 +82,6 @@ static bool derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_ou
     case KMP_OUTPUT_MOMENT:
         *x = kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
         return true;
-    case KMP_OUTPUT_FORCE:
-        x->x[0] = forces->value[output->index];
-        return true;
     case KMP_OUTPUT_ENERGY:
         return energies(eq, forces, x);
     case KMP_OUTPUT_SENSOR:
@@ -102,8 +99,10 @@ bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
         const kmp_output *output = &eq->model->outputs[o];
         kmp_vec x = kmp_vec_zero();
         ok = derive_one(eq, forces, output, &x);
-        for (int k = 0; k < kmp_output_rows[output->kind].width; k++)
-            eq->shown[eq->shown_count++] = x.x[k];
+        const kmp_ref *values =
+            output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
+        for (int k = 0; k < kmp_output_width(eq->model, output); k++)
+            eq->shown[eq->shown_count++] = values[k];
         for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
             eq->position[3 * eq->position_count + k] = x.x[k];
         eq->position_count += output->kind == KMP_OUTPUT_POSITION;

@@ -54,8 +54,11 @@ static bool in_closure(kmp_text *text, int symbol, const kempe_model *model, con
 static bool in_force(kmp_text *text, int symbol, const kmp_force *force)
 {
     for (int k = 0; k < kmp_force_field_count; k++)
-        if (kmp_force_fields[k].kind == force->kind &&
-            is_it(text, symbol, kmp_force_get(force, k), force->name, kmp_force_fields[k].key))
+        if (kmp_force_fields[k].kind != force->kind)
+            continue;
+        else if (kmp_force_fields[k].size == 3
+                     ? in_vector(text, symbol, kmp_force_get(force, k), force->name, kmp_force_fields[k].key)
+                     : is_it(text, symbol, kmp_force_get(force, k), force->name, kmp_force_fields[k].key))
             return true;
     return false;
 }

@@ -106,7 +106,7 @@ static void check_components(asking *a, const int *component)
 {
     for (int k = 0; k < a->count && !a->r.wrong; k++) {
         const kmp_output *output = &a->model.outputs[k];
-        if (component[k] >= kmp_output_rows[output->kind].width)
+        if (component[k] >= kmp_output_width(&a->model, output))
             kmp_reader_complain(&a->r, nowhere, "'%s': %s has no components", a->word[k],
                                 kmp_output_rows[output->kind].word);
     }

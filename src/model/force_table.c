@@ -4,17 +4,17 @@
 #include <string.h>
 
 const kmp_force_row kmp_force_rows[KMP_FORCE_KINDS] = {
-#define KMP_FORCE(kind, name, place, word) {#name, place, word},
-#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#define KMP_FORCE(kind, name, place, word, width) {#name, place, word, width},
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
 #include "model/forces.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
 };
 
 const kmp_force_field kmp_force_fields[] = {
-#define KMP_FORCE(kind, name, place, word)
-#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)                                         \
-    {KMP_FORCE_##kind, key, offsetof(kmp_force, member), effort, coordinate, time, required, KMP_FIELD_##rule},
+#define KMP_FORCE(kind, name, place, word, width)
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)                                   \
+    {KMP_FORCE_##kind, key, offsetof(kmp_force, member), size, effort, coordinate, time, required, KMP_FIELD_##rule},
 #include "model/forces.def"
 #undef KMP_FORCE
 #undef KMP_FIELD

@@ -9,12 +9,14 @@ typedef enum kmp_field_rule { KMP_FIELD_ANY, KMP_FIELD_NOT_NEGATIVE, KMP_FIELD_P
 
 typedef struct kmp_force_row {
     const char *name, *place, *word;
+    int width;
 } kmp_force_row;
 
 typedef struct kmp_force_field {
     kmp_force_kind kind;
     const char *key;
-    size_t offset; /* of its number in kmp_force */
+    size_t offset; /* of its numbers in kmp_force */
+    int size;
     double effort, coordinate, time;
     bool required;
     kmp_field_rule rule;
@@ -24,7 +26,7 @@ extern const kmp_force_row kmp_force_rows[KMP_FORCE_KINDS];
 extern const kmp_force_field kmp_force_fields[];
 extern const int kmp_force_field_count;
 
-/** The number of a field in a force. */
+/** The numbers of a field in a force, `size` of them. */
 kmp_number *kmp_force_number(kmp_force *force, int field);
 const kmp_number *kmp_force_get(const kmp_force *force, int field);
 

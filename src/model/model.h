@@ -99,8 +99,8 @@ typedef struct kmp_cut {
 
 /* The rows of forces.def. */
 typedef enum kmp_force_kind {
-#define KMP_FORCE(kind, name, place, word) KMP_FORCE_##kind,
-#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#define KMP_FORCE(kind, name, place, word, width) KMP_FORCE_##kind,
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
 #include "model/forces.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
@@ -117,6 +117,8 @@ typedef struct kmp_force {
     const kmp_expr *vector[3]; /* POINT, BODY: ground axes */
     int point[2], body;
     kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed;
+    kmp_number along[3], along_damping[3], about[3], about_damping[3],
+        preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;
 } kmp_force;
 

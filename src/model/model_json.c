@@ -269,23 +269,34 @@ static void json_components(kmp_text *text, const kempe_model *model, const kmp_
     kmp_text_put(text, "]");
 }
 
+static void put_field(kmp_text *text, const char *key, int size, const kmp_number *number)
+{
+    if (size == 1) {
+        put_number(text, false, key, number->value);
+        return;
+    }
+    put_key(text, false, key);
+    kmp_model_put_vector(text, number);
+}
+
 static void json_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
 {
     const char *word = kmp_force_rows[force->kind].word;
     put_string(text, true, "name", force->name);
-    put_string(text, false, "kind", word ? kmp_force_key(model, force->motion, word) : "spring");
+    put_string(text, false, "kind",
+               word ? kmp_force_key(model, force->motion, word) : kmp_force_rows[force->kind].place);
     if (force->motion >= 0)
         put_string(text, false, "coordinate", model->motions[force->motion].name);
     else if (force->kind == KMP_FORCE_BODY)
         put_string(text, false, "body", model->bodies[force->body].name);
-    else if (force->kind == KMP_FORCE_SPRING)
+    else if (!word)
         put_point_key(text, "points", model, force->point);
     else
         put_one_point(text, model, force->point[0]);
     for (int k = 0; k < kmp_force_field_count; k++)
         if (kmp_force_fields[k].kind == force->kind && kmp_force_has(force, k))
-            put_number(text, false, kmp_force_key(model, force->motion, kmp_force_fields[k].key),
-                       kmp_force_get(force, k)->value);
+            put_field(text, kmp_force_key(model, force->motion, kmp_force_fields[k].key), kmp_force_fields[k].size,
+                      kmp_force_get(force, k));
     if (force->effort) {
         put_key(text, false, "effort");
         kmp_model_put_quoted_expr(text, model, force->effort);

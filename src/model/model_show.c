@@ -208,7 +208,10 @@ static void show_fields(kmp_text *text, const kempe_model *model, const kmp_forc
         if (kmp_force_fields[k].kind != force->kind || !kmp_force_has(force, k))
             continue;
         kmp_text_printf(text, ", %s ", kmp_force_key(model, force->motion, kmp_force_fields[k].key));
-        kmp_text_number(text, kmp_force_get(force, k)->value);
+        if (kmp_force_fields[k].size == 1)
+            kmp_text_number(text, kmp_force_get(force, k)->value);
+        else
+            kmp_model_put_vector(text, kmp_force_get(force, k));
     }
 }
 
@@ -225,8 +228,8 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
 {
     const char *word = kmp_force_rows[force->kind].word;
     kmp_text_printf(text, "  %s: ", force->name);
-    if (force->kind == KMP_FORCE_SPRING) {
-        kmp_text_put(text, "spring ");
+    if (!word) {
+        kmp_text_printf(text, "%s ", kmp_force_rows[force->kind].place);
         kmp_model_put_point(text, model, force->point[0]);
         kmp_text_put(text, " - ");
         kmp_model_put_point(text, model, force->point[1]);

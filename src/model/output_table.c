@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/output_table.h"
+#include "model/force_table.h"
 
 const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #define KMP_OUTPUT(kind, word, argument, width) {word, KMP_OUTPUT_OF_##argument, width},
@@ -7,11 +8,17 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #undef KMP_OUTPUT
 };
 
+int kmp_output_width(const kempe_model *model, const kmp_output *output)
+{
+    return output->kind == KMP_OUTPUT_FORCE ? kmp_force_rows[model->forces[output->index].kind].width
+                                            : kmp_output_rows[output->kind].width;
+}
+
 int kmp_outputs_width(const kempe_model *model)
 {
     int width = 0;
     for (int k = 0; k < model->output_count; k++)
-        width += kmp_output_rows[model->outputs[k].kind].width;
+        width += kmp_output_width(model, &model->outputs[k]);
     return width;
 }
 
@@ -57,11 +64,12 @@ void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output
 
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
+    static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
     (void)put_argument(text, model, output);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_put(text, energies[k]);
-    else if (kmp_output_rows[output->kind].width == 3)
-        kmp_text_printf(text, ".%c", "xyz"[k]);
+    else if (kmp_output_width(model, output) > 1)
+        kmp_text_printf(text, ".%s", components[k]);
 }

@@ -23,6 +23,9 @@ typedef struct kmp_output_row {
 
 extern const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS];
 
+/** Values a row that are computed for an output; 0: it is in the table of every run. */
+int kmp_output_width(const kempe_model *model, const kmp_output *output);
+
 /** Values a row that are computed for the outputs of a model beside its table. */
 int kmp_outputs_width(const kempe_model *model);
 

@@ -4,10 +4,24 @@
 #include "model/reading.h"
 #include <string.h>
 
-static const char *const force_keys[] = {"joint", "spring",   "at",        "on",      "torque",      "force",
-                                         "stops", "friction", "stiffness", "damping", "free_length", NULL};
+static const char *const force_keys[] = {"joint",
+                                         "spring",
+                                         "bushing",
+                                         "at",
+                                         "on",
+                                         "torque",
+                                         "force",
+                                         "stops",
+                                         "friction",
+                                         "stiffness",
+                                         "damping",
+                                         "free_length",
+                                         "rotational_stiffness",
+                                         "rotational_damping",
+                                         "preload",
+                                         NULL};
 
-static const char *const places[] = {"joint", "spring", "at", "on"};
+static const char *const places[] = {"joint", "spring", "bushing", "at", "on"};
 
 enum { PLACES = sizeof places / sizeof places[0] };
 
@@ -34,8 +48,8 @@ static const char *find_place(const element *e)
         }
     if (found == 1)
         return place;
-    kmp_reader_complain(e->r, e->map->place, "%s: exactly one of the keys joint, spring, at, on is wanted, not %d",
-                        e->what, found);
+    kmp_reader_complain(e->r, e->map->place,
+                        "%s: exactly one of the keys joint, spring, bushing, at, on is wanted, not %d", e->what, found);
     return NULL;
 }
 
@@ -87,12 +101,28 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
 
 static void check_rule(const element *e, const kmp_yaml *node, const char *what, int k)
 {
-    double value = kmp_force_get(e->force, k)->value;
     kmp_field_rule rule = kmp_force_fields[k].rule;
-    if (rule == KMP_FIELD_POSITIVE && !(value > 0))
-        kmp_reader_complain(e->r, node->place, "%s is %.6g: it must be positive", what, value);
-    if (rule == KMP_FIELD_NOT_NEGATIVE && value < 0)
-        kmp_reader_complain(e->r, node->place, "%s is %.6g: it must not be negative", what, value);
+    for (int i = 0; i < kmp_force_fields[k].size; i++) {
+        double value = kmp_force_get(e->force, k)[i].value;
+        if (rule == KMP_FIELD_POSITIVE && !(value > 0))
+            kmp_reader_complain(e->r, node->place, "%s is %.6g: it must be positive", what, value);
+        if (rule == KMP_FIELD_NOT_NEGATIVE && value < 0)
+            kmp_reader_complain(e->r, node->place, "%s is %.6g: it must not be negative", what, value);
+    }
+}
+
+/* One number, or three: a list of them, or one for all. */
+static bool read_field(const element *e, const kmp_yaml *node, const char *what, int k)
+{
+    const kmp_force_field *field = &kmp_force_fields[k];
+    kmp_number *number = kmp_force_number(e->force, k);
+    if (field->size == 3 && node->kind == KMP_YAML_LIST)
+        return kmp_read_vector(e->r, node, what, dimension_of(e, field), number);
+    if (!kmp_read_number(e->r, node, what, dimension_of(e, field), number))
+        return false;
+    for (int i = 1; i < field->size; i++)
+        number[i] = number[0];
+    return true;
 }
 
 /* The numbers of the element, keys of `map`. */
@@ -109,7 +139,7 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
         if (!node)
             continue;
         const char *name = kmp_reader_say(e->r, "the %s of %s", key, e->what);
-        if (kmp_read_number(e->r, node, name, dimension_of(e, field), kmp_force_number(e->force, k)))
+        if (read_field(e, node, name, k))
             check_rule(e, node, name, k);
     }
 }
@@ -236,7 +266,7 @@ static void read_force(const element *e)
     } else if (strcmp(place, "on") == 0) {
         read_on_body(e);
     } else {
-        kmp_read_two_points(e->r, kmp_yaml_get(e->map, "spring"), e->what, e->force->point);
+        kmp_read_two_points(e->r, kmp_yaml_get(e->map, place), e->what, e->force->point);
         read_fields(e, e->map, e->what);
     }
     refuse_others(e, place);

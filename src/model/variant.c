@@ -262,7 +262,7 @@ static bool find_followers(kmp_variant *v)
     for (int k = 0; ok && k < m->force_count; k++)
         for (int f = 0; ok && f < kmp_force_field_count; f++)
             if (kmp_force_fields[f].kind == m->forces[k].kind)
-                ok = follow(v, 1, kmp_force_number(&m->forces[k], f));
+                ok = follow(v, kmp_force_fields[f].size, kmp_force_number(&m->forces[k], f));
     for (int k = 0; ok && k < m->start.goal_count; k++)
         ok = follow(v, 3, m->start.goals[k].value) && follow(v, 3, m->start.goals[k].weight);
     return ok;
@@ -354,11 +354,14 @@ static bool check_forces(const kempe_model *m, kmp_text *why)
             const kmp_force_field *field = &kmp_force_fields[f];
             if (field->kind != force->kind || !kmp_force_has(force, f))
                 continue;
-            double x = kmp_force_get(force, f)->value;
-            bool good = field->rule == KMP_FIELD_ANY || x > 0 || (field->rule == KMP_FIELD_NOT_NEGATIVE && !(x < 0));
-            if (!good) {
-                kmp_text_printf(why, "force '%s': %s is %.6g", force->name, field->key, x);
-                return false;
+            for (int i = 0; i < field->size; i++) {
+                double x = kmp_force_get(force, f)[i].value;
+                bool good =
+                    field->rule == KMP_FIELD_ANY || x > 0 || (field->rule == KMP_FIELD_NOT_NEGATIVE && !(x < 0));
+                if (!good) {
+                    kmp_text_printf(why, "force '%s': %s is %.6g", force->name, field->key, x);
+                    return false;
+                }
             }
         }
         if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value) {

@@ -122,7 +122,8 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     int bodies = model->body_count < most_bodies ? model->body_count : most_bodies;
     int lines = model->force_count + model->closure_count;
     *drawing = (kmp_drawing){.body_count = bodies};
-    drawing->marks = KMP_NEW(kmp_mark, 3 * model->body_count + 2 * model->closure_count + model->point_count);
+    drawing->marks =
+        KMP_NEW(kmp_mark, 3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
     drawing->lines = KMP_NEW(kmp_line, lines);
     drawing->is_rod = KMP_NEW(bool, lines);
     drawing->guides = KMP_NEW(kmp_guide, model->body_count);
@@ -134,6 +135,9 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
         mark_joint(drawing, model, b);
     for (int c = 0; c < model->closure_count; c++)
         mark_closure(drawing, model, &model->closures[c]);
+    for (int f = 0; f < model->force_count; f++)
+        for (int k = 0; model->forces[f].kind == KMP_FORCE_BUSHING && k < 2; k++)
+            mark_point(drawing, model, model->forces[f].point[k], KMP_MARK_CLOSURE, model->forces[f].name);
     for (int p = 0; p < model->point_count; p++)
         mark_point(drawing, model, p, KMP_MARK_NAMED, NULL);
     for (int b = 1; b < bodies; b++)

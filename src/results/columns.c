@@ -95,7 +95,7 @@ static void add(writer *w, kmp_text *name, const char *unit, kmp_column of)
 static void add_computed(writer *w, const kempe_model *model, int o, int first)
 {
     const kmp_output *output = &model->outputs[o];
-    for (int k = 0; k < kmp_output_rows[output->kind].width; k++) {
+    for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
         kmp_output_column(&name, model, output, k);
         add(w, &name, unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
@@ -123,7 +123,7 @@ static void write_all(writer *w, const kempe_system *system)
     kmp_text_put(&time, "t");
     add(w, &time, "s", (kmp_column){KMP_QUANTITIES, -1, -1, 0});
     for (int o = 0; o < model->output_count; o++) {
-        int width = kmp_output_rows[model->outputs[o].kind].width;
+        int width = kmp_output_width(model, &model->outputs[o]);
         if (!is_repeated(model, o) && width > 0)
             add_computed(w, model, o, shown);
         else if (!is_repeated(model, o))

@@ -77,7 +77,7 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
     const double *x = t->shown;
     bool any = false;
     for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
-        int width = kmp_output_rows[model->outputs[o].kind].width;
+        int width = kmp_output_width(model, &model->outputs[o]);
         if (width == 0)
             continue;
         kmp_text_put(text, "  ");
@@ -216,7 +216,7 @@ static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positio
     kmp_json_object(json, positions ? "position" : "outputs");
     for (int o = 0; o < model->output_count; o++) {
         const kmp_output *output = &model->outputs[o];
-        int width = kmp_output_rows[output->kind].width;
+        int width = kmp_output_width(model, output);
         kmp_text name = {0};
         kmp_output_print(&name, model, output);
         size_t head = positions ? strlen("position(") : 0;

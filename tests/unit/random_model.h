@@ -118,6 +118,8 @@ static inline random_model random_model_new(uint64_t seed, int bodies, unsigned 
             kmp_text_put(&text, "forces:\n");
             put_springs(&text, bodies, flags);
             put_efforts(&text, &r, flags);
+            if (flags & MODEL_BUSHINGS)
+                put_bushings(&text, bodies, flags);
         }
         put_run(&text, bodies, flags & MODEL_LOOPS);
         r.model = NULL;
@@ -231,6 +233,16 @@ static inline void plain_point(const kempe_model *model, const pose *p, int poin
     double at[3];
     number_values(model->points[point].at, at);
     pose_apply(&p[model->points[point].body], at, x);
+}
+
+/* v of a point's own axes, in ground axes. */
+static inline void plain_direction(const kempe_model *model, const pose *p, int point, const double v[3], double out[3])
+{
+    pose axes = p[model->points[point].body];
+    if (model->points[point].turned)
+        pose_multiply(&axes, model->points[point].axes);
+    for (int i = 0; i < 3; i++)
+        out[i] = axes.r[i][0] * v[0] + axes.r[i][1] * v[1] + axes.r[i][2] * v[2];
 }
 
 static inline double plain_distance(const kempe_model *model, const double *q, const int point[2])

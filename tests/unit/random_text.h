@@ -13,10 +13,11 @@ enum { MODEL_MAX_N = 96, MODEL_MAX_BODIES = 80 };
 /* What a random model has. */
 enum {
     MODEL_LOOPS = 1,
-    MODEL_FORCES = 2,  /* springs and efforts, conservative */
-    MODEL_DAMPING = 4, /* and not: damping of springs, efforts over t, q and qd */
-    MODEL_SYMBOLS = 8, /* numbers as expressions of parameters */
-    MODEL_PLAIN = 16   /* joints of plain motions, loops of balls and rods: many assemble and move */
+    MODEL_FORCES = 2,   /* springs and efforts, conservative */
+    MODEL_DAMPING = 4,  /* and not: damping of springs, efforts over t, q and qd */
+    MODEL_SYMBOLS = 8,  /* numbers as expressions of parameters */
+    MODEL_PLAIN = 16,   /* joints of plain motions, loops of balls and rods: many assemble and move */
+    MODEL_BUSHINGS = 32 /* two, beside other forces */
 };
 
 /* -- writing ----------------------------------------------------------------------------------------- */
@@ -204,6 +205,24 @@ static inline void put_springs(kmp_text *text, int bodies, unsigned flags)
         if (flags & MODEL_DAMPING) {
             kmp_text_put(text, ", damping: ");
             put_number(text, between(0.5, 3), flags);
+        }
+        kmp_text_put(text, "}\n");
+    }
+}
+
+/* The first with one number for all axes, the other with three. */
+static inline void put_bushings(kmp_text *text, int bodies, unsigned flags)
+{
+    static const char *const keys[] = {"stiffness", "rotational_stiffness", "preload", "damping", "rotational_damping"};
+    for (int k = 0; k < 2; k++) {
+        kmp_text_printf(text, "  u%d: {bushing: ", k);
+        put_pair(text, bodies);
+        for (int i = 0; i < (flags & MODEL_DAMPING ? 5 : 3); i++) {
+            kmp_text_printf(text, ", %s: ", keys[i]);
+            if (k == 0)
+                put_number(text, between(1, 20), flags);
+            else
+                put_vector(text, 20, flags);
         }
         kmp_text_put(text, "}\n");
     }

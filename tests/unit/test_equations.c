@@ -248,15 +248,6 @@ static void test_lagrange(void)
 
 /* -- closures -------------------------------------------------------------------------------------------- */
 
-static void plain_direction(const kempe_model *model, const pose *p, int point, const double v[3], double out[3])
-{
-    pose axes = p[model->points[point].body];
-    if (model->points[point].turned)
-        pose_multiply(&axes, model->points[point].axes);
-    for (int i = 0; i < 3; i++)
-        out[i] = axes.r[i][0] * v[0] + axes.r[i][1] * v[1] + axes.r[i][2] * v[2];
-}
-
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -104,6 +104,7 @@ static void matrices_are_differences_of_the_residual(void)
         (void)snprintf(path, sizeof path, "examples/%s/%s.yaml", examples[k], examples[k]);
         against_differences(path);
     }
+    against_differences("tests/models/bushings.yaml");
 }
 
 /* det Mr = det (N' M N) changes with u by det^2 of what leads from one to the other, and so does det Kr where R = 0:

@@ -124,7 +124,7 @@ static void columns(void)
     scene s = open_scene(all);
     for (int o = 1, k = 0; o < s.model->output_count - 1; o++) {
         kmp_text text = {0};
-        kmp_output_column(&text, s.model, &s.model->outputs[o], kmp_output_rows[s.model->outputs[o].kind].width - 1);
+        kmp_output_column(&text, s.model, &s.model->outputs[o], kmp_output_width(s.model, &s.model->outputs[o]) - 1);
         CHECK_TEXT(text.s, names[k++]);
         kmp_text_free(&text);
     }

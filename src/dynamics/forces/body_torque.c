@@ -2,19 +2,6 @@
 /* A torque on a body, components in ground axes. Its power is counted: a constant torque has no potential in space. */
 #include "dynamics/forces/law.h"
 
-/* w of a link in ground axes: the sum of its ancestors' rates about their axes. */
-static kmp_vec spin(const kmp_tree *tree, int link)
-{
-    kmp_vec w = kmp_vec_zero();
-    for (; link > 0; link = tree->links[link].parent) {
-        const kmp_link *l = &tree->links[link];
-        if (l->rotation)
-            w = kmp_vec_add(tree->graph, w, kmp_vec_axis(l->qd, l->axis));
-        w = kmp_link_to_parent(tree, link, w);
-    }
-    return w;
-}
-
 bool kmp_law_body_torque(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -26,6 +13,6 @@ bool kmp_law_body_torque(kmp_forces *forces, const kmp_tree *tree, const kmp_for
     kmp_wrench *applied = &forces->applied[link];
     applied->moment = kmp_vec_add(g, applied->moment, kmp_from_ancestor(tree, link, 0, torque));
     if (energy)
-        forces->power = kmp_add(g, forces->power, kmp_vec_dot(g, torque, spin(tree, link)));
+        forces->power = kmp_add(g, forces->power, kmp_vec_dot(g, torque, kmp_link_spin(tree, link, 0)));
     return true;
 }

@@ -7,18 +7,22 @@
 #include "dynamics/forces.h"
 #include "symbolic/derivative.h"
 
-/** `*value`: what an output force(NAME) shows. false: no memory. */
+/** `value`: what an output force(NAME) shows, zeros before; as many as forces.def says. false: no memory. */
 typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy,
                            kmp_ref *value);
 
-#define KMP_FORCE(kind, name, place, word) kmp_force_law kmp_law_##name;
-#define KMP_FIELD(kind, member, key, effort, coordinate, time, required, rule)
+#define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;
+#define KMP_FIELD(kind, member, key, size, effort, coordinate, time, required, rule)
 #include "model/forces.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
 
 /** v of an ancestor's axes in link's. */
 kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v);
+
+/** The angular velocity of what is fixed to a link against the axes of an ancestor, which may stay behind its body, in
+ *  these axes. */
+kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
 
 /** A force at a point, given in the axes of an ancestor link, onto the point's link. */
 void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied);
