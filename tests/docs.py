@@ -85,7 +85,7 @@ class Tables(unittest.TestCase):
         page = section("model_format.md", "Forces")
         cells = first_cells(page)[1:]
         self.assertEqual(len({re.search(r"`(\w+):", cell).group(1) for cell in cells}), len(cells))
-        for kind, name, place, word in generate.rows("forces.def", "KMP_FORCE"):
+        for kind, name, place, word, *_ in generate.rows("forces.def", "KMP_FORCE"):
             with self.subTest(name):
                 wanted = [place, *{"NULL": [], "effort": ["torque"]}.get(word, [word])]
                 self.assertTrue(any(all(f"{key}:" in cell for key in wanted) for cell in cells), wanted)
