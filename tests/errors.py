@@ -94,6 +94,12 @@ CALLS = [
     ("ensemble model.yaml --values values.csv", 2),
     ("ensemble model.yaml --sample l=1", 3),
     ("ensemble model.yaml --sample l", 3),
+    ("inverse model.yaml", 3),
+    ("inverse model.yaml --actuators X", 3),
+    ("inverse model.yaml --actuators A --weights B=2", 3),
+    ("inverse model.yaml --actuators A --motion values.csv", 2),
+    ("inverse model.yaml --actuators A --motion angles.csv", 2),
+    (f"inverse {ROOT}/examples/parallel_robot/parallel_robot.yaml --actuators a1", 1),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]
@@ -128,6 +134,7 @@ def everything_said(kempe, folder):
         lines += said(kempe, folder, "simulate model.yaml", code)
     model.write_text(MODEL)
     (pathlib.Path(folder) / "values.csv").write_text("l,rr\n0.8,x\n")
+    (pathlib.Path(folder) / "angles.csv").write_text("t,q.A\n0,1\n0.1,\n")
     for words, code in CALLS:
         lines += said(kempe, folder, words, code)
     return lines

@@ -256,6 +256,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/ensemble.h>
 #include <kempe/extend.h>
 #include <kempe/generate.h>
+#include <kempe/inverse.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 

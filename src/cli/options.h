@@ -38,6 +38,7 @@ typedef struct cli_settings {
     kempe_run run;
     kempe_compare_run compare;
     kempe_generation generation;
+    kempe_inverse_ask inverse; /* beside what is in `run` */
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;

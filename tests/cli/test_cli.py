@@ -25,7 +25,7 @@ FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
 SIX_BAR = ROOT / "examples/stephenson/stephenson.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
-COMMANDS = "check assemble simulate compare generate show ensemble".split()
+COMMANDS = "check assemble simulate compare generate show ensemble inverse".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -216,6 +216,70 @@ class Ensembles(Case):
                       self.expect(3, "ensemble", self.model("kempe: 1\nparameters: {T: 1}\nbodies: {a: {joint: {revolute: z, "
                                                             "at: ground}, mass: 1, inertia: {zz: 1}}}\nrun: {t_end: T}\n"),
                                   "--sample", "T=1:2").stderr)
+
+
+class Inverse(Case):
+    LED = ROOT / "examples/stewart/led.yaml"
+    LEGS = ",".join(f"slide{k}" for k in range(1, 7))
+    ROBOT = ROOT / "examples/parallel_robot/parallel_robot.yaml"
+
+    def rows(self, path):
+        with open(self.folder / path, newline="") as file:
+            units, *lines = file.read().splitlines()
+        names = lines[0].split(",")
+        self.assertEqual(len(units.split(",")), len(names))
+        return [dict(zip(names, map(float, line.split(",")))) for line in lines[1:]]
+
+    def test_keys(self):
+        one = self.object(0, "inverse", self.LED, "--actuators", self.LEGS, "--t-end", 0.1, "-o", "legs.csv")
+        self.assertKeys(one, "model status reason build_s motion source rows freedoms rank efforts norm length reach reach_t "
+                             "residual residual_t singular left redundant actuators t tau power lambda reaction moment cpu_s")
+        self.assertEqual((one["status"], one["motion"], one["rows"], one["freedoms"], one["efforts"]),
+                         ("ok", "drives", 11, 6, "definite"))
+        self.assertKeys(one["actuators"]["slide1"], "unit weight largest largest_t rms power power_t work")
+        self.assertLess(one["residual"], 1e-14)
+        rows = self.rows("legs.csv")
+        self.assertEqual([row["t"] for row in rows], one["t"])
+        for k, row in enumerate(rows):
+            self.assertEqual(row["tau.slide3"], one["tau"]["slide3"][k])
+            self.assertEqual(row["power.slide3"], one["power"]["slide3"][k])
+            self.assertEqual([row[f"lambda.P2.{i}"] for i in (1, 2, 3)], one["lambda"]["P2"][k])
+            self.assertEqual([row[f"reaction.P2.{x}"] for x in "xyz"], one["reaction"]["P2"][k])
+            self.assertAlmostEqual(row["q.platform.1"], 0.1*math.sin(5*row["t"]), delta=1e-14)
+        self.assertNotIn("lambda.x.1", rows[0])
+
+    def test_there_and_back(self):
+        """A trajectory is a motion, and so is what comes out; efforts that the model has are not asked for again."""
+        self.expect(0, "simulate", self.ROBOT, "-o", "robot.csv", "--once")
+        done = self.expect(0, "inverse", self.ROBOT, "--set", "k=0", "--motion", "robot.csv", "--actuators", "a1,b1", "-o",
+                           "efforts.csv")
+        self.assertIn("2 actuators, 2 degrees of freedom: the efforts are definite", done.stdout)
+        for row in self.rows("efforts.csv"):  # those of the springs; accelerations are by splines
+            self.assertAlmostEqual(row["tau.a1"], -60*(row["q.a1"] + math.radians(150)), delta=0.02)
+            self.assertAlmostEqual(row["tau.b1"], -60*(row["q.b1"] + math.radians(30)), delta=0.02)
+        self.expect(0, "inverse", self.ROBOT, "--set", "k=0", "--motion", "efforts.csv", "--actuators", "a1,b1", "-o",
+                    "again.csv")
+        for a, b in zip(self.rows("efforts.csv"), self.rows("again.csv")):
+            self.assertAlmostEqual(a["tau.a1"], b["tau.a1"], delta=1e-10)
+
+    def test_more_and_fewer(self):
+        done = self.expect(0, "inverse", self.ROBOT, "--actuators", "a1,b1,a2", "--weights", "a2=4")
+        self.assertIn("of all efforts that do, those of the least sum of weight*tau^2", done.stdout)
+        self.assertIn("redundant", done.stdout)
+        one = self.object(1, "inverse", self.ROBOT, "--actuators", "a1")
+        self.assertEqual((one["status"], one["rank"], one["freedoms"], one["efforts"]), ("failed", 1, 2, "least squares"))
+        self.assertIn("they reach 1 of 2 degrees of freedom", one["reason"])
+
+    def test_same_bytes_twice(self):
+        for name in ("a.csv", "b.csv"):
+            self.expect(0, "inverse", self.LED, "--actuators", self.LEGS, "--t-end", 0.5, "-o", name)
+        self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
+
+    def test_mistakes(self):
+        self.assertIn("--actuators", self.expect(3, "inverse", self.LED, "--actuators").stderr)
+        self.assertIn("would move it", self.expect(3, "inverse", self.ROBOT).stderr)
+        self.expect(2, "inverse", self.ROBOT, "--actuators", "a1", "--motion", "nowhere.csv")
+        self.expect(1, "inverse", self.LED, "-o", "nowhere/out.csv")
 
 
 class Usage(Case):

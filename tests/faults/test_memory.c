@@ -481,6 +481,39 @@ static kempe_status run_ensemble(scene *s)
     return status;
 }
 
+/* Along the table of a run with more actuators than freedoms, what came out, and at the start. */
+static kempe_status invert(scene *s)
+{
+    const kempe_inverse_ask asks[] = {{.actuators = "crank,rocker", .weights = "crank=2", .motion = csv},
+                                      {.actuators = "rocker", .u = "crank"}};
+    kempe_status status = kempe_trajectory_write_csv(s->trajectory, csv);
+    for (int k = 0; k < 2 && status == KEMPE_OK; k++) {
+        kempe_inverse *inverse = NULL;
+        char *text = NULL;
+        status = kempe_inverse_new(s->system, &asks[k], &inverse);
+        untouched(status, inverse);
+        for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+            status = kempe_inverse_print(inverse, (kempe_format)format, &text);
+            untouched(status, text);
+            kempe_text_free(text);
+            text = NULL;
+        }
+        if (status == KEMPE_OK)
+            status = kempe_inverse_write_csv(inverse, csv);
+        kempe_inverse_free(inverse);
+    }
+    return status;
+}
+
+/* Without actuators it says which would do. */
+static kempe_status invert_nothing(scene *s)
+{
+    kempe_inverse *inverse = NULL;
+    kempe_status status = kempe_inverse_new(s->system, NULL, &inverse);
+    CHECK(!inverse);
+    return status == KEMPE_E_ARGUMENT ? KEMPE_OK : status;
+}
+
 /* -- the loop -------------------------------------------------------------------------------------- */
 
 /* Done, or no memory, said in words. */
@@ -546,6 +579,8 @@ static const struct {
               {"step", step},
               {"print trajectory", print_trajectory},
               {"write csv", write_csv},
+              {"inverse dynamics", invert},
+              {"without actuators", invert_nothing},
               {"compare", compare},
               {"print comparison", print_comparison},
               {"write report", write_report}};

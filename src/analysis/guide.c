@@ -1,0 +1,498 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/guide.h"
+#include "base/memory.h"
+#include "constraints/assemble.h"
+#include "dynamics/closures.h"
+#include "linalg/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* |Bvu|, scaled, above which independent coordinates are chosen anew. */
+#define GROWN 4
+/* A pivot below this fraction of the first: coordinates that do not follow from those given. */
+#define RANK_TOLERANCE 1e-10
+/* A row that was dropped as redundant, open by so much, is not. */
+#define OPEN 1e-9
+/* What Newton may add to a prediction: a part of the way, or so little at any rate; and how long the way may be (rad,
+ * or characteristic lengths). */
+#define TRUSTED_PART 0.1
+#define TRUSTED_MOVE 1e-3
+#define LONGEST_MOVE 0.3
+/* Of the whole way: no step is shorter. */
+#define SHORTEST 1e-7
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static bool make_room(kmp_guide *g)
+{
+    double **rooms[] = {&g->q,   &g->qd,   &g->qdd,  &g->trial, &g->before, &g->move, &g->ud,
+                        &g->udd, &g->rest, &g->from, &g->tq,    &g->tqd,    &g->tqdd};
+    bool ok = true;
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        ok = (*rooms[k] = KMP_NEW(double, g->n)) && ok;
+    g->left_out = KMP_NEW(bool, g->m);
+    g->given = KMP_NEW(bool, g->n);
+    g->place = KMP_NEW(int, g->n);
+    g->masked = KMP_NEW(double, g->system->jacobian.count);
+    g->sign = KMP_NEW(int, g->n);
+    g->sign_now = KMP_NEW(int, g->n);
+    return ok && g->sign && g->sign_now && g->left_out && g->given && g->place && g->masked;
+}
+
+/* Drives of coordinates that the table has say nothing. */
+static void leave_out(kmp_guide *g)
+{
+    for (int r = 0; r < g->m; r++) {
+        const kmp_closure *closure = &g->system->model->closures[g->system->rows[r].closure];
+        g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
+    }
+}
+
+kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const char *backend,
+                            const kmp_prescribed *motion, bool at_rest, const int *wish, int wish_count)
+{
+    kmp_guide *g = guide;
+    *g = (kmp_guide){.system = system,
+                     .motion = motion,
+                     .at_rest = at_rest,
+                     .wish = wish,
+                     .wish_count = wish_count,
+                     .n = system->n,
+                     .m = system->m,
+                     .off_coordinate = -1};
+    unsigned long failures = kmp_memory_failures();
+    g->plant = kmp_plant_new(system, backend);
+    if (!g->plant)
+        return kmp_memory_failures() != failures ? KEMPE_E_MEMORY : KEMPE_E_ARGUMENT;
+    if (!make_room(g)) {
+        kmp_guide_free(g);
+        return kmp_fail_memory(system->context);
+    }
+    for (int k = 0; motion && k < motion->count; k++) {
+        g->given[motion->coordinate[k]] = true;
+        g->place[motion->coordinate[k]] = k;
+    }
+    leave_out(g);
+    g->plant->left_out = g->left_out;
+    return KEMPE_OK;
+}
+
+static void forget_choice(kmp_guide *g)
+{
+    if (g->chosen) {
+        g->newton += g->red.newton;
+        kmp_reduction_free(&g->red);
+    }
+    kmp_partition_free(&g->part);
+    g->chosen = false;
+}
+
+void kmp_guide_free(kmp_guide *guide)
+{
+    kmp_guide *g = guide;
+    forget_choice(g);
+    double *rooms[] = {g->q,   g->qd,   g->qdd,  g->trial, g->before, g->move, g->ud,
+                       g->udd, g->rest, g->from, g->tq,    g->tqd,    g->tqdd, g->masked};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_free(g->left_out);
+    kmp_free(g->given);
+    kmp_free(g->place);
+    kmp_free(g->sign);
+    kmp_free(g->sign_now);
+    kmp_plant_free(g->plant);
+    *g = (kmp_guide){0};
+}
+
+/* -- the choice of independent coordinates ----------------------------------------------------------- */
+
+void kmp_guide_mask(const kmp_plant *plant, const bool *left_out, double *masked)
+{
+    const kmp_pattern *j = &plant->system->jacobian;
+    for (int e = 0; e < j->count; e++)
+        masked[e] = left_out[j->row[e]] ? 0 : plant->jacobian[e];
+}
+
+static const char *name_of(const kmp_guide *g, int coordinate)
+{
+    return g->system->model->motions[coordinate].name;
+}
+
+/* Names of a list, with commas; NULL: no memory. */
+static char *names_of(const kmp_guide *g, int count, const int *list)
+{
+    kmp_text text = {0};
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text, "%s'%s'", k ? ", " : "", name_of(g, list[k]));
+    kmp_text_put(&text, "");
+    return kmp_text_take(&text);
+}
+
+static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *free_ones)
+{
+    kempe_context *context = g->system->context;
+    char *names = names_of(g, count, free_ones);
+    if (!names)
+        return kmp_fail_memory(context);
+    if (g->motion)
+        (void)kmp_fail(context, KEMPE_E_FAILED,
+                       "the coordinates of the motion do not say how all others move: %d more %s wanted, such as %s",
+                       count, count == 1 ? "is" : "are", names);
+    else
+        (void)kmp_fail(
+            context, KEMPE_E_FAILED,
+            "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion that "
+            "was simulated",
+            names, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
+    kmp_free(names);
+    return KEMPE_E_FAILED;
+}
+
+/* u among the coordinates of the table: these are pivoted last, so that what stays over at the end are some of them.
+ * All others must be pivots, and regular. */
+static kempe_status choose_among_given(kmp_guide *g, int *u, int *count)
+{
+    const kempe_system *s = g->system;
+    int n = g->n, m = g->m, most = m < n ? m : n, rank = 0, missing = 0;
+    double *a = KMP_NEW(double, m *n), *pivots = KMP_NEW(double, most + 1);
+    int *row = KMP_NEW(int, m), *col = KMP_NEW(int, n), *fixed = KMP_NEW(int, n);
+    bool ok = a && pivots && row && col && fixed;
+    for (int e = 0; ok && e < s->jacobian.count; e++) {
+        int r = s->jacobian.row[e], k = s->jacobian.col[e];
+        a[r + k * m] = g->masked[e] * s->scale[k] / s->row_scale[r];
+    }
+    for (int k = 0; ok && k < n; k++) {
+        fixed[k] = g->given[k];
+        col[k] = k;
+    }
+    if (ok && most > 0)
+        kmp_lu_complete(m, n, a, fixed, row, col, pivots);
+    while (ok && rank < most && pivots[rank] > RANK_TOLERANCE * pivots[0])
+        rank++;
+    *count = 0;
+    for (int k = rank; ok && k < n; k++)
+        if (g->given[col[k]])
+            u[(*count)++] = col[k];
+        else
+            col[missing++] = col[k]; /* rank >= missing: what is overwritten is done with, or itself */
+    kempe_status status = !ok ? kmp_fail_memory(s->context) : missing ? fail_undetermined(g, missing, col) : KEMPE_OK;
+    kmp_free(a);
+    kmp_free(pivots);
+    kmp_free(row);
+    kmp_free(col);
+    kmp_free(fixed);
+    return status;
+}
+
+/* Which are independent at (t, q). */
+static kempe_status choose(kmp_guide *g, double t, const double *q)
+{
+    const kempe_system *s = g->system;
+    bool some = g->motion && g->motion->count < g->n;
+    int count = g->at_rest ? g->wish_count : 0, *u = KMP_NEW(int, g->n);
+    kempe_status status = u ? KEMPE_OK : kmp_fail_memory(s->context);
+    forget_choice(g);
+    kmp_plant_closure(g->plant, t, q);
+    kmp_guide_mask(g->plant, g->left_out, g->masked);
+    if (status == KEMPE_OK && g->at_rest && count > 0)
+        memcpy(u, g->wish, (size_t)count * sizeof *u);
+    if (status == KEMPE_OK && some)
+        status = choose_among_given(g, u, &count);
+    if (status == KEMPE_OK)
+        status = kmp_partition_init(&g->part, s, g->masked, u, count);
+    kmp_free(u);
+    if (status != KEMPE_OK)
+        return status;
+    if (!g->motion && !g->at_rest && g->part.p > 0)
+        return fail_undetermined(g, g->part.p, g->part.u);
+    status = kmp_reduction_init(&g->red, g->plant, &g->part);
+    g->chosen = status == KEMPE_OK;
+    if (g->chosen && g->red.block && kmp_reduction_factor(&g->red) == 0)
+        kmp_block_take_signs(g->red.block, g->sign);
+    return status;
+}
+
+/* -- one state --------------------------------------------------------------------------------------- */
+
+/* What the table says at t, into tq, tqd, tqdd by coordinate. */
+static void read_table(kmp_guide *g, double t)
+{
+    if (!g->motion)
+        return;
+    kmp_prescribed_at(g->motion, t, g->from, g->ud, g->udd);
+    for (int k = 0; k < g->motion->count; k++) {
+        g->tq[g->motion->coordinate[k]] = g->from[k];
+        g->tqd[g->motion->coordinate[k]] = g->ud[k];
+        g->tqdd[g->motion->coordinate[k]] = g->udd[k];
+    }
+}
+
+/* Closes `trial` on its u. */
+static bool close_trial(kmp_guide *g, double t)
+{
+    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_plant_residual(g->plant) <= OPEN;
+}
+
+/* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */
+static kempe_status settle(kmp_guide *g, double t)
+{
+    kmp_plant *plant = g->plant;
+    kmp_reduction *red = &g->red;
+    kmp_plant_closure(plant, t, g->trial);
+    if (kmp_reduction_factor(red))
+        return KEMPE_E_FAILED;
+    kmp_reduction_tangent(red);
+    for (int k = 0; k < g->part.p; k++) {
+        g->ud[k] = g->at_rest ? g->qd[g->part.u[k]] : g->tqd[g->part.u[k]];
+        g->udd[k] = g->at_rest ? 0 : g->tqdd[g->part.u[k]];
+    }
+    kmp_reduction_rates(red, g->ud, g->qd);
+    kmp_plant_mass(plant);
+    kmp_plant_bias(plant, g->qd);
+    kmp_reduction_residual(red, g->udd, g->rest);
+    kmp_reduction_accelerations(red, g->udd, g->qdd);
+    for (int k = 0; k < g->n; k++)
+        if (!isfinite(g->qd[k]) || !isfinite(g->qdd[k]))
+            return KEMPE_E_FAILED;
+    memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
+    g->t = t;
+    return KEMPE_OK;
+}
+
+/* Closes `trial` by a choice that is made there, and once more by one at what is closed, u by the table: rows that are
+ * redundant where the loops are closed look independent beside it. */
+static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
+{
+    kempe_status status = choose(g, t, g->trial);
+    *closed = status == KEMPE_OK && close_trial(g, t);
+    if (!*closed)
+        return status;
+    status = choose(g, t, g->trial);
+    for (int k = 0; status == KEMPE_OK && k < g->part.p; k++)
+        if (g->given[g->part.u[k]])
+            g->trial[g->part.u[k]] = g->tq[g->part.u[k]];
+    *closed = status == KEMPE_OK && close_trial(g, t);
+    return status;
+}
+
+/* How far what is given and not independent is from where the closures put it. */
+static void note_off(kmp_guide *g)
+{
+    for (int i = 0; i < g->part.r; i++) {
+        int k = g->part.v[i];
+        double off = g->given[k] ? fabs(g->q[k] - g->tq[k]) / g->system->scale[k] : 0;
+        if (off > g->off) {
+            g->off = off;
+            g->off_coordinate = k;
+            g->off_t = g->t;
+        }
+    }
+}
+
+/* Chooses anew where another choice would be better: there is one, and |Bvu| has grown. */
+static kempe_status renew(kmp_guide *g)
+{
+    int v, u;
+    if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count == g->part.p) ||
+        kmp_reduction_growth(&g->red, &v, &u) < GROWN)
+        return KEMPE_OK;
+    return choose(g, g->t, g->q);
+}
+
+/* -- the way ----------------------------------------------------------------------------------------- */
+
+/* Largest component in coordinate scales. */
+static double size_of(const kmp_guide *g, const double *x)
+{
+    double size = 0;
+    for (int k = 0; k < g->n; k++)
+        size = fmax(size, fabs(x[k]) / g->system->scale[k]);
+    return isfinite(size) ? size : INFINITY;
+}
+
+/* Whether Jv of the last factors is on the same side of its singular positions as it was. */
+static bool same_side(kmp_guide *g)
+{
+    if (!g->red.block)
+        return true;
+    kmp_block_take_signs(g->red.block, g->sign_now);
+    return memcmp(g->sign, g->sign_now, (size_t)kmp_block_count(g->red.block) * sizeof *g->sign) == 0;
+}
+
+/* Closes the prediction before + move, u as it must be, and judges whether it is the same branch. */
+static bool follow(kmp_guide *g, double t)
+{
+    double way = size_of(g, g->move), added = 0;
+    if (!(way <= LONGEST_MOVE))
+        return false;
+    for (int k = 0; k < g->n; k++)
+        g->trial[k] = g->before[k] + g->move[k];
+    if (!close_trial(g, t))
+        return false;
+    for (int k = 0; k < g->n; k++)
+        added = fmax(added, fabs(g->trial[k] - g->before[k] - g->move[k]) / g->system->scale[k]);
+    return added <= fmax(TRUSTED_MOVE, TRUSTED_PART * way) && same_side(g);
+}
+
+static kempe_status fail_beyond(const kmp_guide *g, double t)
+{
+    int fast = 0;
+    for (int k = 1; k < g->n; k++)
+        if (fabs(g->qd[k]) / g->system->scale[k] > fabs(g->qd[fast]) / g->system->scale[fast])
+            fast = k;
+    return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                    "the loops cannot be closed on this motion beyond t = %.9g s (towards %.9g s): it asks for a place "
+                    "that is out of reach, or leads through a dead centre; '%s' is fastest there",
+                    g->t, t, name_of(g, fast));
+}
+
+/* A step to t from the state, all coordinates by the table. */
+static bool leap(kmp_guide *g, double t)
+{
+    memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
+    return close_trial(g, t);
+}
+
+/* A step to t, predicted from the state by Taylor's series. */
+static bool step(kmp_guide *g, double t)
+{
+    double h = t - g->t;
+    memcpy(g->before, g->q, (size_t)g->n * sizeof *g->q);
+    for (int k = 0; k < g->n; k++)
+        g->move[k] = h * (g->qd[k] + h / 2 * g->qdd[k]);
+    for (int k = 0; k < g->part.p; k++)
+        g->move[g->part.u[k]] = g->tq[g->part.u[k]] - g->before[g->part.u[k]];
+    return follow(g, t);
+}
+
+static bool is_all_given(const kmp_guide *g)
+{
+    return g->motion && g->motion->count == g->n;
+}
+
+/* To `next`. Where the table says all, once more with a choice that is made there. */
+static kempe_status try_step(kmp_guide *g, double next, bool *done)
+{
+    read_table(g, next);
+    *done = (is_all_given(g) ? leap(g, next) : step(g, next)) && settle(g, next) == KEMPE_OK;
+    if (*done || !is_all_given(g))
+        return KEMPE_OK;
+    memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
+    kempe_status status = close_anew(g, next, done);
+    *done = *done && settle(g, next) == KEMPE_OK;
+    return status;
+}
+
+kempe_status kmp_guide_advance(kmp_guide *guide, double t)
+{
+    kmp_guide *g = guide;
+    double all = t - g->t, h = all;
+    while (g->t < t) {
+        double next = g->t + h >= t - SHORTEST * all ? t : g->t + h;
+        bool done = false;
+        kempe_status status = try_step(g, next, &done);
+        if (status != KEMPE_OK)
+            return status;
+        if (done) {
+            note_off(g);
+            status = renew(g);
+            if (status != KEMPE_OK)
+                return status;
+            h *= 2;
+        } else if ((h /= 2) < SHORTEST * all) {
+            return fail_beyond(g, t);
+        }
+    }
+    return KEMPE_OK;
+}
+
+/* -- the beginning ----------------------------------------------------------------------------------- */
+
+/* The assembled start, at t = 0. */
+static kempe_status take_start(kmp_guide *g)
+{
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assemble(g->system, &a);
+    if (status == KEMPE_OK) {
+        memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
+        memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);
+    }
+    kempe_assembly_free(a);
+    g->t = 0;
+    return status;
+}
+
+/* From the start to where the motion begins: u along a straight line while time goes on to t, v along the tangent. */
+static kempe_status approach(kmp_guide *g, double t)
+{
+    const kmp_reduction *red = &g->red;
+    int p = g->part.p;
+    double s = 0, h = 1;
+    memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
+    while (s < 1) {
+        double next = s + h >= 1 - SHORTEST ? 1 : s + h;
+        memcpy(g->before, g->q, (size_t)g->n * sizeof *g->q);
+        kmp_plant_closure(g->plant, s * t, g->q);
+        if (kmp_reduction_factor(&g->red))
+            break;
+        kmp_reduction_tangent(&g->red);
+        for (int k = 0; k < p; k++) {
+            int u = g->part.u[k];
+            double end = next * g->tq[u] + (1 - next) * g->from[u];
+            g->ud[k] = (next < 1 ? end : g->tq[u]) - g->q[u];
+        }
+        for (int k = 0; k < g->n; k++) {
+            g->move[k] = (next - s) * t * red->x_t[k];
+            for (int i = 0; i < p; i++)
+                g->move[k] += red->x[k + i * g->n] * g->ud[i];
+        }
+        if (follow(g, next * t)) {
+            memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
+            s = next;
+            h *= 2;
+        } else if ((h /= 2) < SHORTEST) {
+            break;
+        }
+    }
+    if (s >= 1)
+        return KEMPE_OK;
+    return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                    "the loops cannot be closed where the motion begins, at t = %.9g s, coming from the model's start: "
+                    "%.3g of the way is possible; a start that is nearer helps, or a motion that gives all coordinates",
+                    t, s);
+}
+
+/* q where the motion begins, as far as it can be known before the loops are closed there. */
+static kempe_status find_beginning(kmp_guide *g, double t)
+{
+    if (is_all_given(g)) {
+        memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
+        return KEMPE_OK;
+    }
+    kempe_status status = take_start(g);
+    if (status != KEMPE_OK || g->at_rest)
+        return status;
+    status = choose(g, 0, g->q);
+    return status == KEMPE_OK ? approach(g, t) : status;
+}
+
+kempe_status kmp_guide_start(kmp_guide *guide, double t)
+{
+    kmp_guide *g = guide;
+    bool closed = false;
+    read_table(g, t);
+    kempe_status status = find_beginning(g, t);
+    if (status == KEMPE_OK) {
+        memcpy(g->trial, g->q, (size_t)g->n * sizeof *g->q);
+        status = close_anew(g, t, &closed);
+    }
+    if (status != KEMPE_OK)
+        return status;
+    if (!closed || settle(g, t) != KEMPE_OK)
+        return kmp_fail(g->system->context, KEMPE_E_FAILED,
+                        "the loops cannot be closed where the motion begins, at t = %.9g s: |h| stays at %.3g (scaled)",
+                        t, kmp_plant_residual(g->plant));
+    note_off(g);
+    return KEMPE_OK;
+}

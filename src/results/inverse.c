@@ -1,0 +1,614 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Inverse dynamics as asked for: what is given is read, the mechanism led along it, the rows kept and judged. */
+#include "results/inverse.h"
+#include "analysis/guide.h"
+#include "analysis/inverse.h"
+#include "base/memory.h"
+#include "constraints/assemble.h"
+#include "dynamics/closures.h"
+#include "model/ranges.h"
+#include "results/coordinates.h"
+#include "results/print.h"
+#include "results/times.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+/* What actuators may leave of a motion, in parts of the largest effort that it wants: rounding of states that came from
+ * a file. */
+#define LEFT_BY_ROUNDING 1e-9
+enum { MOST_CANDIDATES = 12 };
+
+/* All that it takes until it is done. */
+typedef struct job {
+    kempe_inverse *r;
+    const kempe_system *system;
+    kempe_context *context;
+    const kempe_inverse_ask *ask;
+    kmp_reference reference;
+    kmp_prescribed table;
+    kmp_times times;
+    double t_first; /* added to the times */
+    kmp_guide guide;
+    kmp_inverse inverse;
+    kmp_reactions reactions;
+} job;
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static bool find_loops(kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    r->loop = KMP_NEW(int, model->closure_count);
+    for (int c = 0; r->loop && c < model->closure_count; c++)
+        if (!kmp_closure_is_drive(&model->closures[c]))
+            r->loop[r->loops++] = c;
+    return r->loop;
+}
+
+static kempe_inverse *result_new(const kempe_system *s)
+{
+    kempe_inverse *r = KMP_NEW(kempe_inverse, 1);
+    if (!r)
+        return NULL;
+    *r = (kempe_inverse){.system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s};
+    r->actuator = KMP_NEW(int, s->n);
+    r->weight = KMP_NEW(double, s->n);
+    r->left_u = KMP_NEW(int, s->n);
+    r->left = KMP_NEW(double, s->n);
+    r->start_u = KMP_NEW(int, s->n);
+    r->redundant = KMP_NEW(bool, s->m);
+    if (find_loops(r) && r->actuator && r->weight && r->left_u && r->left && r->start_u && r->redundant)
+        return r;
+    kempe_inverse_free(r);
+    return NULL;
+}
+
+void kempe_inverse_free(kempe_inverse *inverse)
+{
+    if (!inverse)
+        return;
+    void *rooms[] = {inverse->reason,  inverse->source,   inverse->loop,     inverse->actuator, inverse->weight,
+                     inverse->t,       inverse->q,        inverse->qd,       inverse->qdd,      inverse->tau,
+                     inverse->power,   inverse->lambda,   inverse->reaction, inverse->left_u,   inverse->left,
+                     inverse->start_u, inverse->redundant};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_free(inverse);
+}
+
+static bool make_rows(kempe_inverse *r, int rows)
+{
+    size_t count = (size_t)rows, n = (size_t)r->n, a = (size_t)r->a;
+    r->room = rows;
+    r->t = KMP_NEW(double, count);
+    r->q = KMP_NEW(double, count *n);
+    r->qd = KMP_NEW(double, count *n);
+    r->qdd = KMP_NEW(double, count *n);
+    r->tau = KMP_NEW(double, count *a);
+    r->power = KMP_NEW(double, count *a);
+    r->lambda = KMP_NEW(double, count *(size_t)r->m);
+    r->reaction = KMP_NEW(double, count *(size_t)r->loops *KMP_REACTION);
+    return r->t && r->q && r->qd && r->qdd && r->tau && r->power && r->lambda && r->reaction;
+}
+
+/* -- what is asked for ------------------------------------------------------------------------------- */
+
+static kempe_status check_numbers(const job *j)
+{
+    const double numbers[] = {j->ask->t_end, j->ask->every};
+    static const char *const names[] = {"t_end", "every"};
+    for (int k = 0; k < 2; k++)
+        if (!(numbers[k] >= 0 && isfinite(numbers[k])))
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is wanted", names[k], numbers[k]);
+    return KEMPE_OK;
+}
+
+static bool has_drives(const kempe_model *model)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]))
+            return true;
+    return false;
+}
+
+static void take_drives(kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]))
+            r->actuator[r->a++] = model->closures[c].motion;
+}
+
+/* Some that would do, as "a,b", and how many; -1 where the loops do not close. false: no memory. */
+static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
+{
+    const kempe_system *s = j->system;
+    kempe_context *context = j->context;
+    kempe_assembly *a = NULL;
+    kmp_partition part = {0};
+    kmp_plant *plant = kmp_plant_new(s, kmp_backend_default());
+    kempe_status status = plant ? kempe_assemble(s, &a) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK) {
+        kmp_plant_closure(plant, 0, a->q);
+        status = kmp_partition_init(&part, s, plant->jacobian, NULL, 0);
+    }
+    *freedoms = status == KEMPE_OK ? part.p : -1;
+    for (int k = 0; k < *freedoms && k < MOST_CANDIDATES; k++)
+        kmp_text_printf(text, "%s%s", k ? "," : "", s->model->motions[part.u[k]].name);
+    kmp_context_clear(context);
+    kmp_partition_free(&part);
+    kempe_assembly_free(a);
+    kmp_plant_free(plant);
+    return status != KEMPE_E_MEMORY && !text->failed;
+}
+
+static kempe_status fail_without_actuators(const job *j)
+{
+    kmp_text text = {0};
+    int freedoms;
+    kempe_status status = KEMPE_E_ARGUMENT;
+    if (!print_candidates(j, &freedoms, &text))
+        status = kmp_fail_memory(j->context);
+    else if (freedoms == 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "which coordinates are actuated? The mechanism has no degree of freedom, and needs none");
+    else if (freedoms > 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "which coordinates are actuated? The mechanism has %d degree%s of freedom: actuators %s%s "
+                          "would move it; 'kempe show --model' lists all coordinates",
+                          freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "");
+    else
+        status =
+            kmp_fail(j->context, KEMPE_E_ARGUMENT, "which coordinates are actuated? 'kempe show --model' lists all");
+    kmp_text_free(&text);
+    return status;
+}
+
+static kempe_status read_weights(job *j)
+{
+    kempe_inverse *r = j->r;
+    kmp_ranges weights = {0};
+    for (int k = 0; k < r->a; k++)
+        r->weight[k] = 1;
+    if (!j->ask->weights)
+        return KEMPE_OK;
+    kempe_status status = kmp_ranges_read(j->context, j->ask->weights, &weights);
+    for (int w = 0; w < weights.count && status == KEMPE_OK; w++) {
+        const kmp_range *range = &weights.range[w];
+        int k = 0, coordinate;
+        status = kmp_coordinate_find(j->system, "weights", range->name, (int)strlen(range->name), &coordinate);
+        while (status == KEMPE_OK && k < r->a && r->actuator[k] != coordinate)
+            k++;
+        if (status == KEMPE_OK && k == r->a)
+            status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is no actuator", range->name);
+        else if (status == KEMPE_OK && (range->count != 1 || !(range->from > 0)))
+            status =
+                kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: a positive number is wanted for '%s'", range->name);
+        else if (status == KEMPE_OK)
+            r->weight[k] = range->from;
+    }
+    r->weighted = weights.count > 0;
+    kmp_ranges_free(&weights);
+    return status;
+}
+
+static kempe_status read_actuators(job *j)
+{
+    kempe_inverse *r = j->r;
+    kempe_status status = kmp_coordinates_read(j->system, "actuators", j->ask->actuators, r->actuator, &r->a);
+    if (status == KEMPE_OK && r->a == 0)
+        take_drives(r);
+    if (status == KEMPE_OK && r->a == 0)
+        status = fail_without_actuators(j);
+    return status == KEMPE_OK ? read_weights(j) : status;
+}
+
+static kempe_status choose_motion(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kempe_model *model = j->system->model;
+    r->motion = j->ask->motion ? KMP_INVERSE_TABLE : has_drives(model) ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
+    r->source = j->ask->motion ? kmp_strdup(j->ask->motion) : NULL;
+    if (j->ask->motion && !r->source)
+        return kmp_fail_memory(j->context);
+    kempe_status status = kmp_coordinates_read(j->system, "u", j->ask->u, r->start_u, &r->start_u_count);
+    if (status == KEMPE_OK && r->start_u_count == 0 && model->run.u_count > 0) {
+        r->start_u_count = model->run.u_count;
+        memcpy(r->start_u, model->run.u, (size_t)r->start_u_count * sizeof *r->start_u);
+    }
+    return status;
+}
+
+/* -- the motion -------------------------------------------------------------------------------------- */
+
+static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
+{
+    if (gap->coordinate < 0)
+        return kmp_fail_memory(j->context);
+    return kmp_complain(j->context, j->ask->motion, 0, 0,
+                        "column %s.%s has no value at t = %.9g s: give all of it, or leave the column out",
+                        kmp_quantity_prefix((kmp_quantity)gap->order), j->system->model->motions[gap->coordinate].name,
+                        j->reference.t[gap->row]);
+}
+
+static kempe_status read_table(job *j)
+{
+    kmp_gap_in_table gap;
+    kempe_status status = kmp_reference_read(j->system, j->ask->motion, &j->reference);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_reference *x = &j->reference;
+    if (j->ask->t_end > 0)
+        kmp_reference_limit(x, j->ask->t_end);
+    if (x->rows == 0)
+        return kmp_complain(j->context, j->ask->motion, 0, 0, "there are no rows to follow");
+    if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
+                             x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap))
+        return fail_gap(j, &gap);
+    if (j->table.count == 0)
+        return kmp_complain(j->context, j->ask->motion, 0, 0, "there is no column q.NAME: positions are wanted");
+    return KEMPE_OK;
+}
+
+/* Rows of the table, or evenly from its first to its last. */
+static kempe_status table_times(job *j)
+{
+    const kmp_reference *x = &j->reference;
+    double every = 0, span = x->t[x->rows - 1] - x->t[0];
+    j->t_first = x->t[0];
+    if (j->ask->every > 0 && span > 0) {
+        kempe_status status = kmp_times_spacing(j->system, j->ask->every, span, &every);
+        if (status != KEMPE_OK)
+            return status;
+        return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+    }
+    j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
+    if (!j->times.t)
+        return kmp_fail_memory(j->context);
+    memcpy(j->times.t, x->t, (size_t)x->rows * sizeof *x->t);
+    j->t_first = 0;
+    return KEMPE_OK;
+}
+
+static kempe_status drive_times(job *j)
+{
+    double every, t_end = j->ask->t_end > 0 ? j->ask->t_end : j->system->model->run.t_end;
+    if (!(t_end > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end: say how long to go, in the model or as an option");
+    kempe_status status = kmp_times_spacing(j->system, j->ask->every, t_end, &every);
+    if (status != KEMPE_OK)
+        return status;
+    return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+static kempe_status prepare_motion(job *j)
+{
+    kempe_status status = j->ask->motion ? read_table(j) : KEMPE_OK;
+    if (status != KEMPE_OK)
+        return status;
+    if (j->r->motion == KMP_INVERSE_DRIVES)
+        return drive_times(j);
+    if (j->r->motion == KMP_INVERSE_TABLE)
+        return table_times(j);
+    j->times = (kmp_times){.count = 1, .t = KMP_NEW(double, 1)};
+    return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+static kempe_status prepare_numbers(job *j)
+{
+    kempe_inverse *r = j->r;
+    const char *backend = j->ask->backend ? j->ask->backend : kmp_backend_default();
+    bool at_rest = r->motion == KMP_INVERSE_START;
+    kempe_status status = kmp_guide_init(&j->guide, j->system, backend, j->ask->motion ? &j->table : NULL, at_rest,
+                                         r->start_u, r->start_u_count);
+    if (status == KEMPE_OK)
+        status = kmp_inverse_init(&j->inverse, j->guide.plant, r->a, r->actuator, r->weight);
+    if (status == KEMPE_OK)
+        status = kmp_reactions_init(&j->reactions, j->system);
+    if (status == KEMPE_OK && !make_rows(r, j->times.count))
+        status = kmp_fail_memory(j->context);
+    return status;
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_status (*const steps[])(job *) = {choose_motion, read_actuators, prepare_motion, prepare_numbers};
+    kempe_status status = check_numbers(j);
+    for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++)
+        status = steps[k](j);
+    return status;
+}
+
+static void release(job *j)
+{
+    kmp_reactions_free(&j->reactions);
+    kmp_inverse_free(&j->inverse);
+    kmp_guide_free(&j->guide);
+    kmp_times_free(&j->times);
+    kmp_prescribed_free(&j->table);
+    kmp_reference_free(&j->reference);
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+static void note_singular(kempe_inverse *r, double t)
+{
+    if (r->singular++ == 0)
+        r->singular_t = t;
+}
+
+/* What is said of all rows together. Rows where the loops are singular, with more freedoms than elsewhere, are counted
+ * and not judged: the first ones may turn out to be such. */
+static void note_row(job *j, double t)
+{
+    kempe_inverse *r = j->r;
+    const kmp_inverse *v = &j->inverse;
+    bool first = r->rows == r->singular;
+    r->size = fmax(r->size, v->size);
+    if (!first && v->p > r->freedoms) {
+        note_singular(r, t);
+        return;
+    }
+    if (!first && v->p < r->freedoms) {
+        r->singular_t = r->t[0];
+        r->singular = r->rows;
+        memset(r->redundant, 0, (size_t)r->m * sizeof *r->redundant);
+        first = true;
+    }
+    r->freedoms = v->p;
+    r->rank = first || v->rank < r->rank ? v->rank : r->rank;
+    if (first || v->hold < r->hold) {
+        r->hold = v->hold;
+        r->hold_t = t;
+    }
+    if (first || v->residual > r->residual) {
+        r->residual = v->residual;
+        r->residual_t = t;
+    }
+    if (first || v->unmet > r->unmet) {
+        r->unmet = v->unmet;
+        r->unmet_t = t;
+        r->left_count = v->p;
+        memcpy(r->left_u, v->part.u, (size_t)v->p * sizeof *r->left_u);
+        memcpy(r->left, v->left, (size_t)v->p * sizeof *r->left);
+    }
+    for (int k = 0; k < v->part.m - v->part.r; k++)
+        r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
+}
+
+static void keep_reactions(job *j, const double *all)
+{
+    kempe_inverse *r = j->r;
+    double *row = r->reaction + (size_t)r->rows * (size_t)r->loops * KMP_REACTION;
+    for (int l = 0; l < r->loops; l++)
+        memcpy(row + l * KMP_REACTION, all + r->loop[l] * KMP_REACTION, KMP_REACTION * sizeof *row);
+}
+
+static void keep_row(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kmp_guide *g = &j->guide;
+    const kmp_inverse *v = &j->inverse;
+    size_t row = (size_t)r->rows, n = (size_t)r->n, a = (size_t)r->a, m = (size_t)r->m;
+    r->t[row] = g->t;
+    memcpy(r->q + row * n, g->q, n * sizeof(double));
+    memcpy(r->qd + row * n, g->qd, n * sizeof(double));
+    memcpy(r->qdd + row * n, g->qdd, n * sizeof(double));
+    memcpy(r->tau + row * a, v->tau, a * sizeof(double));
+    if (m > 0)
+        memcpy(r->lambda + row * m, v->lambda, m * sizeof(double));
+    for (size_t k = 0; k < a; k++)
+        r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]];
+    if (r->loops > 0)
+        keep_reactions(j, kmp_reactions_at(&j->reactions, g->t, g->q, v->lambda));
+    note_row(j, g->t);
+    r->rows++;
+}
+
+static kempe_status follow(job *j)
+{
+    kmp_guide *g = &j->guide;
+    kempe_status status = kmp_guide_start(g, j->times.t[0] + j->t_first);
+    for (int k = 0; k < j->times.count && status == KEMPE_OK; k++) {
+        if (kmp_interrupted(j->context))
+            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", g->t);
+        if (k > 0)
+            status = kmp_guide_advance(g, j->times.t[k] + j->t_first);
+        if (status == KEMPE_OK)
+            status = kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
+        if (status == KEMPE_OK)
+            keep_row(j);
+    }
+    return status;
+}
+
+/* -- the verdict ------------------------------------------------------------------------------------- */
+
+double kmp_inverse_unmet(const kempe_inverse *inverse)
+{
+    return inverse->size > 0 ? inverse->unmet / inverse->size : 0;
+}
+
+/* The independent coordinate with most of what is left, scaled. */
+static int most_left(const kempe_inverse *r)
+{
+    int most = 0;
+    for (int k = 1; k < r->left_count; k++)
+        if (fabs(r->left[k]) * r->system->scale[r->left_u[k]] > fabs(r->left[most]) * r->system->scale[r->left_u[most]])
+            most = k;
+    return most;
+}
+
+static kempe_status judge(const kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    if (r->rows == 0 || kmp_inverse_unmet(r) <= LEFT_BY_ROUNDING)
+        return KEMPE_OK;
+    int k = most_left(r), u = r->left_u[k];
+    return kmp_fail(r->system->context, KEMPE_E_FAILED,
+                    "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are left, and all that is "
+                    "left is %.2g of the efforts that it wants; they reach %d of %d degrees of freedom",
+                    r->unmet_t, r->left[k], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
+                    kmp_inverse_unmet(r), r->rank, r->freedoms);
+}
+
+static kempe_status settle_reason(kempe_inverse *r)
+{
+    r->reason = kmp_strdup(r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
+    return r->reason ? r->status : kmp_fail_memory(r->system->context);
+}
+
+static bool has_result(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+}
+
+static kempe_status run(job *j)
+{
+    kempe_inverse *r = j->r;
+    clock_t begin = clock();
+    r->status = follow(j);
+    r->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    if (r->status == KEMPE_OK)
+        r->status = judge(r);
+    if (!has_result(r->status))
+        return r->status;
+    r->off = j->guide.off;
+    r->off_t = j->guide.off_t;
+    r->off_coordinate = j->guide.off_coordinate;
+    if (r->motion == KMP_INVERSE_START && j->guide.chosen) {
+        r->start_u_count = j->guide.part.p;
+        memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
+    }
+    return settle_reason(r);
+}
+
+kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask, kempe_inverse **inverse)
+{
+    static const kempe_inverse_ask nothing;
+    clock_t begin = clock();
+    kmp_context_clear(system->context);
+    job j = {.system = system, .context = system->context, .ask = ask ? ask : &nothing, .r = result_new(system)};
+    if (!j.r)
+        return kmp_fail_memory(system->context);
+    kempe_status status = prepare(&j);
+    j.r->build_s += (double)(clock() - begin) / CLOCKS_PER_SEC;
+    bool ready = status == KEMPE_OK;
+    if (ready)
+        status = run(&j);
+    release(&j);
+    if (ready && has_result(status))
+        *inverse = j.r;
+    else
+        kempe_inverse_free(j.r);
+    return status;
+}
+
+/* -- what came out ----------------------------------------------------------------------------------- */
+
+kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
+{
+    const kempe_inverse *r = inverse;
+    kmp_inverse_summary s = {0};
+    double squares = 0;
+    for (int row = 0; row < r->rows; row++) {
+        size_t at = (size_t)row * (size_t)r->a + (size_t)k;
+        double tau = r->tau[at], power = r->power[at];
+        if (row == 0 || fabs(tau) > fabs(s.peak)) {
+            s.peak = tau;
+            s.peak_t = r->t[row];
+        }
+        if (row == 0 || fabs(power) > fabs(s.power)) {
+            s.power = power;
+            s.power_t = r->t[row];
+        }
+        if (row > 0) {
+            double h = r->t[row] - r->t[row - 1], before = r->tau[at - (size_t)r->a];
+            squares += h / 2 * (tau * tau + before * before);
+            s.work += h / 2 * (power + r->power[at - (size_t)r->a]);
+        }
+    }
+    s.rms = r->rows > 1 ? sqrt(squares / (r->t[r->rows - 1] - r->t[0])) : fabs(s.peak);
+    return s;
+}
+
+const char *kempe_inverse_status(const kempe_inverse *inverse)
+{
+    return kmp_status_word(inverse->status);
+}
+
+const char *kempe_inverse_reason(const kempe_inverse *inverse)
+{
+    return inverse->reason;
+}
+
+int kempe_inverse_actuator_count(const kempe_inverse *inverse)
+{
+    return inverse->a;
+}
+
+int kempe_inverse_actuator(const kempe_inverse *inverse, int k)
+{
+    return k >= 0 && k < inverse->a ? inverse->actuator[k] : -1;
+}
+
+int kempe_inverse_freedoms(const kempe_inverse *inverse)
+{
+    return inverse->freedoms;
+}
+
+int kempe_inverse_rank(const kempe_inverse *inverse)
+{
+    return inverse->rank;
+}
+
+double kempe_inverse_residual(const kempe_inverse *inverse)
+{
+    return inverse->residual;
+}
+
+int kempe_inverse_row_count(const kempe_inverse *inverse)
+{
+    return inverse->rows;
+}
+
+double kempe_inverse_time(const kempe_inverse *inverse, int row)
+{
+    return inverse->t[row];
+}
+
+static const double *row_of(const double *table, int row, int width)
+{
+    return table + (size_t)row * (size_t)width;
+}
+
+const double *kempe_inverse_q(const kempe_inverse *inverse, int row)
+{
+    return row_of(inverse->q, row, inverse->n);
+}
+
+const double *kempe_inverse_qd(const kempe_inverse *inverse, int row)
+{
+    return row_of(inverse->qd, row, inverse->n);
+}
+
+const double *kempe_inverse_qdd(const kempe_inverse *inverse, int row)
+{
+    return row_of(inverse->qdd, row, inverse->n);
+}
+
+const double *kempe_inverse_tau(const kempe_inverse *inverse, int row)
+{
+    return row_of(inverse->tau, row, inverse->a);
+}
+
+const double *kempe_inverse_power(const kempe_inverse *inverse, int row)
+{
+    return row_of(inverse->power, row, inverse->a);
+}
+
+const double *kempe_inverse_lambda(const kempe_inverse *inverse, int row)
+{
+    return row_of(inverse->lambda, row, inverse->m);
+}

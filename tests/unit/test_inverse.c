@@ -1,0 +1,852 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Inverse dynamics: against the multipliers of drives, closed forms, the balance of power, forward dynamics there and
+ * back, and the conditions of least norm solved as one dense system. */
+#include "analysis/inverse.h"
+#include "analysis/prescribed.h"
+#include "check.h"
+#include "constraints/plant.h"
+#include "dynamics/system.h"
+#include "linalg/least.h"
+#include "linalg/singular.h"
+#include "loaded.h"
+#include "results/inverse.h"
+#include "symbolic/table.h"
+#include <stdbool.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+enum { MOST = 64 };
+
+static kempe_inverse *invert(const loaded *m, const kempe_inverse_ask *ask, kempe_status wanted)
+{
+    kempe_inverse *r = NULL;
+    kempe_status status = kempe_inverse_new(m->system, ask, &r);
+    if (status != wanted)
+        printf("status %d: %s\n", status, kempe_context_message(m->context));
+    CHECK(status == wanted);
+    return r;
+}
+
+static kempe_trajectory *simulate(const loaded *m, double t_end, double every, double rtol)
+{
+    kempe_trajectory *t = NULL;
+    kempe_run run = {.t_end = t_end, .every = every, .rtol = rtol, .once = 1};
+    kempe_status status = kempe_simulate(m->system, &run, &t);
+    if (status != KEMPE_OK)
+        printf("status %d: %s\n", status, kempe_context_message(m->context));
+    CHECK(status == KEMPE_OK);
+    return t;
+}
+
+/* A file of its own with this text; to be unlinked. */
+static void write_text(const loaded *m, char *path, const char *text)
+{
+    int file = mkstemp(path);
+    CHECK(file >= 0);
+    close(file);
+    CHECK(kempe_write_file(m->context, path, text) == KEMPE_OK);
+}
+
+/* -- pieces ------------------------------------------------------------------------------------------ */
+
+/* x^5/10 - x^3 + 2x^2 - 1 */
+static void quintic(double x, double out[3])
+{
+    out[0] = x * x * x * x * x / 10 - x * x * x + 2 * x * x - 1;
+    out[1] = x * x * x * x / 2 - 3 * x * x + 4 * x;
+    out[2] = 2 * x * x * x - 6 * x + 4;
+}
+
+/* What is given is kept, a quintic is itself between uneven rows; values alone give a cubic. */
+static void a_motion_of_points(void)
+{
+    const double t[] = {0, 0.3, 0.5, 1.1, 1.4, 2};
+    enum { ROWS = 6 };
+    double q[2 * ROWS], qd[2 * ROWS], qdd[2 * ROWS], at[3], x[2], v[2], a[2];
+    kmp_prescribed m;
+    kmp_gap_in_table gap;
+    for (int r = 0; r < ROWS; r++) {
+        quintic(t[r], at);
+        q[2 * r] = at[0];
+        qd[2 * r] = at[1];
+        qdd[2 * r] = at[2];
+        q[2 * r + 1] = t[r] * t[r] * t[r] - t[r];
+        qd[2 * r + 1] = qdd[2 * r + 1] = NAN;
+    }
+    CHECK(kmp_prescribed_init(&m, ROWS, t, 2, q, qd, qdd, &gap) && m.count == 2);
+    for (double s = 0; s <= 2; s += 0.01) {
+        quintic(s, at);
+        kmp_prescribed_at(&m, s, x, v, a);
+        CHECK_NEAR(x[0], at[0], 1e-14);
+        CHECK_NEAR(v[0], at[1], 1e-13);
+        CHECK_NEAR(a[0], at[2], 1e-12);
+        CHECK_NEAR(x[1], s * s * s - s, 1e-13);
+        CHECK_NEAR(v[1], 3 * s * s - 1, 1e-12);
+        CHECK_NEAR(a[1], 6 * s, 1e-11);
+    }
+    for (int r = 0; r < ROWS; r++) {
+        kmp_prescribed_at(&m, t[r], x, v, a);
+        CHECK(x[0] == q[2 * r] && v[0] == qd[2 * r] && a[0] == qdd[2 * r] && x[1] == q[2 * r + 1]);
+    }
+    kmp_prescribed_free(&m);
+    qd[2 * 4] = NAN;
+    CHECK(!kmp_prescribed_init(&m, ROWS, t, 2, q, qd, qdd, &gap));
+    CHECK(gap.coordinate == 0 && gap.row == 4 && gap.order == 1);
+}
+
+/* Accelerations from values alone, on even rows: their error falls with the fourth power of the distance. */
+static void accelerations_of_fourth_order(void)
+{
+    double error[2] = {0};
+    for (int fine = 0; fine < 2; fine++) {
+        enum { MOST_ROWS = 401 };
+        int rows = fine ? MOST_ROWS : (MOST_ROWS + 1) / 2;
+        double t[MOST_ROWS], q[MOST_ROWS], none[MOST_ROWS], x, v, a;
+        kmp_prescribed m;
+        kmp_gap_in_table gap;
+        for (int r = 0; r < rows; r++) {
+            t[r] = 4.0 * r / (rows - 1);
+            q[r] = sin(3 * t[r]);
+            none[r] = NAN;
+        }
+        CHECK(kmp_prescribed_init(&m, rows, t, 1, q, none, none, &gap));
+        for (double s = 1; s <= 3; s += 0.04) { /* rows of both */
+            kmp_prescribed_at(&m, s, &x, &v, &a);
+            error[fine] = fmax(error[fine], fabs(a + 9 * sin(3 * s)));
+        }
+        kmp_prescribed_free(&m);
+    }
+    CHECK(error[0] < 1e-5 && error[1] < error[0] / 14);
+}
+
+static void singular_values(void)
+{
+    const double a[] = {3, 0, 4, 5, 0, 0}; /* 2 x 3: rows (3 4 0), (0 5 0) */
+    kmp_singular svd;
+    CHECK(kmp_singular_init(&svd, 2, 3) && kmp_singular_decompose(&svd, a));
+    CHECK_NEAR(svd.s[0] * svd.s[1], 15, 1e-14); /* sqrt det A A' */
+    CHECK_NEAR(svd.s[0] * svd.s[0] + svd.s[1] * svd.s[1], 50, 1e-14);
+    for (int i = 0; i < 2; i++)
+        for (int j = 0; j < 3; j++) {
+            double sum = 0;
+            for (int k = 0; k < 2; k++)
+                sum += svd.u[i + 2 * k] * svd.s[k] * svd.vt[k + 2 * j];
+            CHECK_NEAR(sum, a[i + 2 * j], 1e-14);
+        }
+    CHECK(!kmp_singular_decompose(&svd, (double[]){NAN, 0, 0, 0, 0, 0}));
+    kmp_singular_free(&svd);
+}
+
+/* -- drives ------------------------------------------------------------------------------------------ */
+
+/* Actuators where the drives are: their efforts are the drives' multipliers, the loops' multipliers the same. */
+static void as_drives(const char *path, double t_end)
+{
+    loaded m = load(path);
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.t_end = t_end, .every = t_end / 20}, KEMPE_OK);
+    kempe_trajectory *t = simulate(&m, t_end, t_end / 20, 1e-10);
+    double worst = 0, size = 0;
+    CHECK(r && t && kempe_inverse_row_count(r) == kempe_trajectory_row_count(t));
+    for (int row = 0; r && t && row < kempe_inverse_row_count(r); row++) {
+        const double *lambda = kempe_trajectory_lambda(t, row), *mine = kempe_inverse_lambda(r, row);
+        CHECK(kempe_inverse_time(r, row) == kempe_trajectory_time(t, row));
+        for (int k = 0, drive = 0; k < m.system->m; k++) {
+            const kmp_closure *c = &m.model->closures[m.system->rows[k].closure];
+            bool drives = strcmp(c->kind, "drive") == 0 || strcmp(c->kind, "lock") == 0;
+            double x = drives ? kempe_inverse_tau(r, row)[drive++] : mine[k];
+            worst = fmax(worst, fabs(x - lambda[k]));
+            size = fmax(size, fabs(lambda[k]));
+        }
+    }
+    CHECK(size > 1 && worst < 1e-12 * size);
+    if (!(worst < 1e-12 * size))
+        printf("%s: %.2e of %.2e\n", path, worst, size);
+    CHECK(r && kempe_inverse_residual(r) < 1e-14);
+    kempe_trajectory_free(t);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+static void efforts_are_the_multipliers_of_drives(void)
+{
+    as_drives("examples/driven_slider_crank/driven_slider_crank.yaml", 2);
+    as_drives("examples/stewart/led.yaml", 1);
+}
+
+/* -- closed forms ------------------------------------------------------------------------------------ */
+
+/* examples/driven_slider_crank at the crank's angle: the slider, the torque at the crank, and the rod's force on the
+ * slider along x, from I(angle)/2 rate^2 and the powers of the forces. */
+typedef struct slider_crank {
+    double slope, torque, push;
+} slider_crank;
+
+static slider_crank closed_form(double angle, double rate)
+{
+    const double r = 0.2, l = 0.5, rho = 5, mc = rho * r, mr = rho * l, ms = 3, g = 9.81;
+    double s = sin(angle), c = cos(angle), phi = asin(r * s / l); /* the rod goes down by phi */
+    double p1 = r * c / (l * cos(phi)), p2 = (l * sin(phi) * p1 * p1 - r * s) / (l * cos(phi));
+    double xs1 = -r * s - l * sin(phi) * p1, xs2 = -r * c - l * (cos(phi) * p1 * p1 + sin(phi) * p2);
+    double xc1 = -r * s - l / 2 * sin(phi) * p1, xc2 = -r * c - l / 2 * (cos(phi) * p1 * p1 + sin(phi) * p2);
+    double yc1 = r * c - l / 2 * cos(phi) * p1, yc2 = -r * s + l / 2 * (sin(phi) * p1 * p1 - cos(phi) * p2);
+    double half = mr * (xc1 * xc2 + yc1 * yc2) + rho * l * l * l / 12 * p1 * p2 + ms * xs1 * xs2; /* I'/2 */
+    double v = xs1 * rate, force = -40 * v - 6 * v / sqrt(v * v + 1e-4);
+    return (slider_crank){xs1, half * rate * rate + g * (mc * r / 2 * c + mr * yc1) - force * xs1,
+                          ms * xs2 * rate * rate - force};
+}
+
+static void slider_crank_by_hand(void)
+{
+    loaded m = load("examples/driven_slider_crank/driven_slider_crank.yaml");
+    kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
+    char path[] = "/tmp/kempe_inverse_XXXXXX";
+    for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
+        slider_crank x = closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]);
+        CHECK_NEAR(kempe_inverse_tau(r, row)[0], x.torque, 2e-13);
+        CHECK_NEAR(kempe_inverse_lambda(r, row)[0], x.push, 1e-12);
+        CHECK_NEAR(kempe_inverse_power(r, row)[0], x.torque * 2 * M_PI, 1e-12);
+    }
+    write_text(&m, path, "");
+    CHECK(r && kempe_inverse_write_csv(r, path) == KEMPE_OK);
+    kempe_inverse_free(r);
+    /* its own table is a motion again */
+    r = invert(&m, &(kempe_inverse_ask){.motion = path}, KEMPE_OK);
+    for (int row = 0; r && row < kempe_inverse_row_count(r); row++)
+        CHECK_NEAR(kempe_inverse_tau(r, row)[0],
+                   closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]).torque, 2e-13);
+    unlink(path);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* Crank and slider together: (torque, force) of least w1 torque^2 + w2 (force length)^2 with torque + slope force
+ * given.
+ */
+static void shared_by_hand(void)
+{
+    loaded m = load("examples/driven_slider_crank/driven_slider_crank.yaml");
+    const char *const words[] = {NULL, "crank=9", "slider=0.25,crank=2"};
+    const double weights[][2] = {{1, 1}, {9, 1}, {2, 0.25}};
+    double length = m.system->length;
+    for (int w = 0; w < 3; w++) {
+        kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.actuators = "crank,slider", .weights = words[w]}, KEMPE_OK);
+        CHECK(r && kempe_inverse_freedoms(r) == 1 && kempe_inverse_rank(r) == 1);
+        for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
+            slider_crank x = closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]);
+            double a = 1 / weights[w][0], b = x.slope / (weights[w][1] * length * length);
+            double share = x.torque / (a + b * x.slope);
+            CHECK_NEAR(kempe_inverse_tau(r, row)[0], share * a, 1e-12);
+            CHECK_NEAR(kempe_inverse_tau(r, row)[1], share * b, 1e-12);
+        }
+        kempe_inverse_free(r);
+    }
+    unload(&m);
+}
+
+static const char four_bar[] =
+    "kempe: 1\nname: four-bar\ngravity: [0, -9.81, 0]\nground: {points: {D: [0.9, 0, 0]}}\n"
+    "bodies:\n"
+    "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, points: {B: [0.3, 0, "
+    "0]}}\n"
+    "  b: {joint: {revolute: z, at: a.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.05}, points: {C: [0.8, 0, 0]}}\n"
+    "  c: {joint: {revolute: z, at: ground.D}, mass: 1, com: [0.35, 0, 0], inertia: {zz: 0.04}, points: {C: [0.7, 0, "
+    "0]}}\n"
+    "loops: {C: {ball: [b.C, c.C]}}\n"
+    "forces: {k: {joint: c, spring: {stiffness: 3, rest: 1}}}\n"
+    "start: {q: {a: 90 deg, b: -62 deg, c: 106 deg}}\n"
+    "run: {t_end: 1, every: 1 ms}\n";
+
+static loaded load_four_bar(const char *more)
+{
+    char text[2048];
+    (void)snprintf(text, sizeof text, "%s%s", four_bar, more);
+    return load_text(text);
+}
+
+static const char driven[] = "drives: {m: {joint: a, angle: \"pi/2 + 5*t + 2*sin(3*t)\"}}\n";
+
+static double energy_at(const loaded *m, const kempe_inverse *r, int row)
+{
+    kempe_workspace *ws = NULL;
+    CHECK(kempe_workspace_new(m->system, &ws) == KEMPE_OK);
+    CHECK(kempe_eval(ws, kempe_inverse_time(r, row), kempe_inverse_q(r, row), kempe_inverse_qd(r, row)) == KEMPE_OK);
+    double energy = kempe_workspace_kinetic(ws) + kempe_workspace_potential(ws);
+    kempe_workspace_free(ws);
+    return energy;
+}
+
+/* The work of the torque, by Simpson's rule, is the energy that came in. */
+static void power_is_the_rate_of_energy(void)
+{
+    loaded m = load_four_bar(driven);
+    kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
+    CHECK(r && kempe_inverse_row_count(r) == 1001);
+    double work = 0, begin = energy_at(&m, r, 0), worst = 0, range = 0;
+    for (int row = 2; r && row < kempe_inverse_row_count(r); row += 2) {
+        work += 1e-3 / 3 *
+                (kempe_inverse_power(r, row - 2)[0] + 4 * kempe_inverse_power(r, row - 1)[0] +
+                 kempe_inverse_power(r, row)[0]);
+        if (row % 100 == 0) {
+            double gained = energy_at(&m, r, row) - begin;
+            worst = fmax(worst, fabs(gained - work));
+            range = fmax(range, fabs(gained));
+        }
+    }
+    CHECK(range > 1 && worst < 1e-9 * range);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* -- forward and back -------------------------------------------------------------------------------- */
+
+/* Efforts as functions of time. */
+typedef struct player {
+    int count;
+    const int *coordinate;
+    kmp_table *effort[MOST];
+} player;
+
+static int play(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    const player *p = user;
+    (void)q, (void)qd;
+    for (int k = 0; k < p->count; k++)
+        effort[p->coordinate[k]] += kmp_table_value(p->effort[k], 0, t);
+    return 0;
+}
+
+/* The platform led along its drives; the forces of the legs so found, put into the free platform, make the same
+ * motion. */
+static void the_platform_comes_back(void)
+{
+    loaded led = load("examples/stewart/led.yaml"), free_one = load("examples/stewart/stewart.yaml");
+    const char *const legs = "slide1,slide2,slide3,slide4,slide5,slide6";
+    kempe_inverse *r = invert(&led, &(kempe_inverse_ask){.actuators = legs, .t_end = 1, .every = 5e-4}, KEMPE_OK);
+    int slides[6], rows = r ? kempe_inverse_row_count(r) : 0;
+    player p = {.count = 6, .coordinate = slides};
+    double *t = calloc((size_t)rows, sizeof *t), *tau = calloc((size_t)rows, sizeof *tau), worst = 0;
+    CHECK(rows == 2001 && t && tau);
+    for (int k = 0; k < 6; k++) {
+        for (int row = 0; row < rows; row++) {
+            t[row] = kempe_inverse_time(r, row);
+            tau[row] = kempe_inverse_tau(r, row)[k];
+        }
+        slides[k] = kempe_inverse_actuator(r, k);
+        CHECK_TEXT(kempe_model_coordinate_name(free_one.model, slides[k]),
+                   kempe_model_coordinate_name(led.model, slides[k]));
+        p.effort[k] = kmp_table_new(KMP_TABLE_CUBIC, rows, t, tau);
+    }
+    kempe_system_set_force(free_one.system, play, &p);
+    kempe_trajectory *x = simulate(&free_one, 1, 0.05, 1e-12);
+    for (int row = 0; x && row < kempe_trajectory_row_count(x); row++)
+        for (int k = 0; k < 24; k++)
+            worst = fmax(worst, fabs(kempe_trajectory_q(x, row)[k] - kempe_inverse_q(r, 100 * row)[k]));
+    CHECK(worst < 1e-10);
+    if (getenv("KEMPE_SHOW"))
+        printf("platform: %.2e\n", worst);
+    for (int k = 0; k < 6; k++)
+        kmp_table_free(p.effort[k]);
+    free(t);
+    free(tau);
+    kempe_trajectory_free(x);
+    kempe_inverse_free(r);
+    unload(&led);
+    unload(&free_one);
+}
+
+/* 7 sin 4t on the first, 3 - 2 qd on the second. */
+static int known(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    const int *at = user;
+    (void)q;
+    effort[at[0]] += 7 * sin(4 * t);
+    if (at[1] >= 0)
+        effort[at[1]] += 3 - 2 * qd[at[1]];
+    return 0;
+}
+
+static const char in_plane[] = "kempe: 1\ngravity: [0, -g, 0]\n"
+                               "include: [{file: examples/parallel_robot/parallel_robot.yaml}]\n"
+                               "run: {t_end: 2, every: 20 ms}\n";
+static const char in_space[] = "kempe: 1\ngravity: [2*g/3, -g/3, -2*g/3]\n"
+                               "include: [{file: examples/parallel_robot/parallel_robot_spatial.yaml}]\n"
+                               "run: {t_end: 2, every: 20 ms}\n";
+
+static loaded load_here(const char *text)
+{
+    CHECK(chdir(KEMPE_ROOT) == 0); /* what it includes is found from there */
+    return load_text(text);
+}
+
+/* The table of a run of the robot under known efforts at a1, and at b1 too, which are then taken away. */
+static void write_robot(loaded *m, bool both, char *path)
+{
+    int at[2] = {0, both ? 6 : -1};
+    CHECK_TEXT(kempe_model_coordinate_name(m->model, 0), "a1");
+    CHECK_TEXT(kempe_model_coordinate_name(m->model, 6), "b1");
+    kempe_system_set_force(m->system, known, at);
+    kempe_trajectory *t = simulate(m, 2, 0.02, 1e-9);
+    kempe_system_set_force(m->system, NULL, NULL);
+    int file = mkstemp(path);
+    CHECK(file >= 0);
+    close(file);
+    CHECK(t && kempe_trajectory_write_csv(t, path) == KEMPE_OK);
+    kempe_trajectory_free(t);
+}
+
+/* Written, read, inverted. With one actuator of two freedoms as well, where it was the only one. */
+static void known_efforts_come_back(void)
+{
+    const struct {
+        const char *text, *actuators;
+        bool both;
+        int rank;
+    } cases[] = {{in_plane, "a1,b1", true, 2},
+                 {in_space, "a1,b1", true, 2},
+                 {in_plane, "a1", false, 1},
+                 {in_space, "a1", false, 1}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        char path[] = "/tmp/kempe_inverse_XXXXXX";
+        loaded m = load_here(cases[c].text);
+        double worst = 0;
+        write_robot(&m, cases[c].both, path);
+        kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.motion = path, .actuators = cases[c].actuators}, KEMPE_OK);
+        CHECK(r && kempe_inverse_freedoms(r) == 2 && kempe_inverse_rank(r) == cases[c].rank);
+        CHECK(r && kempe_inverse_row_count(r) == 101 && kempe_inverse_residual(r) < 1e-12);
+        for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
+            const double *tau = kempe_inverse_tau(r, row);
+            worst = fmax(worst, fabs(tau[0] - 7 * sin(4 * kempe_inverse_time(r, row))));
+            if (cases[c].both)
+                worst = fmax(worst, fabs(tau[1] - 3 + 2 * kempe_inverse_qd(r, row)[6]));
+        }
+        CHECK(worst < 1e-10);
+        if (getenv("KEMPE_SHOW"))
+            printf("known efforts: %.2e\n", worst);
+        unlink(path);
+        kempe_inverse_free(r);
+        unload(&m);
+    }
+}
+
+/* Forces and moments of a weld that holds a box on an arm: as a run's outputs have them. */
+static void reactions_are_the_outputs(void)
+{
+    loaded m = load_text("kempe: 1\ngravity: [1, -9, 2]\nbodies:\n"
+                         "  arm: {joint: {revolute: z, at: ground}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}, "
+                         "points: {P: [1, 0, 0.2]}}\n"
+                         "  box: {joint: {free: x, at: ground}, mass: 2, com: [0.1, 0.2, 0.3], inertia: {xx: 0.1, yy: "
+                         "0.1, zz: 0.1}, points: {Q: [0, 0, 0]}}\n"
+                         "loops: {W: {weld: [arm.P, box.Q]}}\nstart: {q: {arm: 0.3}, hold: [arm], qd: {arm: 2}}\n"
+                         "run: {outputs: [reaction(W), moment(W)]}\n");
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.actuators = "arm"}, KEMPE_OK);
+    kmp_plant *plant = kmp_plant_new(m.system, "tape");
+    double size[2] = {0};
+    CHECK(r && r->loops == 1);
+    if (r) {
+        const double *shown = kmp_plant_shown(plant, 0, r->q, r->qd, r->qdd, r->lambda);
+        for (int k = 0; k < KMP_REACTION; k++) {
+            CHECK_NEAR(r->reaction[k], shown[k], 1e-13);
+            size[k / 3] += fabs(shown[k]);
+        }
+    }
+    CHECK(size[0] > 1 && size[1] > 1);
+    kmp_plant_free(plant);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* -- more and fewer actuators than freedoms ---------------------------------------------------------- */
+
+/* The conditions of least norm as one system: W tau = S' mu, J mu = 0, S tau + J' lambda = M qdd + C. */
+static void solve_dense(const loaded *m, const kempe_inverse *r, int row, const double *weight, double *tau)
+{
+    const kempe_system *s = m->system;
+    int n = s->n, rows = s->m, a = kempe_inverse_actuator_count(r), size = a + rows + n;
+    kmp_plant *plant = kmp_plant_new(s, "tape");
+    double *matrix = calloc((size_t)(size * size), sizeof *matrix), *rhs = calloc((size_t)size, sizeof *rhs);
+    double *x = calloc((size_t)size, sizeof *x), *mass = calloc((size_t)(n * n), sizeof *mass);
+    kmp_plant_closure(plant, kempe_inverse_time(r, row), kempe_inverse_q(r, row));
+    kmp_plant_mass(plant);
+    kmp_plant_bias(plant, kempe_inverse_qd(r, row));
+    kmp_plant_dense_mass(plant, mass);
+    for (int i = 0; i < n; i++) {
+        rhs[a + rows + i] = plant->bias[i];
+        for (int k = 0; k < n; k++)
+            rhs[a + rows + i] += mass[i + k * n] * kempe_inverse_qdd(r, row)[k];
+    }
+    for (int k = 0; k < a; k++) {
+        int at = kempe_inverse_actuator(r, k);
+        matrix[k + k * size] = weight[k] * s->scale[at] * s->scale[at];
+        matrix[k + (a + rows + at) * size] = -1;
+        matrix[a + rows + at + k * size] = 1;
+    }
+    for (int e = 0; e < s->jacobian.count; e++) {
+        int i = s->jacobian.row[e], k = s->jacobian.col[e];
+        matrix[a + i + (a + rows + k) * size] = plant->jacobian[e];
+        matrix[a + rows + k + (a + i) * size] = plant->jacobian[e];
+    }
+    CHECK(kmp_least_squares(size, size, matrix, rhs, 1e-12, x) > 0);
+    memcpy(tau, x, (size_t)a * sizeof *tau);
+    kmp_plant_free(plant);
+    free(matrix);
+    free(rhs);
+    free(x);
+    free(mass);
+}
+
+/* Four cranks of two freedoms, in the plane and in space, where rows are redundant. */
+static void least_norm_by_one_dense_system(void)
+{
+    const double weights[2][4] = {{1, 1, 1, 1}, {1, 5, 1, 0.2}};
+    const char *const words[2] = {NULL, "b1=5,b2=0.2"}, *const text[2] = {in_plane, in_space};
+    for (int c = 0; c < 2; c++) {
+        char path[] = "/tmp/kempe_inverse_XXXXXX";
+        loaded m = load_here(text[c]);
+        write_robot(&m, true, path);
+        for (int w = 0; w < 2; w++) {
+            double worst = 0, size = 0, other = 0, tau[4];
+            kempe_inverse_ask ask = {.actuators = "a1,b1,a2,b2", .motion = path, .weights = words[w]};
+            kempe_inverse *r = invert(&m, &ask, KEMPE_OK);
+            CHECK(r && kempe_inverse_rank(r) == 2 && kempe_inverse_residual(r) < 1e-14);
+            for (int row = 0; r && row < kempe_inverse_row_count(r); row += 20) {
+                solve_dense(&m, r, row, weights[w], tau);
+                for (int k = 0; k < 4; k++) {
+                    worst = fmax(worst, fabs(tau[k] - kempe_inverse_tau(r, row)[k]));
+                    size = fmax(size, fabs(tau[k]));
+                }
+                other = fmax(other, fabs(tau[1] - tau[3]));
+            }
+            CHECK(worst < 1e-11 * size);
+            CHECK((other < 1e-11 * size) == (w == 0)); /* crank and bar share evenly without weights */
+            kempe_inverse_free(r);
+        }
+        unlink(path);
+        unload(&m);
+    }
+}
+
+/* b1 was driven, and a1 alone cannot do that: said with what is left, which is b1's effort by the other coordinate. */
+static void too_few_actuators_are_told(void)
+{
+    char path[] = "/tmp/kempe_inverse_XXXXXX", *text = NULL;
+    loaded m = load_here(in_plane);
+    write_robot(&m, true, path);
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.motion = path, .actuators = "a1"}, KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(m.context), "they reach 1 of 2 degrees of freedom"));
+    CHECK(r && kempe_inverse_row_count(r) == 101 && kempe_inverse_rank(r) == 1);
+    CHECK_TEXT(kempe_inverse_status(r), "failed");
+    CHECK_TEXT(kempe_inverse_reason(r), kempe_context_message(m.context));
+    CHECK(kempe_inverse_print(r, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"efforts\": \"least squares\""));
+    kempe_text_free(text);
+    kempe_inverse_free(r);
+    unlink(path);
+    unload(&m);
+}
+
+/* At its dead centre the slider cannot turn the crank, whose weight stays. */
+static void out_of_reach_of_the_actuator(void)
+{
+    loaded m = load("examples/driven_slider_crank/driven_slider_crank.yaml");
+    kempe_inverse_ask ask = {.actuators = "slider", .t_end = 0.5, .every = 0.1};
+    kempe_inverse *r = invert(&m, &ask, KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(m.context), "0 of 1"));
+    CHECK(r && kempe_inverse_rank(r) == 0 && kempe_inverse_tau(r, 0)[0] == 0 && kempe_inverse_tau(r, 5)[0] == 0);
+    for (int row = 1; r && row < 5; row++) {
+        slider_crank x = closed_form(kempe_inverse_q(r, row)[0], kempe_inverse_qd(r, row)[0]);
+        CHECK_NEAR(kempe_inverse_tau(r, row)[0], x.torque / x.slope, 1e-12);
+    }
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* -- motions ----------------------------------------------------------------------------------------- */
+
+/* Only the crank's angle is given, rows 1 ms apart that begin where the start is not: as the drive has it. */
+static void one_coordinate_is_enough(void)
+{
+    char path[] = "/tmp/kempe_inverse_XXXXXX", text[64 * 1024];
+    loaded m = load_four_bar(""), d = load_four_bar(driven);
+    int length = snprintf(text, sizeof text, "t,q.a\n");
+    double worst = 0, size = 0;
+    for (int k = 200; k <= 1000; k++)
+        length += snprintf(text + length, sizeof text - (size_t)length, "%.17g,%.17g\n", k / 1000.0,
+                           M_PI / 2 + 5 * (k / 1000.0) + 2 * sin(3 * (k / 1000.0)));
+    write_text(&m, path, text);
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.motion = path, .actuators = "a"}, KEMPE_OK);
+    kempe_inverse *all = invert(&d, NULL, KEMPE_OK);
+    CHECK(r && all && kempe_inverse_row_count(r) == 801);
+    for (int row = 0; r && all && row < 801; row++) {
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(kempe_inverse_q(r, row)[k], kempe_inverse_q(all, 200 + row)[k], 1e-13);
+        size = fmax(size, fabs(kempe_inverse_tau(all, 200 + row)[0]));
+        if (row >= 10 && row < 791) /* at the ends splines know less */
+            worst = fmax(worst, fabs(kempe_inverse_tau(r, row)[0] - kempe_inverse_tau(all, 200 + row)[0]));
+    }
+    CHECK(worst < 1e-8 * size);
+    kempe_inverse_free(r);
+    /* the drive stands in the table: it is left out */
+    r = invert(&d, &(kempe_inverse_ask){.motion = path, .actuators = "c", .every = 0.1}, KEMPE_OK);
+    CHECK(r && kempe_inverse_row_count(r) == 9);
+    for (int row = 0; r && all && row < 9; row++) {
+        CHECK_NEAR(kempe_inverse_time(r, row), 0.2 + 0.1 * row, 1e-15);
+        CHECK_NEAR(kempe_inverse_q(r, row)[2], kempe_inverse_q(all, 200 + 100 * row)[2], 1e-12);
+        CHECK_NEAR(kempe_inverse_power(r, row)[0], kempe_inverse_power(all, 200 + 100 * row)[0], 1e-5);
+    }
+    kempe_inverse_free(r);
+    kempe_inverse_free(all);
+    unlink(path);
+    unload(&m);
+    unload(&d);
+}
+
+/* A table that says otherwise than the drive. */
+static void a_table_goes_before_drives(void)
+{
+    char path[] = "/tmp/kempe_inverse_XXXXXX";
+    loaded m = load_four_bar(""), d = load_four_bar(driven);
+    write_text(&m, path, "t,q.a,qd.a,qdd.a\n0,1.6,2,3\n0.1,1.7,1,-3\n0.2,1.9,2,4\n");
+    kempe_inverse *r[2] = {invert(&m, &(kempe_inverse_ask){.motion = path, .actuators = "a"}, KEMPE_OK),
+                           invert(&d, &(kempe_inverse_ask){.motion = path}, KEMPE_OK)};
+    for (int row = 0; r[0] && r[1] && row < 3; row++) {
+        CHECK(kempe_inverse_q(r[1], row)[0] == kempe_inverse_q(r[0], row)[0]);
+        CHECK_NEAR(kempe_inverse_tau(r[1], row)[0], kempe_inverse_tau(r[0], row)[0], 1e-13);
+    }
+    kempe_inverse_free(r[0]);
+    kempe_inverse_free(r[1]);
+    unlink(path);
+    unload(&m);
+    unload(&d);
+}
+
+/* Rows so far apart that the crank turns by more than half between them; that the rocker comes close to its dead
+ * centre, where the branches meet, and goes back. */
+static void the_branch_is_kept(void)
+{
+    static const char near_centre[] =
+        "drives: {m: {joint: c, angle: \"acos(-0.09/1.26) + 4e-5 + 0.2*(1 + cos(4*t))\"}}\n";
+    const char *const drives[] = {driven, near_centre};
+    for (int d = 0; d < 2; d++) {
+        loaded m = load_four_bar(drives[d]);
+        kempe_inverse *far = invert(&m, &(kempe_inverse_ask){.t_end = 10, .every = 0.7}, KEMPE_OK);
+        kempe_inverse *near = invert(&m, &(kempe_inverse_ask){.t_end = 10, .every = 0.001}, KEMPE_OK);
+        CHECK(far && near && kempe_inverse_row_count(far) == 16);
+        for (int row = 0; far && near && row < 15; row++)
+            for (int k = 0; k < 3; k++)
+                CHECK_NEAR(kempe_inverse_q(far, row)[k], kempe_inverse_q(near, 700 * row)[k], 1e-12);
+        kempe_inverse_free(far);
+        kempe_inverse_free(near);
+        unload(&m);
+    }
+}
+
+/* Positions of five digits, and sixteen redundant rows that are then no longer quite so. */
+static void a_coarse_table_is_closed(void)
+{
+    char fine[] = "/tmp/kempe_inverse_XXXXXX", coarse[] = "/tmp/kempe_inverse_XXXXXX", text[64 * 1024];
+    loaded m = load_here(in_space);
+    double rounded[MOST] = {0};
+    int kept[4] = {0};
+    write_robot(&m, true, fine);
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.motion = fine, .actuators = "a1,b1"}, KEMPE_OK);
+    int length = snprintf(text, sizeof text, "t");
+    for (int k = 0; k < 3 * m.system->n; k++)
+        length += snprintf(text + length, sizeof text - (size_t)length, ",%s.%s",
+                           k < m.system->n       ? "q"
+                           : k < 2 * m.system->n ? "qd"
+                                                 : "qdd",
+                           kempe_model_coordinate_name(m.model, k % m.system->n));
+    for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
+        const double *of[] = {kempe_inverse_q(r, row), kempe_inverse_qd(r, row), kempe_inverse_qdd(r, row)};
+        length += snprintf(text + length, sizeof text - (size_t)length, "\n%.17g", kempe_inverse_time(r, row));
+        for (int k = 0; k < 3 * m.system->n; k++) {
+            int before = length;
+            length += snprintf(text + length, sizeof text - (size_t)length, ",%.3f",
+                               of[k / m.system->n][k % m.system->n] + (k == 1 ? 2e-3 : 0));
+            if (row == 0 && k < m.system->n)
+                rounded[k] = strtod(text + before + 1, NULL);
+        }
+    }
+    write_text(&m, coarse, text);
+    kempe_inverse *again = invert(&m, &(kempe_inverse_ask){.motion = coarse, .actuators = "a1,b1"}, KEMPE_OK);
+    CHECK(again && kempe_inverse_row_count(again) == 101 && kempe_inverse_freedoms(again) == 2);
+    CHECK(again && kempe_inverse_residual(again) < 1e-13);
+    for (int k = 0; again && k < m.system->n; k++)
+        kept[k / 3] |= kempe_inverse_q(again, 0)[k] == rounded[k]; /* three that say the same */
+    CHECK(kept[0] + kept[1] + kept[2] + kept[3] >= 2);             /* the independent ones */
+    for (int row = 0; r && again && row < kempe_inverse_row_count(again); row++)
+        for (int k = 0; k < 2; k++)
+            CHECK(fabs(kempe_inverse_tau(again, row)[k] - kempe_inverse_tau(r, row)[k]) < 0.4);
+    kempe_inverse_free(r);
+    kempe_inverse_free(again);
+    unlink(fine);
+    unlink(coarse);
+    unload(&m);
+}
+
+/* A parallelogram along angle 0.3 + w t, level at t = 0 for angle = 0: rows from there on. */
+static kempe_inverse *along_parallelogram(const loaded *m, double first, double *t_first)
+{
+    char path[] = "/tmp/kempe_inverse_XXXXXX", text[16 * 1024];
+    int length = snprintf(text, sizeof text, "t,q.a,q.b,q.c,qd.a,qd.b,qd.c,qdd.a,qdd.b,qdd.c\n");
+    for (int k = 0; k <= 50; k++) {
+        double t = k * 0.02, x = first + t * (1 + t), v = 1 + 2 * t;
+        length += snprintf(text + length, sizeof text - (size_t)length,
+                           "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,2,-2,2\n", t, x, -x, x, v, -v, v);
+    }
+    write_text(m, path, text);
+    kempe_inverse *r = invert(m, &(kempe_inverse_ask){.motion = path, .actuators = "a"}, KEMPE_OK);
+    *t_first = r ? kempe_inverse_time(r, 0) : NAN;
+    unlink(path);
+    return r;
+}
+
+/* A motion that begins where the mechanism has one freedom more: from the second row on there is one. By hand: cranks
+ * of 1 kg and 0.01 kg m^2 with their centres half way, a coupler of 2 kg that goes round without turning. */
+static void begins_at_a_change_point(void)
+{
+    loaded m =
+        load_text("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {D: [1, 0, 0]}}\n"
+                  "bodies:\n"
+                  "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.25, 0, 0], inertia: {zz: 0.01}, "
+                  "points: {B: [0.5, 0, 0]}}\n"
+                  "  b: {joint: {revolute: z, at: a.B}, mass: 2, com: [0.5, 0, 0], inertia: {zz: 0.2}, points: {C: "
+                  "[1, 0, 0]}}\n"
+                  "  c: {joint: {revolute: z, at: ground.D}, mass: 1, com: [0.25, 0, 0], inertia: {zz: 0.01}, "
+                  "points: {C: [0.5, 0, 0]}}\n"
+                  "loops: {C: {ball: [b.C, c.C]}}\nstart: {q: {a: 1, b: -1, c: 1}}\n");
+    double t;
+    kempe_inverse *r = along_parallelogram(&m, 0, &t);
+    char *json = NULL;
+    const double inertia = 2 * (0.01 + 0.25 * 0.25) + 2 * 0.5 * 0.5, weight = 9.81 * (2 * 0.25 + 2 * 0.5);
+    CHECK(r && kempe_inverse_row_count(r) == 51 && t == 0);
+    CHECK(r && kempe_inverse_freedoms(r) == 1 && kempe_inverse_residual(r) < 1e-14);
+    for (int row = 1; r && row < kempe_inverse_row_count(r); row++)
+        CHECK_NEAR(kempe_inverse_tau(r, row)[0], 2 * inertia + weight * cos(kempe_inverse_q(r, row)[0]), 1e-12);
+    CHECK(r && kempe_inverse_print(r, KEMPE_JSON, &json) == KEMPE_OK);
+    CHECK(json && strstr(json, "\"redundant\": []") && strstr(json, "\"singular\": 1"));
+    kempe_text_free(json);
+    for (int flat = 25; flat <= 50; flat += 25) { /* on the way, at its end */
+        kempe_inverse *through = along_parallelogram(&m, flat == 25 ? -0.75 : -2, &t);
+        CHECK(through && kempe_inverse_q(through, flat)[0] == 0 && kempe_inverse_freedoms(through) == 1);
+        for (int row = 0; through && row < kempe_inverse_row_count(through); row++)
+            if (row != flat)
+                CHECK_NEAR(kempe_inverse_tau(through, row)[0],
+                           2 * inertia + weight * cos(kempe_inverse_q(through, row)[0]), 1e-12);
+        kempe_inverse_free(through);
+    }
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* What holds the mechanism at rest: virtual work of gravity and spring along the crank, by differences of the energy.
+ */
+static void the_start_is_held(void)
+{
+    loaded m = load_four_bar("");
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.actuators = "a"}, KEMPE_OK);
+    CHECK(r && kempe_inverse_row_count(r) == 1);
+    kempe_workspace *ws = NULL;
+    CHECK(kempe_workspace_new(m.system, &ws) == KEMPE_OK);
+    double energy[2], q[3];
+    const int hold[3] = {1, 0, 0};
+    for (int side = 0; r && side < 2; side++) {
+        memcpy(q, kempe_inverse_q(r, 0), sizeof q);
+        q[0] += side ? 1e-5 : -1e-5;
+        CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK && kempe_eval(ws, 0, q, NULL) == KEMPE_OK);
+        energy[side] = kempe_workspace_potential(ws);
+    }
+    CHECK_NEAR(kempe_inverse_tau(r, 0)[0], (energy[1] - energy[0]) / 2e-5, 1e-8);
+    kempe_workspace_free(ws);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* The rocker of this four-bar cannot go round: rows up to where it could. */
+static void out_of_reach(void)
+{
+    loaded m = load_four_bar("drives: {m: {joint: c, angle: \"1.85 + t\"}}\n");
+    kempe_inverse *r = invert(&m, &(kempe_inverse_ask){.every = 0.01}, KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(m.context), "beyond t = 0.7059"));
+    int rows = r ? kempe_inverse_row_count(r) : 0;
+    CHECK(rows > 10 && rows < 100);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+static void expect_failure(const loaded *m, const kempe_inverse_ask *ask, kempe_status status, const char *words)
+{
+    kempe_inverse *r = NULL;
+    CHECK(kempe_inverse_new(m->system, ask, &r) == status);
+    const char *message = kempe_context_message(m->context);
+    if (!strstr(message, words)) {
+        printf("wanted '%s' in: %s\n", words, message);
+        check_failures++;
+    }
+    CHECK((r != NULL) == (status == KEMPE_E_FAILED));
+    kempe_inverse_free(r);
+}
+
+static void expect_table_failure(const loaded *m, const char *text, kempe_status status, const char *words)
+{
+    char path[] = "/tmp/kempe_inverse_XXXXXX";
+    write_text(m, path, text);
+    expect_failure(m, &(kempe_inverse_ask){.motion = path, .actuators = "a"}, status, words);
+    unlink(path);
+}
+
+static void what_is_wrong_is_said(void)
+{
+    loaded m = load_four_bar("");
+    expect_failure(&m, NULL, KEMPE_E_ARGUMENT, "1 degree of freedom: actuators");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a,x"}, KEMPE_E_ARGUMENT, "actuators: there is no coordinate");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a,a"}, KEMPE_E_ARGUMENT, "stands twice");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a", .weights = "b=2"}, KEMPE_E_ARGUMENT,
+                   "'b' is no actuator");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a", .weights = "a=-2"}, KEMPE_E_ARGUMENT, "positive number");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a", .weights = "a=1:2"}, KEMPE_E_ARGUMENT, "positive number");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a", .every = -1}, KEMPE_E_ARGUMENT, "every = -1");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a", .backend = "gpu"}, KEMPE_E_ARGUMENT, "back end 'gpu'");
+    expect_failure(&m, &(kempe_inverse_ask){.actuators = "a", .u = "a,b"}, KEMPE_E_FAILED, "2 independent coordinates");
+    expect_table_failure(&m, "t,q.a\n", KEMPE_E_INPUT, "no rows to follow");
+    expect_table_failure(&m, "t,qd.a\n0,1\n", KEMPE_E_INPUT, "no column q.NAME");
+    expect_table_failure(&m, "t,q.a,qd.a\n0,1,2\n1,1,\n", KEMPE_E_INPUT, "column qd.a has no value at t = 1 s");
+    expect_table_failure(&m, "t,q.d\n0,1\n", KEMPE_E_INPUT, ":1:3: ");
+    unload(&m);
+    m = load_here(in_plane);
+    char path[] = "/tmp/kempe_inverse_XXXXXX";
+    write_text(&m, path, "t,q.a1,q.a2\n0,-2.6,-2.6\n1,-2.5,-2.5\n");
+    expect_failure(&m, &(kempe_inverse_ask){.motion = path, .actuators = "a1"}, KEMPE_E_FAILED,
+                   "do not say how all others move: 1 more is wanted, such as '");
+    unlink(path);
+    unload(&m);
+    m = load_here("kempe: 1\ninclude: [{file: examples/parallel_robot/parallel_robot.yaml}]\n"
+                  "drives: {m: {joint: a1, angle: \"t - 150 deg\"}}\nrun: {t_end: 1}\n");
+    expect_failure(&m, NULL, KEMPE_E_FAILED, "the drives do not say how all coordinates move: '");
+    unload(&m);
+}
+
+int main(void)
+{
+    TEST(a_motion_of_points);
+    TEST(accelerations_of_fourth_order);
+    TEST(singular_values);
+    TEST(efforts_are_the_multipliers_of_drives);
+    TEST(slider_crank_by_hand);
+    TEST(shared_by_hand);
+    TEST(power_is_the_rate_of_energy);
+    TEST(the_platform_comes_back);
+    TEST(known_efforts_come_back);
+    TEST(reactions_are_the_outputs);
+    TEST(least_norm_by_one_dense_system);
+    TEST(too_few_actuators_are_told);
+    TEST(out_of_reach_of_the_actuator);
+    TEST(one_coordinate_is_enough);
+    TEST(a_table_goes_before_drives);
+    TEST(the_branch_is_kept);
+    TEST(a_coarse_table_is_closed);
+    TEST(begins_at_a_change_point);
+    TEST(the_start_is_held);
+    TEST(out_of_reach);
+    TEST(what_is_wrong_is_said);
+    return check_report();
+}
