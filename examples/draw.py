@@ -385,6 +385,26 @@ def stephenson():
     return p
 
 
+def double_four_bar():
+    O, D, E, S = (0, 0), (0.8, 0), (1.5, 0.05), (1.7, 0.9)
+    B = at(O, math.radians(80), (0.35, 0))
+    C = circles(B, 0.75, D, 0.45, 1)
+    F = at(D, math.atan2(C[1] - D[1], C[0] - D[0]), (0.4, 0.15))
+    G = circles(F, 0.7, E, 0.5, 1)
+    p = Picture("Two four-bars in a row at the start")
+    p.body("crank", O, B)
+    p.body("bar", B, C, other_side=True)
+    p.body("rocker", D, C, F)
+    p.body("rod", F, G, other_side=True)
+    p.body("lever", E, G, shift=(-52, 8))
+    p.spring(S, G)
+    for name, point, shift in (("O", O, (12, 4)), ("D", D, (12, 4)), ("E", E, (12, 4)), ("S", S, (12, 4))):
+        p.pivot(point, name, True, shift)
+    for name, point in (("B", B), ("C", C), ("F", F), ("G", G)):
+        p.pivot(point, name, shift=(-8, -14))
+    return p
+
+
 def double_wishbone():
     seen = lambda x, y, z: oblique((y, -x, z))             # from the front, outwards to the right
     UF, UB, U = seen(-0.048, 0.446, 0.245), seen(-0.268, 0.478, 0.196), seen(-0.053, 0.716, 0.215)
@@ -492,7 +512,7 @@ def suspension():
 
 
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
-            peaucellier, chebyshev, jansen_leg, stephenson, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
+            peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension)
 
 if __name__ == "__main__":

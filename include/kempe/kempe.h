@@ -243,6 +243,8 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
 /* Many instances of one mechanism with different parameters: kempe/ensemble.h, which this header includes at its end.
  */
 
+/* Where a mechanism stays at rest or moves on steadily: kempe/equilibrium.h, which this header includes at its end. */
+
 /** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
 
@@ -254,6 +256,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/build.h>
 #include <kempe/compare.h>
 #include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
 #include <kempe/extend.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>

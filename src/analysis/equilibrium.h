@@ -21,10 +21,12 @@ typedef struct kmp_iteration {
 enum { KMP_MOST_ITERATIONS = 400 };
 
 typedef struct kmp_search {
-    const kmp_steady *rates; /* of coordinates that stay independent */
+    kmp_steady *rates; /* of coordinates that stay independent */
     int rate_count;
     bool
         nearest; /* Newton's method from the guess, to whatever is near; otherwise the way goes down, to a stable one */
+    bool quiet;  /* nothing is said of a failure beyond that */
+    struct kmp_exchange *exchange; /* other unknowns and equations (analysis/exchange.h); NULL: none */
     int iterations;
     kmp_iteration history[KMP_MOST_ITERATIONS];
     double residual; /* reached */

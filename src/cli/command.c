@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all commands share. Each makes one result object and reports it: text on stdout, complaints on stderr, JSON where
+/* What all commands share. Each makes one result object and reports it: text on stdout, complaints on stderr, JSON
+ * where
  * --json says. */
 #include "command.h"
 

@@ -48,6 +48,8 @@ typedef struct cli_settings {
     const char *values, *sample;
     double instances, lanes;
     bool alone;
+    kempe_equilibrium_ask equilibrium;
+    bool all, nearest;
     bool help;
 } cli_settings;
 

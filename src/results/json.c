@@ -88,6 +88,12 @@ void kmp_json_true(kmp_json *json, const char *key)
     kmp_text_put(json->text, "true");
 }
 
+void kmp_json_boolean(kmp_json *json, const char *key, bool x)
+{
+    lead(json, key);
+    kmp_text_put(json->text, x ? "true" : "false");
+}
+
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x)
 {
     lead(json, key);

@@ -24,6 +24,7 @@ void kmp_json_number(kmp_json *json, const char *key, double x);
 void kmp_json_whole(kmp_json *json, const char *key, long x);
 void kmp_json_string(kmp_json *json, const char *key, const char *s); /* null for NULL */
 void kmp_json_true(kmp_json *json, const char *key);
+void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 
 /** An array of numbers on one line. */
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x);

@@ -1,0 +1,422 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/balances.h"
+#include "analysis/way.h"
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "constraints/assemble.h"
+#include "constraints/charts.h"
+#include "model/ranges.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_BITS = 1000 };
+#define BIT       0.1 /* rad, or characteristic lengths: what is fixed goes there so far at a time */
+#define TWO_PI    6.283185307179586
+#define SAME      1e-6 /* scaled: states that are nearer are one */
+#define ELSEWHERE 0.3  /* rad, or characteristic lengths */
+#define UNCHANGED 1e-9
+
+/* -- what is kept ------------------------------------------------------------------------------------ */
+
+static bool is_spherical(const kempe_system *system, int k)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
+            return true;
+    return false;
+}
+
+static bool is_idle(const kmp_balance *b, int k)
+{
+    for (int i = 0; i < b->idle_count; i++)
+        if (b->idle[i] == k)
+            return true;
+    return false;
+}
+
+/* Angles count to the turn; what nothing depends on does not count. */
+static bool same(const kempe_system *system, const kmp_balance *b, const double *q)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (!(kmp_chart_apart(system, c, b->q, q) < SAME))
+            return false;
+    for (int k = 0; k < system->n; k++) {
+        if (is_spherical(system, k) || is_idle(b, k))
+            continue;
+        double off = (b->q[k] - q[k]) / system->scale[k];
+        if (system->model->motions[k].rotation)
+            off = remainder(off, TWO_PI);
+        if (!(fabs(off) < SAME))
+            return false;
+    }
+    return true;
+}
+
+static double *copy(kempe_equilibrium *e, int count, const double *from)
+{
+    double *to = KMP_ARENA_NEW(&e->arena, double, count);
+    if (to && count > 0)
+        memcpy(to, from, (size_t)count * sizeof *to);
+    return to;
+}
+
+/* The state in the user's coordinates. */
+static void show(const kmp_linear *l, const double *near, double *q, double *qd)
+{
+    const kempe_system *s = l->system;
+    memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    memcpy(qd, l->qd, (size_t)l->n * sizeof *qd);
+    if (s->chart_count > 0)
+        kmp_charts_show(s, l->plant->chart, near, q, qd);
+}
+
+/* Whether R is the same with u_k elsewhere. */
+static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const double *work)
+{
+    double *moved = l->unit; /* n, free between calls */
+    int c = l->part.u[k];
+    memcpy(moved, q, (size_t)l->n * sizeof *moved);
+    moved[c] += ELSEWHERE * l->system->scale[c];
+    bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
+    for (int i = 0; same && i < l->p; i++)
+        same = fabs(l->residual[i]) * kmp_way_scale(l, i) <= UNCHANGED * work[i];
+    return same;
+}
+
+/* Coordinates of u that R does not depend on, here and elsewhere. */
+static bool find_idle(kempe_equilibrium *e, kmp_linear *l, kmp_balance *b)
+{
+    int p = l->p;
+    double *work = KMP_ARENA_NEW(&e->arena, double, p), *ud = KMP_ARENA_NEW(&e->arena, double, p), most;
+    double *q = copy(e, l->n, l->q);
+    bool *candidate = KMP_ARENA_NEW(&e->arena, bool, p), any = false;
+    b->idle = KMP_ARENA_NEW(&e->arena, int, p);
+    if (e->arena.failed)
+        return false;
+    (void)kmp_way_measure(l, work, &most);
+    for (int k = 0; k < p; k++) {
+        ud[k] = l->qd[l->part.u[k]];
+        any = (candidate[k] = kmp_way_is_idle(l, k, work)) || any;
+    }
+    if (!any)
+        return true;
+    for (int k = 0; k < p; k++)
+        if (candidate[k] && stays(l, q, ud, k, work))
+            b->idle[b->idle_count++] = l->part.u[k];
+    bool back = kmp_linear_at(l, l->t, q, ud, NULL) == KEMPE_OK;
+    kmp_linear_matrices(l);
+    return back;
+}
+
+static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_balance *b)
+{
+    b->iterations = search->iterations;
+    b->exchanges = search->exchanges;
+    b->history = KMP_ARENA_NEW(&e->arena, kmp_iteration, b->iterations);
+    b->residuals = KMP_ARENA_NEW(&e->arena, double, b->iterations);
+    for (int k = 0; b->history && b->residuals && k < b->iterations; k++) {
+        b->history[k] = search->history[k];
+        b->residuals[k] = search->history[k].residual;
+    }
+}
+
+kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
+{
+    const kempe_system *s = e->system;
+    int n = s->n, closures = s->model->closure_count;
+    double *q = KMP_ARENA_NEW(&e->arena, double, n), *qd = KMP_ARENA_NEW(&e->arena, double, n);
+    if (!q || !qd)
+        return kmp_fail_memory(s->context);
+    show(linear, near, q, qd);
+    for (int k = 0; k < e->count; k++)
+        if (same(s, &e->balance[k], q)) {
+            e->balance[k].hits++;
+            return KEMPE_OK;
+        }
+    if (e->count == KMP_MOST_BALANCES) {
+        e->many = true;
+        return KEMPE_OK;
+    }
+    kmp_balance *b = &e->balance[e->count];
+    *b = (kmp_balance){.q = q, .qd = qd, .residual = search->residual, .hits = 1};
+    for (int k = 0; e->count > 0 && k < n; k++)
+        if (s->model->motions[k].rotation && !is_spherical(s, k))
+            q[k] = near[k] + remainder(q[k] - near[k], TWO_PI);
+    b->lambda = copy(e, s->m, linear->lambda);
+    b->potential = kmp_plant_potential(linear->plant, linear->t, linear->q);
+    b->reaction = copy(e, 3 * closures,
+                       closures > 0 ? kmp_plant_reactions(linear->plant, linear->t, linear->q, linear->lambda) : NULL);
+    b->freed = e->exchange ? copy(e, e->exchange->free_count, e->exchange->value) : NULL;
+    b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
+    keep_history(e, search, b);
+    if (!find_idle(e, linear, b) || e->arena.failed)
+        return kmp_fail_memory(s->context);
+    e->count++;
+    return kmp_stability_judge(linear, &b->stability);
+}
+
+/* -- what is asked ----------------------------------------------------------------------------------- */
+
+static kempe_status read_rates(kempe_equilibrium *e, const char *text)
+{
+    const kempe_model *model = e->asked->model;
+    kmp_ranges list = {0};
+    kempe_status status = text ? kmp_ranges_read(model->context, text, &list) : KEMPE_OK;
+    e->rates = KMP_ARENA_NEW(&e->arena, kmp_steady, list.count);
+    if (status == KEMPE_OK && !e->rates)
+        status = kmp_fail_memory(model->context);
+    for (int k = 0; status == KEMPE_OK && k < list.count; k++) {
+        int c = kmp_exchange_coordinate(model, list.range[k].name, "rates");
+        if (list.range[k].count != 1)
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' takes one value, not a range",
+                              list.range[k].name);
+        for (int i = 0; c >= 0 && i < k; i++)
+            if (e->rates[i].coordinate == c)
+                status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", list.range[k].name);
+        if (c < 0)
+            status = KEMPE_E_ARGUMENT;
+        else
+            e->rates[e->rate_count++] = (kmp_steady){c, list.range[k].from};
+    }
+    kmp_ranges_free(&list);
+    return status;
+}
+
+static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
+{
+    e->nearest = ask->nearest;
+    e->all = ask->all;
+    kempe_status status = read_rates(e, ask->rates);
+    if (status != KEMPE_OK || !(ask->fix || ask->require || ask->freed))
+        return status;
+    status = kmp_exchange_new(e->asked, ask->fix, ask->require, ask->freed, e->rates, e->rate_count, &e->exchange);
+    if (status == KEMPE_OK)
+        e->system = e->exchange->system;
+    if (status == KEMPE_OK && e->all)
+        status = kmp_fail(e->asked->context, KEMPE_E_ARGUMENT,
+                          "all equilibria are looked for with the unknowns as they are: leave fix, require and free "
+                          "out, or all");
+    return status;
+}
+
+/* -- finding ----------------------------------------------------------------------------------------- */
+
+/* What moves on steadily must not change the equations, unless it is held. */
+static kempe_status check_rates(const kempe_equilibrium *e)
+{
+    const kmp_balance *b = &e->balance[0];
+    for (int k = 0; k < e->rate_count; k++) {
+        int c = e->rates[k].coordinate;
+        bool held = is_idle(b, c) || e->rates[k].rate == 0;
+        for (int i = 0; e->exchange && i < e->exchange->target_count; i++)
+            held = held || e->exchange->target[i].coordinate == c;
+        if (!held)
+            return kmp_fail(e->system->context, KEMPE_E_FAILED,
+                            "no steady motion: '%s' shall go on at %.6g %s/s, but the forces change as it goes; hold "
+                            "it (fix) and let a load be free, to have the balance of one moment",
+                            e->system->model->motions[c].name, e->rates[k].rate,
+                            e->system->model->motions[c].rotation ? "rad" : "m");
+    }
+    return KEMPE_OK;
+}
+
+/* Brings what is fixed from the start to its values, bit by bit so that the loops close as they did; `*a` becomes what
+ * comes out, and stays where the way ends before. */
+static kempe_status lead(const kempe_equilibrium *e, kempe_assembly **a)
+{
+    const kempe_system *s = e->system;
+    int n = s->n, parts = 0;
+    double *from = KMP_NEW(double, n), *to = KMP_NEW(double, n);
+    bool *hold = KMP_NEW(bool, n);
+    kempe_status status = from && to && hold ? KEMPE_OK : kmp_fail_memory(s->context);
+    for (int k = 0; status == KEMPE_OK && k < e->exchange->target_count; k++) {
+        const kmp_target *t = &e->exchange->target[k];
+        if (t->coordinate < 0)
+            continue;
+        from[t->coordinate] = (*a)->q[t->coordinate];
+        hold[t->coordinate] = true;
+        double far = fabs(t->value - from[t->coordinate]) / s->scale[t->coordinate];
+        parts = (int)fmax(parts, ceil(fmin(far / BIT, MOST_BITS)));
+    }
+    for (int i = 1; status == KEMPE_OK && i <= parts; i++) {
+        kempe_assembly *next = NULL;
+        memcpy(to, (*a)->q, (size_t)n * sizeof *to);
+        for (int k = 0; k < e->exchange->target_count; k++) {
+            const kmp_target *t = &e->exchange->target[k];
+            if (t->coordinate >= 0)
+                to[t->coordinate] = from[t->coordinate] + i * (t->value - from[t->coordinate]) / parts;
+        }
+        status = kmp_assemble_from(s, &(kmp_guess){to, hold, 0, false}, &next);
+        bool closed = status == KEMPE_OK && next->closed;
+        kempe_assembly_free(closed ? *a : next);
+        *a = closed ? next : *a;
+        if (!closed)
+            break;
+    }
+    kmp_free(from);
+    kmp_free(to);
+    kmp_free(hold);
+    return status;
+}
+
+static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
+                                kmp_search *search)
+{
+    memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
+    if (start->chart)
+        kmp_plant_set_charts(linear->plant, start->chart);
+    return kmp_equilibrium_find(linear, 0, q, search);
+}
+
+/* With unknowns exchanged: first from the equilibrium without, if there is one; else from where what is fixed is met.
+ */
+static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, kempe_assembly **start, double *q,
+                                   kmp_search *search)
+{
+    kmp_search plain = {.rates = e->rates, .rate_count = e->rate_count, .quiet = true};
+    kempe_status status = search_from(e, linear, *start, q, &plain);
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(linear, 0, q, search);
+    if (status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(e->system->context);
+    kmp_exchange_begin(e->exchange, linear, e->rates);
+    status = lead(e, start);
+    return status == KEMPE_OK ? search_from(e, linear, *start, q, search) : status;
+}
+
+static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, kempe_assembly **start)
+{
+    kmp_search search = {
+        .rates = e->rates, .rate_count = e->rate_count, .nearest = e->nearest, .exchange = e->exchange};
+    double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
+    if (!q)
+        return kmp_fail_memory(e->system->context);
+    kempe_status status =
+        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, *start, q, &search);
+    if (status == KEMPE_OK)
+        status = kmp_balances_keep(e, linear, &search, (*start)->q);
+    if (status == KEMPE_OK)
+        status = check_rates(e);
+    e->from_start = status == KEMPE_OK;
+    return status;
+}
+
+static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
+{
+    kempe_assembly *start = NULL;
+    kmp_linear linear;
+    kempe_status status = kempe_assemble(e->system, &start);
+    bool ready = false;
+    if (status == KEMPE_OK) {
+        status = kmp_linear_init(&linear, e->system, kmp_backend_default());
+        ready = status == KEMPE_OK;
+    }
+    if (status == KEMPE_OK)
+        status = find_first(e, &linear, &start);
+    if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && ready))) {
+        char *why = kmp_strdup(kempe_context_message(e->system->context));
+        status = why ? kmp_balances_sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1)
+                     : kmp_fail_memory(e->system->context);
+        if (status == KEMPE_OK && e->count == 0)
+            status = kmp_fail(e->system->context, KEMPE_E_FAILED, "%s; and none is found from %d random starts", why,
+                              e->starts);
+        kmp_free(why);
+    }
+    if (ready)
+        kmp_linear_free(&linear);
+    kempe_assembly_free(start);
+    return status;
+}
+
+kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_ask *ask,
+                                   kempe_equilibrium **equilibrium)
+{
+    static const kempe_equilibrium_ask plain = {0};
+    ask = ask ? ask : &plain;
+    kmp_context_clear(system->context);
+    kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);
+    if (!e)
+        return kmp_fail_memory(system->context);
+    e->asked = e->system = system;
+    kempe_status status = read_ask(e, ask);
+    if (status == KEMPE_OK)
+        status = find(e, ask);
+    if (status == KEMPE_OK)
+        *equilibrium = e;
+    else
+        kempe_equilibrium_free(e);
+    return status;
+}
+
+void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
+{
+    if (!equilibrium)
+        return;
+    kmp_exchange_free(equilibrium->exchange);
+    kmp_arena_free(&equilibrium->arena);
+    kmp_free(equilibrium);
+}
+
+/* -- what the caller sees ---------------------------------------------------------------------------- */
+
+int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
+{
+    return equilibrium->count;
+}
+
+const double *kempe_equilibrium_q(const kempe_equilibrium *equilibrium, int k)
+{
+    return equilibrium->balance[k].q;
+}
+
+const double *kempe_equilibrium_qd(const kempe_equilibrium *equilibrium, int k)
+{
+    return equilibrium->balance[k].qd;
+}
+
+const double *kempe_equilibrium_lambda(const kempe_equilibrium *equilibrium, int k)
+{
+    return equilibrium->balance[k].lambda;
+}
+
+int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k)
+{
+    kmp_stability_word word = equilibrium->balance[k].stability.word;
+    return word == KMP_UNDECIDED ? -1 : word != KMP_UNSTABLE;
+}
+
+const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k)
+{
+    return kmp_stability_text(equilibrium->balance[k].stability.word);
+}
+
+double kempe_equilibrium_residual(const kempe_equilibrium *equilibrium, int k)
+{
+    return equilibrium->balance[k].residual;
+}
+
+int kempe_equilibrium_iterations(const kempe_equilibrium *equilibrium, int k)
+{
+    return equilibrium->balance[k].iterations;
+}
+
+const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, int k)
+{
+    return equilibrium->balance[k].residuals;
+}
+
+int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium)
+{
+    return equilibrium->exchange ? equilibrium->exchange->free_count : 0;
+}
+
+const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i)
+{
+    return equilibrium->exchange->name[i];
+}
+
+double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i)
+{
+    return equilibrium->balance[k].freed[i];
+}

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The equilibria that were found, each with all that is told about it. */
+#ifndef KMP_ANALYSIS_BALANCES_H
+#define KMP_ANALYSIS_BALANCES_H
+
+#include "analysis/exchange.h"
+#include "analysis/stability.h"
+
+enum { KMP_MOST_BALANCES = 64 };
+
+typedef struct kmp_balance {
+    double *q, *qd;   /* n, as the user counts them */
+    double *lambda;   /* m */
+    double *reaction; /* 3 a closure */
+    double *freed;    /* what is free */
+    double residual, potential;
+    kmp_stability stability;
+    int *idle; /* coordinates that nothing depends on: they stayed where they were */
+    int idle_count;
+    kmp_iteration *history;
+    double *residuals; /* those of the history */
+    int iterations, exchanges;
+    int hits; /* starts that ended here */
+} kmp_balance;
+
+struct kempe_equilibrium {
+    const kempe_system *asked, *system; /* of the caller; the one that was worked with */
+    kmp_exchange *exchange;             /* NULL: none */
+    kmp_steady *rates;
+    int rate_count;
+    bool nearest, all, many; /* many: ended before its time, more than KMP_MOST_BALANCES */
+    bool from_start;         /* the first is what the start leads to */
+    int starts, closed, found;
+    kmp_balance balance[KMP_MOST_BALANCES];
+    int count;
+    kmp_arena arena;
+};
+
+/** Finds others from random starts: evenly over all angles, and translations within some characteristic lengths, the
+ *  loops then closed; coordinates that nothing depends on, and those that move steadily, as at the start. Sampling:
+ *  what is found is there. KEMPE_E_MEMORY. */
+kempe_status kmp_balances_sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed);
+
+/** Keeps l's state, in its charts, if it is another one. `near` (n): angles are told within half a turn of these. */
+kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near);
+
+#endif

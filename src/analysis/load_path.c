@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/load_path.h"
+#include "base/memory.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+#define NOTHING 1e-14 /* in parts of the largest */
+
+/* C (n) of a model with some of its forces alone, at the state of `l`. */
+static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias)
+{
+    const kmp_plant *plant = l->plant;
+    kmp_equations eq;
+    const kmp_scene scene = {.sets = KMP_SET_BIAS, .scheme = KMP_SCHEME_COMPOSITE, .charted = true};
+    if (kmp_equations_derive(&eq, model, &scene) != KEMPE_OK)
+        return false;
+    const kmp_ref *output = eq.bias;
+    kmp_program *program = kmp_program_new(eq.graph, 1, &l->n, &output);
+    kmp_machine *machine = program ? kmp_machine_new(program, kmp_backend_find("tape")) : NULL;
+    if (machine) {
+        kmp_machine_set(machine, KMP_IN_PARAMETER, l->system->parameters);
+        if (plant->chart)
+            kmp_machine_set(machine, KMP_IN_CHART, plant->chart);
+        (void)kmp_machine_run(machine, 0);
+        kmp_machine_set(machine, KMP_IN_TIME, &l->t);
+        kmp_machine_set(machine, KMP_IN_Q, l->q);
+        kmp_machine_set(machine, KMP_IN_QD, l->qd);
+        memcpy(bias, kmp_machine_run(machine, 1), (size_t)l->n * sizeof *bias);
+    }
+    kmp_machine_free(machine);
+    kmp_program_free(program);
+    kmp_equations_free(&eq);
+    return machine;
+}
+
+/* The model without what acts on it. */
+static kempe_model bare(const kempe_model *model)
+{
+    kempe_model part = *model;
+    for (int i = 0; i < 3; i++)
+        part.gravity[i] = (kmp_number){0};
+    part.force_count = part.output_count = 0;
+    return part;
+}
+
+static void add(kmp_load_path *path, int force, double effort)
+{
+    int k = path->count++;
+    for (; k > 0 && fabs(path->pull[k - 1].effort) < fabs(effort); k--)
+        path->pull[k] = path->pull[k - 1];
+    path->pull[k] = (kmp_pull){force, effort};
+    path->sum += effort;
+}
+
+/* What `with` does more than `without`, along the column x of N. */
+static double difference(int n, const double *x, const double *with, const double *without)
+{
+    return kmp_dot(n, x, without) - kmp_dot(n, x, with);
+}
+
+static bool find(const kmp_linear *l, const double *x, kmp_load_path *path, double *with, double *without)
+{
+    const kempe_model *model = l->system->model;
+    kempe_model part = bare(model);
+    if (!evaluate(l, &part, without))
+        return false;
+    add(path, KMP_PULL_MOTION, -kmp_dot(l->n, x, without));
+    memcpy(part.gravity, model->gravity, sizeof part.gravity);
+    if (!evaluate(l, &part, with))
+        return false;
+    add(path, KMP_PULL_GRAVITY, difference(l->n, x, with, without));
+    for (int k = 0; k < model->force_count; k++) {
+        part = bare(model);
+        part.forces = &model->forces[k];
+        part.force_count = 1;
+        if (!evaluate(l, &part, with))
+            return false;
+        add(path, k, difference(l->n, x, with, without));
+    }
+    const double *effort = kmp_plant_effort(l->plant, l->t, l->q, l->qd);
+    if (effort)
+        add(path, KMP_PULL_USER, kmp_dot(l->n, x, effort));
+    while (path->count > 0 && fabs(path->pull[path->count - 1].effort) <= NOTHING * fabs(path->pull[0].effort))
+        path->count--;
+    return true;
+}
+
+kempe_status kmp_load_path_find(const kmp_linear *linear, int k, kmp_load_path *path)
+{
+    int n = linear->n;
+    kmp_load_path found = {.pull = KMP_NEW(kmp_pull, linear->system->model->force_count + 3)};
+    double *bias = KMP_NEW(double, 2 * n);
+    bool ok = found.pull && bias && find(linear, linear->red.x + k * n, &found, bias, bias + n);
+    kmp_free(bias);
+    if (!ok) {
+        kmp_load_path_free(&found);
+        return kmp_fail_memory(linear->system->context);
+    }
+    *path = found;
+    return KEMPE_OK;
+}
+
+void kmp_load_path_free(kmp_load_path *path)
+{
+    kmp_free(path->pull);
+    *path = (kmp_load_path){0};
+}
+
+void kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k, const kmp_load_path *path)
+{
+    const kempe_model *model = linear->system->model;
+    const char *unit = path->count > 0 && model->motions[linear->part.u[k]].rotation ? "N m" : "N";
+    for (int i = 0; i < path->count; i++) {
+        int force = path->pull[i].force;
+        kmp_text_put(text, i ? ", " : "");
+        if (force >= 0)
+            kmp_text_printf(text, "'%s'", model->forces[force].name);
+        else
+            kmp_text_put(text, force == KMP_PULL_GRAVITY  ? "gravity"
+                               : force == KMP_PULL_MOTION ? "its motion"
+                                                          : "the force of the caller");
+        kmp_text_printf(text, " %.6g %s", path->pull[i].effort, unit);
+    }
+    if (path->count > 1)
+        kmp_text_printf(text, ", together %.6g %s", path->sum, unit);
+}

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/way.h"
+#include "base/memory.h"
+#include "constraints/charts.h"
+#include "linalg/dense.h"
+#include "linalg/dot.h"
+#include "linalg/symmetric.h"
+#include <math.h>
+#include <string.h>
+
+#define SLACK  1e-4 /* in parts of the largest work: what rounds among others is not asked for */
+#define GROWTH 2.0  /* scaled |Bvu| beyond which u is chosen anew */
+
+bool kmp_way_init(kmp_way *w)
+{
+    size_t n = (size_t)w->n;
+    double **rooms[] = {&w->q,     &w->begin, &w->rates, &w->work, &w->size, &w->values,
+                        &w->right, &w->step,  &w->force, &w->move, &w->trial};
+    bool ok = true;
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++) {
+        *rooms[k] = KMP_NEW(double, n);
+        ok = ok && *rooms[k];
+    }
+    w->matrix = KMP_NEW(double, n *n);
+    w->vectors = KMP_NEW(double, n *n);
+    w->pivot = KMP_NEW(int, n);
+    w->active = KMP_NEW(int, n);
+    return ok && w->matrix && w->vectors && w->pivot && w->active;
+}
+
+void kmp_way_free(kmp_way *w)
+{
+    double *rooms[] = {w->q,    w->begin, w->rates, w->work,  w->size,   w->values, w->right,
+                       w->step, w->force, w->move,  w->trial, w->matrix, w->vectors};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_free(w->pivot);
+    kmp_free(w->active);
+}
+
+/* -- the measure of R -------------------------------------------------------------------------------- */
+
+double kmp_way_scale(const kmp_linear *l, int k)
+{
+    return l->system->scale[l->part.u[k]];
+}
+
+/* What acts along u_k, and what a unit of each coordinate changes there, as work. */
+static double work_of(const kmp_linear *l, int k)
+{
+    double acting = 0, row = 0, column = 0, s = kmp_way_scale(l, k);
+    for (int i = 0; i < l->n; i++)
+        acting += fabs(l->red.x[i + k * l->n] * l->force[i]) * s;
+    for (int j = 0; j < l->p; j++) {
+        row += fabs(l->stiffness[k + j * l->p]) * s * kmp_way_scale(l, j);
+        column += fabs(l->stiffness[j + k * l->p]) * s * kmp_way_scale(l, j);
+    }
+    return acting + fmax(row, column);
+}
+
+double kmp_way_measure(const kmp_linear *l, double *work, double *most)
+{
+    double worst = 0;
+    *most = 0;
+    for (int k = 0; k < l->p; k++) {
+        work[k] = work_of(l, k);
+        *most = fmax(*most, work[k]);
+    }
+    for (int k = 0; k < l->p; k++) {
+        work[k] += SLACK * *most;
+        if (*most > 0)
+            worst = fmax(worst, fabs(l->residual[k]) * kmp_way_scale(l, k) / work[k]);
+    }
+    return worst;
+}
+
+double kmp_equilibrium_residual(const kmp_linear *linear)
+{
+    double most = 0, worst = 0;
+    for (int k = 0; k < linear->p; k++)
+        most = fmax(most, work_of(linear, k));
+    for (int k = 0; most > 0 && k < linear->p; k++)
+        worst = fmax(worst, fabs(linear->residual[k]) * kmp_way_scale(linear, k) / (work_of(linear, k) + SLACK * most));
+    return worst;
+}
+
+/* -- one state --------------------------------------------------------------------------------------- */
+
+void kmp_way_take_rates(kmp_way *w)
+{
+    for (int k = 0; k < w->l->p; k++) {
+        w->rates[k] = 0;
+        for (int i = 0; i < w->search->rate_count; i++)
+            if (w->search->rates[i].coordinate == w->l->part.u[k])
+                w->rates[k] = w->search->rates[i].rate;
+    }
+}
+
+static bool is_independent(const kmp_linear *l, int coordinate)
+{
+    for (int k = 0; k < l->p; k++)
+        if (l->part.u[k] == coordinate)
+            return true;
+    return false;
+}
+
+/* A choice with the steady coordinates in it: those columns of J are pivoted last. `wish` has room for n. */
+static bool wish_for(kmp_way *w, int *wish)
+{
+    const kempe_system *s = w->l->system;
+    int n = s->n, m = s->m, r = w->l->part.r;
+    double *jacobian = KMP_NEW(double, m *n), *pivots = KMP_NEW(double, m + n);
+    int *fixed = KMP_NEW(int, n), *row = KMP_NEW(int, m), *column = KMP_NEW(int, n);
+    bool ok = jacobian && pivots && fixed && row && column;
+    if (ok) {
+        kmp_plant_dense_jacobian(w->l->plant, jacobian);
+        for (int k = 0; k < n; k++)
+            for (int i = 0; i < m; i++)
+                jacobian[i + k * m] *= s->scale[k] / s->row_scale[i];
+        for (int k = 0; k < w->search->rate_count; k++)
+            fixed[w->search->rates[k].coordinate] = 1;
+        kmp_lu_complete(m, n, jacobian, fixed, row, column, pivots);
+        memcpy(wish, column + r, (size_t)(n - r) * sizeof *wish);
+    }
+    kmp_free(jacobian);
+    kmp_free(pivots);
+    kmp_free(fixed);
+    kmp_free(row);
+    kmp_free(column);
+    return ok;
+}
+
+kempe_status kmp_way_choose(kmp_way *w)
+{
+    kempe_status status = kmp_linear_choose(w->l, w->t, w->q, NULL, 0);
+    bool all = true;
+    for (int k = 0; status == KEMPE_OK && k < w->search->rate_count; k++)
+        all = all && is_independent(w->l, w->search->rates[k].coordinate);
+    if (status == KEMPE_OK && !all)
+        status = wish_for(w, w->pivot) ? kmp_linear_choose(w->l, w->t, w->q, w->pivot, w->l->p)
+                                       : kmp_fail_memory(w->l->system->context);
+    if (status != KEMPE_OK)
+        return status;
+    for (int k = 0; k < w->search->rate_count; k++)
+        if (!is_independent(w->l, w->search->rates[k].coordinate))
+            return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                            "the closures decide the rate of '%s': it cannot be prescribed with the others",
+                            w->l->system->model->motions[w->search->rates[k].coordinate].name);
+    kmp_way_take_rates(w);
+    return KEMPE_OK;
+}
+
+bool kmp_way_at(kmp_way *w, const double *q)
+{
+    return kmp_linear_at(w->l, w->t, q, w->rates, NULL) == KEMPE_OK &&
+           isfinite(kmp_dot(w->l->p, w->l->residual, w->l->residual));
+}
+
+/* Joints whose angles come near to their singular position begin in the middle of other charts. */
+bool kmp_way_center(kmp_way *w)
+{
+    const kempe_system *s = w->l->system;
+    bool any = false;
+    for (int c = 0; c < kmp_charts_count(s); c++)
+        if (kmp_chart_regular(s, c, w->q) < KMP_CHART_LIMIT) {
+            kmp_chart_center(s, c, w->l->plant->chart, w->q, NULL, NULL);
+            any = true;
+        }
+    if (any)
+        kmp_plant_set_charts(w->l->plant, w->l->plant->chart);
+    return any;
+}
+
+/* The state at hand is l's: taken over, with its matrices; u anew where it has become bad. */
+bool kmp_way_arrive(kmp_way *w)
+{
+    kmp_linear *l = w->l;
+    int v, u;
+    memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
+    if (kmp_way_center(w) || kmp_reduction_growth(&l->red, &v, &u) > GROWTH) {
+        w->status = kmp_way_choose(w);
+        w->search->exchanges++;
+        if (w->status != KEMPE_OK || !kmp_way_at(w, w->q))
+            return false;
+        memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
+    }
+    kmp_linear_matrices(l);
+    w->residual = kmp_way_measure(l, w->work, &w->most);
+    memcpy(w->force, l->residual, (size_t)l->p * sizeof *w->force);
+    return isfinite(w->residual);
+}
+
+void kmp_way_note(kmp_way *w, double residual)
+{
+    kmp_search *s = w->search;
+    if (s->iterations < KMP_MOST_ITERATIONS)
+        s->history[s->iterations++] = (kmp_iteration){.residual = residual};
+    w->told = residual;
+}
+
+void kmp_way_note_step(kmp_way *w, double step)
+{
+    if (w->search->iterations > 0)
+        w->search->history[w->search->iterations - 1].step = step;
+}
+
+/* -- directions -------------------------------------------------------------------------------------- */
+
+/* The scaled Kr and the eigenvectors of its symmetric part. */
+bool kmp_way_decompose(kmp_way *w)
+{
+    const kmp_linear *l = w->l;
+    int p = l->p;
+    for (int k = 0; k < p; k++)
+        w->size[k] = w->most > 0 ? kmp_way_scale(l, k) / sqrt(w->work[k]) : kmp_way_scale(l, k);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            w->matrix[i + k * p] = l->stiffness[i + k * p] * w->size[i] * w->size[k];
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;
+    if (p > 0 && kmp_symmetric_eigen(p, w->vectors, w->values) != 0) {
+        w->status = kmp_fail_memory(l->system->context);
+        return false;
+    }
+    w->least = p > 0 ? w->values[0] : 1;
+    w->flat = false;
+    for (int k = 0; k < p; k++)
+        w->flat = w->flat || fabs(w->values[k]) <= KMP_WAY_FLAT;
+    return true;
+}
+
+/* The step in w->step, coordinate units; along flat directions that nothing pulls it stands still. */
+bool kmp_way_direction(kmp_way *w, bool down)
+{
+    int p = w->l->p;
+    for (int k = 0; k < p; k++)
+        w->right[k] = w->force[k] * w->size[k];
+    for (int k = 0; k < p; k++) {
+        const double *v = w->vectors + k * p;
+        double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
+        if (down && value < -KMP_WAY_FLAT)
+            wanted = -value;
+        else if (fabs(value) <= KMP_WAY_FLAT)
+            wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
+        for (int j = 0; wanted != value && j < p; j++)
+            for (int i = 0; i < p; i++)
+                w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
+    }
+    if (p > 0 && kmp_lu_factor(p, w->matrix, w->pivot))
+        return false;
+    for (int k = 0; k < p; k++)
+        w->step[k] = -w->right[k];
+    kmp_lu_solve(p, w->matrix, w->pivot, 1, w->step);
+    for (int k = 0; k < p; k++)
+        w->step[k] *= w->size[k];
+    return true;
+}
+
+/* dq of the step, and how far it goes. */
+double kmp_way_spread(kmp_way *w)
+{
+    const kmp_linear *l = w->l;
+    double far = 0;
+    for (int i = 0; i < w->n; i++) {
+        w->move[i] = 0;
+        for (int k = 0; k < l->p; k++)
+            w->move[i] += l->red.x[i + k * w->n] * w->step[k];
+        double size = fabs(w->move[i]) / l->system->scale[i];
+        far = size > far || !isfinite(size) ? size : far;
+    }
+    return far;
+}
+
+bool kmp_way_try(kmp_way *w, double part)
+{
+    for (int i = 0; i < w->n; i++)
+        w->trial[i] = w->q[i] + part * w->move[i];
+    return kmp_way_at(w, w->trial);
+}
+
+/* -- complaints ------------------------------------------------------------------------------------------ */
+
+kempe_status kmp_way_complain(const kmp_way *w, const char *why)
+{
+    return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                    "no equilibrium is found: after %d iterations a residual of %.2e is left (wanted %.0e): %s; start "
+                    "from another position",
+                    w->search->iterations, w->residual, KMP_WAY_BALANCED, why);
+}
