@@ -501,6 +501,29 @@ static void a_motor_is_found_for_a_rate(void)
     unload(&m);
 }
 
+/* The moment of a spring, a sensor that the parameter is in itself: k q = 6 where 2 g sin q = k q. */
+static void a_sensor_that_knows_the_parameter(void)
+{
+    loaded m = load_text("kempe: 1\nparameters: {k: 5}\ngravity: [0, 0, -9.81]\n"
+                         "bodies: {a: {joint: {name: A, revolute: y, at: ground}, mass: 2, com: [0, 0, 1], "
+                         "inertia: {yy: 0.1}}}\n"
+                         "forces: {s: {joint: A, spring: {stiffness: k, rest: 0}}}\n"
+                         "sensors: {moment: k*q(A)}\nstart: {q: {A: 1}}\n");
+    kempe_equilibrium *e = NULL;
+    kempe_equilibrium_ask ask = {.require = "sensor(moment)=6", .freed = "k"};
+    CHECK(kempe_equilibrium_new(m.system, &ask, &e) == KEMPE_OK);
+    if (e) {
+        double q = kempe_equilibrium_q(e, 0)[0];
+        CHECK_NEAR(fabs(2 * 9.81 * sin(q)), 6, 1e-12);
+        CHECK_NEAR(kempe_equilibrium_freed(e, 0, 0) * q, 6, 1e-12);
+        CHECK(exponent(e) > 1.8);
+    } else {
+        printf("%s\n", kempe_context_message(m.context));
+    }
+    kempe_equilibrium_free(e);
+    unload(&m);
+}
+
 /* -- none, and mistakes -------------------------------------------------------------------------------- */
 
 static void expect(kempe_system *system, const kempe_equilibrium_ask *ask, kempe_status status, const char *words)
@@ -576,6 +599,7 @@ int main(void)
     TEST(a_spherical_pendulum_hangs);
     TEST(a_length_of_a_loop_is_found);
     TEST(a_motor_is_found_for_a_rate);
+    TEST(a_sensor_that_knows_the_parameter);
     TEST(who_pulls_is_told);
     TEST(mistakes_are_told);
     return check_report();
