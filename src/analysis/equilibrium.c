@@ -148,7 +148,7 @@ static kempe_status descend(kmp_way *w)
     double far;
     for (; w->search->iterations < KMP_MOST_ITERATIONS - 40;) {
         if (kmp_interrupted(w->l->system->context))
-            return KEMPE_STOPPED;
+            return kmp_way_complain(w, "interrupted");
         if (!kmp_way_decompose(w))
             return w->status;
         kmp_way_note(w, w->residual);

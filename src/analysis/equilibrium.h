@@ -35,7 +35,7 @@ typedef struct kmp_search {
 
 /** From q (n, closed, in the charts of linear->plant), which becomes the equilibrium; charts may be centred on the way.
  * `linear` is then taken there, its matrices with it, with independent coordinates that may be others than before.
- * KEMPE_E_FAILED: there is none, or it is not found, and why; KEMPE_STOPPED: interrupted. q is then as it was. */
+ * KEMPE_E_FAILED: there is none, or it is not found, and why. q is then as it was. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
 
 /** The residual of the last state, its matrices made. */

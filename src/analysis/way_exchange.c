@@ -405,7 +405,7 @@ static kempe_status solve(solver *s, int most)
     double bound = FIRST_BOUND;
     for (int k = 0; k < most; k++) {
         if (kmp_interrupted(s->w->l->system->context))
-            return KEMPE_STOPPED;
+            return kmp_way_complain(s->w, "interrupted");
         kmp_way_note(s->w, take(s));
         if (s->w->residual <= KMP_WAY_BALANCED)
             return KEMPE_OK;

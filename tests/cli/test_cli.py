@@ -26,6 +26,7 @@ SIX_BAR = ROOT / "examples/stephenson/stephenson.yaml"
 SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = "check assemble simulate compare generate show ensemble inverse".split()
+COMMANDS = "check assemble simulate compare generate show ensemble equilibrium".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -133,6 +134,43 @@ class Settings(Case):
         self.assertIn("--set l:1:5: ", self.expect(2, "check", SLIDER_CRANK, "--set", "l=2 * *").stderr)
         for word in "l", "=2", "l=":
             self.expect(3, "check", SLIDER_CRANK, "--set", word)
+
+
+class Equilibria(Case):
+    """Where it rests: the keys of the object, options that go to the library, what is said where there is none."""
+
+    GOVERNOR = ROOT / "examples/governor/governor.yaml"
+    FALLS = ("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n")
+
+    def test_object(self):
+        found = self.object(0, "equilibrium", FOUR_BAR, "--all", "--seed", 2)
+        self.assertKeys(found, "model status reason build_s q qd lambda residual stable stability growing indifferent left_out "
+                               "free reaction potential iterations exchanges history hits count starts others")
+        self.assertEqual((found["status"], found["stable"], found["count"]), ("ok", True, 4))
+        self.assertEqual(sorted(other["stable"] for other in found["others"]), [False, False, True])
+        self.assertEqual(len(found["history"]), found["iterations"])
+        self.assertLess(found["residual"], 1e-13)
+        again = self.object(0, "equilibrium", FOUR_BAR, "--all", "--seed", 2)
+        self.assertEqual([other["q"] for other in found["others"]], [other["q"] for other in again["others"]])
+
+    def test_steady(self):
+        done = self.expect(0, "equilibrium", self.GOVERNOR, "--rates", "shaft=5.5")
+        self.assertIn("indifferent along 'shaft'", done.stdout)
+        self.assertIn("left out   'shaft': nothing depends on it\n", done.stdout)
+        found = self.object(0, "equilibrium", self.GOVERNOR, "--rates", "shaft=5", "--fix", "slider=60 cm", "--free", "qd(shaft)")
+        self.assertEqual((list(found["free"]), found["left_out"]), (["qd(shaft)"], ["shaft"]))
+        self.assertAlmostEqual(found["free"]["qd(shaft)"], found["qd"]["shaft"])
+        self.assertAlmostEqual(found["q"]["slider"], 0.6)
+
+    def test_none(self):
+        path = self.model(self.FALLS)
+        done = self.expect(1, "equilibrium", path)
+        self.assertIn("nothing holds 'S'", done.stderr)
+        self.assertIn("gravity -9.81 N", done.stderr)
+        self.assertEqual(self.object(1, "equilibrium", path)["status"], "failed")
+        self.assertIn("from 100 random starts", self.expect(1, "equilibrium", path, "--all").stderr)
+        self.expect(3, "equilibrium", path, "--rates", "T=1")
+        self.expect(3, "equilibrium", path, "--rates", "S")
 
 
 class Ensembles(Case):

@@ -280,6 +280,52 @@ static kempe_status assemble(scene *s)
     return status;
 }
 
+static kempe_status equilibrium_of(kempe_system *system, const kempe_equilibrium_ask *ask)
+{
+    kempe_equilibrium *e = NULL;
+    char *text = NULL;
+    kempe_status status = kempe_equilibrium_new(system, ask, &e);
+    CHECK((status == KEMPE_OK) == (e != NULL));
+    if (status == KEMPE_OK)
+        status = kempe_equilibrium_print(e, KEMPE_TEXT, &text);
+    kempe_text_free(text);
+    text = NULL;
+    if (status == KEMPE_OK)
+        status = kempe_equilibrium_print(e, KEMPE_JSON, &text);
+    kempe_text_free(text);
+    kempe_equilibrium_free(e);
+    return status;
+}
+
+static kempe_status find_equilibria(scene *s)
+{
+    return equilibrium_of(s->system, NULL);
+}
+
+static kempe_status exchange_unknowns(scene *s)
+{
+    const kempe_equilibrium_ask ask = {.require = "position(coupler.C).y=0.4", .freed = "rocker"};
+    return equilibrium_of(s->system, &ask);
+}
+
+/* A model that falls: KEMPE_E_FAILED is what it should say. */
+static kempe_status find_none(scene *s)
+{
+    static const char text[] = "kempe: 1\ngravity: [0, 0, -9.81]\n"
+                               "bodies: {a: {joint: {prismatic: z, at: ground}, mass: 1}}\n"
+                               "forces: {f: {joint: a, force: 2}}\n";
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "falling", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = equilibrium_of(system, NULL);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
 static kempe_status evaluate(scene *s)
 {
     kempe_workspace *ws = NULL;
@@ -565,6 +611,9 @@ static const struct {
               {"Python", write_python},
               {"check", check_model},
               {"assemble", assemble},
+              {"equilibria", find_equilibria},
+              {"exchanged", exchange_unknowns},
+              {"no equilibrium", find_none},
               {"workspace", evaluate},
               {"ensemble", run_ensemble},
               {"carried", simulate_carried},
