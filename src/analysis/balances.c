@@ -55,8 +55,8 @@ static bool same(const kempe_system *system, const kmp_balance *b, const double 
 static double *copy(kempe_equilibrium *e, int count, const double *from)
 {
     double *to = KMP_ARENA_NEW(&e->arena, double, count);
-    if (to && count > 0)
-        memcpy(to, from, (size_t)count * sizeof *to);
+    for (int k = 0; to && k < count; k++)
+        to[k] = from[k];
     return to;
 }
 

@@ -111,8 +111,8 @@ static bool push_aside(kmp_way *w)
     }
     double far = kmp_way_spread(w);
     shorten(w, (w->vectors[largest] < 0 ? -PUSH : PUSH) / far);
-    for (double part = 1; part > 0.01; part /= 2)
-        if (kmp_way_try(w, part))
+    for (int k = 0; k < MOST_HALVINGS; k++)
+        if (kmp_way_try(w, ldexp(1, -k)))
             return kmp_way_arrive(w);
     return false;
 }

@@ -170,7 +170,7 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
     kempe_model *copy = kmp_variant_model(x->variant);
     kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, require->count);
     kmp_text all = {0};
-    unsigned *parts;
+    unsigned *parts = NULL;
     int from = x->target_count;
     kempe_status status = of ? KEMPE_OK : kmp_fail_memory(copy->context);
     copy->output_count = 0;
@@ -181,7 +181,7 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
         }
         kmp_target *target = add_target(x, &require->range[k]);
         status = target->name ? kmp_asked_outputs(copy, target->name, &parts) : kmp_fail_memory(copy->context);
-        if (status != KEMPE_OK)
+        if (status != KEMPE_OK || !parts)
             break;
         of[k] = copy->outputs[0];
         target->shown = single_part(copy, &of[k], parts[0], target->name);

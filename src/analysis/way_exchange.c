@@ -100,7 +100,7 @@ static double evaluate(solver *s, double *value)
         value[k] = l->residual[k] / s->row_size[k];
     for (int k = 0; k < s->x->target_count; k++) {
         const kmp_target *t = &s->x->target[k];
-        double reached = t->coordinate >= 0 ? l->q[t->coordinate] : shown[t->shown];
+        double reached = t->coordinate >= 0 ? l->q[t->coordinate] : shown ? shown[t->shown] : NAN;
         value[s->p + k] = (reached - t->value) / s->row_size[s->p + k];
     }
     for (int k = 0; k < s->rows; k++)
@@ -405,7 +405,7 @@ static kempe_status solve(solver *s, int most)
     double bound = FIRST_BOUND;
     for (int k = 0; k < most; k++) {
         if (kmp_interrupted(s->w->l->system->context))
-            return kmp_way_complain(s->w, "interrupted");
+            return s->w->status = kmp_way_complain(s->w, "interrupted");
         kmp_way_note(s->w, take(s));
         if (s->w->residual <= KMP_WAY_BALANCED)
             return KEMPE_OK;
