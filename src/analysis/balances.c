@@ -55,7 +55,7 @@ static bool same(const kempe_system *system, const kmp_balance *b, const double 
 static double *copy(kempe_equilibrium *e, int count, const double *from)
 {
     double *to = KMP_ARENA_NEW(&e->arena, double, count);
-    for (int k = 0; to && k < count; k++)
+    for (int k = 0; to && from && k < count; k++)
         to[k] = from[k];
     return to;
 }

@@ -141,7 +141,7 @@ static int place_of(const kempe_model *model, kmp_output of, int part)
     for (int k = 0; k < model->output_count; k++) {
         if (model->outputs[k].kind == of.kind && model->outputs[k].index == of.index)
             return at + part;
-        at += kmp_output_rows[model->outputs[k].kind].width;
+        at += kmp_output_width(model, &model->outputs[k]);
     }
     return -1;
 }
@@ -149,7 +149,7 @@ static int place_of(const kempe_model *model, kmp_output of, int part)
 /* The one component that a word asks for; -1 after a sentence. */
 static int single_part(const kempe_model *model, const kmp_output *of, unsigned parts, const char *word)
 {
-    int width = kmp_output_rows[of->kind].width;
+    int width = kmp_output_width(model, of);
     if (width == 1)
         return 0;
     for (int k = 0; k < width; k++)
