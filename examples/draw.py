@@ -511,9 +511,26 @@ def suspension():
     return p
 
 
+def ride():
+    length, foot, between, high, radius = 0.4, 0.25, 0.2, 0.35, 0.3
+    p = Picture("A quarter of a car on wishbones")
+    p.guide((0, -0.1), (0, 0.5))
+    p.spring((foot, 0), (foot, high))
+    p.spring((length, -radius), (length, 0))
+    p.guide((length - 0.1, -radius), (length + 0.1, -radius))
+    p.body("body", (0, 0), (0, between), (foot, high))
+    p.body("lower", (0, 0), (length, 0), other_side=True)
+    p.body("upright", (length, 0), (length, between), other_side=True)
+    p.body("upper", (0, between), (length, between))
+    for point, name, shift in (((0, 0), "L", (-20, 14)), ((0, between), "U", (-22, 4)), ((length, 0), "W", (12, 14)),
+                               ((length, between), "T", (12, 0))):
+        p.pivot(point, name, shift=shift)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension)
+            parallel_robot, car_axis, suspension, ride)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -100,6 +100,11 @@ CALLS = [
     ("inverse model.yaml --actuators A --motion values.csv", 2),
     ("inverse model.yaml --actuators A --motion angles.csv", 2),
     (f"inverse {ROOT}/examples/parallel_robot/parallel_robot.yaml --actuators a1", 1),
+    ("linearize model.yaml --at end", 3),
+    ("linearize model.yaml --inputs moment(A)", 3),
+    ("response model.yaml", 3),
+    ("response model.yaml --inputs r", 3),
+    ("response model.yaml --inputs effort(A) --at start", 1),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]

@@ -260,6 +260,8 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/extend.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
+#include <kempe/linearize.h>
+#include <kempe/response.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 

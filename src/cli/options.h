@@ -50,6 +50,8 @@ typedef struct cli_settings {
     bool alone;
     kempe_equilibrium_ask equilibrium;
     bool all, nearest;
+    const char *at, *inputs, *outputs, *frequencies, *svg;
+    bool linear;
     bool help;
 } cli_settings;
 

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -27,6 +28,7 @@ SLIDER_CRANK = ROOT / "examples/slider_crank/slider_crank.yaml"
 REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = "check assemble simulate compare generate show ensemble inverse".split()
 COMMANDS = "check assemble simulate compare generate show ensemble equilibrium".split()
+COMMANDS = "check assemble simulate compare generate show ensemble linearize response".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -318,6 +320,84 @@ class Inverse(Case):
         self.assertIn("would move it", self.expect(3, "inverse", self.ROBOT).stderr)
         self.expect(2, "inverse", self.ROBOT, "--actuators", "a1", "--motion", "nowhere.csv")
         self.expect(1, "inverse", self.LED, "-o", "nowhere/out.csv")
+class Linear(Case):
+    """State spaces and frequency responses."""
+
+    RIDE = ROOT / "examples/ride/ride.yaml"
+    WORDS = "--inputs", "drive(road),force(body.L.z)", "--outputs", "q(body),acceleration(body.L).z"
+
+    def test_state_space(self):
+        found = self.object(0, "linearize", self.RIDE, *self.WORDS, "--u", "body,lower")
+        self.assertKeys(found, "model status reason build_s at state residual u q qd states inputs outputs y A B C D M G K L N Nd")
+        self.assertEqual((found["at"], found["state"], found["u"]), ("equilibrium", "rests", ["body", "lower"]))
+        self.assertEqual([x["name"] for x in found["states"]], ["q.body", "q.lower", "qd.body", "qd.lower"])
+        self.assertEqual([(x["name"], x["unit"]) for x in found["inputs"]],
+                         [("drive(road)", "m"), ("drive(road).d", "m/s"), ("drive(road).dd", "m/s^2"), ("force(body.L.z)", "N")])
+        shapes = {name: (len(found[name]), len(found[name][0])) for name in "A B C D M G K L N Nd".split()}
+        self.assertEqual(shapes, {"A": (4, 4), "B": (4, 4), "C": (2, 4), "D": (2, 4), "M": (2, 2), "G": (2, 2), "K": (2, 2),
+                                  "L": (2, 4), "N": (5, 2), "Nd": (5, 2)})
+        self.assertEqual(found["K"][0][0], 200e3)
+        self.assertAlmostEqual(found["D"][1][3] * (298 - 17.6**2 / (4 * 0.16 * 2 / 3 + 40 * 0.16)), 1, delta=1e-13)
+
+    def test_arrays(self):
+        self.expect(0, "linearize", self.RIDE, *self.WORDS, "-o", "ride.npz")
+        found = self.object(0, "linearize", self.RIDE, *self.WORDS)
+        with zipfile.ZipFile(self.folder / "ride.npz") as archive:
+            self.assertEqual(set(archive.namelist()), {f"{name}.npy" for name in (
+                "A B C D M G K L N Nd states state_units inputs input_units outputs output_units coordinates q qd y").split()})
+            for name in "A C N".split():
+                data = archive.read(f"{name}.npy")
+                length = struct.unpack("<H", data[8:10])[0]
+                shape = ast.literal_eval(data[10 : 10 + length].decode())["shape"]
+                values = struct.unpack("<%dd" % (shape[0] * shape[1]), data[10 + length :])
+                self.assertEqual([list(values[k * shape[1] : (k + 1) * shape[1]]) for k in range(shape[0])], found[name])
+        self.assertIn("nowhere/a.npz", self.expect(1, "linearize", self.RIDE, "-o", "nowhere/a.npz").stderr)
+
+    def test_nothing_asked(self):
+        done = self.expect(0, "linearize", FOUR_BAR, "--at", "start").stdout
+        self.assertIn("which moves on", done)
+        self.assertNotIn("inputs", done)
+        found = self.object(0, "linearize", FOUR_BAR, "--at", "start")
+        self.assertEqual((found["state"], found["inputs"], found["B"], found["C"]), ("moves", [], [[], []], []))
+
+    def test_response(self):
+        done = self.expect(0, "response", self.RIDE, "--inputs", "drive(road)", "--outputs", "q(body),travel", "--frequencies",
+                           "0.2:50:40", "-o", "response.csv", "--svg", "response.svg")
+        self.assertIn("q.body / drive(road)", done.stdout)
+        reference = subprocess.run([sys.executable, ROOT / "examples/ride/reference.py", "response.csv"], cwd=self.folder,
+                                   capture_output=True, text=True, timeout=100)
+        self.assertEqual(reference.returncode, 0, reference.stdout + reference.stderr)
+        self.assertIn("40 frequencies", reference.stdout)
+        picture = xml.etree.ElementTree.parse(self.folder / "response.svg")
+        self.assertEqual(len([p for p in picture.iter() if p.get("stroke-width") == "1.6"]), 2)
+        found = self.object(0, "response", self.RIDE, "--inputs", "drive(road)", "--frequencies", "0.2:50:40", "--linear")
+        self.assertKeys(found, "model status reason build_s at u q inputs outputs eigenvalues peaks frequency responses")
+        self.assertEqual((len(found["frequency"]), found["frequency"][0], found["frequency"][-1]), (40, 0.2, 50))
+        self.assertAlmostEqual(found["frequency"][1] - found["frequency"][0], 49.8 / 39, delta=1e-12)
+        for pair in found["responses"]:
+            self.assertEqual((len(pair["amplitude"]), len(pair["phase_deg"])), (40, 40))
+        self.assertEqual(len(found["eigenvalues"]), 4)
+
+    def test_pole(self):
+        found = self.object(0, "response", self.model("kempe: 1\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n"
+                                                      "forces: {f: {joint: a, spring: {stiffness: 4*3.141592653589793^2}}}\n"
+                                                      "run: {outputs: [q]}\n"),
+                            "--inputs", "effort(a)", "--frequencies", "0:2:3", "--linear")
+        pair = found["responses"][0]
+        self.assertIsNone(pair["amplitude"][1])
+        self.assertAlmostEqual(pair["amplitude"][2] * 3 * 39.47841760435743, 1, delta=1e-13)
+        self.assertEqual([(peak["frequency"], peak["amplitude"]) for peak in found["peaks"]], [(1, None)])
+
+    def test_mistakes(self):
+        for words, sentence in (("--inputs drive(raod)", "the model has no drive 'raod'; did you mean 'road'?"),
+                                ("--inputs k --outputs travl", "unknown output 'travl'"),
+                                ("--inputs stiff", "no parameter 'stiff'"),
+                                ("--inputs k --at end", "there is no state 'end'"),
+                                ("--inputs k --frequencies 5", "A:B")):
+            self.assertIn(sentence, self.expect(3, "response", self.RIDE, *words.split()).stderr)
+        self.assertIn("a response wants inputs", self.expect(3, "response", self.RIDE).stderr)
+        self.assertIn("no equilibrium",
+                      self.expect(1, "response", self.RIDE, "--inputs", "k", "--at", "start", "--set", "support=0 N").stderr)
 
 
 class Usage(Case):

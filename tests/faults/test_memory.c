@@ -418,6 +418,70 @@ static kempe_status step(scene *s)
     return status;
 }
 
+/* A pendulum on a driven slide: every kind of input. */
+static kempe_status read_pendulum(scene *s, kempe_model **model, kempe_system **system)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 2}\nground: {points: {O: [0, 0, 0]}}\n"
+        "bodies:\n"
+        "  a: {joint: {prismatic: x, at: ground.O}, mass: 1, points: {P: [0, 0, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [0, -1, 0], inertia: {zz: 1}, points: {P: [0, -1, 0]}}\n"
+        "drives: {a: {joint: a, displacement: 0*t}}\n"
+        "forces: {f: {joint: b, torque: -k*qd(b)}}\n";
+    kempe_status status = kempe_model_read_text(s->context, text, "pendulum", model);
+    return status == KEMPE_OK ? kempe_system_new(*model, system) : status;
+}
+
+static const char every_input[] = "effort(b),force(b.P.x),drive(a),k";
+
+static kempe_status linearize(scene *s)
+{
+    const kempe_linearize_ask ask = {.inputs = every_input, .outputs = "position(b.P).x,qdd,lambda", .u = "b"};
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_linearization *l = NULL;
+    char *text = NULL;
+    kempe_status status = read_pendulum(s, &model, &system);
+    if (status == KEMPE_OK) {
+        status = kempe_linearize(system, &ask, &l);
+        untouched(status, l);
+    }
+    if (status == KEMPE_OK)
+        status = kempe_linearization_print(l, KEMPE_JSON, &text);
+    if (status == KEMPE_OK)
+        status = kempe_linearization_write_npz(l, csv);
+    kempe_text_free(text);
+    kempe_linearization_free(l);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
+static kempe_status respond(scene *s)
+{
+    const kempe_response_ask ask = {.inputs = every_input, .outputs = "q(b),energy.total"};
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_response *r = NULL;
+    char *text = NULL;
+    kempe_status status = read_pendulum(s, &model, &system);
+    if (status == KEMPE_OK) {
+        status = kempe_response_new(system, &ask, &r);
+        untouched(status, r);
+    }
+    if (status == KEMPE_OK)
+        status = kempe_response_print(r, KEMPE_JSON, &text);
+    if (status == KEMPE_OK)
+        status = kempe_response_write_csv(r, csv);
+    if (status == KEMPE_OK)
+        status = kempe_response_write_svg(r, csv);
+    kempe_text_free(text);
+    kempe_response_free(r);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 static kempe_status print_trajectory(scene *s)
 {
     kempe_status status = KEMPE_OK;
@@ -626,6 +690,8 @@ static const struct {
               {"ah", simulate_ah},
               {"index1", simulate_index1},
               {"step", step},
+              {"linearize", linearize},
+              {"response", respond},
               {"print trajectory", print_trajectory},
               {"write csv", write_csv},
               {"inverse dynamics", invert},

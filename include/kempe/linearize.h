@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * A mechanism near a state, linear: state space for chosen inputs and outputs, with exact derivatives.
+ *
+ *     kempe_linearize_ask ask = {.inputs = "effort(A)", .outputs = "position(coupler.P)"};
+ *     kempe_linearization *linear;
+ *     kempe_linearize(system, &ask, &linear);
+ *     int rows, columns;
+ *     const double *a = kempe_linearization_matrix(linear, KEMPE_MATRIX_A, &rows, &columns);
+ *
+ * With x = (du, dud), changes of the independent coordinates and of their rates, w the inputs and y the outputs
+ * (docs/linearize.md):
+ *
+ *     xd = A x + B w,   dy = C x + D w          M dudd + G dud + K du + L w = 0,   dq = N du,   dqd = N dud + Nd du
+ */
+#ifndef KEMPE_LINEARIZE_H
+#define KEMPE_LINEARIZE_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** NULL takes the default. Lists are comma-separated. */
+typedef struct kempe_linearize_ask {
+    const char *at;      /* the state: equilibrium (default), start */
+    const char *inputs;  /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters; default: none */
+    const char *outputs; /* as the model's outputs, or a component: "position(b.P).x"; default: the model's where there
+                            are inputs */
+    const char *u;       /* independent coordinates; default: Kempe chooses */
+    const char *backend;
+} kempe_linearize_ask;
+
+typedef struct kempe_linearization kempe_linearization;
+
+/** KEMPE_E_ARGUMENT: a name; KEMPE_E_FAILED: there is no such state, and why. */
+KEMPE_API kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_ask *ask,
+                                       kempe_linearization **linearization);
+KEMPE_API void kempe_linearization_free(kempe_linearization *linearization);
+
+typedef enum kempe_matrix {
+    KEMPE_MATRIX_A,
+    KEMPE_MATRIX_B,
+    KEMPE_MATRIX_C,
+    KEMPE_MATRIX_D,
+    KEMPE_MATRIX_M,
+    KEMPE_MATRIX_G,
+    KEMPE_MATRIX_K,
+    KEMPE_MATRIX_L,
+    KEMPE_MATRIX_N,
+    KEMPE_MATRIX_ND
+} kempe_matrix;
+
+/** Column-major: element (i, k) at [i + k rows]; owned by the linearization. */
+KEMPE_API const double *kempe_linearization_matrix(const kempe_linearization *linearization, kempe_matrix matrix,
+                                                   int *rows, int *columns);
+
+typedef enum kempe_channel {
+    KEMPE_CHANNEL_STATE, /* q.NAME of the independent coordinates, then qd.NAME */
+    KEMPE_CHANNEL_INPUT, /* drive(m) is three: drive(m), its first and its second time derivative drive(m).d and .dd */
+    KEMPE_CHANNEL_OUTPUT
+} kempe_channel;
+
+/** How many; name and unit (SI, "" where none is known) of the k-th. */
+KEMPE_API int kempe_linearization_count(const kempe_linearization *linearization, kempe_channel channel);
+KEMPE_API const char *kempe_linearization_name(const kempe_linearization *linearization, kempe_channel channel, int k);
+KEMPE_API const char *kempe_linearization_unit(const kempe_linearization *linearization, kempe_channel channel, int k);
+
+/** The state: q and qd (n values), and the outputs there. */
+KEMPE_API const double *kempe_linearization_q(const kempe_linearization *linearization);
+KEMPE_API const double *kempe_linearization_qd(const kempe_linearization *linearization);
+KEMPE_API const double *kempe_linearization_y(const kempe_linearization *linearization);
+
+/** 1: nothing moves there, and nothing begins to; 0: the matrices hold at that instant. */
+KEMPE_API int kempe_linearization_rests(const kempe_linearization *linearization);
+
+KEMPE_API kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format,
+                                                 char **text);
+
+/** All matrices and names for NumPy in one .npz, whole or not at all. */
+KEMPE_API kempe_status kempe_linearization_write_npz(const kempe_linearization *linearization, const char *path);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/frequency.h"
+#include "base/memory.h"
+#include "linalg/dense.h"
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double two_pi = 6.283185307179586476925286766559;
+
+/* A real part this small beside the modulus is rounding. */
+static const double on_axis = 1e-10;
+
+/* So is an answer at rest that is this small beside the largest one. */
+static const double no_answer = 1e-12;
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
+{
+    kmp_frequency *f = frequency;
+    size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
+    *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
+    size_t block = inputs * outputs, all = block * (size_t)count;
+    size_t sizes[] = {(size_t)count, all, all, block, p * p, p * p, p, p, p, block, block};
+    double **room[] = {&f->at,    &f->re,    &f->im,    &f->still, &f->a_re, &f->a_im,
+                       &f->du_re, &f->du_im, &f->scale, &f->h_re,  &f->h_im};
+    bool ok = (f->pole = KMP_NEW(bool, count)) && (f->pivot = KMP_NEW(int, p));
+    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
+        ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
+    if (ok)
+        return KEMPE_OK;
+    kmp_frequency_free(f);
+    return kmp_fail_memory(transfer->linear->system->context);
+}
+
+void kmp_frequency_free(kmp_frequency *frequency)
+{
+    kmp_frequency *f = frequency;
+    double *room[] = {f->at, f->re, f->im, f->still, f->a_re, f->a_im, f->du_re, f->du_im, f->scale, f->h_re, f->h_im};
+    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
+        kmp_free(room[k]);
+    kmp_free(f->pole);
+    kmp_free(f->pivot);
+    kmp_free(f->peak);
+    if (f->has_spectrum)
+        kmp_spectrum_free(&f->poles);
+    *f = (kmp_frequency){0};
+}
+
+/* -- one frequency ----------------------------------------------------------------------------------- */
+
+/* S (-w^2 Mr + i w Gr + Kr) S, its diagonal of the size of one, in factors. false: singular. */
+static bool factor(kmp_frequency *f, double w)
+{
+    const kmp_linear *l = f->transfer->linear;
+    int p = f->transfer->p;
+    for (int k = 0; k < p; k++) {
+        double size = fmax(fabs(l->stiffness[k + k * p]), w * fabs(l->damping[k + k * p]));
+        size = fmax(size, w * w * fabs(l->mass[k + k * p]));
+        f->scale[k] = size > 0 ? 1 / sqrt(size) : 1;
+    }
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++) {
+            int e = i + k * p;
+            double s = f->scale[i] * f->scale[k];
+            f->a_re[e] = s * (l->stiffness[e] - w * w * l->mass[e]);
+            f->a_im[e] = s * w * l->damping[e];
+        }
+    if (kmp_lu_complex_factor(p, f->a_re, f->a_im, f->pivot) != 0)
+        return false;
+    for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals: of singular matrices they are rounding */
+        double size = fabs(f->a_re[k + k * p]) + fabs(f->a_im[k + k * p]);
+        if (size * p * 32 * DBL_EPSILON > 1)
+            return false;
+    }
+    return true;
+}
+
+/* (i w)^order */
+static void power(double w, int order, double *re, double *im)
+{
+    *re = order == 0 ? 1 : order == 2 ? -w * w : 0;
+    *im = order == 1 ? w : 0;
+}
+
+static void solve(kmp_frequency *f, double w, int input)
+{
+    const kmp_transfer *t = f->transfer;
+    int p = t->p;
+    memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
+    memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
+    for (int c = 0; c < t->columns; c++) {
+        double re, im;
+        if (t->load[c].input != input)
+            continue;
+        power(w, t->load[c].order, &re, &im);
+        for (int i = 0; i < p; i++) {
+            f->du_re[i] -= f->scale[i] * re * t->loads[i + c * p];
+            f->du_im[i] -= f->scale[i] * im * t->loads[i + c * p];
+        }
+    }
+    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
+    for (int i = 0; i < p; i++) {
+        f->du_re[i] *= f->scale[i];
+        f->du_im[i] *= f->scale[i];
+    }
+}
+
+/* A sum of products that knows how large its terms were. */
+typedef struct sum {
+    double re, im, size;
+} sum;
+
+static void add(sum *s, double re, double im, double x_re, double x_im)
+{
+    s->re += re * x_re - im * x_im;
+    s->im += re * x_im + im * x_re;
+    s->size += (fabs(re) + fabs(im)) * (fabs(x_re) + fabs(x_im));
+}
+
+/* What cancels to rounding is zero, and has no peaks. */
+static void put_output(kmp_frequency *f, double w, int output, int input)
+{
+    const kmp_transfer *t = f->transfer;
+    int e = output + input * f->outputs;
+    sum s = {0};
+    for (int k = 0; k < t->p; k++) {
+        int at = output + k * t->outputs;
+        add(&s, t->by_u[at] - w * w * t->by_udd[at], w * t->by_ud[at], f->du_re[k], f->du_im[k]);
+    }
+    for (int c = 0; c < t->columns; c++) {
+        double re, im;
+        if (t->load[c].input != input)
+            continue;
+        power(w, t->load[c].order, &re, &im);
+        add(&s, t->direct[output + c * t->outputs], 0, re, im);
+    }
+    bool nothing = fabs(s.re) + fabs(s.im) <= 16 * (t->p + 1) * DBL_EPSILON * s.size;
+    f->h_re[e] = nothing ? 0 : s.re;
+    f->h_im[e] = nothing ? 0 : s.im;
+}
+
+bool kmp_frequency_eval(kmp_frequency *frequency, double hz)
+{
+    kmp_frequency *f = frequency;
+    double w = two_pi * hz;
+    if (!factor(f, w))
+        return false;
+    for (int i = 0; i < f->inputs; i++) {
+        solve(f, w, i);
+        for (int o = 0; o < f->outputs; o++)
+            put_output(f, w, o, i);
+    }
+    return true;
+}
+
+/* -- peaks ------------------------------------------------------------------------------------------- */
+
+bool kmp_frequency_undamped(const kmp_frequency *frequency, int k)
+{
+    const kmp_spectrum *s = &frequency->poles;
+    return s->im[k] > 0 && fabs(s->re[k]) <= on_axis * hypot(s->re[k], s->im[k]);
+}
+
+static double amplitude(const kmp_frequency *f, int e)
+{
+    return hypot(f->h_re[e], f->h_im[e]);
+}
+
+/* NaN on a pole. */
+static double amplitude_at(kmp_frequency *f, double hz, int e)
+{
+    return kmp_frequency_eval(f, hz) ? amplitude(f, e) : NAN;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Frequencies to look at: those asked for, and around each pole; without those on poles that nothing damps. NULL: no
+ * memory. */
+static double *places(const kmp_frequency *f, int *count)
+{
+    static const double aside[] = {-3, -1, -0.3, 0, 0.3, 1, 3};
+    enum { ASIDE = sizeof aside / sizeof *aside };
+    int poles = f->has_spectrum ? f->poles.count : 0, many = 0, kept = 0;
+    double *list = KMP_NEW(double, f->count + ASIDE * poles), first = f->at[0], last = f->at[f->count - 1];
+    if (!list)
+        return NULL;
+    for (int k = 0; k < f->count; k++)
+        if (!f->pole[k])
+            list[many++] = f->at[k];
+    for (int k = 0; k < poles; k++) {
+        double re = fabs(f->poles.re[k]), im = f->poles.im[k];
+        for (int j = 0; j < ASIDE && im > re && !kmp_frequency_undamped(f, k); j++) {
+            double hz = (sqrt((im - re) * (im + re)) + aside[j] * re) / two_pi;
+            if (hz > first && hz < last)
+                list[many++] = hz;
+        }
+    }
+    qsort(list, (size_t)many, sizeof *list, ascending);
+    for (int k = 0; k < many; k++)
+        if (k == 0 || list[k] > list[kept - 1])
+            list[kept++] = list[k];
+    *count = kept;
+    return list;
+}
+
+static bool add_peak(kmp_frequency *f, kmp_peak peak)
+{
+    if (f->peak_count == f->peak_room) {
+        int room = 2 * f->peak_room + 16;
+        kmp_peak *grown = kmp_realloc(f->peak, (size_t)room, sizeof *grown);
+        if (!grown)
+            return false;
+        f->peak = grown;
+        f->peak_room = room;
+    }
+    double still = f->still[peak.output + peak.input * f->outputs];
+    peak.gain = still > 0 ? peak.amplitude / still : NAN;
+    f->peak[f->peak_count++] = peak;
+    return true;
+}
+
+/* Golden section between two neighbours of a maximum, as near as values tell a maximum (Brent 1973, chapter 5). */
+static double refine(kmp_frequency *f, double low, double high, int e)
+{
+    static const double golden = 0.38196601125010515;
+    double x = low + golden * (high - low), y = high - golden * (high - low);
+    double at_x = amplitude_at(f, x, e), at_y = amplitude_at(f, y, e);
+    while (high - low > 1e-9 * high) {
+        if (at_x > at_y) {
+            high = y;
+            y = x;
+            at_y = at_x;
+            x = low + golden * (high - low);
+            at_x = amplitude_at(f, x, e);
+        } else {
+            low = x;
+            x = y;
+            at_x = at_y;
+            y = high - golden * (high - low);
+            at_y = amplitude_at(f, y, e);
+        }
+    }
+    return (low + high) / 2;
+}
+
+/* Whether a pole that nothing damps is in this answer: near it the amplitude goes with the inverse of the distance. */
+static bool is_in(kmp_frequency *f, double hz, int e)
+{
+    double near = amplitude_at(f, hz * (1 + 1e-9), e), far = amplitude_at(f, hz * (1 + 1e-3), e);
+    return isnan(near) || near > 100 * far;
+}
+
+/* Between the places low and high there is a pole that nothing damps. */
+static bool parted(const kmp_frequency *f, double low, double high)
+{
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
+        double hz = f->poles.im[k] / two_pi;
+        if (kmp_frequency_undamped(f, k) && hz > low && hz < high)
+            return true;
+    }
+    return false;
+}
+
+/* values: amplitudes of all pairs at all places. */
+static bool find_peaks(kmp_frequency *f, int count, const double *place, const double *values, int input, int output)
+{
+    int e = output + input * f->outputs, block = f->inputs * f->outputs;
+    bool ok = true;
+    for (int k = 1; ok && k + 1 < count; k++) {
+        const double *v = values + (size_t)k * (size_t)block + e;
+        if (!(v[0] > v[-block] && v[0] >= v[block]) || parted(f, place[k - 1], place[k + 1]))
+            continue;
+        double hz = refine(f, place[k - 1], place[k + 1], e);
+        (void)kmp_frequency_eval(f, hz);
+        ok = add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
+    }
+    for (int k = 0; ok && f->has_spectrum && k < f->poles.count; k++) {
+        double hz = f->poles.im[k] / two_pi;
+        if (kmp_frequency_undamped(f, k) && hz >= f->at[0] && hz <= f->at[f->count - 1] && is_in(f, hz, e))
+            ok = add_peak(f, (kmp_peak){input, output, hz, INFINITY, NAN, 0});
+    }
+    return ok;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const kmp_peak *x = a, *y = b;
+    if (x->input != y->input)
+        return x->input - y->input;
+    if (x->output != y->output)
+        return x->output - y->output;
+    return ascending(&x->frequency, &y->frequency);
+}
+
+static kempe_status look_for_peaks(kmp_frequency *f)
+{
+    kempe_context *context = f->transfer->linear->system->context;
+    int count = 0, block = f->inputs * f->outputs;
+    double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *(size_t)block) : NULL;
+    bool ok = values;
+    for (int k = 0; ok && k < count; k++) {
+        bool there = kmp_frequency_eval(f, place[k]);
+        for (int e = 0; e < block; e++)
+            values[k * block + e] = there ? amplitude(f, e) : NAN;
+    }
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; ok && o < f->outputs && !kmp_interrupted(context); o++)
+            ok = find_peaks(f, count, place, values, i, o);
+    if (f->peak_count > 0)
+        qsort(f->peak, (size_t)f->peak_count, sizeof *f->peak, by_place);
+    kmp_free(place);
+    kmp_free(values);
+    if (kmp_interrupted(context))
+        return KEMPE_STOPPED;
+    return ok ? KEMPE_OK : kmp_fail_memory(context);
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+static void take(kmp_frequency *f, int k)
+{
+    int block = f->inputs * f->outputs;
+    f->pole[k] = !kmp_frequency_eval(f, f->at[k]);
+    for (int e = 0; e < block; e++) {
+        f->re[k * block + e] = f->pole[k] ? NAN : f->h_re[e];
+        f->im[k * block + e] = f->pole[k] ? NAN : f->h_im[e];
+    }
+}
+
+static void take_still(kmp_frequency *f)
+{
+    bool rests = kmp_frequency_eval(f, 0);
+    int block = f->inputs * f->outputs;
+    for (int e = 0; e < block; e++) {
+        double most = 0, still = rests ? amplitude(f, e) : NAN;
+        for (int k = 0; k < f->count; k++)
+            most = f->pole[k] ? most : fmax(most, hypot(f->re[k * block + e], f->im[k * block + e]));
+        f->still[e] = still <= no_answer * most ? 0 : still;
+    }
+}
+
+kempe_status kmp_frequency_run(kmp_frequency *frequency)
+{
+    kmp_frequency *f = frequency;
+    const kmp_linear *l = f->transfer->linear;
+    kempe_context *context = l->system->context;
+    for (int k = 0; k < f->count; k++) {
+        take(f, k);
+        if (kmp_interrupted(context))
+            return KEMPE_STOPPED;
+    }
+    unsigned long failures = kmp_memory_failures();
+    f->has_spectrum = kmp_spectrum_init(&f->poles, l->p, l->mass, l->damping, l->stiffness, false) == 0;
+    if (kmp_memory_failures() > failures)
+        return kmp_fail_memory(context);
+    take_still(f);
+    return look_for_peaks(f);
+}

@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Frequency responses of the quarter car on wishbones against its closed form: with z of the body and the angle a of
+ * the wishbones, level at rest,
+ *
+ *     M = [mb + mw + 2 ma, (mw + ma) L; ., (mw + 2/3 ma) L^2],   K = kt [1, L; L, L^2] + k [0, 0; 0, f^2],
+ *
+ * G likewise of the dampers, and the road w at the right side (kt + i omega ct) (1, L)' w. Neither the spring nor the
+ * tyre changes it by its load: their ends move on circles to which they are tangent. */
+#include "check.h"
+#include <complex.h>
+#include <kempe/kempe.h>
+#include <stdlib.h>
+
+typedef double complex number;
+
+static const double mb = 250, mw = 40, ma = 4, L = 0.4, f = 0.25, k = 60e3, c = 3500, kt = 200e3, ct = 100;
+static const double pi = 3.14159265358979323846;
+
+typedef struct loaded {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} loaded;
+
+static loaded load(int count, const kempe_setting *settings)
+{
+    loaded l = {.context = kempe_context_new()};
+    CHECK(kempe_model_read_set(l.context, KEMPE_ROOT "/examples/ride/ride.yaml", settings, count, &l.model) ==
+          KEMPE_OK);
+    CHECK(l.model && kempe_system_new(l.model, &l.system) == KEMPE_OK);
+    return l;
+}
+
+static void unload(loaded *l)
+{
+    kempe_system_free(l->system);
+    kempe_model_free(l->model);
+    kempe_context_free(l->context);
+}
+
+/* z and a over w. */
+static void solve(double hz, number *z, number *a)
+{
+    number s = 2 * pi * hz * I, tyre = kt + ct * s, spring = k + c * s;
+    number m11 = s * s * (mb + mw + 2 * ma) + tyre, m12 = s * s * (mw + ma) * L + tyre * L;
+    number m22 = s * s * (mw + ma * 2 / 3) * L * L + tyre * L * L + spring * f * f;
+    number det = m11 * m22 - m12 * m12;
+    *z = (tyre * m22 - m12 * tyre * L) / det;
+    *a = tyre * s * s * L * (mb + ma) / det; /* (m11 L - m12) tyre without cancelling */
+}
+
+enum { BODY, TRAVEL, ACCELERATION, TYRE, REACTION, OUTPUTS };
+
+static const char *const outputs = "q(body),travel,acceleration(body.L).z,force(tyre),reaction(T).z";
+
+static void closed_form(double hz, number *y)
+{
+    number z, a, s = 2 * pi * hz * I;
+    solve(hz, &z, &a);
+    y[BODY] = z;
+    y[TRAVEL] = L * a;
+    y[ACCELERATION] = s * s * z;
+    y[TYRE] = s * s * ((mb + mw + 2 * ma) * z + (mw + ma) * L * a); /* what it carries beside the weight */
+    y[REACTION] = ma * s * s * (z / 2 + L / 3 * a);                 /* what carries the end of the upper wishbone */
+}
+
+static kempe_response *respond(const loaded *l, const kempe_response_ask *ask)
+{
+    kempe_response *r = NULL;
+    kempe_status status = kempe_response_new(l->system, ask, &r);
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(l->context));
+    CHECK(status == KEMPE_OK);
+    return r;
+}
+
+/* The force of the tyre is positive when it pulls, the reaction has its own sign: either is compared. The reaction is a
+ * difference of forces like that of the tyre, and exact beside that. */
+static double distance(number got, const number *expected, int output)
+{
+    double off = cabs(got - expected[output]), other = cabs(got + expected[output]);
+    return (output >= TYRE ? fmin(off, other) : off) / cabs(expected[output == REACTION ? TYRE : output]);
+}
+
+static void the_quarter_car_has_its_closed_form(void)
+{
+    loaded l = load(0, NULL);
+    const kempe_response_ask ask = {.inputs = "drive(road)", .outputs = outputs, .frequencies = "0.2:50:60"};
+    kempe_response *r = respond(&l, &ask);
+    CHECK(kempe_response_count(r) == 60 && kempe_response_output_count(r) == OUTPUTS);
+    double worst[OUTPUTS] = {0};
+    CHECK(kempe_response_frequency(r, 0) == 0.2 && kempe_response_frequency(r, 59) == 50);
+    for (int j = 0; j < 60; j++) {
+        number y[OUTPUTS];
+        closed_form(kempe_response_frequency(r, j), y);
+        for (int o = 0; o < OUTPUTS; o++) {
+            double re, im;
+            CHECK(kempe_response_at(r, j, 0, o, &re, &im) == 1);
+            worst[o] = fmax(worst[o], distance(re + I * im, y, o));
+        }
+    }
+    for (int o = 0; o < OUTPUTS; o++)
+        CHECK(worst[o] < 1e-12);
+    kempe_response_free(r);
+    unload(&l);
+}
+
+/* Two a pair; the closed form has these values there, and less on both sides. */
+static void peaks_are_where_they_are(void)
+{
+    loaded l = load(0, NULL);
+    const kempe_response_ask ask = {
+        .inputs = "drive(road)", .outputs = "q(body),travel", .frequencies = "0.2:50:12"}; /* too few to see them */
+    kempe_response *r = respond(&l, &ask);
+    CHECK(kempe_response_peak_count(r) == 3); /* the body has one alone */
+    for (int j = 0; j < kempe_response_peak_count(r); j++) {
+        kempe_peak p = kempe_response_peak(r, j);
+        number y[OUTPUTS], below[OUTPUTS], above[OUTPUTS];
+        closed_form(p.frequency, y);
+        closed_form(p.frequency * (1 - 1e-4), below);
+        closed_form(p.frequency * (1 + 1e-4), above);
+        int o = p.output == 0 ? BODY : TRAVEL;
+        CHECK_NEAR(p.amplitude / cabs(y[o]), 1, 1e-11);
+        CHECK_NEAR(p.phase, carg(y[o]), 1e-11);
+        CHECK(cabs(below[o]) < p.amplitude && cabs(above[o]) < p.amplitude);
+        CHECK(o == TRAVEL ? isnan(p.gain) : fabs(p.gain - p.amplitude) < 1e-11); /* at rest the road lifts it all */
+    }
+    kempe_response_free(r);
+    unload(&l);
+}
+
+static void poles_without_damping_are_told(void)
+{
+    const kempe_setting none[] = {{"c", "0"}, {"tyre_c", "0"}};
+    loaded l = load(2, none);
+    double m11 = mb + mw + 2 * ma, m12 = (mw + ma) * L, m22 = (mw + ma * 2 / 3) * L * L;
+    double k12 = kt * L, k22 = kt * L * L + k * f * f;
+    double a = m11 * m22 - m12 * m12, b = m11 * k22 + m22 * kt - 2 * m12 * k12, d = kt * k22 - k12 * k12;
+    double root = sqrt(b * b - 4 * a * d),
+           hz[2] = {sqrt(2 * d / (b + root)) / (2 * pi), sqrt((b + root) / (2 * a)) / (2 * pi)};
+    char range[64];
+    (void)snprintf(range, sizeof range, "%.17g:50:30", hz[0]);
+    const kempe_response_ask ask = {.inputs = "drive(road)", .outputs = "q(body)", .frequencies = range};
+    kempe_response *r = respond(&l, &ask);
+    double re = 7, im = 8;
+    CHECK(kempe_response_at(r, 0, 0, 0, &re, &im) == 0 && re == 7 && im == 8);
+    CHECK(kempe_response_at(r, 1, 0, 0, &re, &im) == 1 && isfinite(re));
+    CHECK(kempe_response_peak_count(r) == 2 || kempe_response_peak_count(r) == 1);
+    for (int j = 0; j < kempe_response_peak_count(r); j++) {
+        kempe_peak p = kempe_response_peak(r, j);
+        double expected = kempe_response_peak_count(r) == 1 ? hz[1] : hz[j];
+        CHECK_NEAR(p.frequency / expected, 1, 1e-12);
+        CHECK(isinf(p.amplitude) && isnan(p.phase));
+    }
+    char *text = NULL;
+    CHECK(kempe_response_print(r, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "nothing damps what swings at ") && strstr(text, "no bound"));
+    kempe_text_free(text);
+    kempe_response_free(r);
+    unload(&l);
+}
+
+/* x of a x = b, four unknowns, by elimination with pivots. */
+static void eliminate(number a[4][4], number *b)
+{
+    for (int i = 0; i < 4; i++) {
+        int best = i;
+        for (int j = i + 1; j < 4; j++)
+            best = cabs(a[j][i]) > cabs(a[best][i]) ? j : best;
+        for (int j = 0; j < 4; j++) {
+            number t = a[i][j];
+            a[i][j] = a[best][j];
+            a[best][j] = t;
+        }
+        number t = b[i];
+        b[i] = b[best];
+        b[best] = t;
+        for (int j = i + 1; j < 4; j++) {
+            number factor = a[j][i] / a[i][i];
+            for (int e = i; e < 4; e++)
+                a[j][e] -= factor * a[i][e];
+            b[j] -= factor * b[i];
+        }
+    }
+    for (int i = 3; i >= 0; i--) {
+        for (int j = i + 1; j < 4; j++)
+            b[i] -= a[i][j] * b[j];
+        b[i] /= a[i][i];
+    }
+}
+
+/* C (s - A)^-1 B + D with the drive's displacement, rate and acceleration as three inputs. */
+static void the_state_space_answers_likewise(void)
+{
+    loaded l = load(0, NULL);
+    kempe_linearization *lin = NULL;
+    int rows, n;
+    CHECK(kempe_linearize(l.system, &(kempe_linearize_ask){.inputs = "drive(road)", .outputs = outputs}, &lin) ==
+          KEMPE_OK);
+    const double *A = kempe_linearization_matrix(lin, KEMPE_MATRIX_A, &n, &n);
+    const double *B = kempe_linearization_matrix(lin, KEMPE_MATRIX_B, &rows, &n);
+    const double *C = kempe_linearization_matrix(lin, KEMPE_MATRIX_C, &rows, &n);
+    const double *D = kempe_linearization_matrix(lin, KEMPE_MATRIX_D, &rows, &n);
+    CHECK(rows == OUTPUTS && n == 3);
+    CHECK_TEXT(kempe_linearization_name(lin, KEMPE_CHANNEL_INPUT, 2), "drive(road).dd");
+    CHECK_TEXT(kempe_linearization_unit(lin, KEMPE_CHANNEL_INPUT, 1), "m/s");
+    CHECK_TEXT(kempe_linearization_name(lin, KEMPE_CHANNEL_OUTPUT, ACCELERATION), "acceleration.body.L.z");
+    for (double hz = 0.3; hz < 60; hz *= 2.1) {
+        number s = 2 * pi * hz * I, w[] = {1, s, s * s}, a[4][4], x[4] = {0}, y[OUTPUTS];
+        for (int i = 0; i < 4; i++)
+            for (int j = 0; j < 4; j++)
+                a[i][j] = (i == j ? s : 0) - A[i + 4 * j];
+        for (int i = 0; i < 4; i++)
+            for (int j = 0; j < 3; j++)
+                x[i] += B[i + 4 * j] * w[j];
+        eliminate(a, x);
+        closed_form(hz, y);
+        for (int o = 0; o < OUTPUTS; o++) {
+            number got = 0;
+            for (int j = 0; j < 4; j++)
+                got += C[o + OUTPUTS * j] * x[j];
+            for (int j = 0; j < 3; j++)
+                got += D[o + OUTPUTS * j] * w[j];
+            CHECK(distance(got, y, o) < 1e-10);
+        }
+    }
+    kempe_linearization_free(lin);
+    unload(&l);
+}
+
+/* The status, and whether the sentence has these words. */
+static void refuses(const loaded *l, kempe_response_ask ask, kempe_status expected, const char *words)
+{
+    kempe_response *r = NULL;
+    CHECK(kempe_response_new(l->system, &ask, &r) == expected && !r);
+    CHECK(strstr(kempe_context_message(l->context), words) != NULL);
+    if (!strstr(kempe_context_message(l->context), words))
+        printf("%s\n", kempe_context_message(l->context));
+}
+
+static void what_cannot_be_asked_is_said(void)
+{
+    loaded l = load(0, NULL);
+    refuses(&l, (kempe_response_ask){.inputs = ""}, KEMPE_E_ARGUMENT, "a response wants inputs");
+    refuses(&l, (kempe_response_ask){.inputs = "drive(raod)"}, KEMPE_E_ARGUMENT, "did you mean 'road'?");
+    refuses(&l, (kempe_response_ask){.inputs = "effort(bdoy)"}, KEMPE_E_ARGUMENT, "did you mean 'body'?");
+    refuses(&l, (kempe_response_ask){.inputs = "force(body.Q.x)"}, KEMPE_E_ARGUMENT, "no point 'Q'");
+    refuses(&l, (kempe_response_ask){.inputs = "moment(body)"}, KEMPE_E_ARGUMENT, "unknown input 'moment(body)'");
+    refuses(&l, (kempe_response_ask){.inputs = "k,k"}, KEMPE_E_ARGUMENT, "'k' is given twice");
+    refuses(&l, (kempe_response_ask){.inputs = "stiffness"}, KEMPE_E_ARGUMENT, "no parameter 'stiffness'");
+    refuses(&l, (kempe_response_ask){.inputs = "length"}, KEMPE_E_ARGUMENT, "'length' moves closures");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .outputs = "tavel"}, KEMPE_E_ARGUMENT, "unknown output 'tavel'");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .outputs = "q(body).x"}, KEMPE_E_ARGUMENT, "no components");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .u = "plate,body"}, KEMPE_E_FAILED, "plate");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .frequencies = "0:10"}, KEMPE_E_ARGUMENT, "--linear");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .frequencies = "10:1"}, KEMPE_E_ARGUMENT, "'10:1'");
+    refuses(&l, (kempe_response_ask){.inputs = "k", .frequencies = "5"}, KEMPE_E_ARGUMENT, "A:B");
+    unload(&l);
+    const kempe_setting heavier[] = {{"support", "0 N"}};
+    l = load(1, heavier);
+    refuses(&l, (kempe_response_ask){.inputs = "k", .at = "start"}, KEMPE_E_FAILED, "no equilibrium");
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(the_quarter_car_has_its_closed_form);
+    TEST(peaks_are_where_they_are);
+    TEST(poles_without_damping_are_told);
+    TEST(the_state_space_answers_likewise);
+    TEST(what_cannot_be_asked_is_said);
+    return check_report();
+}
