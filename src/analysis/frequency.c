@@ -268,22 +268,51 @@ static bool parted(const kmp_frequency *f, double low, double high)
     return false;
 }
 
-/* values: amplitudes of all pairs at all places. */
-static bool find_peaks(kmp_frequency *f, int count, const double *place, const double *values, int input, int output)
+/* A maximum counts that rises and falls by more than rounding. */
+static const double risen = 1e-9;
+
+static bool add_maximum(kmp_frequency *f, const double *place, int k, int input, int output)
 {
-    int e = output + input * f->outputs, block = f->inputs * f->outputs;
+    int e = output + input * f->outputs;
+    double hz = refine(f, place[k - 1], place[k + 1], e);
+    (void)kmp_frequency_eval(f, hz);
+    return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
+}
+
+/* values: amplitudes of all pairs at all places, none of them on a pole. */
+static bool find_maxima(kmp_frequency *f, int count, const double *place, const double *values, int input, int output)
+{
+    size_t block = (size_t)f->inputs * (size_t)f->outputs;
+    const double *v = values + output + input * f->outputs;
+    double low = INFINITY;
+    int best = -1; /* while it rises: the highest place so far */
     bool ok = true;
-    for (int k = 1; ok && k + 1 < count; k++) {
-        const double *v = values + (size_t)k * (size_t)block + e;
-        if (!(v[0] > v[-block] && v[0] >= v[block]) || parted(f, place[k - 1], place[k + 1]))
-            continue;
-        double hz = refine(f, place[k - 1], place[k + 1], e);
-        (void)kmp_frequency_eval(f, hz);
-        ok = add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
+    for (int k = 0; ok && k < count; k++) {
+        double now = v[(size_t)k * block], most = best >= 0 ? v[(size_t)best * block] : 0;
+        if (k > 0 && parted(f, place[k - 1], place[k])) { /* it came from above */
+            best = -1;
+            low = now;
+        } else if (best < 0) {
+            best = now > low * (1 + risen) ? k : -1;
+            low = fmin(low, now);
+        } else if (now > most) {
+            best = k;
+        } else if (now < most * (1 - risen)) {
+            ok = add_maximum(f, place, best, input, output);
+            best = -1;
+            low = now;
+        }
     }
+    return ok;
+}
+
+static bool find_poles(kmp_frequency *f, int input, int output)
+{
+    bool ok = true;
     for (int k = 0; ok && f->has_spectrum && k < f->poles.count; k++) {
         double hz = f->poles.im[k] / two_pi;
-        if (kmp_frequency_undamped(f, k) && hz >= f->at[0] && hz <= f->at[f->count - 1] && is_in(f, hz, e))
+        if (kmp_frequency_undamped(f, k) && hz >= f->at[0] && hz <= f->at[f->count - 1] &&
+            is_in(f, hz, output + input * f->outputs))
             ok = add_peak(f, (kmp_peak){input, output, hz, INFINITY, NAN, 0});
     }
     return ok;
@@ -302,17 +331,18 @@ static int by_place(const void *a, const void *b)
 static kempe_status look_for_peaks(kmp_frequency *f)
 {
     kempe_context *context = f->transfer->linear->system->context;
-    int count = 0, block = f->inputs * f->outputs;
-    double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *(size_t)block) : NULL;
+    size_t block = (size_t)f->inputs * (size_t)f->outputs;
+    int count = 0;
+    double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *block) : NULL;
     bool ok = values;
     for (int k = 0; ok && k < count; k++) {
         bool there = kmp_frequency_eval(f, place[k]);
-        for (int e = 0; e < block; e++)
-            values[k * block + e] = there ? amplitude(f, e) : NAN;
+        for (size_t e = 0; e < block; e++)
+            values[(size_t)k * block + e] = there ? amplitude(f, (int)e) : 0;
     }
     for (int i = 0; i < f->inputs; i++)
         for (int o = 0; ok && o < f->outputs && !kmp_interrupted(context); o++)
-            ok = find_peaks(f, count, place, values, i, o);
+            ok = find_maxima(f, count, place, values, i, o) && find_poles(f, i, o);
     if (f->peak_count > 0)
         qsort(f->peak, (size_t)f->peak_count, sizeof *f->peak, by_place);
     kmp_free(place);
@@ -326,22 +356,22 @@ static kempe_status look_for_peaks(kmp_frequency *f)
 
 static void take(kmp_frequency *f, int k)
 {
-    int block = f->inputs * f->outputs;
+    size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
     f->pole[k] = !kmp_frequency_eval(f, f->at[k]);
-    for (int e = 0; e < block; e++) {
-        f->re[k * block + e] = f->pole[k] ? NAN : f->h_re[e];
-        f->im[k * block + e] = f->pole[k] ? NAN : f->h_im[e];
+    for (size_t e = 0; e < block; e++) {
+        f->re[first + e] = f->pole[k] ? NAN : f->h_re[e];
+        f->im[first + e] = f->pole[k] ? NAN : f->h_im[e];
     }
 }
 
 static void take_still(kmp_frequency *f)
 {
     bool rests = kmp_frequency_eval(f, 0);
-    int block = f->inputs * f->outputs;
-    for (int e = 0; e < block; e++) {
-        double most = 0, still = rests ? amplitude(f, e) : NAN;
-        for (int k = 0; k < f->count; k++)
-            most = f->pole[k] ? most : fmax(most, hypot(f->re[k * block + e], f->im[k * block + e]));
+    size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
+    for (size_t e = 0; e < block; e++) {
+        double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
+        for (size_t k = e; k < all; k += block)
+            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax passes over */
         f->still[e] = still <= no_answer * most ? 0 : still;
     }
 }

@@ -200,7 +200,7 @@ const char *kempe_response_output_unit(const kempe_response *r, int output)
 int kempe_response_at(const kempe_response *r, int k, int input, int output, double *re, double *im)
 {
     const kmp_frequency *f = &r->frequency;
-    int e = (k * f->inputs + input) * f->outputs + output;
+    size_t e = ((size_t)k * (size_t)f->inputs + (size_t)input) * (size_t)f->outputs + (size_t)output;
     if (f->pole[k])
         return 0;
     *re = f->re[e];

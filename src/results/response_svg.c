@@ -226,7 +226,7 @@ static void measure(chart *c)
 {
     const kmp_frequency *f = &c->r->frequency;
     double least = INFINITY, most = 0;
-    for (int k = 0; k < f->count * f->inputs * f->outputs; k++) {
+    for (size_t k = 0; k < (size_t)f->count * (size_t)f->inputs * (size_t)f->outputs; k++) {
         double a = hypot(f->re[k], f->im[k]);
         least = a > 0 ? fmin(least, a) : least;
         most = isfinite(a) ? fmax(most, a) : most;
