@@ -72,16 +72,14 @@ static kempe_status end(asking *a, kempe_status status)
 static int cut_component(char *word)
 {
     static const char *const energies[] = {"kinetic", "potential", "total"};
+    static const char *const axes[] = {"x", "y", "z", "mx", "my", "mz"}; /* as kmp_output_column calls them */
     char *dot = strrchr(word, '.');
-    if (!dot)
-        return -1;
-    for (int k = 0; k < 3; k++) {
-        bool axis = dot > word && dot[-1] == ')' && dot[1] == "xyz"[k] && !dot[2];
-        if (axis || (strncmp(word, "energy.", 7) == 0 && strcmp(dot + 1, energies[k]) == 0)) {
+    bool energy = strncmp(word, "energy.", 7) == 0, bracket = dot && dot > word && dot[-1] == ')';
+    for (int k = 0; dot && (energy || bracket) && k < (energy ? 3 : 6); k++)
+        if (strcmp(dot + 1, energy ? energies[k] : axes[k]) == 0) {
             *dot = '\0';
             return k;
         }
-    }
     return -1;
 }
 
@@ -279,34 +277,4 @@ void kmp_asked_inputs_free(kmp_asked_inputs *inputs)
         kmp_free(inputs->input[k].name);
     kmp_free(inputs->input);
     *inputs = (kmp_asked_inputs){0};
-}
-
-/* -- coordinates ------------------------------------------------------------------------------------- */
-
-kempe_status kmp_asked_coordinates(const kempe_model *model, const char *what, const char *words, int *count,
-                                   int **list)
-{
-    asking a;
-    int *found = NULL, many = 0;
-    kempe_status status = begin(&a, model, what, words);
-    if (status == KEMPE_OK)
-        found = KMP_NEW(int, a.count);
-    if (status == KEMPE_OK && !found)
-        status = kmp_fail_memory(model->context);
-    for (int k = 0; found && k < a.count; k++) {
-        int motion = kmp_read_motion_text(&a.r, nowhere, a.word[k], what);
-        for (int i = 0; i < many; i++)
-            if (found[i] == motion)
-                kmp_reader_complain(&a.r, nowhere, "coordinate '%s' stands twice", a.word[k]);
-        if (motion >= 0)
-            found[many++] = motion;
-    }
-    status = end(&a, status);
-    if (status == KEMPE_OK) {
-        *count = many;
-        *list = found;
-    } else {
-        kmp_free(found);
-    }
-    return status;
 }

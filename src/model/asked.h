@@ -38,8 +38,4 @@ typedef struct kmp_asked_inputs {
 kempe_status kmp_asked_inputs_read(const kempe_model *model, const char *words, kmp_asked_inputs *inputs);
 void kmp_asked_inputs_free(kmp_asked_inputs *inputs);
 
-/** Coordinates, `*list` of them to be freed (kmp_free); `what` is the list's name. KEMPE_E_ARGUMENT: which word. */
-kempe_status kmp_asked_coordinates(const kempe_model *model, const char *what, const char *words, int *count,
-                                   int **list);
-
 #endif

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "model/output_table.h"
 #include "results/columns.h"
+#include "results/coordinates.h"
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -130,7 +131,7 @@ static int shown_before(const kempe_model *model, int output)
 {
     int first = 0;
     for (int o = 0; o < output; o++)
-        first += kmp_output_rows[model->outputs[o].kind].width;
+        first += kmp_output_width(model, &model->outputs[o]);
     return first;
 }
 
@@ -207,10 +208,9 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 
 static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)
 {
-    int *wish = NULL, wish_count = 0;
-    kempe_status status = KEMPE_OK;
-    if (ask->u)
-        status = kmp_asked_coordinates(c->system->model, "u", ask->u, &wish_count, &wish);
+    int *wish = KMP_NEW(int, c->system->n), wish_count = 0;
+    kempe_status status =
+        wish ? kmp_coordinates_read(c->system, "u", ask->u, wish, &wish_count) : kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)
         status = kmp_operating_new(c->system, ask->at, &c->at);
     if (status == KEMPE_OK)

@@ -63,10 +63,9 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_ask *
     kmp_text_free(&text);
     if (status != KEMPE_OK)
         return status;
-    *range = ranges.range[0];
+    if (ranges.count == 1 && ranges.range) /* another one: not understood */
+        *range = ranges.range[0];
     range->name = NULL;
-    if (ranges.count > 1)
-        range->count = 1;
     kmp_ranges_free(&ranges);
     status = check_range(context, range, ask->frequencies, ask->linear);
     range->count = range->count > 1 ? range->count : DEFAULT_COUNT;
@@ -112,7 +111,7 @@ static kempe_status check_inputs(const kmp_channels *c)
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_ask *ask)
 {
     const kmp_channels_ask asked = {ask->at, ask->inputs, ask->outputs, ask->u, ask->backend};
-    kmp_range range;
+    kmp_range range = {.count = 1};
     if (!ask->inputs || !ask->inputs[0])
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "a response wants inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");

@@ -232,22 +232,23 @@ static void the_state_space_answers_likewise(void)
     CHECK_TEXT(kempe_linearization_name(lin, KEMPE_CHANNEL_INPUT, 2), "drive(road).dd");
     CHECK_TEXT(kempe_linearization_unit(lin, KEMPE_CHANNEL_INPUT, 1), "m/s");
     CHECK_TEXT(kempe_linearization_name(lin, KEMPE_CHANNEL_OUTPUT, ACCELERATION), "acceleration.body.L.z");
-    for (double hz = 0.3; hz < 60; hz *= 2.1) {
+    for (int j = 0; j < 8; j++) {
+        double hz = 0.3 * pow(2.1, j);
         number s = 2 * pi * hz * I, w[] = {1, s, s * s}, a[4][4], x[4] = {0}, y[OUTPUTS];
         for (int i = 0; i < 4; i++)
-            for (int j = 0; j < 4; j++)
-                a[i][j] = (i == j ? s : 0) - A[i + 4 * j];
+            for (int e = 0; e < 4; e++)
+                a[i][e] = (i == e ? s : 0) - A[i + 4 * e];
         for (int i = 0; i < 4; i++)
-            for (int j = 0; j < 3; j++)
-                x[i] += B[i + 4 * j] * w[j];
+            for (int e = 0; e < 3; e++)
+                x[i] += B[i + 4 * e] * w[e];
         eliminate(a, x);
         closed_form(hz, y);
         for (int o = 0; o < OUTPUTS; o++) {
             number got = 0;
-            for (int j = 0; j < 4; j++)
-                got += C[o + OUTPUTS * j] * x[j];
-            for (int j = 0; j < 3; j++)
-                got += D[o + OUTPUTS * j] * w[j];
+            for (int e = 0; e < 4; e++)
+                got += C[o + OUTPUTS * e] * x[e];
+            for (int e = 0; e < 3; e++)
+                got += D[o + OUTPUTS * e] * w[e];
             CHECK(distance(got, y, o) < 1e-10);
         }
     }
