@@ -244,6 +244,7 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
  */
 
 /* Where a mechanism stays at rest or moves on steadily: kempe/equilibrium.h, which this header includes at its end. */
+/* How results move with parameters: kempe/sensitivity.h, which this header includes at its end. */
 
 /** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
@@ -262,6 +263,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/inverse.h>
 #include <kempe/linearize.h>
 #include <kempe/response.h>
+#include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 

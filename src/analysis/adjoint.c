@@ -1,0 +1,495 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
+ * t_end - t. */
+#include "analysis/adjoint.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+/* Values of u and ud in each step, at Chebyshev's points: their polynomial is that of the integrators' dense outputs,
+ * none of which has a higher degree. */
+enum { NODES = 8 };
+
+typedef struct kept_mark {
+    double t;
+    int condition, first_step; /* of the steps behind it */
+    int *u;                    /* p: before it */
+    double *q, *y, *mode;      /* n; 2 p: before; conditions, before */
+} kept_mark;
+
+typedef struct adjoint {
+    kmp_varied *v;
+    const kmp_forward *ask;
+    const kmp_target *target;
+    bool integral, failed;
+    const double *sizes;
+    int n, m, p, count, size;
+    int steps, step_room, marks, mark_room;
+    double *from, *values; /* steps + 1: where each begins, and the end; steps x NODES x 2 p */
+    kept_mark *mark;
+    const kmp_solver_kind *kind;
+    void *solver;
+    kmp_ode ode;
+    int at_step, low, high; /* steps of the segment at hand */
+    double *y, *atol, *state, *gradient, *matrix;
+    double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
+    double *unit;                                     /* conditions */
+    kmp_changes_weight back;
+} adjoint;
+
+/* -- the motion, kept -------------------------------------------------------------------------------- */
+
+static double node(int j)
+{
+    static const double pi = 3.14159265358979323846;
+    return 0.5 * (1 - cos(pi * j / (NODES - 1)));
+}
+
+static bool make_room_for_step(adjoint *a)
+{
+    if (a->steps + 1 < a->step_room)
+        return true;
+    int room = 2 * a->step_room + 256;
+    double *from = kmp_realloc(a->from, (size_t)room, sizeof *from);
+    a->from = from ? from : a->from;
+    double *values = from ? kmp_realloc(a->values, (size_t)room * NODES * 2 * (size_t)a->p, sizeof *values) : NULL;
+    a->values = values ? values : a->values;
+    a->step_room = values ? room : a->step_room;
+    return values;
+}
+
+static int keep_step(void *user, double from, double to, int (*at)(void *motion, double t, double *y), void *motion)
+{
+    adjoint *a = user;
+    if (a->p == 0)
+        a->p = a->v->linear.p;
+    if (!make_room_for_step(a))
+        return 1;
+    for (int j = 0; j < NODES; j++) {
+        double t = j == NODES - 1 ? to : from + node(j) * (to - from);
+        if (at(motion, t, a->values + ((size_t)a->steps * NODES + (size_t)j) * 2 * (size_t)a->p) != KMP_GO)
+            return 1;
+    }
+    a->from[a->steps++] = from;
+    a->from[a->steps] = to;
+    return 0;
+}
+
+static void *copy_of(const void *from, size_t count, size_t size)
+{
+    void *to = kmp_calloc(count, size);
+    if (to && count > 0)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+static int keep_mark(void *user, const kmp_varied_mark *mark)
+{
+    adjoint *a = user;
+    if (a->marks == a->mark_room) {
+        int room = 2 * a->mark_room + 16;
+        kept_mark *grown = kmp_realloc(a->mark, (size_t)room, sizeof *grown);
+        if (!grown)
+            return 1;
+        a->mark = grown;
+        a->mark_room = room;
+    }
+    size_t p = (size_t)a->p, conditions = (size_t)a->v->system->events.count;
+    kept_mark *kept = &a->mark[a->marks++];
+    *kept = (kept_mark){.t = mark->t,
+                        .condition = mark->condition,
+                        .first_step = a->steps,
+                        .u = copy_of(mark->u, p, sizeof(int)),
+                        .q = copy_of(mark->q, (size_t)a->n, sizeof(double)),
+                        .y = copy_of(mark->y, 2 * p, sizeof(double)),
+                        .mode = copy_of(mark->mode, conditions, sizeof(double))};
+    return !kept->u || !kept->q || !kept->y || !kept->mode;
+}
+
+/* u and ud at t within step k, by the barycentric formula. */
+static void recall(const adjoint *a, int k, double t, double *y)
+{
+    const double *values = a->values + (size_t)k * NODES * 2 * (size_t)a->p;
+    double x = (t - a->from[k]) / (a->from[k + 1] - a->from[k]), sum = 0;
+    memset(y, 0, (size_t)(2 * a->p) * sizeof *y);
+    for (int j = 0; j < NODES; j++) {
+        double off = x - node(j), weight = (j % 2 ? -1 : 1) * (j == 0 || j == NODES - 1 ? 0.5 : 1);
+        if (off == 0) {
+            memcpy(y, values + 2 * a->p * j, (size_t)(2 * a->p) * sizeof *y);
+            return;
+        }
+        weight /= off;
+        sum += weight;
+        for (int i = 0; i < 2 * a->p; i++)
+            y[i] += weight * values[2 * a->p * j + i];
+    }
+    for (int i = 0; i < 2 * a->p; i++)
+        y[i] /= sum;
+}
+
+/* The step of the segment at hand that t lies in. */
+static int step_at(adjoint *a, double t)
+{
+    while (a->at_step > a->low && t < a->from[a->at_step])
+        a->at_step--;
+    while (a->at_step + 1 < a->high && t > a->from[a->at_step + 1])
+        a->at_step++;
+    return a->at_step;
+}
+
+/* -- gradients at a state ---------------------------------------------------------------------------- */
+
+/* Weights on all that follows, and what the target has of its own by parameters, times `factor`, into out. */
+static void weigh_target(adjoint *a, double *out)
+{
+    kmp_varied *v = a->v;
+    const kmp_target *x = a->target;
+    const double *given[] = {x->q, x->qd, x->qdd, x->lambda};
+    double *w[] = {a->wq, a->wqd, a->wqdd, a->wlambda};
+    for (int k = 0; k < 4; k++) {
+        size_t bytes = (size_t)(k < 3 ? a->n : a->m) * sizeof(double);
+        if (given[k])
+            memcpy(w[k], given[k], bytes);
+        else
+            memset(w[k], 0, bytes);
+    }
+    if (!x->shown)
+        return;
+    kmp_instant at = kmp_varied_instant(v);
+    (void)kmp_slopes_outputs(v->slopes, &at);
+    kmp_slopes_outputs_gradient(v->slopes, x->shown, &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
+}
+
+static void add_back(adjoint *a, double *u, double *ud, double *out)
+{
+    for (int i = 0; i < a->p; i++) {
+        u[i] += a->back.u[i];
+        ud[i] += a->back.ud[i];
+    }
+    kmp_slopes_weighted(a->v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
+}
+
+/* Adds to u, ud and out what weights on accelerations udd (p, into which those of the target go, when asked) make. */
+static void go_back(adjoint *a, bool with_target, double *udd, double *u, double *ud, double *out)
+{
+    kmp_linear *l = &a->v->linear;
+    if (with_target) {
+        weigh_target(a, out);
+        kmp_linear_back(l, &(kmp_weights){a->wq, a->wqd, a->wqdd, a->wlambda, NULL}, &a->back);
+        add_back(a, u, ud, out);
+        for (int i = 0; i < a->p; i++)
+            udd[i] += a->back.udd[i];
+    }
+    kmp_linear_accelerate(l, udd, a->w);
+    kmp_linear_back(l, &(kmp_weights){.residual = a->w}, &a->back);
+    add_back(a, u, ud, out);
+}
+
+/* -- the ODE ----------------------------------------------------------------------------------------- */
+
+static int place(adjoint *a, double back)
+{
+    double t = fmin(fmax(a->ask->t_end - back, a->from[a->low]), a->from[a->high]);
+    recall(a, step_at(a, t), t, a->state);
+    return kmp_varied_at(a->v, t, a->state, a->state + a->p);
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    adjoint *a = self;
+    int p = a->p;
+    if (place(a, t) != KMP_GO)
+        return KMP_RETRY;
+    memset(dy, 0, (size_t)a->size * sizeof *dy);
+    memcpy(dy + p, y, (size_t)p * sizeof *dy);
+    memcpy(a->wu, y + p, (size_t)p * sizeof *dy);
+    go_back(a, a->integral, a->wu, dy, dy + p, dy + 2 * p);
+    return KMP_GO;
+}
+
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    adjoint *a = self;
+    (void)t, (void)y, (void)dy, (void)w;
+    kmp_varied_anchor(a->v);
+    return KMP_GO;
+}
+
+/* Of the weights alone: the quadratures follow from them. */
+static int jacobian(void *self, double t, const double *y, double *j)
+{
+    adjoint *a = self;
+    kmp_linear *l = &a->v->linear;
+    int p = a->p;
+    (void)y;
+    if (place(a, t) != KMP_GO)
+        return KMP_RETRY;
+    kmp_linear_matrices(l);
+    for (int k = 0; k < p; k++) {
+        double *column = j + (p + k) * a->size;
+        memset(a->wu, 0, (size_t)p * sizeof *a->wu);
+        a->wu[k] = 1;
+        kmp_linear_accelerate(l, a->wu, a->w);
+        for (int i = 0; i < p; i++)
+            for (int r = 0; r < p; r++) {
+                column[i] += l->stiffness[r + i * p] * a->w[r];
+                column[p + i] += l->damping[r + i * p] * a->w[r];
+            }
+        j[p + k + k * a->size] = 1;
+    }
+    return KMP_GO;
+}
+
+/* -- segments ---------------------------------------------------------------------------------------- */
+
+static kempe_status fail(adjoint *a, double t)
+{
+    return kmp_fail(a->v->system->context, KEMPE_E_FAILED, "backwards the state cannot be evaluated at t = %.9g", t);
+}
+
+/* The state before mark k (or at the end), in its own unknowns and conditions. */
+static kempe_status stand_before(adjoint *a, const kept_mark *mark)
+{
+    kmp_varied *v = a->v;
+    for (int k = 0; k < v->system->events.count; k++)
+        kmp_plant_set_mode(v->linear.plant, k, mark->mode[k] != 0);
+    kempe_status status = kmp_varied_choose(v, mark->t, mark->q, mark->q, mark->u, a->p);
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_varied_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
+        return fail(a, mark->t);
+    kmp_varied_anchor(v);
+    return KEMPE_OK;
+}
+
+/* Weights of what became u behind the mark, as those of what was u before it. */
+static kempe_status pass_exchange(adjoint *a, const kept_mark *mark, const int *next_u)
+{
+    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
+    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
+    for (int i = 0; i < a->p; i++) {
+        a->wq[next_u[i]] = a->y[i];
+        a->wqd[next_u[i]] = a->y[a->p + i];
+    }
+    kempe_status status = stand_before(a, mark);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
+    memset(a->y, 0, (size_t)(2 * a->p) * sizeof *a->y);
+    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
+    return KEMPE_OK;
+}
+
+/* The weight of t_e: of the jump of accelerations, and of the integrand. */
+static kempe_status pass_condition(adjoint *a, const kept_mark *mark)
+{
+    kmp_varied *v = a->v;
+    kmp_linear *l = &v->linear;
+    double one = 1, weight = 0;
+    if (kmp_varied_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
+        return fail(a, mark->t);
+    for (int i = 0; i < a->p; i++)
+        weight -= a->y[a->p + i] * l->qdd[l->part.u[i]];
+    weight -= a->integral ? kmp_target_value(a->target, v) : 0;
+    kempe_status status = stand_before(a, mark);
+    if (status != KEMPE_OK)
+        return status;
+    for (int i = 0; i < a->p; i++)
+        weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
+    weight += a->integral ? kmp_target_value(a->target, v) : 0;
+    kmp_instant at = kmp_varied_instant(v);
+    (void)kmp_slopes_events(v->slopes, &at);
+    kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
+    weight /= -a->unit[mark->condition];
+    memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
+    a->unit[mark->condition] = weight;
+    memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
+    memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
+    kmp_slopes_events_gradient(v->slopes, a->unit, &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+    kmp_linear_back(l, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
+    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
+    return KEMPE_OK;
+}
+
+/* From the end of a segment to its begin. */
+static kempe_status come_back(adjoint *a, int low, int high, double *h)
+{
+    kempe_context *context = a->v->system->context;
+    a->low = low;
+    a->high = high;
+    a->at_step = high - 1;
+    if (low == high)
+        return KEMPE_OK;
+    double end = a->ask->t_end - a->from[low];
+    kempe_status status = a->kind->start(a->solver, a->ask->t_end - a->from[high], a->y, NULL, end, *h);
+    while (status == KEMPE_OK && a->kind->t(a->solver) < end) {
+        status = a->kind->step(a->solver);
+        if (status == KEMPE_OK && kmp_interrupted(context))
+            return kmp_fail(context, KEMPE_STOPPED, "interrupted");
+    }
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
+        return kmp_fail(context, status, "backwards the step size became too small at t = %.9g",
+                        a->ask->t_end - a->kind->t(a->solver));
+    *h = a->kind->next ? a->kind->next(a->solver) : 0;
+    return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
+}
+
+static kempe_status all_back(adjoint *a, double h)
+{
+    const int *next_u = a->v->linear.part.u;
+    int high = a->steps;
+    int *behind = copy_of(next_u, (size_t)a->p, sizeof(int));
+    kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
+    for (int k = a->marks - 1; status == KEMPE_OK && k >= 0; k--) {
+        const kept_mark *mark = &a->mark[k];
+        status = come_back(a, mark->first_step, high, &h);
+        high = mark->first_step;
+        if (status == KEMPE_OK)
+            status = mark->condition < 0 ? pass_exchange(a, mark, behind) : pass_condition(a, mark);
+        memcpy(behind, mark->u, (size_t)a->p * sizeof *behind);
+    }
+    kmp_free(behind);
+    return status == KEMPE_OK ? come_back(a, 0, high, &h) : status;
+}
+
+/* -- the end ----------------------------------------------------------------------------------------- */
+
+static bool make_room(adjoint *a)
+{
+    size_t n = (size_t)a->n, m = (size_t)a->m, p = (size_t)a->p;
+    a->size = 2 * a->p + a->count;
+    a->y = KMP_NEW(double, a->size);
+    a->atol = KMP_NEW(double, a->size);
+    a->state = KMP_NEW(double, 2 * p);
+    a->wq = KMP_NEW(double, n);
+    a->wqd = KMP_NEW(double, n);
+    a->wqdd = KMP_NEW(double, n);
+    a->wlambda = KMP_NEW(double, m);
+    a->w = KMP_NEW(double, n);
+    a->wu = KMP_NEW(double, p);
+    a->unit = KMP_NEW(double, a->v->system->events.count);
+    a->back = (kmp_changes_weight){KMP_NEW(double, p), KMP_NEW(double, p), KMP_NEW(double, p), KMP_NEW(double, m),
+                                   KMP_NEW(double, m), KMP_NEW(double, m), KMP_NEW(double, n)};
+    a->ode =
+        (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
+    return a->y && a->atol && a->state && a->wq && a->wqd && a->wqdd && a->wlambda && a->w && a->wu && a->unit &&
+           a->back.u && a->back.ud && a->back.udd && a->back.h && a->back.rate && a->back.curve && a->back.force;
+}
+
+static void free_all(adjoint *a)
+{
+    double *rooms[] = {a->from,     a->values,  a->y,         a->atol,       a->state,     a->wq,     a->wqd,
+                       a->wqdd,     a->wlambda, a->w,         a->wu,         a->unit,      a->back.u, a->back.ud,
+                       a->back.udd, a->back.h,  a->back.rate, a->back.curve, a->back.force};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    for (int k = 0; k < a->marks; k++) {
+        kmp_free(a->mark[k].u);
+        kmp_free(a->mark[k].q);
+        kmp_free(a->mark[k].y);
+        kmp_free(a->mark[k].mode);
+    }
+    kmp_free(a->mark);
+    if (a->solver)
+        a->kind->release(a->solver);
+}
+
+/* The weights at the end, in y; how large they are, for the tolerances. */
+static kempe_status set_end(adjoint *a, double rate_scale)
+{
+    kmp_varied *v = a->v;
+    int p = a->p;
+    double size = 0;
+    recall(a, a->steps - 1, a->ask->t_end, a->state);
+    if (kmp_varied_at(v, a->ask->t_end, a->state, a->state + p) != KMP_GO)
+        return fail(a, a->ask->t_end);
+    kmp_varied_anchor(v);
+    memset(a->wu, 0, (size_t)p * sizeof *a->wu);
+    go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
+    for (int i = 0; i < p; i++) {
+        double scale = v->system->scale[v->linear.part.u[i]];
+        size = fmax(size, fmax(fabs(a->y[i]) * scale, fabs(a->y[p + i]) * scale * rate_scale));
+    }
+    size = size > 0 ? size : 1;
+    if (a->integral) {
+        memset(a->y, 0, (size_t)a->size * sizeof *a->y);
+        size *= a->ask->t_end;
+    }
+    for (int i = 0; i < p; i++) {
+        double scale = v->system->scale[v->linear.part.u[i]];
+        a->atol[i] = a->ask->atol * size / scale;
+        a->atol[p + i] = a->ask->atol * size / (scale * rate_scale);
+    }
+    for (int k = 0; k < a->count; k++)
+        a->atol[2 * p + k] = a->ask->atol * size / a->sizes[k];
+    return KEMPE_OK;
+}
+
+static kempe_status run_back(adjoint *a, const double *start_q, const double *start_qd, int *start_u,
+                             kmp_adjoint_report *report)
+{
+    kempe_context *context = a->v->system->context;
+    double rate_scale = report->forward.rate_scale;
+    if (!make_room(a))
+        return kmp_fail_memory(context);
+    kempe_status status = set_end(a, rate_scale);
+    report->value = a->integral ? report->forward.integral : kmp_target_value(a->target, a->v);
+    a->kind = kmp_solver_find(a->ask->integrator);
+    if (status == KEMPE_OK)
+        a->solver = a->kind->create(&(kmp_solver_setup){
+            .context = context, .ode = &a->ode, .tolerance = {a->ask->rtol, a->atol}, .linear = "auto"});
+    if (status == KEMPE_OK && !a->solver)
+        return KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->t_end) : 0);
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(start_u, a->v->linear.part.u, (size_t)a->p * sizeof *start_u);
+    for (int k = 0; k < a->count; k++) {
+        a->gradient[k] = a->y[2 * a->p + k];
+        for (int i = 0; i < a->p; i++)
+            a->gradient[k] +=
+                a->y[i] * start_q[k * a->n + start_u[i]] + a->y[a->p + i] * start_qd[k * a->n + start_u[i]];
+    }
+    kmp_solver_work work = a->kind->work(a->solver);
+    report->steps = work.steps;
+    report->rhs = work.rhs;
+    report->kept = (size_t)a->steps * NODES * 2 * (size_t)a->p * sizeof(double);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const kmp_target *target, bool integral,
+                             const double *sizes, double *gradient, kmp_adjoint_report *report)
+{
+    adjoint a = {.v = varied,
+                 .target = target,
+                 .integral = integral,
+                 .sizes = sizes,
+                 .n = varied->n,
+                 .m = varied->m,
+                 .count = varied->count,
+                 .gradient = gradient};
+    size_t slopes = (size_t)varied->n * (size_t)varied->count;
+    double *start = KMP_NEW(double, 2 * slopes);
+    int *start_u = KMP_NEW(int, varied->n);
+    kmp_forward motion = *ask;
+    *report = (kmp_adjoint_report){0};
+    motion.time_count = 0;
+    motion.integrand = integral ? target : NULL;
+    motion.alone = true;
+    motion.start_q = start;
+    motion.start_qd = start ? start + slopes : NULL;
+    motion.watch = (kmp_varied_watch){.user = &a, .step = keep_step, .mark = keep_mark};
+    a.ask = &motion;
+    kempe_status status = start && start_u ? kmp_forward_run(varied, &motion, sizes, NULL, &report->forward)
+                                           : kmp_fail_memory(varied->system->context);
+    if (status == KEMPE_OK) {
+        status = run_back(&a, start, start + slopes, start_u, report);
+        if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
+            report->forward.reason = kmp_strdup(kempe_context_message(varied->system->context));
+    }
+    free_all(&a);
+    kmp_free(start);
+    kmp_free(start_u);
+    return status;
+}

@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/varied.h"
+#include "base/memory.h"
+#include "constraints/charts.h"
+#include <math.h>
+#include <string.h>
+
+/* Determinant of the axes of a spherical joint below which its angles say little. */
+#define NEARLY_SINGULAR 0.02
+
+static size_t part_size(const kmp_varied *v)
+{
+    return (size_t)(3 * v->m + v->n);
+}
+
+static bool make_room(kmp_varied *v)
+{
+    int n = v->n;
+    v->part = KMP_NEW(double, (size_t)v->count *part_size(v));
+    v->q = KMP_NEW(double, n);
+    v->anchor_q = KMP_NEW(double, n);
+    v->anchor_x = KMP_NEW(double, (size_t)n *(size_t)n);
+    v->anchor_drift = KMP_NEW(double, n);
+    v->udd = KMP_NEW(double, n);
+    v->residual = KMP_NEW(double, n);
+    v->shown = KMP_NEW(double, v->slopes->shown);
+    return v->part && v->q && v->anchor_q && v->anchor_x && v->anchor_drift && v->udd && v->residual && v->shown;
+}
+
+kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes)
+{
+    *varied = (kmp_varied){.system = system, .slopes = slopes, .n = system->n, .m = system->m, .count = slopes->count};
+    kempe_status status = kmp_linear_init(&varied->linear, system, backend);
+    if (status == KEMPE_OK && !make_room(varied))
+        status = kmp_fail_memory(system->context);
+    if (status != KEMPE_OK)
+        kmp_varied_free(varied);
+    return status;
+}
+
+void kmp_varied_free(kmp_varied *varied)
+{
+    if (varied->linear.system)
+        kmp_linear_free(&varied->linear);
+    double *rooms[] = {varied->part,         varied->q,   varied->anchor_q, varied->anchor_x,
+                       varied->anchor_drift, varied->udd, varied->residual, varied->shown};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    *varied = (kmp_varied){0};
+}
+
+/* -- the state --------------------------------------------------------------------------------------- */
+
+kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
+                               int wish_count)
+{
+    kmp_linear *l = &varied->linear;
+    kempe_status status = kmp_linear_choose(l, t, q, wish, wish_count);
+    if (status != KEMPE_OK)
+        return status;
+    if (!l->held)
+        kmp_plant_freeze(l->plant, t, q, qd);
+    l->held = true;
+    memcpy(varied->anchor_q, q, (size_t)varied->n * sizeof *q);
+    memset(varied->anchor_x, 0, (size_t)(varied->n * l->p) * sizeof *q);
+    memset(varied->anchor_drift, 0, (size_t)varied->n * sizeof *q);
+    varied->anchor_t = t;
+    return KEMPE_OK;
+}
+
+void kmp_varied_anchor(kmp_varied *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    memcpy(varied->anchor_q, l->q, (size_t)varied->n * sizeof *l->q);
+    memcpy(varied->anchor_x, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
+    memcpy(varied->anchor_drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
+    varied->anchor_t = l->t;
+}
+
+/* Along the tangent from the anchor. */
+static void predict(kmp_varied *v, double t, const double *u)
+{
+    const kmp_partition *part = &v->linear.part;
+    for (int i = 0; i < v->n; i++)
+        v->q[i] = v->anchor_q[i] + (t - v->anchor_t) * v->anchor_drift[i];
+    for (int k = 0; k < part->p; k++) {
+        double du = u[k] - v->anchor_q[part->u[k]];
+        for (int i = 0; i < v->n; i++)
+            v->q[i] += v->anchor_x[i + k * v->n] * du;
+    }
+    for (int k = 0; k < part->p; k++)
+        v->q[part->u[k]] = u[k];
+}
+
+kmp_instant kmp_varied_instant(const kmp_varied *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    const kmp_plant *plant = l->plant;
+    return (kmp_instant){l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+}
+
+int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud)
+{
+    kmp_linear *l = &varied->linear;
+    predict(varied, t, u);
+    if (kmp_linear_at_motion(l, t, varied->q, ud) != KEMPE_OK)
+        return KMP_RETRY;
+    for (int i = 0; i < varied->n; i++)
+        if (!isfinite(l->qdd[i]))
+            return KMP_RETRY;
+    if (l->plain || varied->count == 0)
+        return KMP_GO;
+    kmp_instant at = kmp_varied_instant(varied);
+    kmp_slopes_at(varied->slopes, &at);
+    return KMP_GO;
+}
+
+const char *kmp_varied_singular(const kmp_varied *varied)
+{
+    const kempe_system *s = varied->system;
+    for (int c = 0; c < kmp_charts_count(s); c++)
+        if (kmp_chart_regular(s, c, varied->linear.q) < NEARLY_SINGULAR)
+            return s->model->bodies[s->model->motions[s->chart_first[c]].body].joint;
+    return NULL;
+}
+
+/* -- parameters -------------------------------------------------------------------------------------- */
+
+void kmp_varied_parts(kmp_varied *varied)
+{
+    int m = varied->m;
+    for (int k = 0; k < varied->count; k++) {
+        double *x = varied->part + (size_t)k * part_size(varied);
+        kmp_slopes_of_parameter(varied->slopes, k, x, x + m, x + 2 * m, x + 3 * m);
+    }
+}
+
+kmp_change kmp_varied_change(const kmp_varied *varied, int k, const double *u, const double *ud, const double *udd)
+{
+    int m = varied->m;
+    const double *x = varied->part + (size_t)k * part_size(varied);
+    return (kmp_change){u, ud, udd, x, x + m, x + 2 * m, x + 3 * m};
+}
+
+void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd)
+{
+    kmp_change change = kmp_varied_change(varied, k, su, sud, NULL);
+    kmp_linear_follow(&varied->linear, &change, &(kmp_response){.residual = varied->residual});
+    kmp_linear_accelerate(&varied->linear, varied->residual, sudd);
+}
+
+void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
+                       double *qdd, double *lambda)
+{
+    kmp_varied_accelerate(varied, k, su, sud, varied->udd);
+    kmp_change change = kmp_varied_change(varied, k, su, sud, varied->udd);
+    kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
+}

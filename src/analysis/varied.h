@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A motion and what parameters do to it: evaluated at any (t, u, ud) with the loops closed, begun at the assembled
+ * start. Sensitivities are those of q and qd, s = dq/dp and sd = dqd/dp; their rows of u and ud say all of them, by
+ *
+ *     s = N s_u - (0; Jv^-1 h_p)      dud_u/dt = -Mr^-1 (Kr s_u + Gr s_ud + N' R_p)
+ *
+ * (analysis/linear.h, analysis/slopes.h), so that another choice of u is other rows of the same thing. */
+#ifndef KMP_ANALYSIS_VARIED_H
+#define KMP_ANALYSIS_VARIED_H
+
+#include "analysis/linear.h"
+#include "analysis/slopes.h"
+#include "integrators/ode.h"
+
+/** The change that each parameter makes of the equations: `count` times h, rate, curve (m) and force (n). */
+typedef struct kmp_varied {
+    const kempe_system *system;
+    kmp_linear linear;
+    kmp_slopes *slopes; /* not owned */
+    int n, m, count;
+    double *part;                               /* count x (3 m + n): since kmp_varied_parts */
+    double *q;                                  /* n: where closing begins */
+    double *anchor_q, *anchor_x, *anchor_drift; /* n, n x p, n: of the last kmp_varied_anchor */
+    double anchor_t;
+    double *udd, *residual; /* p; n: room */
+    double *shown;          /* of the slopes: room */
+} kmp_varied;
+
+/** The slopes are of the same system and have its outputs. KEMPE_E_MEMORY. */
+kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes);
+void kmp_varied_free(kmp_varied *varied);
+
+/** The start that kempe_assemble makes and, for each parameter, its derivative: q, qd (n), dq, dqd (n x count).
+ * KEMPE_E_FAILED: it cannot be assembled, or its derivative depends on more than the model says: what to hold. */
+kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double *dq, double *dqd);
+
+/** Chooses u at a closed (t, q), from where positions are predicted. */
+kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
+                               int wish_count);
+
+/** Takes the state (t, u, ud), with accelerations, multipliers and, unless linear.plain, all that small changes and
+ *  slopes need there. KMP_GO, or KMP_RETRY where loops do not close. No allocation, as in what follows. */
+int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud);
+
+/** Predictions of positions begin at the last state from now on. */
+void kmp_varied_anchor(kmp_varied *varied);
+
+/** Which state the outputs and slopes see: the last one. */
+kmp_instant kmp_varied_instant(const kmp_varied *varied);
+
+/** The changes of the equations by all parameters at the last state; that of one of them. */
+void kmp_varied_parts(kmp_varied *varied);
+kmp_change kmp_varied_change(const kmp_varied *varied, int k, const double *u, const double *ud, const double *udd);
+
+/** dudd (p) by parameter k where (u, ud) have moved by (su, sud) (p each). */
+void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd);
+
+/** What follows from that for the whole mechanism: n, n, n, m values. */
+void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
+                       double *qdd, double *lambda);
+
+/** Names the joint that has come too near to its singular position for derivatives; NULL: none. */
+const char *kmp_varied_singular(const kmp_varied *varied);
+
+#endif

@@ -1,0 +1,319 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The derivative of what assembly does (constraints/assemble.c) at its solution. Positions: held coordinates keep their
+ * start values, and so does, where these do not fix the position, what assembly leaves alone: it moves the dependent
+ * coordinates of its choice when the guess is all but closed. From a guess farther away the position depends on the way
+ * to it, and the derivative on what no model says. Rates: those given are kept, the others are corrected by the least
+ * norm,
+ *
+ *     d = S Jf' mu      Jf d = -(J qd_given + h_t)      S = scale^2 of the free coordinates,
+ *
+ * whose derivative is  dd = S (dJf' mu + Jf' dmu)  with  Jf dd  from the closures. */
+#include "analysis/varied.h"
+#include "base/memory.h"
+#include "constraints/assemble.h"
+#include "linalg/least.h"
+#include <math.h>
+#include <string.h>
+
+#define NEAR  1e-4 /* scaled |h| of a guess from which assembly moves dependent coordinates alone */
+#define LARGE (1 << 14)
+#define RANK  1e-9
+#define KEPT  1e-9 /* given rates that fit to this part of their size are kept */
+
+typedef struct beginning {
+    kmp_varied *v;
+    const kempe_assembly *a;
+    int n, m, held, *hold;
+    bool *free;                    /* n: rates that are corrected */
+    double *jacobian, *scaled;     /* m x n; the free columns over the row scales */
+    double *mu, *right, *x, *zero; /* m; m + n; n; n */
+    double *with, *without;        /* count x n: N' of J' mu by parameters; room */
+    double *pulled;                /* n */
+} beginning;
+
+static bool make_room(beginning *b)
+{
+    size_t n = (size_t)b->n, m = (size_t)b->m;
+    b->hold = KMP_NEW(int, n);
+    b->free = KMP_NEW(bool, n);
+    b->jacobian = KMP_NEW(double, m *n);
+    b->scaled = KMP_NEW(double, m *n);
+    b->mu = KMP_NEW(double, m);
+    b->right = KMP_NEW(double, m + n);
+    b->x = KMP_NEW(double, n);
+    b->zero = KMP_NEW(double, n + m);
+    b->with = KMP_NEW(double, (size_t)b->v->count *n);
+    b->without = KMP_NEW(double, 3 * m + n);
+    b->pulled = KMP_NEW(double, n);
+    return b->hold && b->free && b->jacobian && b->scaled && b->mu && b->right && b->x && b->zero && b->with &&
+           b->without && b->pulled;
+}
+
+static void free_room(beginning *b)
+{
+    void *rooms[] = {b->hold, b->free, b->jacobian, b->scaled,  b->mu,    b->right,
+                     b->x,    b->zero, b->with,     b->without, b->pulled};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+}
+
+/* -- positions --------------------------------------------------------------------------------------- */
+
+static bool is_nearly_closed(beginning *b)
+{
+    const kempe_system *s = b->v->system;
+    for (int i = 0; i < b->n; i++)
+        b->x[i] = s->model->start.q[i].value;
+    kmp_plant_closure(b->v->linear.plant, 0, b->x);
+    return kmp_plant_residual(b->v->linear.plant) <= NEAR;
+}
+
+static kempe_status choose_as_assembled(beginning *b)
+{
+    const kempe_system *s = b->v->system;
+    kmp_linear *l = &b->v->linear;
+    for (int i = 0; i < b->n; i++)
+        if (s->model->start.hold[i])
+            b->hold[b->held++] = i;
+    bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
+    if (kmp_linear_choose(l, 0, b->a->q, b->hold, b->held) != KEMPE_OK)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative by parameters: not all coordinates that it holds can be "
+                        "independent there; hold others, as many as the mechanism has freedoms (start: hold)");
+    if (l->p == b->held || b->m == 0 || near)
+        return KEMPE_OK;
+    kmp_text more = {0};
+    for (int k = 0; k < l->p; k++)
+        if (!s->model->start.hold[l->part.u[k]])
+            kmp_text_printf(&more, "%s%s", more.length ? ", " : "", s->model->motions[l->part.u[k]].name);
+    kempe_status status = kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "the start has no derivative by parameters: the mechanism has %d freedoms, its start holds %d, and where "
+        "assembly comes to from the open guess depends on the way; hold %s too (start: hold), or write down a closed "
+        "start",
+        l->p, b->held, more.s ? more.s : "");
+    kmp_text_free(&more);
+    return status;
+}
+
+static void move_positions(beginning *b, double *dq)
+{
+    kmp_varied *v = b->v;
+    const kmp_linear *l = &v->linear;
+    for (int k = 0; k < v->count; k++) {
+        double *to = dq + k * b->n;
+        kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
+        for (int i = 0; i < l->p; i++)
+            v->udd[i] = b->x[l->part.u[i]];
+        kmp_change change = kmp_varied_change(v, k, v->udd, NULL, NULL);
+        kmp_linear_follow(&v->linear, &change, &(kmp_response){.q = to});
+    }
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+static double row_scale(const beginning *b, int r)
+{
+    return b->v->system->row_scale[r];
+}
+
+/* J over the row scales times the scales of the free columns, others zero. */
+static void scale_jacobian(beginning *b)
+{
+    for (int i = 0; i < b->n; i++)
+        for (int r = 0; r < b->m; r++)
+            b->scaled[r + i * b->m] =
+                b->free[i] ? b->jacobian[r + i * b->m] * b->v->system->scale[i] / row_scale(b, r) : 0;
+}
+
+/* What the given rates miss, once corrected, over the size of the rates; x is then the correction, scaled. */
+static bool correct(beginning *b, double *missed)
+{
+    const kmp_start *start = &b->v->system->model->start;
+    const double *scale = b->v->system->scale, *h_t = b->v->linear.plant->h_t;
+    double size = 0;
+    scale_jacobian(b);
+    for (int r = 0; r < b->m; r++) {
+        double sum = h_t ? h_t[r] : 0;
+        for (int i = 0; i < b->n; i++)
+            sum += b->jacobian[r + i * b->m] * start->qd[i].value;
+        b->right[r] = -sum / row_scale(b, r);
+    }
+    if (kmp_least_squares(b->m, b->n, b->scaled, b->right, RANK, b->x) < 0)
+        return false;
+    for (int r = 0; r < b->m; r++)
+        for (int i = 0; i < b->n; i++)
+            b->right[r] -= b->scaled[r + i * b->m] * b->x[i];
+    *missed = 0;
+    for (int i = 0; i < b->n; i++)
+        size = fmax(size, fabs(start->qd[i].value) / scale[i]);
+    for (int r = 0; r < b->m; r++)
+        *missed = fmax(*missed, fabs(b->right[r]));
+    *missed = *missed > KEPT * size ? *missed : 0;
+    return true;
+}
+
+/* mu / row scales of the correction x = scale Jf' mu, of least norm. */
+static bool find_mu(beginning *b)
+{
+    double *transposed = KMP_NEW(double, (size_t)b->m *(size_t)b->n);
+    for (int i = 0; transposed && i < b->n; i++)
+        for (int r = 0; r < b->m; r++)
+            transposed[i + r * b->n] = b->scaled[r + i * b->m];
+    bool ok = transposed && kmp_least_squares(b->n, b->m, transposed, b->x, RANK, b->mu) >= 0;
+    for (int r = 0; ok && r < b->m; r++)
+        b->mu[r] /= row_scale(b, r);
+    kmp_free(transposed);
+    return ok;
+}
+
+/* Rates that are kept, and mu of those that are corrected. false: no memory. */
+static bool find_correction(beginning *b)
+{
+    const kmp_start *start = &b->v->system->model->start;
+    double missed;
+    kmp_plant_dense_jacobian(b->v->linear.plant, b->jacobian);
+    for (int i = 0; i < b->n; i++)
+        b->free[i] = !start->qd_given[i];
+    if (!correct(b, &missed))
+        return false;
+    if (missed > 0) {
+        for (int i = 0; i < b->n; i++)
+            b->free[i] = true;
+        if (!correct(b, &missed))
+            return false;
+    }
+    return find_mu(b);
+}
+
+/* M qdd + C - J' lambda and its derivatives see lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are what mu makes of
+ * them. First the slopes with mu, into b->with. */
+static void look_with_mu(beginning *b, const double *lambda)
+{
+    kmp_varied *v = b->v;
+    const kmp_linear *l = &v->linear;
+    kmp_instant at = kmp_varied_instant(v);
+    at.qdd = b->zero;
+    at.lambda = lambda;
+    at.qd = l->qd;
+    kmp_slopes_at(v->slopes, &at);
+    v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
+}
+
+/* (J' mu)_q dq + (J' mu)_p of all parameters into b->with. */
+static void pull_all(beginning *b, const double *dq)
+{
+    kmp_varied *v = b->v;
+    int n = b->n, m = b->m;
+    memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
+    for (int side = 0; side < 2; side++) {
+        look_with_mu(b, side == 0 ? b->mu : b->zero);
+        for (int k = 0; k < v->count; k++) {
+            double *force = b->without + 3 * m;
+            kmp_slopes_of_parameter(v->slopes, k, b->without, b->without + m, b->without + 2 * m, force);
+            kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
+            for (int i = 0; i < n; i++)
+                b->with[k * n + i] += side == 0 ? -force[i] : force[i];
+        }
+    }
+}
+
+/* dqd of one parameter: given rates as they move, c = S dJf' mu, and the least correction to the closures. */
+static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
+{
+    kmp_varied *v = b->v;
+    int n = b->n, m = b->m;
+    const double *scale = v->system->scale;
+    double *rows = b->without;
+    kmp_slopes_of_start(v->slopes, k, b->x, dqd);
+    for (int i = 0; i < n; i++)
+        dqd[i] += b->free[i] ? scale[i] * scale[i] * b->with[k * n + i] : 0;
+    kmp_slopes_of_parameter(v->slopes, k, rows + m, rows, rows + 2 * m, rows + 3 * m); /* rows: of the rate */
+    kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
+    for (int r = 0; r < m; r++) {
+        for (int i = 0; i < n; i++)
+            rows[r] += b->jacobian[r + i * m] * dqd[i];
+        rows[r] /= -row_scale(b, r);
+    }
+    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, RANK, b->x) < 0)
+        return false;
+    for (int i = 0; m > 0 && i < n; i++)
+        dqd[i] += scale[i] * b->x[i];
+    return true;
+}
+
+/* After this the slopes and tangents are those at the start, with its own rates. */
+static bool move_rates(beginning *b, const double *dq, double *dqd)
+{
+    bool ok = b->m == 0 || find_correction(b);
+    if (ok)
+        pull_all(b, dq);
+    for (int k = 0; ok && k < b->v->count; k++)
+        ok = move_rate(b, k, dq + k * b->n, dqd + k * b->n);
+    return ok;
+}
+
+/* -- together ---------------------------------------------------------------------------------------- */
+
+static kempe_status check(const kempe_system *s, const kempe_assembly *a)
+{
+    if (s->model->start.goal_count > 0)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative by parameters: it is the place nearest to goals (start: goals); "
+                        "write the coordinates that they lead to as start values, and hold them");
+    if (a->inner_q)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative by parameters: a spherical joint stands near its singular "
+                        "position there; give it other axes");
+    return KEMPE_OK;
+}
+
+/* The linear state stands at the start, tangents and slopes with its rates. */
+static kempe_status stand(beginning *b)
+{
+    kmp_varied *v = b->v;
+    kmp_linear *l = &v->linear;
+    for (int k = 0; k < l->p; k++)
+        v->residual[k] = b->a->qd[l->part.u[k]];
+    if (kmp_linear_at_motion(l, 0, b->a->q, v->residual) != KEMPE_OK)
+        return kmp_fail(v->system->context, KEMPE_E_FAILED,
+                        "the start has no derivative by parameters: its closures are singular, or a coordinate moves "
+                        "no mass");
+    kmp_instant at = kmp_varied_instant(v);
+    kmp_slopes_at(v->slopes, &at);
+    kmp_varied_parts(v);
+    return KEMPE_OK;
+}
+
+static kempe_status differentiate(beginning *b, double *dq, double *dqd)
+{
+    if (!make_room(b))
+        return kmp_fail_memory(b->v->system->context);
+    kempe_status status = choose_as_assembled(b);
+    if (status == KEMPE_OK)
+        status = stand(b);
+    if (status != KEMPE_OK)
+        return status;
+    move_positions(b, dq);
+    return move_rates(b, dq, dqd) ? KEMPE_OK : kmp_fail_memory(b->v->system->context);
+}
+
+kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double *dq, double *dqd)
+{
+    kempe_assembly *a = NULL;
+    beginning b = {.v = varied, .n = varied->n, .m = varied->m};
+    kempe_status status = kempe_assemble(varied->system, &a);
+    if (status == KEMPE_OK && varied->count > 0)
+        status = check(varied->system, a);
+    b.a = a;
+    varied->linear.held = false;
+    if (status == KEMPE_OK && varied->count > 0)
+        status = differentiate(&b, dq, dqd);
+    if (status == KEMPE_OK) {
+        memcpy(q, a->q, (size_t)varied->n * sizeof *q);
+        memcpy(qd, a->qd, (size_t)varied->n * sizeof *qd);
+    }
+    free_room(&b);
+    kempe_assembly_free(a);
+    return status;
+}

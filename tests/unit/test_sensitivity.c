@@ -1,0 +1,408 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Trajectories' derivatives by parameters: the period of a pendulum against elliptic integrals; runs with moved
+ * parameters, along another road, two-sided with a sweep of steps and extrapolated; one method against the other;
+ * conditions that change on the way; what has no derivative. */
+#include "check.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+enum { MOST = 16, STEPS = 6 };
+
+static kempe_model *read_model(kempe_context *context, const char *text, const kempe_setting *set, int count)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text_set(context, text, "model.yaml", set, count, &model);
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(status == KEMPE_OK);
+    return model;
+}
+
+/* -- a pendulum -------------------------------------------------------------------------------------- */
+
+/* Complete elliptic integrals of modulus k, by the arithmetic-geometric mean. */
+static void elliptic(double k, double *first, double *second)
+{
+    double a = 1, b = sqrt(1 - k * k), c = k, sum = c * c / 2, power = 1;
+    for (int i = 0; i < 40 && fabs(c) > 1e-17; i++) {
+        c = (a - b) / 2;
+        double mean = (a + b) / 2;
+        b = sqrt(a * b);
+        a = mean;
+        sum += power * c * c;
+        power *= 2;
+    }
+    *first = acos(-1) / (2 * a);
+    *second = *first * (1 - sum);
+}
+
+/* A quarter of the period T = 4 sqrt(l/g) K(sin(A/2)) ends where q = 0: dt/dp = -(dq/dp)/qd there. */
+static void period_of_a_pendulum(void)
+{
+    static const char text[] = "kempe: 1\nname: pendulum\ngravity: [0, -g, 0]\nparameters: {g: 9.81, l: 0.7, A: 2}\n"
+                               "bodies: {a: {joint: {revolute: z, at: ground}, mass: 1.3, com: [0, -l, 0]}}\n"
+                               "start: {q: {a: A}}\n";
+    const double g = 9.81, l = 0.7, amplitude = 2, k = sin(amplitude / 2);
+    double K, E;
+    elliptic(k, &K, &E);
+    const double quarter = sqrt(l / g) * K, by_k = (E / (1 - k * k) - K) / k;
+    const double exact[] = {-quarter / (2 * g), quarter / (2 * l), sqrt(l / g) * by_k * cos(amplitude / 2) / 2};
+    kempe_context *c = kempe_context_new();
+    kempe_model *model = read_model(c, text, NULL, 0);
+    for (int method = 0; method < 2; method++) {
+        kempe_sensitivity_ask ask = {
+            .outputs = "q(a),qd(a)", .method = method ? "adjoint" : "forward", .run = kempe_run_default()};
+        kempe_sensitivity *s = NULL;
+        ask.run.rtol = 1e-12;
+        ask.run.t_end = quarter;
+        CHECK(kempe_sensitivity_new(model, &ask, &s) == KEMPE_OK);
+        int last = kempe_sensitivity_row_count(s) - 1;
+        CHECK(fabs(kempe_sensitivity_value(s, last, 0)) < 1e-10);
+        for (int p = 0; p < 3; p++) {
+            double slope = -kempe_sensitivity_slope(s, last, 0, p) / kempe_sensitivity_value(s, last, 1);
+            CHECK(fabs(slope / exact[p] - 1) < 1e-9);
+        }
+        kempe_sensitivity_free(s);
+    }
+    kempe_model_free(model);
+    kempe_context_free(c);
+}
+
+/* -- against runs ------------------------------------------------------------------------------------ */
+
+typedef struct trial {
+    const char *text, *parameters, *outputs, *integrator, *road;
+    double t_end, within, first_step;
+} trial;
+
+/* q and qd at the end, of a run with parameter `name` at `value`. */
+static bool ends_at(const trial *x, const char *name, double value, double *end)
+{
+    char number[40];
+    (void)snprintf(number, sizeof number, "%.17g", value);
+    const kempe_setting set = {name, number};
+    kempe_context *c = kempe_context_new();
+    kempe_model *model = read_model(c, x->text, &set, 1);
+    kempe_system *system = NULL;
+    kempe_trajectory *t = NULL;
+    kempe_run run = kempe_run_default();
+    run.rtol = 1e-13;
+    run.t_end = x->t_end;
+    run.every = x->t_end;
+    run.road = x->road;
+    run.integrator = x->integrator;
+    run.once = 1;
+    bool ok = kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK;
+    if (!ok)
+        printf("%s\n", kempe_context_message(c));
+    int n = kempe_model_coordinate_count(model);
+    for (int i = 0; ok && i < n; i++) {
+        end[i] = kempe_trajectory_q(t, kempe_trajectory_row_count(t) - 1)[i];
+        end[n + i] = kempe_trajectory_qd(t, kempe_trajectory_row_count(t) - 1)[i];
+    }
+    kempe_trajectory_free(t);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(c);
+    return ok;
+}
+
+/* Two-sided differences of steps halved, extrapolated once: the best of them by each column. */
+static void check_parameter(const trial *x, const kempe_sensitivity *s, int p, double value)
+{
+    const char *name = kempe_sensitivity_parameter(s, p);
+    int columns = kempe_sensitivity_column_count(s), last = kempe_sensitivity_row_count(s) - 1;
+    double best[4 * MOST], before[4 * MOST], size[2] = {1e-9, 1e-9}, plus[4 * MOST], minus[4 * MOST];
+    CHECK(columns <= 4 * MOST);
+    for (int c = 0; c < columns; c++) {
+        best[c] = INFINITY;
+        size[2 * c / columns] = fmax(size[2 * c / columns], fabs(kempe_sensitivity_slope(s, last, c, p)));
+    }
+    double step = x->first_step * fmax(fabs(value), 1e-3);
+    for (int k = 0; k < STEPS; k++, step /= 2) {
+        if (!ends_at(x, name, value + step, plus) || !ends_at(x, name, value - step, minus))
+            break;
+        for (int c = 0; c < columns; c++) {
+            double now = (plus[c] - minus[c]) / (2 * step), slope = kempe_sensitivity_slope(s, last, c, p);
+            if (k > 0)
+                best[c] = fmin(best[c], fabs((4 * now - before[c]) / 3 - slope));
+            before[c] = now;
+        }
+    }
+    for (int c = 0; c < columns; c++) {
+        if (!(best[c] <= x->within * size[2 * c / columns]))
+            printf("  %s by %s: %.10g, off by %.2g\n", kempe_sensitivity_column(s, c), name,
+                   kempe_sensitivity_slope(s, last, c, p), best[c]);
+        CHECK(best[c] <= x->within * size[2 * c / columns]);
+    }
+}
+
+/* Of the last rows, beside the largest of a parameter. */
+static void check_same(const kempe_sensitivity *a, const kempe_sensitivity *b, double within)
+{
+    int last = kempe_sensitivity_row_count(a) - 1, end = kempe_sensitivity_row_count(b) - 1;
+    for (int p = 0; p < kempe_sensitivity_parameter_count(a); p++) {
+        for (int c = 0; c < kempe_sensitivity_column_count(a); c++) {
+            double x = kempe_sensitivity_slope(a, last, c, p), y = kempe_sensitivity_slope(b, end, c, p);
+            if (!(fabs(x - y) <= within * (1 + fabs(x))))
+                printf("  %s by %s: %.12g and %.12g\n", kempe_sensitivity_column(a, c),
+                       kempe_sensitivity_parameter(a, p), x, y);
+            CHECK(fabs(x - y) <= within * (1 + fabs(x)));
+        }
+    }
+}
+
+static kempe_sensitivity *find(kempe_context *context, kempe_model *model, const trial *x, const char *method,
+                               int integral)
+{
+    kempe_sensitivity *s = NULL;
+    kempe_sensitivity_ask ask = {.parameters = x->parameters,
+                                 .outputs = x->outputs,
+                                 .method = method,
+                                 .integral = integral,
+                                 .run = kempe_run_default()};
+    ask.run.rtol = 1e-12;
+    ask.run.t_end = x->t_end;
+    ask.run.every = x->t_end;
+    ask.run.integrator = x->integrator;
+    kempe_status status = kempe_sensitivity_new(model, &ask, &s);
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(status == KEMPE_OK);
+    return s;
+}
+
+/* Forward at the end against differences; adjoint against that; integrals of one against those of the other. */
+static void check_trial(const trial *x)
+{
+    kempe_context *c = kempe_context_new();
+    kempe_model *model = read_model(c, x->text, NULL, 0);
+    trial every = *x;
+    every.outputs = "q,qd";
+    kempe_sensitivity *all = find(c, model, &every, NULL, 0), *forward = find(c, model, x, "forward", 0);
+    kempe_sensitivity *adjoint = find(c, model, x, "adjoint", 0);
+    if (all && forward && adjoint) {
+        CHECK_TEXT(kempe_sensitivity_method(adjoint), "adjoint");
+        check_same(forward, adjoint, 1e-8);
+        for (int p = 0; p < kempe_sensitivity_parameter_count(all); p++)
+            check_parameter(x, all, p, kempe_sensitivity_parameter_value(all, p));
+    }
+    kempe_sensitivity_free(forward);
+    kempe_sensitivity_free(adjoint);
+    forward = find(c, model, x, "forward", 1);
+    adjoint = find(c, model, x, "adjoint", 1);
+    if (forward && adjoint)
+        check_same(forward, adjoint, 1e-8);
+    kempe_sensitivity_free(all);
+    kempe_sensitivity_free(forward);
+    kempe_sensitivity_free(adjoint);
+    kempe_model_free(model);
+    kempe_context_free(c);
+}
+
+/* -- mechanisms -------------------------------------------------------------------------------------- */
+
+/* An example's text with others in the places of some words: pairs, NULL ends them. To be freed. */
+static char *example(const char *name, const char *const *words)
+{
+    char path[1024];
+    (void)snprintf(path, sizeof path, "%s/examples/%s/%s.yaml", KEMPE_ROOT, name, name);
+    FILE *file = fopen(path, "rb");
+    enum { ROOM = 1 << 15 };
+    char *text = calloc(ROOM, 1), *other = calloc(ROOM, 1);
+    CHECK(file && text && other);
+    if (file && text)
+        CHECK(fread(text, 1, ROOM / 2, file) > 0);
+    for (; file && text && other && *words; words += 2) {
+        char *at = strstr(text, words[0]);
+        CHECK(at != NULL);
+        if (!at)
+            continue;
+        (void)snprintf(other, ROOM, "%.*s%s%s", (int)(at - text), text, words[1], at + strlen(words[0]));
+        memcpy(text, other, ROOM);
+    }
+    if (file)
+        (void)fclose(file);
+    free(other);
+    return text;
+}
+
+/* u is exchanged five times; the differences are of runs that have no u. */
+static void a_four_bar_that_turns(void)
+{
+    char *text = example("four_bar", (const char *const[]){NULL});
+    check_trial(&(trial){.text = text,
+                         .parameters = "crank,base,rocker_mass",
+                         .outputs = "position(coupler.C).x,lambda",
+                         .road = "projected",
+                         .t_end = 0.6,
+                         .within = 1e-8,
+                         .first_step = 1e-3});
+    free(text);
+}
+
+static void a_slider_crank_through_its_dead_centres(void)
+{
+    char *text = example("slider_crank", (const char *const[]){NULL});
+    check_trial(&(trial){.text = text,
+                         .parameters = "r,l,slider_mass",
+                         .outputs = "q(slider),energy.total",
+                         .road = "projected",
+                         .t_end = 1.5,
+                         .within = 1e-8,
+                         .first_step = 1e-4});
+    free(text);
+}
+
+static void andrews(void)
+{
+    static const char *const words[] = {"gravity: [0, 0, 0]",
+                                        "gravity: [0, 0, 0]\nparameters: {k: 4530, r: 0.007, m: 0.04325}",
+                                        "stiffness: 4530",
+                                        "stiffness: k",
+                                        "F: [0.007",
+                                        "F: [r",
+                                        "mass: 0.04325",
+                                        "mass: m",
+                                        NULL};
+    char *text = example("andrews", words);
+    check_trial(&(trial){.text = text,
+                         .parameters = "k,r,m",
+                         .outputs = "q(Phi),reaction(E4)",
+                         .t_end = 0.02,
+                         .within = 1e-7,
+                         .first_step = 1e-4});
+    free(text);
+}
+
+/* Stiff; springs in place of loops, so that rates decay fast and radau9 is wanted. */
+static void a_governor_along_radau(void)
+{
+    char *text = example("governor", (const char *const[]){NULL});
+    check_trial(&(trial){.text = text,
+                         .parameters = "b,m",
+                         .outputs = "q(slider),qd(shaft)",
+                         .integrator = "radau9",
+                         .t_end = 0.3,
+                         .within = 1e-7,
+                         .first_step = 3e-3});
+    free(text);
+}
+
+/* Two freedoms, of which one rate is given: the other rates are the least that fit, and so are their derivatives. The
+ * position follows from two coordinates held. A spherical joint, and a rod that moves. */
+static const char five_bar[] =
+    "kempe: 1\nname: five\ngravity: [0, -9.81, 0]\n"
+    "parameters: {l1: 0.5, l2: 0.7, b: 0.6, m: 1.2, w: 1, a0: 2.0, f: 0.05}\n"
+    "ground: {points: {O: [0, 0, 0], D: [b, 0, 0]}}\nbodies:\n"
+    "  a: {joint: {revolute: z, at: ground.O}, mass: m, com: [l1/2, 0, 0], inertia: {zz: 0.01}, "
+    "points: {E: [l1, 0, 0]}}\n"
+    "  b: {joint: {revolute: z, at: a.E}, mass: m, com: [l2/2, 0, 0], inertia: {zz: 0.01}, points: {E: [l2, 0, 0]}}\n"
+    "  c: {joint: {revolute: z, at: ground.D}, mass: m, com: [l1/2, 0, 0], inertia: {zz: 0.01}, "
+    "points: {E: [l1, 0, 0]}}\n"
+    "  d: {joint: {revolute: z, at: c.E}, mass: m, com: [l2/2, 0, 0], inertia: {zz: 0.01}, points: {E: [l2, 0, 0]}}\n"
+    "loops: {L: {ball: [b.E, d.E]}}\n"
+    "forces: {f: {joint: c, torque: -f*qd(c)}}\n"
+    "start: {q: {a: a0, b: -1.2, c: 1.0, d: 1}, qd: {a: w}%s}\n";
+
+static void rates_of_least_norm(void)
+{
+    char text[4096];
+    (void)snprintf(text, sizeof text, five_bar, ", hold: [a, c]");
+    check_trial(&(trial){.text = text,
+                         .parameters = "l2,b,w,a0,f",
+                         .outputs = "qdd(c),position(b.E)",
+                         .t_end = 0.35,
+                         .within = 1e-7,
+                         .first_step = 1e-4});
+}
+
+/* A closed guess with nothing held: assembly moves the dependent coordinates of its own choice. Loops that move. */
+static void a_closed_guess_and_a_drive(void)
+{
+    char *text = example("four_bar", (const char *const[]){", hold: [crank]", "", NULL});
+    check_trial(&(trial){
+        .text = text, .parameters = "base", .outputs = "q(rocker)", .t_end = 0.2, .within = 1e-7, .first_step = 1e-5});
+    free(text);
+    text = example("driven_slider_crank", (const char *const[]){NULL});
+    check_trial(&(trial){.text = text,
+                         .parameters = "r,speed",
+                         .outputs = "qd(slider),lambda",
+                         .t_end = 0.7,
+                         .within = 1e-9,
+                         .first_step = 1e-3});
+    free(text);
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+/* Two links that run into a stop, whose force jumps, again and again. */
+static const char stop[] =
+    "kempe: 1\nname: stop\ngravity: [0, -9.81, 0]\nparameters: {l: 0.5, m: 1.2, k: 300, d: 2, hi: 0.8, f: 3}\nbodies:\n"
+    "  a: {joint: {revolute: z, at: ground}, mass: m, com: [0, -l, 0], inertia: {zz: 0.01}, points: {E: [0, -2*l, "
+    "0]}}\n"
+    "  b: {joint: {revolute: z, at: a.E}, mass: m, com: [0, -l, 0], inertia: {zz: 0.01}}\n"
+    "forces: {s: {joint: a, torque: \"if(q(a) > hi, -k*(q(a) - hi) - d*qd(a) - f, 0)\"}}\n"
+    "start: {q: {a: -1, b: 0.4}, qd: {a: 0.5}}\n";
+
+static void conditions_that_change(void)
+{
+    check_trial(&(trial){.text = stop,
+                         .parameters = "l,k,hi,f",
+                         .outputs = "q(b),qdd(a),force(s)",
+                         .t_end = 1.2,
+                         .within = 1e-7,
+                         .first_step = 1e-4});
+}
+
+/* -- what cannot be had ------------------------------------------------------------------------------ */
+
+static void expect(const char *text, const kempe_sensitivity_ask *asked, kempe_status status, const char *sentence)
+{
+    kempe_context *c = kempe_context_new();
+    kempe_model *model = read_model(c, text, NULL, 0);
+    kempe_sensitivity *s = NULL;
+    kempe_sensitivity_ask ask = *asked;
+    ask.run.t_end = 0.1;
+    CHECK(kempe_sensitivity_new(model, &ask, &s) == status && !s);
+    if (!strstr(kempe_context_message(c), sentence))
+        CHECK_TEXT(kempe_context_message(c), sentence);
+    kempe_model_free(model);
+    kempe_context_free(c);
+}
+
+static void refusals(void)
+{
+    static const char bare[] = "kempe: 1\nname: bare\nparameters: {half: 0.5, twice: 2*half, ax: 1}\nbodies:\n"
+                               "  a: {joint: {revolute: [0, 0, ax], at: ground}, mass: 1, com: [twice, 0, 0]}\n";
+    char text[4096];
+    expect(stop, &(kempe_sensitivity_ask){.of = "colour"}, KEMPE_E_ARGUMENT,
+           "sensitivities of 'colour' are unknown; there are: trajectory");
+    expect(stop, &(kempe_sensitivity_ask){.method = "backward"}, KEMPE_E_ARGUMENT, "there are: forward, adjoint");
+    expect(stop, &(kempe_sensitivity_ask){.parameters = "l,kk"}, KEMPE_E_ARGUMENT,
+           "the model has no parameter 'kk'; did you mean 'k'?");
+    expect(stop, &(kempe_sensitivity_ask){.parameters = " , "}, KEMPE_E_ARGUMENT, "there is no parameter");
+    expect(stop, &(kempe_sensitivity_ask){.outputs = "q(z)"}, KEMPE_E_ARGUMENT, "z");
+    expect(stop, &(kempe_sensitivity_ask){.run = {.integrator = "ida"}}, KEMPE_E_ARGUMENT,
+           "integrator 'ida' carries no sensitivities; there are: dop853, dopri5, radau5, radau9");
+    expect(bare, &(kempe_sensitivity_ask){.parameters = "ax"}, KEMPE_E_ARGUMENT, "parameter 'ax' cannot vary");
+    (void)snprintf(text, sizeof text, five_bar, "");
+    expect(text, &(kempe_sensitivity_ask){0}, KEMPE_E_FAILED, "2 freedoms, its start holds 0");
+    (void)snprintf(text, sizeof text, five_bar, ", hold: [a], goals: {c: 1.1}");
+    expect(text, &(kempe_sensitivity_ask){0}, KEMPE_E_FAILED, "it is the place nearest to goals");
+}
+
+int main(void)
+{
+    TEST(period_of_a_pendulum);
+    TEST(a_four_bar_that_turns);
+    TEST(a_slider_crank_through_its_dead_centres);
+    TEST(andrews);
+    TEST(a_governor_along_radau);
+    TEST(rates_of_least_norm);
+    TEST(a_closed_guess_and_a_drive);
+    TEST(conditions_that_change);
+    TEST(refusals);
+    return check_report();
+}
