@@ -105,6 +105,11 @@ CALLS = [
     ("response model.yaml", 3),
     ("response model.yaml --inputs r", 3),
     ("response model.yaml --inputs effort(A) --at start", 1),
+    ("sensitivity model.yaml --parameters ll", 3),
+    ("sensitivity model.yaml --of colour", 3),
+    ("sensitivity model.yaml --method backward", 3),
+    ("sensitivity model.yaml --integrator ida", 3),
+    (f"sensitivity {ROOT}/examples/andrews/andrews.yaml", 3),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]

@@ -28,7 +28,7 @@ typedef struct kempe_sensitivity_ask {
                              * number of parameters; NULL: forward, and of integrals whichever does less */
     int integral;           /* the outputs integrated from 0 to t_end instead */
     const char *at;         /* start | equilibrium: the state, where it is no trajectory */
-    kempe_run run;          /* tolerances, t_end, every, u, back end and integrator: dop853, dopri5, radau5, radau9 */
+    kempe_run run;          /* tolerances, t_end, every, u, back end; integrator: dop853, dopri5, radau5, radau9, erk */
 } kempe_sensitivity_ask;
 
 typedef struct kempe_sensitivity kempe_sensitivity;

@@ -76,7 +76,10 @@ static kempe_status choose_as_assembled(beginning *b)
         if (s->model->start.hold[i])
             b->hold[b->held++] = i;
     bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
-    if (kmp_linear_choose(l, 0, b->a->q, b->hold, b->held) != KEMPE_OK)
+    kempe_status status = kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    if (status != KEMPE_OK)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative by parameters: not all coordinates that it holds can be "
                         "independent there; hold others, as many as the mechanism has freedoms (start: hold)");
@@ -86,7 +89,7 @@ static kempe_status choose_as_assembled(beginning *b)
     for (int k = 0; k < l->p; k++)
         if (!s->model->start.hold[l->part.u[k]])
             kmp_text_printf(&more, "%s%s", more.length ? ", " : "", s->model->motions[l->part.u[k]].name);
-    kempe_status status = kmp_fail(
+    status = kmp_fail(
         s->context, KEMPE_E_FAILED,
         "the start has no derivative by parameters: the mechanism has %d freedoms, its start holds %d, and where "
         "assembly comes to from the open guess depends on the way; hold %s too (start: hold), or write down a closed "

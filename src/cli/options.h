@@ -40,7 +40,6 @@ typedef struct cli_settings {
     kempe_generation generation;
     kempe_inverse_ask inverse; /* beside what is in `run` */
     kempe_sensitivity_ask sensitivity;
-    const char *outputs, *at;
     bool integral;
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;

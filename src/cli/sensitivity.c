@@ -11,8 +11,6 @@ static kempe_status sensitivity(const cli_job *j)
     const cli_settings *settings = j->settings;
     kempe_sensitivity_ask ask = settings->sensitivity;
     kempe_sensitivity *s = NULL;
-    ask.outputs = settings->outputs;
-    ask.at = settings->at;
     ask.integral = settings->integral;
     ask.run = settings->run;
     kempe_status status = kempe_sensitivity_new(j->model, &ask, &s);

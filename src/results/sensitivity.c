@@ -152,10 +152,10 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
         return kmp_fail_memory(model->context);
     *s = (kempe_sensitivity){.model = model, .context = model->context, .ask = ask, .method = "", .integrator = ""};
     status = prepare(s);
-    s->build_s = seconds_since(begin);
+    double derived = s->build_s = seconds_since(begin);
     begin = clock();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
-    s->cpu_s = seconds_since(begin);
+    s->cpu_s = seconds_since(begin) - (s->build_s - derived);
     s->ask = NULL;
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
     if (s->status != KEMPE_OK && !partly) {

@@ -33,7 +33,7 @@ struct kempe_sensitivity {
     kempe_work work;
     double backwards; /* steps */
     double kept;      /* bytes */
-    double build_s, cpu_s;
+    double build_s, cpu_s; /* a kind adds to the first what it takes to derive more */
 };
 
 struct kmp_sensitivity_kind {

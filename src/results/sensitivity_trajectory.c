@@ -7,6 +7,7 @@
 #include "results/times.h"
 #include "results/trajectory.h"
 #include <string.h>
+#include <time.h>
 
 /* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
 enum { WORTH_ADJOINT = 4 };
@@ -247,7 +248,9 @@ static kempe_status find_scalars(work *w, bool adjoint)
 static kempe_status find(kempe_sensitivity *s)
 {
     work w = {.s = s};
+    clock_t begin = clock();
     kempe_status status = prepare(&w);
+    s->build_s += (double)(clock() - begin) / CLOCKS_PER_SEC;
     const char *method = s->ask->method;
     bool adjoint = method ? strcmp(method, "adjoint") == 0 : s->ask->integral && s->count >= WORTH_ADJOINT;
     if (status == KEMPE_OK)

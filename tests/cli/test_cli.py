@@ -29,6 +29,7 @@ REFERENCE = ROOT / "examples/andrews/reference.csv"
 COMMANDS = "check assemble simulate compare generate show ensemble inverse".split()
 COMMANDS = "check assemble simulate compare generate show ensemble equilibrium".split()
 COMMANDS = "check assemble simulate compare generate show ensemble linearize response".split()
+COMMANDS = "check assemble simulate compare generate show ensemble sensitivity".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -128,7 +129,8 @@ class Settings(Case):
     def test_values(self):
         self.assertEqual(self.parameters("--set", "l=600 mm", "--set=r=l/2")["r"], 0.3)
         self.assertEqual(self.parameters()["l"], 0.5)
-        for command in [*COMMANDS[:4], "generate --count", "show --stats", "ensemble --sample r=1:2"]:
+        for command in [*COMMANDS[:4], "generate --count", "show --stats", "ensemble --sample r=1:2",
+                        "sensitivity"]:
             self.assertIn("no parameter 'll'", self.expect(2, *command.split(), SLIDER_CRANK, "--set", "ll=2").stderr)
 
     def test_mistakes(self):
@@ -173,6 +175,47 @@ class Equilibria(Case):
         self.assertIn("from 100 random starts", self.expect(1, "equilibrium", path, "--all").stderr)
         self.expect(3, "equilibrium", path, "--rates", "T=1")
         self.expect(3, "equilibrium", path, "--rates", "S")
+class Sensitivities(Case):
+    """Derivatives by parameters: tables of both methods, against runs with other values; mistakes."""
+
+    WORDS = (FOUR_BAR, "--parameters", "crank,qd.crank", "--outputs", "q(rocker),position(coupler.C).x", "--t-end", 0.2)
+
+    def rows(self, *words):
+        done = self.expect(0, "sensitivity", *self.WORDS, *words, "-o", "slopes.csv")
+        with open(self.folder / "slopes.csv", newline="") as file:
+            return done, [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+    def test_rows(self):
+        done, rows = self.rows("--every", 0.1)
+        self.assertIn("trajectory by 2 parameters, ok", done.stdout)
+        self.assertEqual([row["t"] for row in rows], [0, 0.1, 0.2])
+        self.assertEqual(list(rows[0]), "t q.rocker q.rocker/crank q.rocker/qd.crank position.coupler.C.x "
+                                        "position.coupler.C.x/crank position.coupler.C.x/qd.crank".split())
+        ends = []
+        for value in 0.3 - 1e-4, 0.3 + 1e-4:
+            self.expect(0, "simulate", FOUR_BAR, "--t-end", 0.2, "--set", f"crank={value}", "--once", "-o", "one.csv")
+            with open(self.folder / "one.csv", newline="") as file:
+                ends.append(float(list(csv.DictReader(line for line in file if line[0] != "#"))[-1]["q.rocker"]))
+        self.assertAlmostEqual(rows[2]["q.rocker/crank"], (ends[1] - ends[0]) / 2e-4, delta=1e-5)
+
+    def test_adjoint(self):
+        words = ("sensitivity", *self.WORDS)
+        forward, adjoint = self.object(0, *words), self.object(0, *words, "--method=adjoint")
+        self.assertKeys(forward, "model status reason build_s of method integrator t_end rtol atol work cpu_s parameters "
+                                 "rows end")
+        self.assertEqual((forward["method"], adjoint["method"], adjoint["rows"]), ("forward", "adjoint", 1))
+        self.assertEqual(forward["parameters"], {"crank": 0.3, "qd.crank": 20})
+        for column, by in forward["end"]["derivatives"].items():
+            for name, slope in by.items():
+                self.assertAlmostEqual(adjoint["end"]["derivatives"][column][name], slope, delta=1e-7)
+        self.assertEqual(without_times(forward), without_times(self.object(0, *words)))
+
+    def test_mistakes(self):
+        for words, told in ((("--parameters", "crnk"), "did you mean 'crank'?"), (("--of", "colour"), "there are: trajectory"),
+                            (("--method", "back"), "there are: forward, adjoint"), (("--outputs", "q(A)"), "q"),
+                            (("--integrator", "bdf"), "carries no sensitivities"), (("--u", "A"), "no coordinate 'A'")):
+            self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
+        self.assertIn("there is no parameter to differentiate by", self.expect(3, "sensitivity", ANDREWS).stderr)
 
 
 class Ensembles(Case):

@@ -352,6 +352,38 @@ static kempe_status simulate(scene *s, const char *road, const char *form, const
     return status;
 }
 
+/* Of a motion with an exchange of u; rows, and one scalar backwards. */
+static kempe_status differentiate(scene *s, const char *method)
+{
+    kempe_sensitivity *slopes = NULL;
+    kempe_sensitivity_ask ask = {.parameters = "crank,qd.crank",
+                                 .outputs = "q(rocker),position(coupler.C).x",
+                                 .method = method,
+                                 .run = kempe_run_default()};
+    ask.run.rtol = 1e-4;
+    ask.run.t_end = ask.run.every = 0.12;
+    kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
+    char *text = NULL;
+    untouched(status, slopes);
+    if (status == KEMPE_OK)
+        status = kempe_sensitivity_print(slopes, KEMPE_JSON, &text);
+    if (status == KEMPE_OK)
+        status = kempe_sensitivity_write_csv(slopes, csv);
+    kempe_text_free(text);
+    kempe_sensitivity_free(slopes);
+    return status;
+}
+
+static kempe_status differentiate_forward(scene *s)
+{
+    return differentiate(s, "forward");
+}
+
+static kempe_status differentiate_backwards(scene *s)
+{
+    return differentiate(s, "adjoint");
+}
+
 static kempe_status simulate_carried(scene *s)
 {
     return simulate(s, "reduced", "carried", "dop853");
@@ -687,6 +719,8 @@ static const struct {
               {"reduced ida", simulate_reduced_ida},
               {"projected", simulate_projected},
               {"articulated bodies", simulate_bodies},
+              {"forward sensitivities", differentiate_forward},
+              {"adjoint sensitivities", differentiate_backwards},
               {"ah", simulate_ah},
               {"index1", simulate_index1},
               {"step", step},
