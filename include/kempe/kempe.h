@@ -263,6 +263,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/inverse.h>
 #include <kempe/linearize.h>
 #include <kempe/response.h>
+#include <kempe/gradient.h>
 #include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>

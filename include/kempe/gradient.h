@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * Outputs of a driven mechanism with their exact derivatives by named parameters, through the loops: what an optimiser
+ * asks for again and again. Derived once; each answer takes one closure by Newton's method and one pass of straight
+ * code.
+ *
+ *     const char *names[] = {"crank", "rocker"};
+ *     kempe_gradient_ask ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+ *     kempe_gradient *gradient;
+ *     kempe_gradient_new(model, &ask, &gradient);
+ *     kempe_gradient_set(gradient, lengths);
+ *     for (int k = 0; k < 36; k++) {
+ *         double angle = k * M_PI / 18;
+ *         kempe_gradient_at(gradient, &angle, NULL, NULL);
+ *         add(kempe_gradient_values(gradient), kempe_gradient_jacobian(gradient));
+ *     }
+ *
+ * The mechanism is led from where it was to where it is asked for, coordinates and parameters together, so that it
+ * stays in its assembly mode.
+ */
+#ifndef KEMPE_GRADIENT_H
+#define KEMPE_GRADIENT_H
+
+#include <kempe/kempe.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct kempe_gradient kempe_gradient;
+
+typedef struct kempe_gradient_ask {
+    int parameter_count;
+    const char *const *parameters; /* names of parameters of the model */
+    const char *driven;            /* coordinates with commas between: one for each degree of freedom */
+    const char *backend;           /* native | tape; NULL: the default */
+} kempe_gradient_ask;
+
+/** Derives the equations of a model with those parameters kept open, and assembles it at its start. The values are the
+ *  model's outputs (`run: outputs`) beside the table of every run. The model must outlive it. KEMPE_E_ARGUMENT: a name,
+ *  or one that cannot vary. KEMPE_E_FAILED: it does not assemble, or the coordinates do not drive it, and what would.
+ */
+KEMPE_API kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_ask *ask,
+                                          kempe_gradient **gradient);
+KEMPE_API void kempe_gradient_free(kempe_gradient *gradient);
+
+/** How many values there are, and what the k-th is called: `position.coupler.P.x`. */
+KEMPE_API int kempe_gradient_count(const kempe_gradient *gradient);
+KEMPE_API const char *kempe_gradient_name(const kempe_gradient *gradient, int k);
+
+/** Values of all parameters, from the next kempe_gradient_at on. KEMPE_E_INPUT: the model cannot have them, and why;
+ * those before hold on. */
+KEMPE_API kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values);
+
+/** Takes the driven coordinates, with their rates and accelerations (NULL: zero), in the order of their names; t = 0.
+ *  KEMPE_E_FAILED: the loops do not close on the way there, and how far they do; everything is then as it was. */
+KEMPE_API kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
+                                         const double *accelerations);
+
+/** Of the last kempe_gradient_at, owned by the gradient: the values; their derivatives by the parameters (row by row, a
+ *  row a value) and by the driven coordinates. */
+KEMPE_API const double *kempe_gradient_values(const kempe_gradient *gradient);
+KEMPE_API const double *kempe_gradient_jacobian(const kempe_gradient *gradient);
+KEMPE_API const double *kempe_gradient_by_driven(const kempe_gradient *gradient);
+
+/** The same of all coordinates (n values; row by row, a row a coordinate). */
+KEMPE_API const double *kempe_gradient_q(const kempe_gradient *gradient);
+KEMPE_API const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

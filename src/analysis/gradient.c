@@ -1,0 +1,539 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Hides how the mechanism is led from one set of parameters and driven coordinates to another: along the straight line
+ * between both, in steps of a tangent predictor and Newton's method, each so short that what Newton's method mends is
+ * little beside what moved: another assembly mode is not within reach then. */
+#include "analysis/operating.h"
+#include "analysis/shift.h"
+#include "base/memory.h"
+#include "model/output_table.h"
+#include "model/variant.h"
+#include <math.h>
+#include <string.h>
+
+/* How far a step goes, in sizes of coordinates (angles: rad); what Newton's method may mend of it, beside what moved;
+ * the shortest one, of the way. */
+#define LONGEST    0.5
+#define MENDED     0.25
+#define LEAST_STEP 1e-7
+#define ROUNDING   1e-9
+
+struct kempe_gradient {
+    kempe_context *context;
+    kmp_variant *variant;
+    kempe_system *system;
+    kmp_linear linear;
+    bool has_linear;
+    kmp_slopes *slopes;
+    int n, m, count, driven, shown; /* parameters, driven coordinates, values */
+    bool deep;                      /* values depend on more than q */
+    int *order;                     /* position among u of a driven coordinate */
+    char **name;                    /* of the values */
+    double *wanted;                 /* count: parameters set */
+    double *value;                  /* driven + count: where it stands, driven coordinates by u, and the parameters */
+    double *q;                      /* n: closed there */
+    double *to, *from, *trial, *predicted; /* of the way */
+    double *slope;                         /* n x (driven + count): dq by each of them */
+    double *rates, *accelerations;         /* driven, by u */
+    double *h, *rate, *curve, *force;      /* of one parameter */
+    double *dqd, *dqdd, *dlambda, *column, *unit;
+    double *out, *jacobian, *by_driven, *q_jacobian;
+};
+
+/* -- the tangent ------------------------------------------------------------------------------------- */
+
+static double *slope_by(const kempe_gradient *g, int k)
+{
+    return g->slope + (size_t)k * (size_t)g->n;
+}
+
+static kmp_instant instant(const kempe_gradient *g)
+{
+    kmp_instant at = kmp_shift_instant(&g->linear);
+    at.q = g->q;
+    return at;
+}
+
+/* dq where the closures change by h (NULL: not) and u by one: Jv dv = -h - Ju du. */
+static void follow(kempe_gradient *g, int u, const double *h, double *dq)
+{
+    kmp_reduction *red = &g->linear.red;
+    const kmp_partition *part = &g->linear.part;
+    memset(dq, 0, (size_t)g->n * sizeof *dq);
+    if (u >= 0)
+        memcpy(dq, red->x + (size_t)u * (size_t)g->n, (size_t)g->n * sizeof *dq);
+    if (!h || red->r == 0)
+        return;
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = -h[part->rows[i]];
+    kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        dq[part->v[i]] += red->dv[i];
+}
+
+/* Closes q on its u; the factors and X there. */
+static bool close_loops(kempe_gradient *g, double *q)
+{
+    kmp_reduction *red = &g->linear.red;
+    kmp_plant *plant = g->linear.plant;
+    if (kmp_reduction_close(red, 0, q, NULL, 0))
+        return false;
+    kmp_plant_closure(plant, 0, q);
+    if (kmp_reduction_factor(red))
+        return false;
+    kmp_reduction_tangent(red);
+    return true;
+}
+
+/* At g->q, closed and factored: dq by all that may change. */
+static void find_slopes(kempe_gradient *g)
+{
+    kmp_instant at = instant(g);
+    kmp_slopes_at(g->slopes, &at);
+    for (int k = 0; k < g->driven; k++)
+        follow(g, k, NULL, slope_by(g, k));
+    for (int k = 0; k < g->count; k++) {
+        kmp_slopes_of_parameter(g->slopes, k, g->h, g->rate, g->curve, g->force);
+        follow(g, -1, g->h, slope_by(g, g->driven + k));
+    }
+}
+
+/* -- the way ----------------------------------------------------------------------------------------- */
+
+static bool set_parameters(kempe_gradient *g, const double *values, kmp_text *why)
+{
+    if (kmp_variant_set(g->variant, values, why) != KEMPE_OK || !kmp_system_rescale(g->system))
+        return false;
+    kmp_linear_renew_parameters(&g->linear);
+    kmp_slopes_renew_parameters(g->slopes);
+    return true;
+}
+
+static double distance(const kempe_gradient *g, const double *a, const double *b)
+{
+    double most = 0;
+    for (int i = 0; i < g->n; i++)
+        most = fmax(most, fabs(a[i] - b[i]) / g->system->scale[i]);
+    return most;
+}
+
+/* From where it stands to `value`, in one step; false: it is too long. */
+static bool step_to(kempe_gradient *g, const double *value)
+{
+    kmp_text why = {0};
+    memcpy(g->predicted, g->q, (size_t)g->n * sizeof *g->q);
+    for (int k = 0; k < g->driven + g->count; k++)
+        for (int i = 0; i < g->n; i++)
+            g->predicted[i] += slope_by(g, k)[i] * (value[k] - g->value[k]);
+    for (int k = 0; k < g->driven; k++)
+        g->predicted[g->linear.part.u[k]] = value[k];
+    if (distance(g, g->predicted, g->q) > LONGEST)
+        return false;
+    bool ok = !memcmp(value + g->driven, g->value + g->driven, (size_t)g->count * sizeof *value) ||
+              set_parameters(g, value + g->driven, &why);
+    kmp_text_free(&why);
+    memcpy(g->trial, g->predicted, (size_t)g->n * sizeof *g->q);
+    ok = ok && close_loops(g, g->trial);
+    ok = ok && distance(g, g->trial, g->predicted) <= MENDED * distance(g, g->trial, g->q) + ROUNDING;
+    if (!ok) {
+        (void)set_parameters(g, g->value + g->driven, &why); /* they held before */
+        kmp_text_free(&why);
+        return false;
+    }
+    memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
+    memcpy(g->value, value, (size_t)(g->driven + g->count) * sizeof *value);
+    find_slopes(g);
+    return true;
+}
+
+/* Of the straight way from `from` to `to`, how far it came. */
+static double lead(kempe_gradient *g)
+{
+    int size = g->driven + g->count;
+    double done = 0, step = 1;
+    double *value = g->column;
+    while (done < 1 && step >= LEAST_STEP) {
+        double next = fmin(done + step, 1);
+        for (int k = 0; k < size; k++)
+            value[k] = next < 1 ? g->from[k] + next * (g->to[k] - g->from[k]) : g->to[k];
+        if (step_to(g, value)) {
+            done = next;
+            step *= 2;
+        } else {
+            step /= 4;
+        }
+    }
+    return done;
+}
+
+/* Back to where it stood, by state and not by way. */
+static void go_back(kempe_gradient *g, const double *q)
+{
+    kmp_text why = {0};
+    memcpy(g->value, g->from, (size_t)(g->driven + g->count) * sizeof *g->value);
+    memcpy(g->q, q, (size_t)g->n * sizeof *g->q);
+    (void)set_parameters(g, g->value + g->driven, &why);
+    kmp_text_free(&why);
+    if (close_loops(g, g->q))
+        find_slopes(g);
+}
+
+static kempe_status tell_end(kempe_gradient *g, double done)
+{
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the loops close along %.4g %% of the way to where they are asked for and no further:", 100 * done);
+    for (int k = 0; k < g->driven; k++)
+        kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
+                        g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
+    kmp_text_put(&sentence, g->count ? ", parameters likewise; there the coordinates that are driven no longer decide "
+                                       "the others: other lengths, or another coordinate to drive"
+                                     : "; there the coordinates that are driven no longer decide the others");
+    kempe_status status =
+        sentence.failed ? kmp_fail_memory(g->context) : kmp_fail(g->context, KEMPE_E_FAILED, "%s", sentence.s);
+    kmp_text_free(&sentence);
+    return status;
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+/* A column of a table that has `columns` a row. */
+static void put_column(int rows, int columns, int k, const double *column, double *table)
+{
+    for (int i = 0; i < rows; i++)
+        table[(size_t)i * (size_t)columns + (size_t)k] = column[i];
+}
+
+static void differentiate(kempe_gradient *g, int k, kmp_direction *along)
+{
+    bool parameter = k >= g->driven;
+    kmp_slopes_outputs_along(g->slopes, along, g->column);
+    if (parameter)
+        put_column(g->shown, g->count, k - g->driven, g->column, g->jacobian);
+    else
+        for (int d = 0; d < g->driven; d++)
+            if (g->order[d] == k)
+                put_column(g->shown, g->driven, d, g->column, g->by_driven);
+}
+
+/* At the last state, whose dq are known. */
+static kempe_status evaluate(kempe_gradient *g)
+{
+    kmp_linear *l = &g->linear;
+    if (g->deep && kmp_linear_at(l, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
+        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the coordinates that are asked for");
+    kmp_instant at = instant(g);
+    if (g->deep)
+        kmp_slopes_at(g->slopes, &at);
+    const double *shown = kmp_slopes_outputs(g->slopes, &at);
+    if (g->shown)
+        memcpy(g->out, shown, (size_t)g->shown * sizeof *shown);
+    for (int k = 0; k < g->driven + g->count; k++) {
+        bool parameter = k >= g->driven;
+        kmp_direction along = {.q = slope_by(g, k), .parameters = parameter ? g->unit : NULL};
+        if (g->deep) {
+            kmp_change change = {.u = parameter ? NULL : g->unit + g->count};
+            if (parameter) {
+                kmp_slopes_of_parameter(g->slopes, k - g->driven, g->h, g->rate, g->curve, g->force);
+                change = (kmp_change){.h = g->h, .rate = g->rate, .curve = g->curve, .force = g->force};
+            } else {
+                g->unit[g->count + k] = 1;
+            }
+            kmp_linear_follow(l, &change, &(kmp_response){along.q, g->dqd, g->dqdd, g->dlambda, NULL});
+            along.qd = g->dqd;
+            along.qdd = g->dqdd;
+            along.lambda = g->dlambda;
+        }
+        if (parameter) {
+            g->unit[k - g->driven] = 1;
+            put_column(g->n, g->count, k - g->driven, along.q, g->q_jacobian);
+        }
+        differentiate(g, k, &along);
+        g->unit[parameter ? k - g->driven : g->count + k] = 0;
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
+{
+    kmp_text why = {0};
+    kmp_context_clear(gradient->context);
+    kempe_status status = kmp_variant_set(gradient->variant, values, &why);
+    if (status == KEMPE_OK)
+        memcpy(gradient->wanted, values, (size_t)gradient->count * sizeof *values);
+    else if (status == KEMPE_E_INPUT)
+        status = kmp_fail(gradient->context, status, "%s", why.s);
+    kmp_text_free(&why);
+    (void)kmp_variant_set(gradient->variant, gradient->value + gradient->driven, &why); /* the way begins there */
+    kmp_text_free(&why);
+    return status;
+}
+
+kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
+                               const double *accelerations)
+{
+    kempe_gradient *g = gradient;
+    kmp_context_clear(g->context);
+    for (int d = 0; d < g->driven; d++) {
+        g->to[g->order[d]] = driven[d];
+        g->rates[g->order[d]] = rates ? rates[d] : 0;
+        g->accelerations[g->order[d]] = accelerations ? accelerations[d] : 0;
+        if (!isfinite(driven[d]))
+            return kmp_fail(g->context, KEMPE_E_ARGUMENT, "coordinate %d that is driven is not finite", d + 1);
+    }
+    memcpy(g->to + g->driven, g->wanted, (size_t)g->count * sizeof *g->to);
+    memcpy(g->from, g->value, (size_t)(g->driven + g->count) * sizeof *g->from);
+    double *q = g->to + g->driven + g->count;
+    memcpy(q, g->q, (size_t)g->n * sizeof *q);
+    double done = lead(g);
+    if (done == 1)
+        return evaluate(g);
+    kempe_status status = tell_end(g, done);
+    go_back(g, q);
+    return status;
+}
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+static bool make_room(kempe_gradient *g)
+{
+    size_t n = (size_t)g->n, m = (size_t)g->m, count = (size_t)g->count, driven = (size_t)g->driven;
+    size_t shown = (size_t)g->shown, all = driven + count;
+    struct {
+        double **room;
+        size_t size;
+    } rooms[] = {{&g->wanted, count},
+                 {&g->value, all},
+                 {&g->q, n},
+                 {&g->to, all + n},
+                 {&g->from, all},
+                 {&g->trial, n},
+                 {&g->predicted, n},
+                 {&g->slope, n * all},
+                 {&g->rates, driven},
+                 {&g->accelerations, driven},
+                 {&g->h, m},
+                 {&g->rate, m},
+                 {&g->curve, m},
+                 {&g->force, n},
+                 {&g->dqd, n},
+                 {&g->dqdd, n},
+                 {&g->dlambda, m},
+                 {&g->column, all + n + shown},
+                 {&g->unit, all},
+                 {&g->out, shown},
+                 {&g->jacobian, shown * count},
+                 {&g->by_driven, shown * driven},
+                 {&g->q_jacobian, n * count}};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++) {
+        *rooms[k].room = KMP_NEW(double, rooms[k].size);
+        if (!*rooms[k].room)
+            return false;
+    }
+    g->name = KMP_NEW(char *, shown);
+    return g->name;
+}
+
+static bool name_values(kempe_gradient *g)
+{
+    const kempe_model *m = g->system->model;
+    int k = 0;
+    for (int o = 0; o < m->output_count; o++)
+        for (int i = 0; i < kmp_output_rows[m->outputs[o].kind].width; i++) {
+            kmp_text text = {0};
+            kmp_output_column(&text, m, &m->outputs[o], i);
+            g->name[k] = kmp_text_take(&text);
+            if (!g->name[k++])
+                return false;
+        }
+    return true;
+}
+
+static int find_motion(const kempe_model *m, const char *name, size_t length)
+{
+    for (int k = 0; k < m->motion_count; k++)
+        if (strlen(m->motions[k].name) == length && strncmp(m->motions[k].name, name, length) == 0)
+            return k;
+    return -1;
+}
+
+/* Coordinates of a list with commas, into room for as many as there are. */
+static kempe_status read_driven(kempe_gradient *g, const char *list, int *driven)
+{
+    const kempe_model *m = g->system->model;
+    for (const char *at = list ? list : ""; *at;) {
+        at += strspn(at, " ");
+        size_t length = strcspn(at, ", ");
+        int k = find_motion(m, at, length);
+        if (k < 0)
+            return kmp_fail(g->context, KEMPE_E_ARGUMENT, "the model has no coordinate '%.*s' to drive", (int)length,
+                            at);
+        for (int i = 0; i < g->driven; i++)
+            if (driven[i] == k)
+                return kmp_fail(g->context, KEMPE_E_ARGUMENT, "'%s' is driven twice", m->motions[k].name);
+        driven[g->driven++] = k;
+        at += length;
+        at += strspn(at, " ");
+        at += *at == ',';
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status tell_freedoms(const kempe_gradient *g)
+{
+    const kmp_partition *part = &g->linear.part;
+    kmp_text others = {0};
+    for (int k = 0; k < part->p; k++)
+        kmp_text_printf(&others, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
+    kempe_status status =
+        others.failed ? kmp_fail_memory(g->context)
+                      : kmp_fail(g->context, KEMPE_E_FAILED,
+                                 "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s would do",
+                                 part->p, part->p == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are",
+                                 part->p ? others.s : "none");
+    kmp_text_free(&others);
+    return status;
+}
+
+/* Of the model as it is read: assembled, with the driven coordinates as u. */
+static kempe_status stand(kempe_gradient *g, const int *driven)
+{
+    kmp_operating *start = NULL;
+    kempe_status status = kmp_operating_new(g->system, "start", &start);
+    if (status != KEMPE_OK)
+        return status;
+    if (start->chart)
+        kmp_plant_set_charts(g->linear.plant, start->chart);
+    status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
+    if (status == KEMPE_OK && g->linear.p != g->driven)
+        status = tell_freedoms(g);
+    g->order = KMP_NEW(int, g->driven);
+    if (status == KEMPE_OK && (!g->order || !make_room(g) || !name_values(g)))
+        status = kmp_fail_memory(g->context);
+    if (status == KEMPE_OK) {
+        memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
+        for (int k = 0; k < g->driven; k++) {
+            g->value[k] = g->q[g->linear.part.u[k]];
+            for (int d = 0; d < g->driven; d++)
+                if (driven[d] == g->linear.part.u[k])
+                    g->order[d] = k;
+        }
+        if (!close_loops(g, g->q))
+            status = kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the model's start");
+    }
+    kmp_operating_free(start);
+    return status;
+}
+
+static bool is_deep(const kempe_gradient *g)
+{
+    const kmp_slope_matrix *x = &g->slopes->outputs;
+    return x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
+}
+
+static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_ask *ask)
+{
+    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    int *driven = KMP_NEW(int, model->motion_count);
+    kempe_status status = driven ? KEMPE_OK : kmp_fail_memory(g->context);
+    if (status == KEMPE_OK)
+        status = kmp_variant_new(model, g->count, ask->parameters, &g->variant);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(kmp_variant_model(g->variant), &g->system);
+    if (status == KEMPE_OK)
+        status = read_driven(g, ask->driven, driven);
+    if (status == KEMPE_OK) {
+        g->n = g->system->n;
+        g->m = g->system->m;
+        status = kmp_linear_init(&g->linear, g->system, backend);
+        g->has_linear = status == KEMPE_OK;
+    }
+    if (status == KEMPE_OK)
+        status = kmp_slopes_new(g->system, backend, g->count, ask->parameters, true, &g->slopes);
+    if (status == KEMPE_OK) {
+        g->shown = g->slopes->shown;
+        g->deep = is_deep(g);
+        status = stand(g, driven);
+    }
+    kmp_free(driven);
+    return status;
+}
+
+kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_ask *ask, kempe_gradient **gradient)
+{
+    kmp_context_clear(model->context);
+    kempe_gradient *g = KMP_NEW(kempe_gradient, 1);
+    if (!g)
+        return kmp_fail_memory(model->context);
+    g->context = model->context;
+    g->count = ask->parameter_count;
+    kempe_status status = make(g, model, ask);
+    if (status != KEMPE_OK) {
+        kempe_gradient_free(g);
+        return status;
+    }
+    for (int k = 0; k < g->count; k++)
+        for (int i = 0; i < g->system->model->parameter_count; i++)
+            if (strcmp(g->system->model->parameters[i].name, ask->parameters[k]) == 0)
+                g->wanted[k] = g->value[g->driven + k] = g->system->parameters[i];
+    find_slopes(g);
+    *gradient = g;
+    return KEMPE_OK;
+}
+
+void kempe_gradient_free(kempe_gradient *gradient)
+{
+    if (!gradient)
+        return;
+    kempe_gradient *g = gradient;
+    double *const rooms[] = {
+        g->wanted,  g->value,         g->q,    g->to,   g->from,     g->trial,     g->predicted, g->slope,
+        g->rates,   g->accelerations, g->h,    g->rate, g->curve,    g->force,     g->dqd,       g->dqdd,
+        g->dlambda, g->column,        g->unit, g->out,  g->jacobian, g->by_driven, g->q_jacobian};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    for (int k = 0; g->name && k < g->shown; k++)
+        kmp_free(g->name[k]);
+    kmp_free(g->name);
+    kmp_free(g->order);
+    kmp_slopes_free(g->slopes);
+    if (g->has_linear)
+        kmp_linear_free(&g->linear);
+    kempe_system_free(g->system);
+    kmp_variant_free(g->variant);
+    kmp_free(g);
+}
+
+int kempe_gradient_count(const kempe_gradient *gradient)
+{
+    return gradient->shown;
+}
+
+const char *kempe_gradient_name(const kempe_gradient *gradient, int k)
+{
+    return k >= 0 && k < gradient->shown ? gradient->name[k] : "";
+}
+
+const double *kempe_gradient_values(const kempe_gradient *gradient)
+{
+    return gradient->out;
+}
+
+const double *kempe_gradient_jacobian(const kempe_gradient *gradient)
+{
+    return gradient->jacobian;
+}
+
+const double *kempe_gradient_by_driven(const kempe_gradient *gradient)
+{
+    return gradient->by_driven;
+}
+
+const double *kempe_gradient_q(const kempe_gradient *gradient)
+{
+    return gradient->q;
+}
+
+const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient)
+{
+    return gradient->q_jacobian;
+}
