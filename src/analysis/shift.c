@@ -25,13 +25,16 @@ kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int co
                          .rate = KMP_NEW(double, m),
                          .curve = KMP_NEW(double, m),
                          .force = KMP_NEW(double, n),
+                         .u = KMP_NEW(double, n),
+                         .ud = KMP_NEW(double, n),
                          .matrix = KMP_NEW(double, n *n),
                          .side = KMP_NEW(double, 2 * n),
                          .pivots = KMP_NEW(double, n),
                          .r = KMP_NEW(int, n),
                          .c = KMP_NEW(int, n)};
     if (shift->q && shift->qd && shift->qdd && shift->lambda && shift->residual && shift->h && shift->rate &&
-        shift->curve && shift->force && shift->matrix && shift->side && shift->pivots && shift->r && shift->c)
+        shift->curve && shift->force && shift->u && shift->ud && shift->matrix && shift->side && shift->pivots &&
+        shift->r && shift->c)
         return KEMPE_OK;
     kmp_shift_free(shift);
     return kmp_fail_memory(system->context);
@@ -39,8 +42,9 @@ kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int co
 
 void kmp_shift_free(kmp_shift *shift)
 {
-    double *const rooms[] = {shift->q,    shift->qd,    shift->qdd,   shift->lambda, shift->residual, shift->h,
-                             shift->rate, shift->curve, shift->force, shift->matrix, shift->side,     shift->pivots};
+    double *const rooms[] = {shift->q,    shift->qd,     shift->qdd,   shift->lambda, shift->residual,
+                             shift->h,    shift->rate,   shift->curve, shift->force,  shift->matrix,
+                             shift->side, shift->pivots, shift->u,     shift->ud};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     kmp_free(shift->r);
@@ -138,7 +142,16 @@ static kmp_response column(const kmp_shift *s, int k)
                           s->residual + k * s->n};
 }
 
-kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping)
+/* Rows u of a column; NULL where there is none. */
+static const double *gather(const kmp_linear *l, const double *column, double *out)
+{
+    for (int i = 0; column && i < l->p; i++)
+        out[i] = column[l->part.u[i]];
+    return column ? out : NULL;
+}
+
+kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
+                          const double *q, const double *qd)
 {
     kmp_instant at = kmp_shift_instant(linear);
     kmp_slopes_at(slopes, &at);
@@ -151,6 +164,8 @@ kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slop
         kmp_slopes_of_parameter(slopes, k, shift->h, shift->rate, shift->curve, shift->force);
         kmp_change change = change_by(shift);
         kmp_response response = column(shift, k);
+        change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
+        change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);
         kmp_linear_follow(linear, &change, &response);
         if (keeping == KMP_KEEP_MOTION)
             continue;

@@ -20,6 +20,7 @@ typedef struct kmp_shift {
     double *q, *qd, *qdd, *lambda;    /* n, n, n and m a parameter */
     double *residual;                 /* what R becomes, by u: zero but for the first way; p a parameter, room for n */
     double *h, *rate, *curve, *force; /* of one parameter */
+    double *u, *ud;                   /* p of one parameter */
     double *matrix, *side, *pivots;   /* of the equations for u or udd */
     int *r, *c;
 } kmp_shift;
@@ -28,9 +29,11 @@ typedef struct kmp_shift {
 kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names);
 void kmp_shift_free(kmp_shift *shift);
 
-/** At the state of `linear`; takes the slopes there, and makes Mr, Gr and Kr. Coordinates that nothing depends on stay
- * where they are. KEMPE_E_FAILED: R = 0 leaves more than those open, and along what. */
-kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping);
+/** At the state of `linear`; takes the slopes there, and makes Mr, Gr and Kr. `q`, `qd` (n a parameter; NULL: they
+ * stay) say how the coordinates and rates that are kept move all the same, as those of a start do. Coordinates that
+ * nothing depends on stay where they are. KEMPE_E_FAILED: R = 0 leaves more than those open, and along what. */
+kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
+                          const double *q, const double *qd);
 
 /** The state of `linear`, as programs take it. */
 kmp_instant kmp_shift_instant(const kmp_linear *linear);

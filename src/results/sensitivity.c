@@ -102,11 +102,26 @@ static double value_of(const kempe_model *m, const char *name)
     return 0;
 }
 
+/* Those that are asked for, or that are usual for the kind. */
+static kempe_status take_outputs(kempe_sensitivity *s)
+{
+    kmp_text words = {0};
+    if (s->ask->outputs)
+        kmp_text_put(&words, s->ask->outputs);
+    else if (s->kind->outputs)
+        s->kind->outputs(s->model, &words);
+    kempe_status status = words.failed ? kmp_fail_memory(s->context) : KEMPE_OK;
+    if (status == KEMPE_OK && words.s)
+        status = kmp_asked_outputs(kmp_variant_model(s->variant), words.s, &s->parts);
+    kmp_text_free(&words);
+    return status;
+}
+
 static kempe_status derive(kempe_sensitivity *s)
 {
     kempe_status status = kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant);
-    if (status == KEMPE_OK && s->ask->outputs)
-        status = kmp_asked_outputs(kmp_variant_model(s->variant), s->ask->outputs, &s->parts);
+    if (status == KEMPE_OK)
+        status = take_outputs(s);
     if (status == KEMPE_OK)
         status = kempe_system_new(kmp_variant_model(s->variant), &s->system);
     if (status != KEMPE_OK)
@@ -191,6 +206,7 @@ void kempe_sensitivity_free(kempe_sensitivity *s)
     kmp_free(s->value);
     kmp_free(s->slope);
     kmp_free(s->reason);
+    kmp_free(s->note);
     kmp_free(s);
 }
 

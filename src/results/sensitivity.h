@@ -28,6 +28,7 @@ struct kempe_sensitivity {
     double *at, *value, *slope; /* rows; rows x columns; rows x columns x count */
     kempe_status status;
     char *reason; /* "" when ok */
+    char *note;   /* what is to be said beside the numbers; NULL: nothing */
     const char *method, *integrator;
     double rtol, atol, t_end; /* 0: none */
     kempe_work work;
@@ -40,6 +41,7 @@ struct kmp_sensitivity_kind {
     const char *name, *row; /* what a row stands at: "t", NULL where there is but one */
     bool integrals;         /* it has some, and methods */
     kempe_status (*find)(kempe_sensitivity *s);
+    void (*outputs)(const kempe_model *model, kmp_text *words); /* where none are asked for; NULL: the model's */
 };
 
 /** A column of that name and unit, before there are rows. false: no memory. */

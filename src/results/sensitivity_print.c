@@ -67,6 +67,8 @@ static void put_text(const kempe_sensitivity *s, kmp_text *text)
         kmp_text_printf(text, "rows      %d, the last one at %s = %.9g:\n", s->rows, s->kind->row, s->at[s->rows - 1]);
     for (int first = 0; s->rows > 0 && first < s->count; first += A_LINE)
         put_block(s, text, first, name_width);
+    if (s->note)
+        kmp_text_printf(text, "\nnote      %s\n", s->note);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -126,6 +128,8 @@ static void put_json(const kempe_sensitivity *s, kmp_text *text)
         put_work(&json, s);
     kmp_json_number(&json, "cpu_s", s->cpu_s);
     put_parameters(&json, s);
+    if (s->note)
+        kmp_json_string(&json, "note", s->note);
     kmp_json_whole(&json, "rows", s->rows);
     if (s->rows > 0)
         put_row(&json, s, s->rows - 1);
