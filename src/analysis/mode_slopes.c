@@ -173,18 +173,28 @@ static int compare(const void *a, const void *b)
     return (cimag(x) > cimag(y)) - (cimag(x) < cimag(y));
 }
 
-/* -left^-1 moved, in `moved`, both g x g by columns; false: left is singular but for rounding. */
-static bool divide(int g, number *left, number *moved, int *pivot, double *room)
+/* v^H M v of vector i of a list. */
+static double size_of(const work *w, const double *re, const double *im, int i)
 {
-    double *re = room, *im = re + g * g, *b_re = im + g * g, *b_im = b_re + g, largest = 0, least = INFINITY;
-    for (int k = 0; k < g * g; k++) {
+    const double *mass = w->linear->mass;
+    double sum = 0;
+    for (int a = 0; a < w->p; a++)
+        for (int b = 0; b < w->p; b++)
+            sum += mass[a + b * w->p] * (re[a + i * w->p] * re[b + i * w->p] + im[a + i * w->p] * im[b + i * w->p]);
+    return sqrt(sum);
+}
+
+/* -left^-1 moved, in `moved`, both g x g by columns, vectors of size 1 by the mass; false: left is singular but for
+ * rounding, beside 2 s. */
+static bool divide(int g, const number *left, number *moved, double size, int *pivot, double *room)
+{
+    double *re = room, *im = re + g * g, *b_re = im + g * g, *b_im = b_re + g, most = 0;
+    for (int k = 0; k < g * g; k++)
         re[k] = creal(left[k]), im[k] = cimag(left[k]);
-        largest = fmax(largest, cabs(left[k]));
-    }
-    if (!(largest > 0) || kmp_lu_complex_factor(g, re, im, pivot))
+    if (kmp_lu_complex_factor(g, re, im, pivot))
         return false;
     for (int k = 0; k < g; k++)
-        least = fmin(least, hypot(re[k + k * g], im[k + k * g]));
+        most = fmax(most, hypot(re[k + k * g], im[k + k * g])); /* the factors hold what is over the pivots */
     for (int j = 0; j < g; j++) {
         for (int i = 0; i < g; i++)
             b_re[i] = -creal(moved[i + j * g]), b_im[i] = -cimag(moved[i + j * g]);
@@ -192,24 +202,27 @@ static bool divide(int g, number *left, number *moved, int *pivot, double *room)
         for (int i = 0; i < g; i++)
             moved[i + j * g] = b_re[i] + b_im[i] * I;
     }
-    return least > NEAR * largest;
+    return most * NEAR * size < 1;
 }
 
-/* y^H (2 s M + G) x of all, and whether it can be divided by is told by the first parameter. */
+/* The derivatives of a group by parameter k, into w->s. KEMPE_STOPPED: there are none. */
 static kempe_status move_group(work *w, int g, number s, int k)
 {
+    const kmp_spectrum *sp = w->spectrum;
     for (int j = 0; j < g; j++) {
+        double x = size_of(w, sp->x_re, sp->x_im, w->group[j]);
         lay_out(w, w->group[j], s);
         disturb(w, k);
         for (int i = 0; i < g; i++) {
-            w->moved[i + j * g] = weigh(w, w->group[i]);
-            w->left[i + j * g] = product(w, w->group[i], w->group[j], s);
+            double y = size_of(w, sp->y_re, sp->y_im, w->group[i]);
+            w->moved[i + j * g] = weigh(w, w->group[i]) / (x * y);
+            w->left[i + j * g] = product(w, w->group[i], w->group[j], s) / (x * y);
         }
     }
     double *room = KMP_NEW(double, 2 * g * g + 2 * g);
     int *pivot = KMP_NEW(int, g);
     kempe_status status = room && pivot ? KEMPE_OK : KEMPE_E_MEMORY;
-    if (status == KEMPE_OK && !divide(g, w->left, w->moved, pivot, room))
+    if (status == KEMPE_OK && !divide(g, w->left, w->moved, 2 * cabs(s), pivot, room))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK && kmp_eigen_complex(g, (double *)w->moved, (double *)w->s))
         status = KEMPE_E_MEMORY;

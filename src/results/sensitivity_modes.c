@@ -46,11 +46,11 @@ static bool add_row(work *w)
     for (int k = 0; k < w->count; k++) {
         int i = w->chosen[k], words = words_of(w, i);
         double re = w->spectrum->re[i], im = w->spectrum->im[i], size = hypot(re, im);
-        const double values[WORDS] = {re, im, im / turn, -re / size};
+        const double values[WORDS] = {re, im, im / turn, -re / size + 0};
         for (int p = 0; p < count; p++) {
             double dre = w->slopes->re[i * count + p], dim = w->slopes->im[i * count + p];
             double turned = re / size * (dim / size) - im / size * (dre / size); /* of the angle of s */
-            const double d[WORDS] = {dre, dim, dim / turn, im / size * turned};
+            const double d[WORDS] = {dre, dim, dim / turn, im / size * turned + 0};
             for (int c = 0; c < words; c++)
                 slope[c * count + p] = d[c];
         }
@@ -61,13 +61,13 @@ static bool add_row(work *w)
     return true;
 }
 
-/* "modes 2 and 3 .." */
+/* "of modes 2, 3 .." */
 static void list(const work *w, kmp_mode_kind kind, const char *what, kmp_text *note)
 {
     int listed = 0;
     for (int k = 0; k < w->count; k++)
         if (w->slopes->kind[w->chosen[k]] == kind)
-            kmp_text_printf(note, "%s%d", listed++ ? ", " : note->length ? "; modes " : "modes ", k + 1);
+            kmp_text_printf(note, "%s%d", listed++ ? ", " : note->length ? "; of modes " : "of modes ", k + 1);
     if (listed)
         kmp_text_put(note, what);
 }
@@ -75,11 +75,11 @@ static void list(const work *w, kmp_mode_kind kind, const char *what, kmp_text *
 static bool write_note(work *w)
 {
     kmp_text note = {0};
-    if (w->spectrum->zeros)
-        kmp_text_printf(&note, "%d eigenvalue%s exactly zero, and left out", w->spectrum->zeros,
-                        w->spectrum->zeros == 1 ? " is" : "s are");
-    list(w, KMP_MODE_REPEATED, " are equal to others: their derivatives are those of all of them, by size", &note);
-    list(w, KMP_MODE_DEFECTIVE, " are equal to others and have fewer vectors: they have no derivative", &note);
+    int zeros = w->spectrum->zeros;
+    if (zeros)
+        kmp_text_printf(&note, "%d eigenvalue%s exactly zero, and left out", zeros, zeros == 1 ? " is" : "s are");
+    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, by size", &note);
+    list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, there are no derivatives", &note);
     bool ok = !note.failed;
     w->s->note = note.length ? kmp_text_take(&note) : NULL;
     kmp_text_free(&note);

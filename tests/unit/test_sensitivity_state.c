@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives of equilibria, modes and reactions as they are asked for: against two-sided differences of models that
+ * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
+#include "loaded.h"
+#include <kempe/sensitivity.h>
+
+enum { MOST = 64 };
+
+#define FOUR_BAR                                                                                                       \
+    "kempe: 1\ngravity: [0, -9.81, 0]\n"                                                                               \
+    "parameters: { crank: 0.3, coupler: 0.8, rocker: 0.7, base: 0.9, k: 30, rest: 1, c: 0.4, m: 2*crank}\n"            \
+    "ground: {points: {O: [0, 0, 0], D: [base, 0, 0]}}\n"                                                              \
+    "bodies:\n"                                                                                                        \
+    "  a: {joint: {revolute: z, at: ground.O}, mass: 1, com: [crank/2, 0, 0], inertia: {zz: crank^2/12}, "             \
+    "points: {B: [crank, 0, 0]}}\n"                                                                                    \
+    "  b: {joint: {revolute: z, at: a.B}, mass: m, com: [coupler/2, 0, 0], inertia: {zz: m*coupler^2/12}, "            \
+    "points: {C: [coupler, 0, 0]}}\n"                                                                                  \
+    "  c: {joint: {revolute: z, at: ground.D}, mass: 1, com: [rocker/2, 0, 0], inertia: {zz: 0.04}, "                  \
+    "points: {C: [rocker, 0, 0]}}\n"                                                                                   \
+    "loops: {C: {ball: [b.C, c.C]}}\n"                                                                                 \
+    "forces: {k: {joint: a, spring: {stiffness: k, rest: rest, damping: c}}}\n"                                        \
+    "start: {q: {a: 60 deg, b: -32 deg, c: 106 deg}, hold: [a], qd: {a: 3}}\n"                                         \
+    "run: {outputs: [position(b.C), force(k)]}\n"
+
+/* One row of `of` with a parameter set to a value (NULL: as it is). */
+static kempe_sensitivity *ask_of(loaded *m, const char *text, const kempe_setting *set,
+                                 const kempe_sensitivity_ask *ask)
+{
+    kempe_sensitivity *s = NULL;
+    *m = (loaded){.context = kempe_context_new()};
+    CHECK(kempe_model_read_text_set(m->context, text, "model.yaml", set, set != NULL, &m->model) == KEMPE_OK);
+    if (m->model && kempe_sensitivity_new(m->model, ask, &s) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(m->context));
+    CHECK(s && kempe_sensitivity_row_count(s) == 1 && kempe_sensitivity_column_count(s) <= MOST);
+    return s;
+}
+
+static void values_at(const char *text, const kempe_sensitivity_ask *ask, const char *name, double x, double *values)
+{
+    char digits[32];
+    loaded m;
+    (void)snprintf(digits, sizeof digits, "%.17g", x);
+    kempe_sensitivity *s = ask_of(&m, text, &(kempe_setting){name, digits}, ask);
+    for (int c = 0; s && c < kempe_sensitivity_column_count(s); c++)
+        values[c] = kempe_sensitivity_value(s, 0, c);
+    kempe_sensitivity_free(s);
+    unload(&m);
+}
+
+/* Every column by every parameter, beside the largest of the columns of the same kind (by the best step). */
+static void against_differences(const char *text, kempe_sensitivity_ask ask, double within)
+{
+    loaded m;
+    kempe_sensitivity *s = ask_of(&m, text, NULL, &ask);
+    double worst = 0;
+    for (int k = 0; s && k < kempe_sensitivity_parameter_count(s); k++) {
+        const char *name = kempe_sensitivity_parameter(s, k);
+        int columns = kempe_sensitivity_column_count(s);
+        double best = INFINITY, size = 1e-3, x = 0;
+        char key[64];
+        for (int c = 0; c < columns; c++)
+            size = fmax(size, fabs(kempe_sensitivity_slope(s, 0, c, k)));
+        (void)snprintf(key, sizeof key, " %s: ", name);
+        (void)sscanf(strstr(text, key) + strlen(key), "%lf", &x);
+        for (double step = 1e-2 * x; step > 1e-6 * x; step /= 5) {
+            double up[MOST], down[MOST], off = 0;
+            values_at(text, &ask, name, x + step, up);
+            values_at(text, &ask, name, x - step, down);
+            for (int c = 0; c < columns; c++)
+                off = fmax(off, fabs((up[c] - down[c]) / (2 * step) - kempe_sensitivity_slope(s, 0, c, k)));
+            best = fmin(best, off / size);
+        }
+        worst = fmax(worst, best);
+        CHECK(best < within);
+    }
+    printf("   %s at %s: off by %.1e\n", ask.of, ask.at ? ask.at : "equilibrium", worst);
+    kempe_sensitivity_free(s);
+    unload(&m);
+}
+
+static void what_is_asked_of_a_four_bar(void)
+{
+    static const char all[] = "crank,coupler,rocker,base,k,rest,c";
+    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "equilibrium", .parameters = all}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "reactions", .parameters = all}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .parameters = all}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "reactions", .parameters = all, .at = "start"}, 1e-8);
+    against_differences(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .parameters = all, .at = "start"}, 1e-8);
+    against_differences(FOUR_BAR,
+                        (kempe_sensitivity_ask){.of = "reactions",
+                                                .parameters = all,
+                                                .at = "start",
+                                                .outputs = "acceleration(b.C).y,energy.potential,qdd(c),velocity(b.C)"},
+                        1e-8);
+}
+
+static void refuse(const char *text, kempe_sensitivity_ask ask, kempe_status status, const char *word)
+{
+    loaded m = {.context = kempe_context_new()};
+    kempe_sensitivity *s = NULL;
+    CHECK(kempe_model_read_text(m.context, text, "model.yaml", &m.model) == KEMPE_OK);
+    CHECK(kempe_sensitivity_new(m.model, &ask, &s) == status && s == NULL);
+    CHECK(strstr(kempe_context_message(m.context), word));
+    if (!strstr(kempe_context_message(m.context), word))
+        printf("%s\n", kempe_context_message(m.context));
+    unload(&m);
+}
+
+static void what_is_refused(void)
+{
+    static const char tree[] = "kempe: 1\nparameters: {m: 1}\ngravity: [0, -1, 0]\n"
+                               "bodies: {a: {joint: {revolute: z, at: ground}, mass: m, com: [0, -1, 0]}}\n";
+    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "equilibrium", .at = "start"}, KEMPE_E_ARGUMENT, "no equilibrium");
+    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .at = "end"}, KEMPE_E_ARGUMENT, "'end'");
+    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .outputs = "q"}, KEMPE_E_ARGUMENT, "eigenvalues");
+    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "modes", .integral = 1}, KEMPE_E_ARGUMENT, "integral");
+    refuse(FOUR_BAR, (kempe_sensitivity_ask){.of = "reactions", .parameters = "n"}, KEMPE_E_ARGUMENT, "'n'");
+    refuse(tree, (kempe_sensitivity_ask){.of = "reactions"}, KEMPE_E_FAILED, "no closures");
+}
+
+/* What stands beside the numbers. */
+static void notes(void)
+{
+    static const char model[] =
+        "kempe: 1\nparameters: {k: 4, c: 4}\ngravity: [0, 0, 0]\n"
+        "bodies:\n"
+        "  a: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+        "  b: {joint: {prismatic: y, at: ground}, mass: 1}\n"
+        "  c: {joint: {prismatic: y, at: ground}, mass: 1}\n"
+        "  d: {joint: {prismatic: y, at: ground}, mass: 1}\n"
+        "forces: {a: {joint: a, spring: {stiffness: k, damping: c}}, b: {joint: b, spring: {stiffness: 9}}, "
+        "c: {joint: c, spring: {stiffness: 9}}}\n";
+    loaded m;
+    char *text = NULL;
+    kempe_sensitivity *s = ask_of(&m, model, NULL, &(kempe_sensitivity_ask){.of = "modes"});
+    CHECK(kempe_sensitivity_print(s, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(strstr(text, "2 eigenvalues are exactly zero, and left out; of modes 2, 3, equal to others, the derivatives "
+                       "are those of all of them, by size; of modes 1, equal to others with fewer vectors, there are "
+                       "no derivatives"));
+    if (!strstr(text, "of modes 1,"))
+        printf("%s\n", text);
+    kempe_text_free(text);
+    CHECK(kempe_sensitivity_print(s, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"note\": \"2 eigenvalues"));
+    kempe_text_free(text);
+    CHECK(isnan(kempe_sensitivity_slope(s, 0, 0, 0)) && kempe_sensitivity_slope(s, 0, 6, 0) == 0);
+    kempe_sensitivity_free(s);
+    unload(&m);
+}
+
+int main(void)
+{
+    TEST(what_is_asked_of_a_four_bar);
+    TEST(what_is_refused);
+    TEST(notes);
+    return check_report();
+}
