@@ -12,7 +12,6 @@
 #define KEMPE_SENSITIVITY_H
 
 #include <kempe/kempe.h>
-#include <kempe/stepper.h>
 
 #ifdef __cplusplus
 extern "C" {
