@@ -83,8 +83,8 @@ static double check_gradient(fit *f, const double *v)
     for (int i = 0; i < UNKNOWNS; i++)
         norm = hypot(norm, slope[i]);
     for (int i = 0; i < UNKNOWNS; i++) {
-        double best = HUGE_VAL;
-        for (double step = 1e-3; step > 1e-7; step /= 10) {
+        double best = HUGE_VAL, step = 1e-3;
+        for (int k = 0; k < 4; k++, step /= 10) {
             double up[UNKNOWNS], down[UNKNOWNS];
             memcpy(up, v, sizeof up);
             memcpy(down, v, sizeof down);

@@ -36,6 +36,8 @@ static const option options[] = {
      "what is differentiated: trajectory (default), equilibrium, modes, reactions"},
     {CLI_SENSITIVITY, "parameters", 0, OPTION_TEXT, AT(sensitivity.parameters), "NAME,..",
      "by which; q.NAME and qd.NAME are start values (default: all that may vary)"},
+    {CLI_SENSITIVITY, "at", 0, OPTION_TEXT, AT(sensitivity.at), "STATE",
+     "of modes and reactions: equilibrium (default), start"},
     {CLI_SENSITIVITY, "outputs", 0, OPTION_TEXT, AT(sensitivity.outputs), "OUTPUT,..",
      "q(A), position(b.P).x, a sensor's name, .. (default: those of the model)"},
     {CLI_SENSITIVITY, "method", 0, OPTION_TEXT, AT(sensitivity.method), "NAME",

@@ -101,12 +101,14 @@ static kempe_status tell(work *w)
 static kempe_status solve(const kmp_linear *l, kmp_spectrum *spectrum)
 {
     kempe_context *context = l->system->context;
+    unsigned long failures = kmp_memory_failures();
     int fault = kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
     if (fault > 0)
         return kmp_fail(context, KEMPE_E_FAILED, "there are no modes: the reduced mass is not positive along '%s'",
                         l->system->model->motions[l->part.u[fault - 1]].name);
-    return fault == 0 ? KEMPE_OK
-                      : kmp_fail(context, KEMPE_E_FAILED, "the iteration for the eigenvalues does not converge");
+    if (fault < 0 && kmp_memory_failures() == failures)
+        return kmp_fail(context, KEMPE_E_FAILED, "the iteration for the eigenvalues does not converge");
+    return fault == 0 ? KEMPE_OK : kmp_fail_memory(context);
 }
 
 static kempe_status find(kempe_sensitivity *s)

@@ -16,7 +16,8 @@ static bool make_room(kmp_sensitivity_state *x)
     x->dqd = KMP_NEW(double, n *count);
     x->shown = KMP_NEW(double, shown);
     x->by = KMP_NEW(double, shown *count);
-    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by;
+    x->unit = KMP_NEW(double, count);
+    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by && x->unit;
 }
 
 /* The start with the accelerations that the equations give. */
@@ -55,9 +56,11 @@ kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitiv
     const char *word = s->ask->at ? s->ask->at : "equilibrium";
     bool start = strcmp(word, "start") == 0;
     *x = (kmp_sensitivity_state){.s = s, .backend = s->ask->run.backend ? s->ask->run.backend : kmp_backend_default()};
-    if (!start && strcmp(word, "equilibrium") != 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "there is no state '%s' to look from: 'start' or 'equilibrium'",
-                        word);
+    if (!start && strcmp(word, "equilibrium") != 0) {
+        (void)kmp_fail(s->context, KEMPE_E_ARGUMENT, "there is no state '%s' to look from: 'start' or 'equilibrium'",
+                       word);
+        return KEMPE_E_ARGUMENT;
+    }
     kempe_status status =
         kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes);
     if (status == KEMPE_OK && !make_room(x))
@@ -77,7 +80,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
     kmp_shift_free(&x->shift);
     kmp_slopes_free(x->slopes);
     kmp_operating_free(x->at);
-    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by};
+    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by, x->unit};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     *x = (kmp_sensitivity_state){0};
@@ -90,9 +93,8 @@ static void look(kmp_sensitivity_state *x)
 {
     kmp_instant at = kmp_shift_instant(&x->varied.linear);
     const kmp_shift *sh = &x->shift;
-    double *unit = x->shift.residual; /* of no more use */
+    double *unit = x->unit;
     const double *shown = kmp_slopes_outputs(x->slopes, &at);
-    memset(unit, 0, (size_t)x->s->count * sizeof *unit);
     if (x->slopes->shown)
         memcpy(x->shown, shown, (size_t)x->slopes->shown * sizeof *shown);
     for (int k = 0; k < x->s->count; k++) {

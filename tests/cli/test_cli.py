@@ -210,10 +210,26 @@ class Sensitivities(Case):
                 self.assertAlmostEqual(adjoint["end"]["derivatives"][column][name], slope, delta=1e-7)
         self.assertEqual(without_times(forward), without_times(self.object(0, *words)))
 
+    def test_states(self):
+        for of, at, column in (("equilibrium", "equilibrium", "q.rocker"), ("reactions", "start", "reaction.C.x"),
+                               ("modes", "equilibrium", "mode.1.frequency")):
+            words = ("sensitivity", FOUR_BAR, "--of", of, "--at", at, "--parameters", "crank,base")
+            found = self.object(0, *words)
+            self.assertEqual((found["of"], found["rows"], found["reason"]), (of, 1, ""))
+            slope = found["end"]["derivatives"][column]["base"]
+            ends = [self.object(0, *words, "--set", f"base={0.9 + step}")["end"]["values"][column]
+                    for step in (-1e-4, 1e-4)]
+            self.assertAlmostEqual((ends[1] - ends[0]) / 2e-4, slope, delta=1e-5 * max(abs(slope), 1))
+            self.assertIn(column, self.expect(0, *words).stdout)
+
     def test_mistakes(self):
         for words, told in ((("--parameters", "crnk"), "did you mean 'crank'?"), (("--of", "colour"), "there are: trajectory"),
                             (("--method", "back"), "there are: forward, adjoint"), (("--outputs", "q(A)"), "q"),
                             (("--integrator", "bdf"), "carries no sensitivities"), (("--u", "A"), "no coordinate 'A'")):
+            self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
+        for words, told in ((("--of", "modes", "--at", "end"), "no state 'end'"),
+                            (("--of", "equilibrium", "--at", "start"), "no equilibrium"),
+                            (("--of", "modes", "--outputs", "q"), "no outputs are chosen")):
             self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
         self.assertIn("there is no parameter to differentiate by", self.expect(3, "sensitivity", ANDREWS).stderr)
 

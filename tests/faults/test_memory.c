@@ -384,6 +384,57 @@ static kempe_status differentiate_backwards(scene *s)
     return differentiate(s, "adjoint");
 }
 
+/* At one state, as JSON. */
+static kempe_status differentiate_state(scene *s, const char *of, const char *at)
+{
+    kempe_sensitivity *slopes = NULL;
+    kempe_sensitivity_ask ask = {.of = of, .at = at, .parameters = "crank,base"};
+    kempe_status status = kempe_sensitivity_new(s->model, &ask, &slopes);
+    char *text = NULL;
+    untouched(status, slopes);
+    if (status == KEMPE_OK)
+        status = kempe_sensitivity_print(slopes, KEMPE_JSON, &text);
+    kempe_text_free(text);
+    kempe_sensitivity_free(slopes);
+    return status;
+}
+
+static kempe_status differentiate_equilibrium(scene *s)
+{
+    return differentiate_state(s, "equilibrium", NULL);
+}
+
+static kempe_status differentiate_reactions(scene *s)
+{
+    return differentiate_state(s, "reactions", "start");
+}
+
+static kempe_status differentiate_modes(scene *s)
+{
+    return differentiate_state(s, "modes", NULL);
+}
+
+/* Of a driven mechanism, other lengths; a way that ends. */
+static kempe_status drive(scene *s)
+{
+    static const char *const names[] = {"crank", "base"};
+    const double longer[] = {0.35, 0.9}, too_long[] = {0.8, 0.9}, angle = 0.4, across = 1.5;
+    kempe_gradient_ask ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+    kempe_gradient *gradient = NULL;
+    kempe_status status = kempe_gradient_new(s->model, &ask, &gradient);
+    untouched(status, gradient);
+    if (status == KEMPE_OK)
+        status = kempe_gradient_set(gradient, longer);
+    if (status == KEMPE_OK)
+        status = kempe_gradient_at(gradient, &angle, NULL, NULL);
+    if (status == KEMPE_OK)
+        status = kempe_gradient_set(gradient, too_long);
+    if (status == KEMPE_OK)
+        status = kempe_gradient_at(gradient, &across, NULL, NULL);
+    kempe_gradient_free(gradient);
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
 static kempe_status simulate_carried(scene *s)
 {
     return simulate(s, "reduced", "carried", "dop853");
@@ -721,6 +772,10 @@ static const struct {
               {"articulated bodies", simulate_bodies},
               {"forward sensitivities", differentiate_forward},
               {"adjoint sensitivities", differentiate_backwards},
+              {"sensitivities of an equilibrium", differentiate_equilibrium},
+              {"sensitivities of reactions", differentiate_reactions},
+              {"sensitivities of modes", differentiate_modes},
+              {"gradient", drive},
               {"ah", simulate_ah},
               {"index1", simulate_index1},
               {"step", step},

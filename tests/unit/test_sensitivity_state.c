@@ -62,7 +62,7 @@ static void against_differences(const char *text, kempe_sensitivity_ask ask, dou
             size = fmax(size, fabs(kempe_sensitivity_slope(s, 0, c, k)));
         (void)snprintf(key, sizeof key, " %s: ", name);
         (void)sscanf(strstr(text, key) + strlen(key), "%lf", &x);
-        for (double step = 1e-2 * x; step > 1e-6 * x; step /= 5) {
+        for (double step = 1e-3 * x; step > 5e-6 * x; step /= 10) {
             double up[MOST], down[MOST], off = 0;
             values_at(text, &ask, name, x + step, up);
             values_at(text, &ask, name, x - step, down);
