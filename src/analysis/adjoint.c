@@ -430,6 +430,8 @@ static kempe_status run_back(adjoint *a, const double *start_q, const double *st
 {
     kempe_context *context = a->v->system->context;
     double rate_scale = report->forward.rate_scale;
+    if (a->steps == 0)
+        return fail(a, a->ask->t_end);
     if (!make_room(a))
         return kmp_fail_memory(context);
     kempe_status status = set_end(a, rate_scale);

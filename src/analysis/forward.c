@@ -299,7 +299,6 @@ static kempe_status prepare(forward *f)
     f->report->rate_scale = kmp_varied_rate_scale(v, f->ask->t_end);
     set_weights(f);
     settle(f);
-    f->kind = kmp_solver_find(f->ask->integrator);
     f->solver = f->kind->create(&(kmp_solver_setup){
         .context = context, .ode = &f->ode, .tolerance = {f->ask->rtol, f->atol}, .linear = "auto"});
     if (!f->solver)
@@ -670,6 +669,9 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const d
                  .count = ask->alone ? 0 : varied->count};
     *report = (kmp_forward_report){0};
     f.event_t = -1;
+    f.kind = kmp_solver_find(ask->integrator);
+    if (!f.kind)
+        return kmp_fail(varied->system->context, KEMPE_E_ARGUMENT, "there is no integrator '%s'", ask->integrator);
     kempe_status status = prepare(&f);
     if (status == KEMPE_OK)
         status = advance(&f);

@@ -10,7 +10,7 @@
 
 static size_t part_size(const kmp_varied *v)
 {
-    return (size_t)(3 * v->m + v->n);
+    return 3 * (size_t)v->m + (size_t)v->n;
 }
 
 static bool make_room(kmp_varied *v)

@@ -165,7 +165,8 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     kempe_sensitivity *s = KMP_NEW(kempe_sensitivity, 1);
     if (!s)
         return kmp_fail_memory(model->context);
-    *s = (kempe_sensitivity){.model = model, .context = model->context, .ask = ask, .method = "", .integrator = ""};
+    *s = (kempe_sensitivity){
+        .kind = kinds[0], .model = model, .context = model->context, .ask = ask, .method = "", .integrator = ""};
     status = prepare(s);
     double derived = s->build_s = seconds_since(begin);
     begin = clock();

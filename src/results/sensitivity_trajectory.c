@@ -217,6 +217,7 @@ static kempe_status find_integral(work *w, const kmp_target *target, double *val
     kmp_forward_report report;
     w->ask.integrand = target;
     kempe_status status = kmp_forward_run(&w->varied, &w->ask, w->s->size, w->gradient, &report);
+    w->ask.integrand = NULL;
     *value = report.integral;
     return close_report(w->s, status, &report);
 }
