@@ -41,7 +41,7 @@ static bool is_repeated(const kempe_model *model, int output)
 
 /* -- units ------------------------------------------------------------------------------------------- */
 
-static const char *unit_in_table(const kempe_system *system, kmp_quantity quantity, int k)
+const char *kmp_columns_unit(const kempe_system *system, kmp_quantity quantity, int k)
 {
     static const char *const rotation[] = {"rad", "rad/s", "rad/s^2"}, *const slide[] = {"m", "m/s", "m/s^2"};
     static const char *const multiplier[] = {"N m", "N", "N/m"}; /* energy over the unit of the row */
@@ -51,7 +51,7 @@ static const char *unit_in_table(const kempe_system *system, kmp_quantity quanti
     return power >= 0 && power <= 2 ? multiplier[power] : "";
 }
 
-static const char *unit_shown(kmp_output_kind kind)
+const char *kmp_columns_unit_shown(kmp_output_kind kind)
 {
     switch (kind) {
     case KMP_OUTPUT_POSITION:
@@ -98,7 +98,7 @@ static void add_computed(writer *w, const kempe_model *model, int o, int first)
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
         kmp_output_column(&name, model, output, k);
-        add(w, &name, unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
+        add(w, &name, kmp_columns_unit_shown(output->kind), (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
 }
 
@@ -111,7 +111,7 @@ static void add_from_table(writer *w, const kempe_system *system, int o)
         if (!is_asked(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
-        add(w, &name, unit_in_table(system, quantity, k), (kmp_column){quantity, k, o, 0});
+        add(w, &name, kmp_columns_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});
     }
 }
 

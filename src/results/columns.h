@@ -12,6 +12,10 @@ typedef struct kmp_column {
     int index, output, component;
 } kmp_column;
 
+/** Unit of entry k of a quantity, and of what an output computes. */
+const char *kmp_columns_unit(const kempe_system *system, kmp_quantity quantity, int k);
+const char *kmp_columns_unit_shown(kmp_output_kind kind);
+
 typedef struct kmp_columns {
     int count;
     char **name, **unit; /* unit: SI, "" where a sensor has none */
