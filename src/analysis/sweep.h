@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Closed states along a line of driven values: coordinates, and the time, go from one value to another with one
+ * parameter s from 0 to 1. What stays closed and follows them is a curve of states x = (q, s), which is led along its
+ * arc: predictor on the tangent, corrector by Newton on scaled h across it (pseudo-arclength continuation; Keller 1977,
+ * Allgower and Georg 1990), both on q = (u, v) with u chosen freely and well conditioned, so that the curve is regular
+ * in a dead centre of what is driven: there s turns, and nothing else happens. A step is accepted when the tangents at
+ * its ends differ little, corrections are small and shrink quickly, and no block of Jv has changed its sign between. */
+#ifndef KMP_ANALYSIS_SWEEP_H
+#define KMP_ANALYSIS_SWEEP_H
+
+#include "constraints/margin.h"
+#include "constraints/reduction.h"
+
+/** A coordinate, or the time (-1), at from + s (to - from). */
+typedef struct kmp_lead {
+    int coordinate;
+    double from, to;
+} kmp_lead;
+
+double kmp_lead_value(const kmp_lead *lead, double s);
+
+/** A state on the curve and the unit tangent there: in coordinate scales, s in `size`. */
+typedef struct kmp_pose {
+    double s, ds;
+    double *q, *dq; /* n */
+} kmp_pose;
+
+typedef struct kmp_sweep {
+    const kempe_system *system;
+    kmp_plant *plant; /* its own */
+    kmp_partition part;
+    kmp_reduction red;
+    kmp_margin margin;
+    bool chosen, reduced, watched;
+    int n, p;
+    int count; /* leads: as many coordinates as are wanted beside moving rows to make p; and the time when it is led */
+    kmp_lead *lead;
+    int time;      /* its lead, -1: it stays 0 */
+    double size;   /* of s in the arc: what the leading coordinate covers, 1 for the time */
+    bool *dropped; /* rows that count as none */
+    bool any_dropped;
+    int *moving, moving_count;  /* of these, rows that move in time: they lead, as coordinates do */
+    double *h, *jacobian, *h_t; /* without the rows that are dropped */
+    const double *full_h, *full_jacobian, *full_h_t; /* with them */
+    kmp_pose here, next, part_way, entry;
+    double *pivots; /* scratch: p + 1 */
+    double *matrix, *rhs, *ahead, *dx, *normal, *jd, *qs, *qss;
+    int *order;
+    int *signs, *signs_after, block_count;
+    double last_margin, last_step; /* how it changes */
+    double fastest;                /* the greatest share of s in the motion so far */
+    long steps, rejected, newton, exchanges;
+} kmp_sweep;
+
+/** `closures` (NULL: none): those that are released. KEMPE_E_MEMORY. */
+kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures);
+void kmp_sweep_free(kmp_sweep *sweep);
+
+/** Stands at (t, q), closed, and counts the freedoms: p. KEMPE_E_FAILED: a start where branches meet. */
+kempe_status kmp_sweep_stand(kmp_sweep *sweep, double t, const double *q);
+
+/** The same where time will go from one value to another: rows that move with it lead, so that the curve is regular
+ * where they lock. Each is one of p then. */
+kempe_status kmp_sweep_stand_moving(kmp_sweep *sweep, const kmp_lead *time, double t, const double *q);
+
+/** Of `count` coordinates, how many are determined by moving rows and the others before them where it stands, the first
+ * of these in *follows (-1); then, in `more` (n), which coordinates would determine the rest with them, best first. */
+int kmp_sweep_find_more(kmp_sweep *sweep, int count, const int *coordinates, int *follows, int *more);
+
+/** What leads from here on, and s where it stands; the leads' coordinates and moving rows are p. Copied. KEMPE_E_FAILED
+ * without message: they do not determine the rest. */
+kempe_status kmp_sweep_lead(kmp_sweep *sweep, int count, const kmp_lead *leads, double s);
+
+/** A row: state and its derivatives by s (n each); NULL for both where they are infinite. Nonzero: no memory. */
+typedef int kmp_sweep_row_fn(void *user, int row, double s, const double *q, const double *qs, const double *qss);
+
+/** Change points that were passed: where, and how small the margin was. Nonzero: no memory. */
+typedef int kmp_sweep_change_fn(void *user, const kmp_pose *pose, double margin);
+
+typedef struct kmp_sweep_task {
+    double s_end;
+    int count; /* rows wanted, with their s in the order in which they are met */
+    const double *s;
+    kmp_sweep_row_fn *row;
+    kmp_sweep_change_fn *change;
+    void *user;
+} kmp_sweep_task;
+
+typedef enum kmp_sweep_end {
+    KMP_SWEEP_ARRIVED,
+    KMP_SWEEP_DEAD, /* a dead centre: it is `here`, ds = 0, the tangent in the direction of the way */
+    KMP_SWEEP_LOST, /* steps have come to nothing */
+    KMP_SWEEP_INTERRUPTED,
+    KMP_SWEEP_NO_MEMORY
+} kmp_sweep_end;
+
+/** Goes to s_end, or where that lies in a change point to a state not far below it; *rows: how many were given. From a
+ * dead centre it goes back where it came from, towards s_end. */
+kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task, int *rows);
+
+/** Share of the motion here: |dq_i| in scales over the largest. */
+double kmp_sweep_share(const kmp_sweep *sweep, const kmp_pose *pose, int coordinate);
+
+/** How well what is driven determines the rest here: of the leading coordinates' directions among all motions the
+ * smallest pivot over the largest; 0 in a dead centre. */
+double kmp_sweep_hold(kmp_sweep *sweep, const kmp_pose *pose);
+
+/** The margin of all rows at a pose (constraints/margin.h). */
+double kmp_sweep_margin(kmp_sweep *sweep, const kmp_pose *pose);
+
+#endif

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One state of a sweep: closing it, its tangent, its derivatives by s. */
+#ifndef KMP_ANALYSIS_SWEEP_POINT_H
+#define KMP_ANALYSIS_SWEEP_POINT_H
+
+#include "analysis/sweep.h"
+
+/** Closures, factors, tangent space and the correction (red.dv) at (q, s). false: Jv is singular. */
+bool kmp_sweep_evaluate(kmp_sweep *sweep, double s, const double *q);
+
+/** Where a corrector ends: on s (base NULL), or where the tangent of `base` has come `offset` along it. */
+typedef struct kmp_sweep_target {
+    const kmp_pose *base;
+    double offset, s;
+} kmp_sweep_target;
+
+/** Closes `pose` by Newton; `first`: the size of the first correction, `ratio`: the worst of one over that before it
+ * while they are above rounding. false: it does not converge. */
+bool kmp_sweep_close(kmp_sweep *sweep, const kmp_sweep_target *target, kmp_pose *pose, double *first, double *ratio);
+
+/** The unit tangent at a closed pose, along that of `along` (NULL: s grows with it). false: Jv is singular. */
+bool kmp_sweep_tangent(kmp_sweep *sweep, kmp_pose *pose, const kmp_pose *along);
+
+/** <a's tangent, b's tangent>, and the offset of b along a's tangent. */
+double kmp_sweep_cosine(const kmp_sweep *sweep, const kmp_pose *a, const kmp_pose *b);
+double kmp_sweep_offset(const kmp_sweep *sweep, const kmp_pose *a, const kmp_pose *b);
+
+/** J X (p values) of a row of h that is dropped, in scales. */
+void kmp_sweep_moving_row(const kmp_sweep *sweep, int r, double *row);
+
+/** dq/ds and d2q/ds2 at a closed pose, where s determines it. false: it does not. */
+bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_pose *pose, double *qs, double *qss);
+
+#endif
