@@ -184,6 +184,24 @@ def four_bar():
     return p
 
 
+def crank_rocker():
+    crank, coupler, rocker, base = 0.1, 0.3, 0.25, 0.32
+    O, A, D = (0, 0), turn(math.radians(60), (crank, 0)), (base, 0)
+    B = circles(A, coupler, D, rocker, 1)
+    angle = math.atan2(B[1] - A[1], B[0] - A[0])
+    p = Picture("Crank-rocker, crank at 60 degrees")
+    p.body("crank", A, O)
+    p.body("coupler", A, at(A, angle, (0.15, 0.16)), at(A, angle, (0.4, 0.01)), at(A, angle, (0.23, -0.06)))
+    p.body("rocker", B, D)
+    p.pivot(O, "O", True, (-26, 4))
+    p.pivot(D, "D", True, (12, 4))
+    p.pivot(A, "A", shift=(-22, -6))
+    p.pivot(B, "B", shift=(-4, -12))
+    for name, point, shift in (("P", (0.15, 0.16), (-4, -12)), ("Q", (0.23, -0.06), (-4, 22)), ("R", (0.4, 0.01), (10, 4))):
+        p.pivot(at(A, angle, point), name, shift=shift)
+    return p
+
+
 def slider_crank(title="Slider-crank", angle=math.radians(50)):
     r, l = 0.2, 0.5                                        # turned for the picture: at the start all is in line
     A = turn(angle, (r, 0))
@@ -530,7 +548,7 @@ def ride():
 
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension, ride)
+            parallel_robot, car_axis, suspension, ride, crank_rocker)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -113,6 +113,11 @@ CALLS = [
     ("sensitivity model.yaml --of modes --outputs q", 3),
     ("sensitivity model.yaml --integrator ida", 3),
     (f"sensitivity {ROOT}/examples/andrews/andrews.yaml", 3),
+    ("kinematics model.yaml --drive crank=0:1", 3),
+    ("kinematics model.yaml --drive t=0:1", 1),
+    ("kinematics model.yaml --drive A=0:1,D=0:1", 1),
+    ("kinematics model.yaml --drive D=0:1", 1),
+    ("kinematics model.yaml --drive A=0:1,A=0:2", 3),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]

@@ -41,6 +41,9 @@ typedef struct cli_settings {
     kempe_inverse_ask inverse; /* beside what is in `run` */
     kempe_sensitivity_ask sensitivity;
     bool integral;
+    kempe_kinematics_ask kinematics;
+    double points;
+    const char *svg;
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;

@@ -30,6 +30,7 @@ COMMANDS = "check assemble simulate compare generate show ensemble inverse".spli
 COMMANDS = "check assemble simulate compare generate show ensemble equilibrium".split()
 COMMANDS = "check assemble simulate compare generate show ensemble linearize response".split()
 COMMANDS = "check assemble simulate compare generate show ensemble sensitivity".split()
+COMMANDS = "check assemble simulate compare generate show ensemble kinematics".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -232,6 +233,68 @@ class Sensitivities(Case):
                             (("--of", "modes", "--outputs", "q"), "no outputs are chosen")):
             self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
         self.assertIn("there is no parameter to differentiate by", self.expect(3, "sensitivity", ANDREWS).stderr)
+class Kinematics(Case):
+    """Coordinates led through a range: table, picture, dead centres, mistakes."""
+
+    MODEL = ROOT / "examples/crank_rocker/crank_rocker.yaml"
+
+    def test_turn(self):
+        done = self.expect(0, "kinematics", self.MODEL, "--drive", "motor=0:720 deg:9", "--speed", 2, "-o", "turn.csv")
+        self.assertIn("crank-rocker: ok, 9 of 9 rows", done.stdout)
+        self.assertIn("left out, for they need forces: lambda(motor)", done.stdout)
+        lines = (self.folder / "turn.csv").read_text().split("\n")
+        self.assertTrue(lines[0].startswith("# units: ,s,rad,rad,rad,rad/s,"))
+        rows = list(csv.DictReader(lines[1:]))
+        self.assertEqual(len(rows), 9)
+        self.assertAlmostEqual(float(rows[8]["q.crank"]), 4 * math.pi, delta=1e-15)
+        self.assertAlmostEqual(float(rows[8]["t"]), 2 * math.pi, delta=1e-14)
+        self.assertAlmostEqual(float(rows[8]["q.rocker"]), float(rows[0]["q.rocker"]), delta=1e-14)
+        self.assertEqual([float(row["qd.crank"]) for row in rows], [2] * 9)
+        self.assertIn("velocity.coupler.P.y", rows[0])
+
+    def test_dead_centres(self):
+        result = self.object(0, "kinematics", self.MODEL, "--drive", "rocker=90 deg:150 deg", "--points", 61,
+                             "--release", "motor", "--svg", "half.svg", "-o", "half.csv")
+        self.assertKeys(result, "model status reason build_s driven speed released rows rows_asked coordinates outputs "
+                                "dead_centres change_points left_out work")
+        self.assertEqual((result["status"], result["released"], result["rows_asked"]), ("stopped", ["motor"], 61))
+        low, high = result["dead_centres"]
+        self.assertKeys(low, "s coordinate value extreme determined margin instead q")
+        for dead, extreme, length in ((low, "least", 0.4), (high, "greatest", 0.2)):
+            angle = math.pi - math.acos((0.32**2 + 0.25**2 - length**2) / (2 * 0.32 * 0.25))
+            self.assertAlmostEqual(dead["value"], angle, delta=4e-15)
+            self.assertEqual(dead["extreme"], extreme)
+        self.assertEqual((low["instead"], result["coordinates"]["crank"]["least"] < -1), ("coupler, crank", True))
+        svg = (self.folder / "half.svg").read_text()
+        self.assertEqual((svg.count("<polyline"), svg.count('class="dead"')), (3, 6))
+        again = self.object(0, "kinematics", self.MODEL, "--drive", "rocker=90 deg:150 deg", "--points", 61,
+                            "--release", "motor", "--svg", "again.svg", "-o", "again.csv")
+        self.assertEqual(without_times(result), without_times(again))
+        for name in "svg", "csv":
+            self.assertEqual((self.folder / f"half.{name}").read_bytes(), (self.folder / f"again.{name}").read_bytes())
+
+    def test_time(self):
+        self.expect(0, "kinematics", self.MODEL, "--drive", "t=0.5:2:4", "-o", "t.csv")
+        with open(self.folder / "t.csv", newline="") as file:
+            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+        with open(ROOT / "examples/crank_rocker/reference.csv", newline="") as file:
+            wanted = {row["t"]: row for row in csv.DictReader(line for line in file if line[0] != "#")}
+        self.assertEqual([row["t"] for row in rows], ["0.5", "1", "1.5", "2"])
+        for row in rows:
+            for name in "q.coupler q.rocker qd.coupler qd.rocker".split():
+                self.assertAlmostEqual(float(row[name]), float(wanted[row["t"]][name]), delta=1e-14)
+
+    def test_mistakes(self):
+        self.assertIn("--drive NAME=A:B", self.expect(3, "kinematics", FOUR_BAR).stderr)
+        self.assertIn("did you mean 'crank'?", self.expect(3, "kinematics", FOUR_BAR, "--drive", "crnk=0:1").stderr)
+        self.assertIn("no position outputs",
+                      self.expect(1, "kinematics", FOUR_BAR, "--drive", "crank=0:1", "--svg", "none.svg").stderr)
+        self.assertFalse((self.folder / "none.svg").exists())
+        failed = self.object(1, "kinematics", FOUR_BAR, "--drive", "rocker=2:3")
+        self.assertEqual((failed["status"], failed["rows"], len(failed["dead_centres"])), ("failed", 0, 1))
+        self.assertIn("'rocker' goes no farther than", failed["reason"])
+        none = self.object(1, "kinematics", FOUR_BAR, "--drive", "t=0:1")
+        self.assertIn("drive or hold 1 more", none["reason"])
 
 
 class Ensembles(Case):

@@ -53,6 +53,27 @@ static kempe_status read_wrong_model(scene *s)
     return status == KEMPE_E_INPUT ? KEMPE_OK : status;
 }
 
+/* A rocker that comes to both dead centres, told in all ways. */
+static kempe_status lead_rocker(scene *s)
+{
+    kempe_kinematics *kinematics = NULL;
+    kempe_kinematics_ask ask = {.drive = "rocker=-1:1:21"};
+    char *report = NULL;
+    kempe_status status = kempe_kinematics_new(s->system, &ask, &kinematics);
+    untouched(status, kinematics);
+    if (status == KEMPE_STOPPED)
+        status = kempe_kinematics_print(kinematics, KEMPE_JSON, &report);
+    kempe_text_free(report);
+    report = NULL;
+    if (status == KEMPE_OK)
+        status = kempe_kinematics_print(kinematics, KEMPE_TEXT, &report);
+    if (status == KEMPE_OK)
+        status = kempe_kinematics_write_csv(kinematics, csv);
+    kempe_text_free(report);
+    kempe_kinematics_free(kinematics);
+    return status;
+}
+
 static kempe_status read_robotran(scene *s)
 {
     kempe_model *model = NULL;
@@ -762,6 +783,7 @@ static const struct {
               {"exchanged", exchange_unknowns},
               {"no equilibrium", find_none},
               {"workspace", evaluate},
+              {"kinematics", lead_rocker},
               {"ensemble", run_ensemble},
               {"carried", simulate_carried},
               {"closed", simulate_closed},

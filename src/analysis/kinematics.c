@@ -1,0 +1,587 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/kinematics.h"
+#include "analysis/kinematics_ask.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "constraints/angles.h"
+#include "constraints/assemble.h"
+#include "model/output_table.h"
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+/* Coordinates with at least this share of the motion in a dead centre could drive on. */
+#define SHARE 0.25
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+bool kmp_kinematics_shows(const kempe_model *model, int output)
+{
+    const kmp_output *o = &model->outputs[output];
+    if (kmp_output_width(model, o) == 0 || o->kind == KMP_OUTPUT_REACTION || o->kind == KMP_OUTPUT_MOMENT)
+        return false;
+    for (int k = 0; k < output; k++)
+        if (model->outputs[k].kind == o->kind && model->outputs[k].index == o->index)
+            return false;
+    return true;
+}
+
+static kempe_status take_columns(kempe_kinematics *k)
+{
+    const kempe_model *model = k->system->model;
+    bool ok = (k->column = KMP_NEW(kmp_shown_column, kmp_outputs_width(model))) != NULL;
+    for (int o = 0, at = 0; o < model->output_count; o++) {
+        int width = kmp_output_width(model, &model->outputs[o]);
+        for (int c = 0; ok && c < width && kmp_kinematics_shows(model, o); c++) {
+            kmp_text name = {0};
+            kmp_output_column(&name, model, &model->outputs[o], c);
+            char *word = kmp_text_take(&name);
+            k->column[k->width++] = (kmp_shown_column){o, c, at + c, word};
+            ok = word;
+        }
+        at += width;
+    }
+    return ok ? KEMPE_OK : kmp_fail_memory(k->system->context);
+}
+
+static bool make_room(kempe_kinematics *k)
+{
+    size_t rows = (size_t)k->asked, n = (size_t)k->system->n;
+    k->asked_s = KMP_NEW(double, rows);
+    k->s = KMP_NEW(double, rows);
+    k->q = KMP_NEW(double, rows *n);
+    k->qd = KMP_NEW(double, rows *n);
+    k->qdd = KMP_NEW(double, rows *n);
+    k->shown = KMP_NEW(double, rows *(size_t)k->width);
+    if (!k->asked_s || !k->s || !k->q || !k->qd || !k->qdd || !k->shown)
+        return false;
+    for (int i = 0; i < k->asked; i++)
+        k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
+    return true;
+}
+
+/* -- what the sweep delivers ------------------------------------------------------------------------- */
+
+typedef struct job {
+    kempe_kinematics *k;
+    kmp_sweep sweep;
+    kmp_plant *plant; /* for outputs */
+    double *zero;     /* m multipliers */
+    double *start;    /* n: the leads' assembled values */
+    kmp_text reason;
+} job;
+
+/* ds/dt */
+static double rate_of_s(const kempe_kinematics *k)
+{
+    const kmp_lead *lead = &k->lead[isnan(k->speed) ? k->time : k->first];
+    double range = lead->to - lead->from;
+    return isnan(k->speed) ? 1 / range : k->speed / fabs(range);
+}
+
+static void show(job *j, double s, const double *q, const double *qd, const double *qdd, double *out)
+{
+    const kempe_kinematics *k = j->k;
+    double t = k->time < 0 ? 0 : kmp_lead_value(&k->lead[k->time], s);
+    if (k->width == 0)
+        return;
+    const double *all = kmp_plant_shown(j->plant, t, q, qd, qdd, j->zero);
+    for (int c = 0; c < k->width; c++)
+        out[c] = all[k->column[c].at];
+}
+
+static int take_row(void *user, int row, double s, const double *q, const double *qs, const double *qss)
+{
+    job *j = user;
+    kempe_kinematics *k = j->k;
+    size_t at = (size_t)k->count++, n = (size_t)k->system->n;
+    double rate = rate_of_s(k), *qd = k->qd + at * n, *qdd = k->qdd + at * n;
+    (void)row;
+    k->s[at] = s;
+    memcpy(k->q + at * n, q, n * sizeof *q);
+    for (size_t i = 0; i < n; i++) {
+        qd[i] = qs ? qs[i] * rate : NAN;
+        qdd[i] = qss ? qss[i] * rate * rate : NAN;
+    }
+    show(j, s, q, qd, qdd, k->shown + at * (size_t)k->width);
+    return 0;
+}
+
+static int take_change(void *user, const kmp_pose *pose, double margin)
+{
+    kempe_kinematics *k = ((job *)user)->k;
+    size_t n = (size_t)k->system->n;
+    kmp_change_point *more = kmp_realloc(k->change, (size_t)k->change_count + 1, sizeof *more);
+    if (!more)
+        return 1;
+    k->change = more;
+    more += k->change_count;
+    *more = (kmp_change_point){pose->s, margin, KMP_NEW(double, n)};
+    if (!more->q)
+        return 1;
+    memcpy(more->q, pose->q, n * sizeof *more->q);
+    k->change_count++;
+    return 0;
+}
+
+/* -- dead centres ------------------------------------------------------------------------------------ */
+
+static bool leads(const kempe_kinematics *k, int coordinate)
+{
+    for (int i = 0; i < k->lead_count; i++)
+        if (k->lead[i].coordinate == coordinate)
+            return true;
+    return false;
+}
+
+/* Coordinates that move most there, the best first. */
+static char *list_instead(const job *j)
+{
+    const kempe_system *s = j->k->system;
+    kmp_text text = {0};
+    double last = INFINITY;
+    int before = -1, listed = 0;
+    for (;;) {
+        int best = -1;
+        double most = SHARE;
+        for (int c = 0; c < s->n; c++) {
+            double share = kmp_sweep_share(&j->sweep, &j->sweep.here, c);
+            bool later = share < last || (share == last && c > before);
+            if (later && share > most && !leads(j->k, c)) {
+                best = c;
+                most = share;
+            }
+        }
+        if (best < 0)
+            break;
+        last = most;
+        before = best;
+        kmp_text_printf(&text, "%s%s", listed++ ? ", " : "", s->model->motions[best].name);
+    }
+    if (!listed)
+        kmp_text_put(&text, "");
+    return kmp_text_take(&text);
+}
+
+/* Where the sweep stands; `up`: s was growing. */
+static bool take_dead(job *j, bool up)
+{
+    kempe_kinematics *k = j->k;
+    kmp_pose *here = &j->sweep.here;
+    const kmp_lead *lead = &k->lead[k->first];
+    size_t n = (size_t)k->system->n, width = (size_t)k->width;
+    int d = k->dead_count++;
+    double *nothing = KMP_NEW(double, n);
+    k->dead_q[d] = KMP_NEW(double, n);
+    k->dead_shown[d] = KMP_NEW(double, width);
+    k->instead[d] = list_instead(j);
+    bool ok = nothing && k->dead_q[d] && k->dead_shown[d] && k->instead[d];
+    if (ok) {
+        memcpy(k->dead_q[d], here->q, n * sizeof *here->q);
+        show(j, here->s, here->q, nothing, nothing, k->dead_shown[d]);
+        double value = lead->coordinate < 0 ? kmp_lead_value(lead, here->s) : here->q[lead->coordinate];
+        k->dead[d] = (kempe_dead_centre){here->s,
+                                         kmp_kinematics_name(k, lead),
+                                         value,
+                                         up == (lead->to > lead->from) ? 1 : -1,
+                                         kmp_sweep_hold(&j->sweep, here),
+                                         kmp_sweep_margin(&j->sweep, here),
+                                         k->instead[d]};
+    }
+    kmp_free(nothing);
+    return ok;
+}
+
+/* -- the way ----------------------------------------------------------------------------------------- */
+
+/* Values of s of the first row that was reached, for the count of those before it. */
+static int first_row_from(const kempe_kinematics *k, double s)
+{
+    int row = 0;
+    while (row < k->asked && k->asked_s[row] < s - 1e-12)
+        row++;
+    return row;
+}
+
+static const char *unit_of(const kempe_kinematics *k, const kmp_lead *lead)
+{
+    return lead->coordinate < 0 ? "s" : k->system->model->motions[lead->coordinate].rotation ? "rad" : "m";
+}
+
+static void say_dead(job *j, int d)
+{
+    const kempe_kinematics *k = j->k;
+    const kempe_dead_centre *dead = &k->dead[d];
+    int moving = 0;
+    for (int i = 0; i < k->lead_count; i++)
+        moving += k->lead[i].from != k->lead[i].to;
+    kmp_text_printf(&j->reason, "%sdead centre: %s'%s' goes no %s than %.15g %s on this branch",
+                    j->reason.length ? "; " : "", moving > 1 ? "what is driven goes on no longer together: " : "",
+                    dead->coordinate, dead->largest > 0 ? "farther" : "lower", dead->value,
+                    unit_of(k, &k->lead[k->first]));
+    if (k->first == k->time)
+        kmp_text_put(&j->reason, ", where what moves in time is locked");
+    if (*dead->instead)
+        kmp_text_printf(&j->reason, ", there %s could drive on", dead->instead);
+}
+
+static void say_lost(job *j)
+{
+    const kempe_kinematics *k = j->k;
+    const kmp_lead *lead = &k->lead[k->first];
+    const kmp_pose *here = &j->sweep.here;
+    double value = lead->coordinate < 0 ? kmp_lead_value(lead, here->s) : here->q[lead->coordinate];
+    double margin = kmp_sweep_margin(&j->sweep, here);
+    kmp_text_printf(&j->reason, "steps come to nothing at %s = %.9g %s (margin of the closures %.1e)",
+                    kmp_kinematics_name(k, lead), value, unit_of(k, lead), margin);
+    kmp_angles_explain(k->system->model, here->q, &j->reason);
+}
+
+static kempe_status end_of(job *j, kmp_sweep_end end)
+{
+    if (end == KMP_SWEEP_NO_MEMORY)
+        return kmp_fail_memory(j->k->system->context);
+    if (end == KMP_SWEEP_INTERRUPTED)
+        kmp_text_put(&j->reason, "interrupted");
+    if (end == KMP_SWEEP_LOST)
+        say_lost(j);
+    return end == KMP_SWEEP_LOST ? KEMPE_E_FAILED : end == KMP_SWEEP_INTERRUPTED ? KEMPE_STOPPED : KEMPE_OK;
+}
+
+/* Where the leads are, on their own line: s of it. false: they are not on it. */
+static bool on_line(const job *j, double *s)
+{
+    const kempe_kinematics *k = j->k;
+    const kmp_lead *first = &k->lead[k->first];
+    *s = (j->start[k->first] - first->from) / (first->to - first->from);
+    for (int i = 0; i < k->lead_count; i++)
+        if (i != k->first && (k->lead[i].from != k->lead[i].to || k->lead[i].from != j->start[i]))
+            return false;
+    return true;
+}
+
+/* The given leads take over where s is as given. */
+static kempe_status lead(job *j, const kmp_lead *leads, double s)
+{
+    const kempe_kinematics *k = j->k;
+    kempe_status status = kmp_sweep_lead(&j->sweep, k->lead_count, leads, s);
+    return status != KEMPE_E_FAILED
+               ? status
+               : kmp_fail(k->system->context, status,
+                          "what is driven does not determine the rest where the sweep begins: a dead centre of '%s'",
+                          kmp_kinematics_name(k, &k->lead[k->first]));
+}
+
+/* From the assembled state to A, along a line of its own. */
+static kempe_status approach_aside(job *j)
+{
+    kempe_kinematics *k = j->k;
+    kmp_lead *way = KMP_NEW(kmp_lead, k->lead_count);
+    bool moves = false;
+    int rows;
+    if (!way)
+        return kmp_fail_memory(k->system->context);
+    for (int i = 0; i < k->lead_count; i++) {
+        way[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
+        moves = moves || way[i].from != way[i].to;
+    }
+    kempe_status status = KEMPE_OK;
+    if (moves) {
+        kmp_sweep_task task = {.s_end = 1, .row = take_row, .change = take_change, .user = j};
+        status = lead(j, way, 0);
+        kmp_sweep_end end = status == KEMPE_OK ? kmp_sweep_go(&j->sweep, &task, &rows) : KMP_SWEEP_ARRIVED;
+        if (end == KMP_SWEEP_DEAD)
+            status =
+                kmp_fail(k->system->context, KEMPE_E_FAILED,
+                         "the beginning of the ranges cannot be reached from where the model assembles: on the "
+                         "way there is a dead centre at '%s' = %.9g",
+                         kmp_kinematics_name(k, &k->lead[k->first]), j->sweep.here.q[k->lead[k->first].coordinate]);
+        else if (status == KEMPE_OK)
+            status = end_of(j, end);
+        if (status == KEMPE_OK && j->sweep.here.s != 1)
+            status = kmp_fail(k->system->context, KEMPE_E_FAILED,
+                              "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
+        while (k->change_count > 0) /* not of the range */
+            kmp_free(k->change[--k->change_count].q);
+    }
+    kmp_free(way);
+    return status;
+}
+
+/* Along the line of the range itself; where that ends in a dead centre within the range, the rows begin there. */
+static kempe_status approach_along(job *j, double s)
+{
+    kempe_kinematics *k = j->k;
+    int rows;
+    kmp_sweep_task task = {.s_end = 0, .row = take_row, .change = take_change, .user = j};
+    kempe_status status = lead(j, k->lead, s);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
+    while (k->change_count > 0) /* told again on the way back */
+        kmp_free(k->change[--k->change_count].q);
+    if (end != KMP_SWEEP_DEAD)
+        return end_of(j, end);
+    if (!take_dead(j, s < 0))
+        return kmp_fail_memory(k->system->context);
+    k->begin = first_row_from(k, j->sweep.here.s);
+    bool reached = s > 0 && k->begin < k->asked;
+    if (k->begin > 0 || !reached)
+        say_dead(j, 0);
+    return reached ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+static kempe_status go_through(job *j)
+{
+    kempe_kinematics *k = j->k;
+    int rows;
+    kmp_sweep_task task = {.s_end = 1,
+                           .count = k->asked - k->begin,
+                           .s = k->asked_s + k->begin,
+                           .row = take_row,
+                           .change = take_change,
+                           .user = j};
+    kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
+    if (end == KMP_SWEEP_DEAD) {
+        if (!take_dead(j, true))
+            return kmp_fail_memory(k->system->context);
+        if (rows < task.count)
+            say_dead(j, k->dead_count - 1);
+    }
+    kempe_status status = end_of(j, end);
+    return status == KEMPE_OK && k->count < k->asked ? KEMPE_STOPPED : status;
+}
+
+static kempe_status follow(job *j)
+{
+    kempe_kinematics *k = j->k;
+    double s;
+    kempe_status status = KEMPE_OK;
+    if (on_line(j, &s)) {
+        status = s != 0 ? approach_along(j, s) : lead(j, k->lead, 0);
+    } else {
+        status = approach_aside(j);
+        if (status == KEMPE_OK)
+            status = lead(j, k->lead, 0);
+    }
+    return status == KEMPE_OK ? go_through(j) : status;
+}
+
+/* -- all of it --------------------------------------------------------------------------------------- */
+
+static double cpu_now(void)
+{
+    struct timespec t;
+    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* From the assembled state q. */
+static kempe_status sweep_from(job *j, const double *q)
+{
+    kempe_kinematics *k = j->k;
+    for (int i = 0; i < k->lead_count; i++) {
+        int c = k->lead[i].coordinate;
+        j->start[i] = c < 0 ? 0 : q[c];
+        if (i >= k->driven)
+            k->lead[i].from = k->lead[i].to = q[c];
+    }
+    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
+    const kmp_lead from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
+    kempe_status status =
+        timed ? kmp_sweep_stand_moving(&j->sweep, &from_zero, 0, q) : kmp_sweep_stand(&j->sweep, 0, q);
+    if (status == KEMPE_OK)
+        status = kmp_kinematics_check_leads(k, &j->sweep);
+    if (status == KEMPE_OK)
+        status = follow(j);
+    k->steps = j->sweep.steps;
+    k->rejected = j->sweep.rejected;
+    k->newton = j->sweep.newton;
+    k->exchanges = j->sweep.exchanges;
+    return status;
+}
+
+static kempe_status run(job *j, const kempe_kinematics_ask *ask)
+{
+    const kempe_system *s = j->k->system;
+    const char *backend = ask->backend ? ask->backend : kmp_backend_default();
+    kempe_assembly *assembly = NULL;
+    if (!kmp_backend_find(backend))
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
+                        kmp_backend_names());
+    kempe_status status = kempe_assemble(s, &assembly);
+    bool any = false;
+    for (int c = 0; c < s->model->closure_count; c++)
+        any = any || j->k->released[c];
+    j->zero = KMP_NEW(double, s->m);
+    j->start = KMP_NEW(double, j->k->lead_count);
+    if (status == KEMPE_OK && (!j->zero || !j->start))
+        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK)
+        status = kmp_sweep_init(&j->sweep, s, backend, any ? j->k->released : NULL);
+    if (status == KEMPE_OK) {
+        j->plant = kmp_plant_new(s, backend);
+        status = j->plant ? sweep_from(j, assembly->q) : KEMPE_E_MEMORY;
+        kmp_sweep_free(&j->sweep);
+    }
+    kempe_assembly_free(assembly);
+    kmp_plant_free(j->plant);
+    kmp_free(j->zero);
+    kmp_free(j->start);
+    return status;
+}
+
+/* A failure that has rows or dead centres to tell is told with them. */
+static bool has_something(const kempe_kinematics *k)
+{
+    return k->count > 0 || k->dead_count > 0;
+}
+
+static kempe_status finish(job *j, kempe_status status)
+{
+    kempe_kinematics *k = j->k;
+    k->status = status;
+    if (j->reason.length > 0) {
+        bool lost = j->reason.failed;
+        if (status == KEMPE_E_FAILED && !lost)
+            (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
+        k->reason = kmp_text_take(&j->reason);
+        if (!k->reason)
+            return kmp_fail_memory(k->system->context);
+    }
+    return status;
+}
+
+kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_ask *ask,
+                                  kempe_kinematics **kinematics)
+{
+    kmp_context_clear(system->context);
+    double begin = cpu_now();
+    kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);
+    if (!k)
+        return kmp_fail_memory(system->context);
+    k->system = system;
+    job j = {.k = k};
+    kempe_status status = kmp_kinematics_ask(k, ask);
+    if (status == KEMPE_OK)
+        status = take_columns(k);
+    if (status == KEMPE_OK && !make_room(k))
+        status = kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = finish(&j, run(&j, ask));
+    kmp_text_free(&j.reason);
+    k->cpu_s = cpu_now() - begin;
+    if (status >= 0 || (status == KEMPE_E_FAILED && has_something(k)))
+        *kinematics = k;
+    else
+        kempe_kinematics_free(k);
+    return status;
+}
+
+void kempe_kinematics_free(kempe_kinematics *k)
+{
+    if (!k)
+        return;
+    for (int c = 0; k->column && c < k->width; c++)
+        kmp_free(k->column[c].name);
+    for (int d = 0; d < KMP_MOST_DEAD; d++) {
+        kmp_free(k->instead[d]);
+        kmp_free(k->dead_q[d]);
+        kmp_free(k->dead_shown[d]);
+    }
+    for (int c = 0; c < k->change_count; c++)
+        kmp_free(k->change[c].q);
+    void *rooms[] = {k->reason, k->lead, k->released, k->asked_s, k->s,     k->q,
+                     k->qd,     k->qdd,  k->column,   k->shown,   k->change};
+    for (size_t r = 0; r < sizeof rooms / sizeof *rooms; r++)
+        kmp_free(rooms[r]);
+    kmp_free(k);
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+const char *kempe_kinematics_status(const kempe_kinematics *k)
+{
+    return k->status == KEMPE_OK ? "ok" : k->status == KEMPE_STOPPED ? "stopped" : "failed";
+}
+
+const char *kempe_kinematics_reason(const kempe_kinematics *k)
+{
+    return k->reason ? k->reason : "";
+}
+
+int kempe_kinematics_count(const kempe_kinematics *k)
+{
+    return k->count;
+}
+
+double kempe_kinematics_s(const kempe_kinematics *k, int row)
+{
+    return row >= 0 && row < k->count ? k->s[row] : NAN;
+}
+
+double kempe_kinematics_t(const kempe_kinematics *k, int row)
+{
+    double s = kempe_kinematics_s(k, row);
+    return k->time < 0 ? s / rate_of_s(k) : kmp_lead_value(&k->lead[k->time], s);
+}
+
+static const double *row_of(const kempe_kinematics *k, const double *table, int width, int row)
+{
+    return row >= 0 && row < k->count ? table + (size_t)row * (size_t)width : NULL;
+}
+
+const double *kempe_kinematics_q(const kempe_kinematics *k, int row)
+{
+    return row_of(k, k->q, k->system->n, row);
+}
+
+const double *kempe_kinematics_qd(const kempe_kinematics *k, int row)
+{
+    return row_of(k, k->qd, k->system->n, row);
+}
+
+const double *kempe_kinematics_qdd(const kempe_kinematics *k, int row)
+{
+    return row_of(k, k->qdd, k->system->n, row);
+}
+
+int kempe_kinematics_output_count(const kempe_kinematics *k)
+{
+    return k->width;
+}
+
+const char *kempe_kinematics_output_name(const kempe_kinematics *k, int column)
+{
+    return column >= 0 && column < k->width ? k->column[column].name : NULL;
+}
+
+const double *kempe_kinematics_outputs(const kempe_kinematics *k, int row)
+{
+    return row_of(k, k->shown, k->width, row);
+}
+
+int kempe_kinematics_dead_count(const kempe_kinematics *k)
+{
+    return k->dead_count;
+}
+
+const kempe_dead_centre *kempe_kinematics_dead(const kempe_kinematics *k, int d)
+{
+    return d >= 0 && d < k->dead_count ? &k->dead[d] : NULL;
+}
+
+const double *kempe_kinematics_dead_q(const kempe_kinematics *k, int d)
+{
+    return d >= 0 && d < k->dead_count ? k->dead_q[d] : NULL;
+}
+
+int kempe_kinematics_change_count(const kempe_kinematics *k)
+{
+    return k->change_count;
+}
+
+double kempe_kinematics_change(const kempe_kinematics *k, int c)
+{
+    return c >= 0 && c < k->change_count ? k->change[c].s : NAN;
+}
