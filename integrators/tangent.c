@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/tangent.h"
 #include "base/memory.h"
+#include "integrators/tangent_numbers.h"
 #include "symbolic/partials.h"
 #include <stdlib.h>
 #include <string.h>
@@ -293,6 +294,10 @@ static void sort_entries(gather *g)
 
 void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters)
 {
+    if (tangents->numbers) {
+        kmp_tangent_numbers_set_parameters(tangents->numbers, parameters);
+        return;
+    }
     kmp_machine_set(tangents->value, KMP_IN_PARAMETER, parameters);
     kmp_machine_set(tangents->tangent, KMP_IN_PARAMETER, parameters);
     tangents->value_charts = tangents->tangent_charts = -1; /* stage 0 runs when the charts are known */
@@ -364,8 +369,26 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     return ok ? status : kmp_fail_memory(system->context);
 }
 
+kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend)
+{
+    if (!kmp_tangent_numbers_can(system))
+        return kmp_tangents_init(tangents, system, backend, KMP_TANGENTS_NEAR);
+    *tangents = (kmp_tangents){.n = system->n, .m = system->m};
+    for (int v = 0; v < KMP_VALUES; v++)
+        tangents->at[v] = -1;
+    tangents->numbers = kmp_tangent_numbers_new(system, &tangents->entry, tangents->start);
+    if (!tangents->numbers) {
+        kmp_tangents_free(tangents);
+        return kmp_fail_memory(system->context);
+    }
+    qsort(tangents->entry, (size_t)tangents->start[KMP_TANGENT_BLOCKS], sizeof *tangents->entry, by_place);
+    kmp_tangent_numbers_set_parameters(tangents->numbers, system->parameters);
+    return KEMPE_OK;
+}
+
 void kmp_tangents_free(kmp_tangents *tangents)
 {
+    kmp_tangent_numbers_free(tangents->numbers);
     kmp_machine_free(tangents->value);
     kmp_machine_free(tangents->tangent);
     kmp_program_free(tangents->value_program);
@@ -426,6 +449,8 @@ const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at)
 {
+    if (tangents->numbers)
+        return kmp_tangent_numbers_eval(tangents->numbers, at);
     const double *outputs = run(tangents->tangent, at, &tangents->tangent_charts);
     kmp_effort *effort = &tangents->effort;
     int n = effort->n;

@@ -24,6 +24,9 @@ typedef enum kmp_value {
     KMP_VALUES
 } kmp_value;
 
+/** What everything near one state follows from. */
+enum { KMP_TANGENTS_NEAR = 1 << KMP_VALUE_R | 1 << KMP_VALUE_RATE | 1 << KMP_VALUE_CURVE };
+
 /** Their derivatives. M and J by name, because several blocks share them. */
 typedef enum kmp_tangent_block {
     KMP_R_Q,
@@ -55,6 +58,7 @@ typedef struct kmp_tangents {
     kmp_effort effort;                      /* of the user, which no program knows */
     double *with_effort, *tangents_with_it; /* outputs of the programs with it */
     int first_effort;                       /* source of its first tangent */
+    struct kmp_tangent_numbers *numbers;    /* in place of the programs (kmp_tangents_init_few) */
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
@@ -71,6 +75,10 @@ typedef struct kmp_instant {
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
+
+/** R, rate and curve for a few places: derivatives alone, number by number where that is possible
+ * (tangent_numbers.h). */
+kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
 /** The system's parameters have these values now. */
 void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters);

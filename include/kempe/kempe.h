@@ -120,7 +120,7 @@ typedef struct kempe_system kempe_system;
  *  joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 
-/** The same with a word for how the dynamics are written: auto, composite, ner or articulated; NULL: the model's, or
+/** The same with a word for how the dynamics are written: auto, composite, plain, ner or articulated; NULL: the model's, or
  *  auto, which takes what costs less. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: the accelerations cannot
  *  be written by articulated bodies, and why. */
 KEMPE_API kempe_status kempe_system_new_by(const kempe_model *model, const char *dynamics, kempe_system **system);

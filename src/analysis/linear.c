@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
@@ -19,14 +20,13 @@ static bool make_room(kmp_linear *l)
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
 {
-    unsigned values = 1u << KMP_VALUE_R | 1u << KMP_VALUE_RATE | 1u << KMP_VALUE_CURVE;
     *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
     linear->plant = kmp_plant_new(system, backend);
     if (!linear->plant)
         return KEMPE_E_MEMORY;
     kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
-        status = kmp_tangents_init(&linear->tangents, system, linear->plant->backend, values);
+        status = kmp_tangents_init_few(&linear->tangents, system, linear->plant->backend);
     if (status != KEMPE_OK)
         kmp_linear_free(linear);
     return status;
@@ -111,6 +111,22 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     return KEMPE_OK;
 }
 
+/* Deriving the tangents takes as long as some hundred evaluations number by number; then each is several times as fast.
+ * Without memory for it all stays as it is. */
+static void derive_when_worth(kmp_linear *l)
+{
+    enum { WORTH = 200 };
+    kmp_tangents derived;
+    if (++l->looks != WORTH || !l->tangents.numbers)
+        return;
+    if (kmp_tangents_init(&derived, l->system, l->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+        kmp_context_clear(l->system->context);
+        return;
+    }
+    kmp_tangents_free(&l->tangents);
+    l->tangents = derived;
+}
+
 /* What follows from qdd, and the tangents. */
 static void complete(kmp_linear *l)
 {
@@ -119,6 +135,7 @@ static void complete(kmp_linear *l)
     memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
     if (l->plain)
         return;
+    derive_when_worth(l);
     kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
 }

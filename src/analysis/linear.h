@@ -21,6 +21,7 @@ typedef struct kmp_linear {
     kmp_reduction red;
     kmp_tangents tangents;
     const double *d; /* values of the tangents at the state */
+    int looks;       /* states so far */
     int n, m, p;
     bool chosen;                        /* part and red are there */
     bool held;                          /* the caller sets: conditions of the model stay as the plant holds them */
@@ -32,7 +33,8 @@ typedef struct kmp_linear {
     double *unit, *work;                /* n, 5 n + m */
 } kmp_linear;
 
-/** Derives the tangents and makes room. No independent coordinates are chosen yet. KEMPE_E_MEMORY. */
+/** Makes room. The tangents are evaluated number by number at first, and derived when that has happened often. No
+ * independent coordinates are chosen yet. KEMPE_E_MEMORY. */
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend);
 void kmp_linear_free(kmp_linear *linear);
 

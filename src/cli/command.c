@@ -174,12 +174,14 @@ kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char
 
 /* -- running one ----------------------------------------------------------------------------------- */
 
-static kempe_status prepare(cli_job *j, bool equations)
+static kempe_status prepare(cli_job *j, const cli_command *command)
 {
+    bool equations = !command->model_alone || !command->model_alone(j->settings);
+    const char *dynamics = j->settings->dynamics ? j->settings->dynamics : command->dynamics;
     kempe_status status =
         kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
     if (status == KEMPE_OK && equations)
-        status = kempe_system_new_by(j->model, j->settings->dynamics, &j->system);
+        status = kempe_system_new_by(j->model, dynamics, &j->system);
     cli_tell_failure(j, status, false);
     return status;
 }
@@ -220,7 +222,7 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     }
     kempe_context_set_log(j.context, on_log, &terminal);
     watch_interrupt(j.context);
-    kempe_status status = prepare(&j, !command->model_alone || !command->model_alone(settings));
+    kempe_status status = prepare(&j, command);
     if (status == KEMPE_OK)
         status = command->run(&j);
     interrupted_context = NULL;

@@ -28,6 +28,7 @@ typedef struct cli_command {
     const char *name, *usage, *summary, *examples;
     bool (*accepts)(const cli_settings *settings);     /* false after a complaint on stderr; NULL: anything */
     bool (*model_alone)(const cli_settings *settings); /* no equations are wanted; NULL: they are */
+    const char *dynamics; /* how the equations are written where nobody says; NULL: as the model asks */
     kempe_status (*run)(const cli_job *j);
 } cli_command;
 

@@ -99,6 +99,7 @@ static const option options[] = {
     {CLI_INVERSE, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME",
      "what evaluates the equations: native (default), tape"},
     {CLI_INVERSE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write a row an instant as CSV"},
+     "how they are written: auto, composite, plain, ner, articulated"},
     {CLI_COMPARE, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..", "relative tolerances"},
     {CLI_COMPARE, "roads", 0, OPTION_TEXT, AT(compare.roads), "NAME,..", "roads (default: all)"},
     {CLI_COMPARE, "forms", 0, OPTION_TEXT, AT(compare.forms), "NAME,..", "forms (default: the standard ones)"},

@@ -229,7 +229,7 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
         status = derive_jacobian(eq);
     if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))
         status = derive_rates(eq, sets & KMP_SET_JDQD);
-    if (status == KEMPE_OK && !kmp_gaps_shorten(eq, sets, !scene->ways))
+    if (status == KEMPE_OK && !scene->plain && !kmp_gaps_shorten(eq, sets, !scene->ways))
         status = kmp_fail_memory(eq->context);
     if (status == KEMPE_OK && sets & KMP_SET_REACTION)
         derive_reactions(eq);

@@ -322,13 +322,6 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
     return kmp_equations_derive(eq, model, &scene);
 }
 
-kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
-                                       kmp_events *events)
-{
-    const kmp_scene scene = {.sets = sets, .scheme = scheme, .events = events, .charted = true};
-    return kmp_equations_derive(eq, model, &scene);
-}
-
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs)
 {
     const kmp_parallel parallel = {eq->run, eq->n};

@@ -42,6 +42,7 @@ typedef struct kmp_scene {
     bool labels;              /* nodes are called what they are */
     bool charted;             /* spherical joints have charts as inputs (model/spherical.h) */
     unsigned without;         /* rules of the graph that shall not hold (symbolic/graph.h) */
+    bool plain;               /* as derived: no shorter way is looked for */
     bool optimize;            /* look longer for the choice with the fewest operations: joint by joint */
     const kmp_ways *ways;     /* NULL: the one with the fewest operations of some */
     kmp_tangent_way tangents; /* without ways: how both derivatives of the inverse dynamics are made */
@@ -103,10 +104,6 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
 /** The same for scenes that say no more. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
-/** The same for programs that integrate: with conditions as inputs (`events` is added to; NULL: as above), and with the
- *  charts of spherical joints (model/spherical.h). */
-kempe_status kmp_equations_init_smooth(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
-                                       kmp_events *events);
 void kmp_equations_free(kmp_equations *eq);
 
 /** The outputs of sets that are not zero, into room for kmp_equations_most_outputs; how many. */

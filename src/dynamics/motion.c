@@ -55,11 +55,11 @@ static void finish(groups *g, int n, const kmp_ref *of_coordinates, int m, const
     g->count[2] = n + m;
 }
 
-static kmp_program *program_of(const groups *g, const kmp_equations *eq)
+static kmp_program *program_of(const groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     const int *count = g->count;
     const kmp_ref *group[3] = {g->out, g->out + count[0], g->out + count[0] + count[1]};
-    return kmp_equations_shorten(eq, count[0] + count[1] + count[2], g->out)
+    return s->dynamics == KMP_DYNAMICS_PLAIN || kmp_equations_shorten(eq, count[0] + count[1] + count[2], g->out)
                ? kmp_program_new(eq->graph, 3, count, group)
                : NULL;
 }
@@ -82,7 +82,7 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
         kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, g.out + g.count[0])) {
         g.count[1] = s->mass.count;
         finish(&g, s->n, eq->bias, s->m, eq->jdqd);
-        s->motion = program_of(&g, eq);
+        s->motion = program_of(&g, s, eq);
     }
     kmp_free(g.out);
     return s->motion;
@@ -96,7 +96,7 @@ static bool make_articulated(kempe_system *s, kmp_equations *eq)
         kmp_pattern_init(&s->mobility, m, m, eq->mobility, g.out + g.count[0] + s->compliance.count)) {
         g.count[1] = s->compliance.count + s->mobility.count;
         finish(&g, n, eq->free_qdd, m, eq->drift);
-        s->articulated = program_of(&g, eq);
+        s->articulated = program_of(&g, s, eq);
     }
     kmp_free(g.out);
     return s->articulated;

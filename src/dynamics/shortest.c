@@ -278,8 +278,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     kempe_status status = kmp_equations_derive_once(eq, model, scene);
     const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
                              KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
-    if (status != KEMPE_OK || scene->ways || !(scene->sets & dynamic) || scene->sets & KMP_SET_RESIDUAL ||
-        model->motion_count > MOST_MOTIONS)
+    if (status != KEMPE_OK || scene->plain || scene->ways || !(scene->sets & dynamic) ||
+        scene->sets & KMP_SET_RESIDUAL || model->motion_count > MOST_MOTIONS)
         return status;
     kmp_equations work = *eq;
     search s = {.model = model, .scene = *scene, .work = &work};

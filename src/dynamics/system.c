@@ -220,12 +220,22 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
     return kmp_system_rescale(s) && name_rows(s) && take_charts(s);
 }
 
+/* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
+static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *eq)
+{
+    const kmp_scene scene = {.sets = sets,
+                             .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                             .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                             .events = &s->events,
+                             .charted = true};
+    return kmp_equations_derive(eq, s->model, &scene);
+}
+
 static kempe_status derive(kempe_system *s)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    kmp_scheme scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE;
-    kempe_status status = kmp_equations_init_smooth(&eq, s->model, KMP_MOTION_SETS, scheme, &s->events);
+    kempe_status status = derive_sets(s, KMP_MOTION_SETS, &eq);
     if (status != KEMPE_OK)
         return status;
     bool ok = take_rows(s, &eq) && kmp_motion_make(s, &eq);
@@ -233,7 +243,7 @@ static kempe_status derive(kempe_system *s)
     if (ok)
         status = kmp_motion_add_articulated(s);
     if (ok && status == KEMPE_OK)
-        status = kmp_equations_init_smooth(&eq, s->model, judge, KMP_SCHEME_COMPOSITE, &s->events);
+        status = derive_sets(s, judge, &eq);
     if (ok && status == KEMPE_OK) {
         ok = make_judge(s, &eq) && make_changes(s, &eq) && kmp_goals_program(&eq, &s->goals);
         kmp_equations_free(&eq);

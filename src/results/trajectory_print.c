@@ -150,7 +150,8 @@ static void show(kmp_text *text, const kempe_trajectory *t)
 /* As the run went, not as it was asked for. */
 static const char *dynamics_of(const kempe_trajectory *t)
 {
-    kmp_dynamics by_mass = t->system->dynamics == KMP_DYNAMICS_NER ? KMP_DYNAMICS_NER : KMP_DYNAMICS_COMPOSITE;
+    kmp_dynamics asked = t->system->dynamics;
+    kmp_dynamics by_mass = asked == KMP_DYNAMICS_NER || asked == KMP_DYNAMICS_PLAIN ? asked : KMP_DYNAMICS_COMPOSITE;
     return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
 }
 

@@ -691,7 +691,7 @@ class Simulate(Case):
             self.assertLess(found["residual"]["h_max"], 1e-6)
 
     def test_dynamics(self):
-        for word in ("composite", "ner", "articulated"):
+        for word in ("composite", "plain", "ner", "articulated"):
             found = self.object(0, *self.SHORT, "--dynamics", word)
             self.assertEqual(found["dynamics"], word)
         self.assertEqual(self.object(0, *self.SHORT)["dynamics"], "composite")

@@ -383,8 +383,9 @@ static void massless_ends_fall_back(void)
                "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate 'hook' of body 'hook' "
                "moves none; give the bodies behind it an inertia about its axis, or take M and C");
     CHECK(kempe_system_new_by(model, "articulate", &none) == KEMPE_E_ARGUMENT && !none);
-    CHECK_TEXT(kempe_context_message(context), "dynamics 'articulate' is unknown; there is: auto, composite, ner, "
-                                               "articulated; did you mean 'articulated'?");
+    CHECK_TEXT(kempe_context_message(context),
+               "dynamics 'articulate' is unknown; there is: auto, composite, plain, ner, "
+               "articulated; did you mean 'articulated'?");
     kempe_system_free(system);
     kempe_model_free(model);
     kempe_context_free(context);

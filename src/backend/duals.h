@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives of a program's outputs at one place, number by number: the chain rule runs forward through the program
+ * along several inputs at a time (Griewank and Walther 2008, ch. 3). They are as exact as derived expressions, and cost
+ * nothing before; where a program is looked at a few times only, deriving expressions takes longer. */
+#ifndef KMP_BACKEND_DUALS_H
+#define KMP_BACKEND_DUALS_H
+
+#include "symbolic/program.h"
+
+enum { KMP_DUALS_WIDTH = 8, KMP_DUALS_MARKED = 64 }; /* inputs at a time */
+
+typedef struct kmp_duals kmp_duals;
+
+/** Whether all operations of the program are known here: implicit blocks are not. */
+bool kmp_duals_know(const kmp_program *program);
+
+/** Of a program that stays. NULL: no memory. */
+kmp_duals *kmp_duals_new(const kmp_program *program);
+void kmp_duals_free(kmp_duals *duals);
+
+/** All inputs of a kind. */
+void kmp_duals_set(kmp_duals *duals, kmp_input_kind kind, const double *values);
+
+/** Values at these inputs, of all operations. No allocation, as all that follows. */
+void kmp_duals_run(kmp_duals *duals);
+
+/** Value of output k. */
+double kmp_duals_value(const kmp_duals *duals, int k);
+
+/** Derivatives at the values along inputs `first` to `first` + KMP_DUALS_WIDTH - 1 of a kind. */
+void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first);
+
+/** Those of output k; false where it does not depend on any of these inputs. */
+bool kmp_duals_get(const kmp_duals *duals, int k, double slope[KMP_DUALS_WIDTH]);
+
+/** What can depend on inputs `first` to `first` + KMP_DUALS_MARKED - 1 of a kind, at whatever values; of output k a bit
+ *  for each. */
+void kmp_duals_mark(kmp_duals *duals, kmp_input_kind kind, uint32_t first);
+uint64_t kmp_duals_moves(const kmp_duals *duals, int k);
+
+#endif
