@@ -546,9 +546,45 @@ def ride():
     return p
 
 
+def limousine():
+    seen = lambda x, y, z: oblique((-y, 0.55 * x, z))      # from behind and above, left to the left
+    p = Picture("A saloon on bushings, from behind")
+    corners = {}
+    for axle, x0, sag in (("F", 0, 0.02), ("R", -3.1, 0.017)):
+        for s in (1, -1):
+            at = lambda x, y, z: seen(x0 + x, y * s, z)
+            A, B, C, S = at(0.18, 0.37, -0.10), at(-0.20, 0.37, -0.10), at(0.01, 0.75, -0.13), at(0, 0.59, -0.09)
+            U, V, top = at(0.13, 0.48, 0.17), at(-0.16, 0.47, 0.16), at(0, 0.52, 0.50)
+            OU, OV, T, W = at(0.01, 0.72, 0.20), at(-0.03, 0.72, 0.20), at(-0.14, 0.73, -0.04), at(0, 0.81, 0)
+            R, H, E, D = at(-0.15, 0.36, -0.05), at(-0.30, 0.32, 0.02), at(-0.07, 0.60, 0.06), at(-0.06, 0.61, -0.09)
+            post = at(0, 0.81, -0.34)
+            for colour, *points in ((1, A, B, C), (0, U, OU), (0, V, OV), (2, C, OU, OV, T, W), (3, R, T), (4, H, E), (5, E, D)):
+                p.body("", *points, colour=colour)
+            p.body("", H, at(-0.30, 0, 0.02), colour=4)
+            p.spring(top, S)
+            p.spring(W, post)
+            p.pivot(post, fixed=True)
+            for point in (A, B, C, U, V, OU, OV, T, W, R, H, E, D, top):
+                p.pivot(point)
+            corners[axle, s] = (A, B, top)
+    p.body("", *(seen(-0.15, y, -0.05) for y in (0.36, -0.36)), colour=3)
+    mounts = [seen(x, y, 0.02) for x, y in ((0.30, 0.42), (0.30, -0.42), (-0.35, -0.40), (-0.35, 0.40))]
+    p.body("", *mounts, colour=6)
+    p.body("", *(seen(x, y, 0.05) for x, y in ((0.05, 0.30), (0.05, -0.30), (-0.85, -0.20), (-0.85, 0.20))), colour=7)
+    for s in (1, -1):
+        (front_a, front_b, front_top), (rear_a, rear_b, rear_top) = corners["F", s], corners["R", s]
+        for a, b in ((front_top, rear_top), (rear_top, rear_a), (rear_top, rear_b), (front_top, mounts[0 if s > 0 else 1])):
+            p.guide(a, b)
+    p.guide(corners["R", 1][2], corners["R", -1][2])
+    p.guide(corners["F", 1][2], corners["F", -1][2])
+    for point in mounts:
+        p.pivot(point)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension, ride, crank_rocker)
+            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine)
 
 if __name__ == "__main__":
     for make in PICTURES:

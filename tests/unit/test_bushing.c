@@ -2,11 +2,13 @@
 /* Bushings between points of random mechanisms: what they add to the equations against their potential and their rates,
  * written down once more with rotation matrices and the angle of a rotation; a mass that hangs on one; three springs;
  * both bodies changed for each other; energy. */
-#include "analysis/linear.h"
+#include "analysis/equilibrium.h"
 #include "check.h"
+#include "constraints/assemble.h"
 #include "derived.h"
 #include "distance.h"
 #include "loaded.h"
+#include "model/output_table.h"
 #include "random_model.h"
 #include "results/trajectory.h"
 
@@ -270,6 +272,38 @@ static void about_one_axis_it_is_the_sine(void)
     }
 }
 
+/* -- a car ------------------------------------------------------------------------------------------- */
+
+/* Upwards; the bushings between posts and wheels are the model's outputs. */
+static double tyres(const kempe_model *model, const kmp_linear *l)
+{
+    double sum = 0;
+    const double *shown = kmp_plant_shown(l->plant, 0, l->q, l->qd, l->qdd, l->lambda);
+    for (int o = 0; o < model->output_count; shown += kmp_output_width(model, &model->outputs[o]), o++)
+        sum += model->outputs[o].kind == KMP_OUTPUT_FORCE ? shown[2] : 0;
+    return sum;
+}
+
+static void a_car_stands_on_its_tyres(void)
+{
+    loaded m = load("examples/limousine/limousine.yaml");
+    kempe_assembly *a = NULL;
+    kmp_linear l;
+    static kmp_search search = {.nearest = true};
+    double q[MODEL_MAX_N], weight = 0;
+    CHECK(kempe_assemble(m.system, &a) == KEMPE_OK && kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
+    memcpy(q, a->q, (size_t)l.n * sizeof *q);
+    CHECK(kmp_linear_choose(&l, 0, q, NULL, 0) == KEMPE_OK && l.n == 63);
+    CHECK(kmp_equilibrium_find(&l, 0, q, &search) == KEMPE_OK);
+    for (int k = 1; k < m.model->body_count; k++)
+        weight += 9.81 * m.model->bodies[k].mass.value;
+    CHECK(weight > 18000);
+    CHECK_NEAR(tyres(m.model, &l) / weight, 1, 1e-10);
+    kmp_linear_free(&l);
+    kempe_assembly_free(a);
+    unload(&m);
+}
+
 /* -- a run ----------------------------------------------------------------------------------------------- */
 
 static double drift(const char *damping)
@@ -304,6 +338,7 @@ int main(void)
     TEST(it_is_three_springs_where_they_are_long);
     TEST(turning_back_is_mutual);
     TEST(about_one_axis_it_is_the_sine);
+    TEST(a_car_stands_on_its_tyres);
     TEST(energy_is_balanced);
     return check_report();
 }

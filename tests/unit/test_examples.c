@@ -5,7 +5,7 @@
 #include "results/reference.h"
 #include <math.h>
 
-enum { MOST_TIMES = 8, MOST = 32 };
+enum { MOST_TIMES = 8, MOST = 64 };
 
 typedef struct rows {
     int count, n;
@@ -80,9 +80,17 @@ static void test_suspension(void)
     follow(model, digits, "dae", 1e-9, 1e-7, 1e-5);
 }
 
+static void test_limousine(void)
+{
+    static const char model[] = "examples/limousine/limousine.yaml", digits[] = "examples/limousine/reference.csv";
+    follow(model, digits, "reduced", 1e-12, 1e-10, 1e-8);
+    follow(model, digits, "projected", 1e-12, 1e-10, 1e-8);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
     TEST(test_suspension);
+    TEST(test_limousine);
     return check_report();
 }
