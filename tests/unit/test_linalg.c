@@ -2,6 +2,7 @@
 /* Dense factorisations against random matrices, the block solver against dense LU. */
 #include "base/memory.h"
 #include "check.h"
+#include "linalg/assign.h"
 #include "linalg/block.h"
 #include "linalg/dense.h"
 
@@ -454,6 +455,34 @@ static void test_dense_counts_its_arithmetic(void)
     CHECK(solve.add == 6 && solve.mul == 6 && solve.div == 6 && solve.root == 0);
 }
 
+/* Against all permutations. */
+static double cheapest(int n, const double *cost, int row, unsigned taken)
+{
+    double best = row == n ? 0 : INFINITY;
+    for (int j = 0; j < n && row < n; j++)
+        if (!(taken & 1u << j))
+            best = fmin(best, cost[row + j * n] + cheapest(n, cost, row + 1, taken | 1u << j));
+    return best;
+}
+
+static void test_assign(void)
+{
+    for (int n = 0; n <= 7; n++)
+        for (int trial = 0; trial < 20; trial++) {
+            double cost[49], sum = 0;
+            int column[7];
+            unsigned taken = 0;
+            randomise(n * n, cost);
+            CHECK(kmp_assign(n, cost, column) == 0);
+            for (int i = 0; i < n; i++) {
+                sum += cost[i + column[i] * n];
+                taken |= 1u << column[i];
+            }
+            CHECK(taken == (1u << n) - 1);
+            CHECK_NEAR(sum, cheapest(n, cost, 0, 0), 1e-14);
+        }
+}
+
 int main(void)
 {
     TEST(every_block_has_its_sign);
@@ -471,5 +500,6 @@ int main(void)
     TEST(test_block_names_the_singular_column);
     TEST(test_block_counts_its_arithmetic);
     TEST(test_dense_counts_its_arithmetic);
+    TEST(test_assign);
     return check_report();
 }
