@@ -261,7 +261,7 @@ bool kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     }
     kmp_text_put(text, "]");
     key(text, "picture");
-    if (picture && picture->row.rows > 0 && !kmp_motion_picture(text, c->system->model, picture))
+    if (picture && picture->row.rows > 0 && !kmp_motion_picture(text, c->system->model, &picture->row))
         return false;
     kmp_text_put(text, picture && picture->row.rows > 0 ? "}" : "null}");
     return !text->failed;

@@ -315,31 +315,35 @@ function clockOf(t, t_end) {
     return `${t.toFixed(places)} s`;
 }
 
-function beginStage() {
-    const canvas = byId("view"), picture = data.picture;
+/* `ask`: span() is the part of the frames' time that is played and seconds() how long that takes; note(picture), clock(t)
+ * and shown(t) say what is under the picture. */
+function beginStage(picture, ask) {
+    const canvas = byId("view");
     if (!picture) {
         byId("stage-note").textContent = "There is no run to be shown moving.";
         byId("play").parentElement.hidden = true;
         canvas.parentElement.hidden = true;
         return null;
     }
-    const m = makeMechanism(picture), t_end = picture.frames.t_end, orbit = { ...m.home, home: m.home, zoom: 1 };
+    const m = makeMechanism(picture), orbit = { ...m.home, home: m.home, zoom: 1 };
     const view = hasWebGL() ? glView(canvas, m) : canvasView(canvas, m);
     const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const length = () => ask.span()[1] - ask.span()[0];
     let t = 0, playing = false, last = 0;
 
     function draw() {
         const width = Math.max(canvas.clientWidth, 50), height = Math.max(canvas.clientHeight, 50);
         const room = 1.12, border = 9 * m.thick;
         const scale = orbit.zoom * Math.min(width / (2 * (room * m.extent.width + border)), height / (2 * (room * m.extent.height + border)));
-        view.draw(m.motion(t), { width, height, scale, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) });
-        byId("clock").textContent = clockOf(t, t_end);
-        showCursor(t);
+        view.draw(m.motion(ask.span()[0] + t), { width, height, scale, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) });
+        byId("clock").textContent = ask.clock(t);
+        ask.shown(t);
     }
 
     function step(now) {
         if (!playing) return;
-        t += ((now - last) / 1000) * (t_end / PLAY_SECONDS);
+        const t_end = length();
+        t += ((now - last) / 1000) * (t_end / ask.seconds());
         if (t > t_end) t = t_end > 0 ? t % t_end : 0;
         last = now;
         byId("time").value = String(Math.round((1000 * t) / (t_end || 1)));
@@ -348,10 +352,11 @@ function beginStage() {
     }
 
     function play(on) {
-        playing = on && t_end > 0;
+        const before = playing;
+        playing = on && length() > 0;
         byId("play").textContent = playing ? "\u275a\u275a" : "\u25b6";
         last = performance.now();
-        if (playing) requestAnimationFrame(step);
+        if (playing && !before) requestAnimationFrame(step);
     }
 
     listenToOrbit(canvas, orbit, draw);
@@ -363,13 +368,13 @@ function beginStage() {
     });
     byId("time").addEventListener("input", () => {
         play(false);
-        t = (t_end * Number(byId("time").value)) / 1000;
+        t = (length() * Number(byId("time").value)) / 1000;
         draw();
     });
     new ResizeObserver(draw).observe(canvas);
-    byId("stage-note").textContent = stageNote(picture);
+    byId("stage-note").textContent = ask.note(picture);
     tellNames(picture.bodies);
-    byId("play").parentElement.hidden = !(t_end > 0);
+    byId("play").parentElement.hidden = !(length() > 0);
     canvas.dataset.frames = picture.frames.count;
     canvas.dataset.bodies = picture.bodies.length;
     canvas.dataset.view = view.kind;
@@ -381,6 +386,13 @@ function beginStage() {
             view.rebuild();
             tellNames(picture.bodies);
             draw();
+        },
+        /* Another span: from its beginning. */
+        restart() {
+            t = 0;
+            byId("stage-note").textContent = ask.note(picture);
+            draw();
+            play(!calm);
         },
     };
 }

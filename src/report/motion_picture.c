@@ -17,7 +17,7 @@ enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7 };
 
 typedef struct picture {
     const kempe_model *model;
-    const kmp_record *record;
+    const kmp_samples *row;
     kmp_drawing drawing;
     int frames, stride; /* every so many rows is a frame */
     kmp_pose *poses;
@@ -43,7 +43,7 @@ double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record
 
 static const double *row_of(const picture *p, int frame)
 {
-    return kmp_samples_get(&p->record->row, KMP_QUANTITY_Q, frame * p->stride);
+    return kmp_samples_get(p->row, KMP_QUANTITY_Q, frame * p->stride);
 }
 
 static void pose_frames(picture *p)
@@ -60,9 +60,15 @@ static void pose_frames(picture *p)
     }
 }
 
+int kmp_motion_picture_frames(const kempe_model *model)
+{
+    int moving = (model->body_count < MOST_BODIES ? model->body_count : MOST_BODIES) - 1;
+    return moving > 0 ? MOST_NUMBERS / (BODY_NUMBERS * moving) : MOST_NUMBERS;
+}
+
 static bool make_frames(picture *p)
 {
-    int moving = p->drawing.body_count - 1, rows = p->record->row.rows;
+    int moving = p->drawing.body_count - 1, rows = p->row->rows;
     int most = moving > 0 ? MOST_NUMBERS / (BODY_NUMBERS * moving) : rows;
     p->stride = 1;
     while ((rows - 1) / p->stride + 1 > most)
@@ -105,7 +111,7 @@ static void put_frames(kmp_text *text, picture *p)
 {
     size_t count = 4 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
     kmp_text_printf(text, "\"frames\":{\"count\":%d,\"t_end\":", p->frames);
-    kmp_text_rounded(text, kmp_samples_time(&p->record->row, (p->frames - 1) * p->stride), 7);
+    kmp_text_rounded(text, kmp_samples_time(p->row, (p->frames - 1) * p->stride), 7);
     kmp_text_put(text, ",");
     put_positions(text, p);
     for (size_t k = 0; k < count; k++)
@@ -181,9 +187,9 @@ static void put_guides(kmp_text *text, const picture *p)
     kmp_text_put(text, "],");
 }
 
-bool kmp_motion_picture(kmp_text *text, const kempe_model *model, const kmp_record *record)
+bool kmp_motion_picture(kmp_text *text, const kempe_model *model, const kmp_samples *row)
 {
-    picture p = {.model = model, .record = record};
+    picture p = {.model = model, .row = row};
     const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
     bool ok = kmp_drawing_init(&p.drawing, model, MOST_BODIES) && make_frames(&p);
     if (ok) {

@@ -1,106 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A report: one page that needs nothing beside itself. Lines of page.html that are a mark alone are replaced by what
- * they name. */
+/* The report of a comparison: runs made once more, and the page with them. */
 #include "report/page.h"
 #include "base/memory.h"
-#include "report/encode.h"
 #include "report/motion_picture.h"
 #include <kempe/compare.h>
 #include <string.h>
-#include <strings.h>
-
-/* -- writing ----------------------------------------------------------------------------------------- */
-
-typedef struct page {
-    kmp_text *text;
-    const kempe_comparison *comparison;
-    kmp_page_libraries libraries;
-    const char *data;
-} page;
-
-static void put_lines(kmp_text *text, const char *const *lines)
-{
-    for (; *lines; lines++)
-        kmp_text_put(text, *lines);
-}
-
-/* The text of a script of others. What would end it, or open a comment of the page, gets a backslash: within strings
- * and regular expressions, where alone it can stand, that changes nothing. */
-static void put_script(kmp_text *text, const char *script)
-{
-    while (*script) {
-        size_t length = strcspn(script, "<");
-        kmp_text_printf(text, "%.*s", (int)length, script);
-        script += length;
-        if (!*script)
-            break;
-        bool ends = strncasecmp(script, "</script", 8) == 0, opens = strncmp(script, "<!--", 4) == 0;
-        kmp_text_put(text, ends || opens ? "<\\" : "<");
-        script++;
-    }
-    kmp_text_put(text, "\n");
-}
-
-static void put_name(kmp_text *text, const char *name)
-{
-    for (; *name; name++) {
-        char one[2] = {*name, 0};
-        kmp_text_put(text, *name == '<' ? "&lt;" : *name == '&' ? "&amp;" : one);
-    }
-}
-
-static bool is_mark(const char *line, const char *mark)
-{
-    size_t length = strlen(mark);
-    return strncmp(line, mark, length) == 0 && strcmp(line + length, "\n") == 0;
-}
-
-static bool put_part(page *p, const char *line)
-{
-    if (is_mark(line, "<!--TITLE-->")) {
-        kmp_text_put(p->text, "<title>");
-        put_name(p->text, p->comparison->system->model->name);
-        kmp_text_put(p->text, ": comparison</title>\n");
-    } else if (is_mark(line, "<!--STYLE-->")) {
-        put_lines(p->text, kmp_page_css);
-    } else if (is_mark(line, "/*SCRIPT*/")) {
-        put_lines(p->text, kmp_shapes_js);
-        put_lines(p->text, kmp_motion_js);
-        put_lines(p->text, kmp_plots_js);
-        put_lines(p->text, kmp_page_js);
-    } else if (is_mark(line, "/*THREE*/")) {
-        put_script(p->text, p->libraries.three);
-    } else if (is_mark(line, "/*CHART*/")) {
-        put_script(p->text, p->libraries.chart);
-    } else if (is_mark(line, "/*DATA*/")) {
-        kmp_text_put(p->text, p->data);
-        kmp_text_put(p->text, "\n");
-    } else {
-        return false;
-    }
-    return true;
-}
-
-static void put_page(page *p)
-{
-    for (const char *const *line = kmp_page_html; *line; line++)
-        if (!put_part(p, *line))
-            kmp_text_put(p->text, *line);
-}
-
-static kempe_status write_page(const kempe_comparison *c, const kmp_page_libraries *libraries, const char *data,
-                               const char *path)
-{
-    kmp_text text = {0};
-    page p = {.text = &text, .comparison = c, .libraries = *libraries, .data = data};
-    put_page(&p);
-    char *whole = kmp_text_take(&text);
-    if (!whole)
-        return kmp_fail_memory(c->system->context);
-    kempe_status status = kempe_write_file(c->system->context, path, whole);
-    kmp_free(whole);
-    return status;
-}
 
 /* -- running again ----------------------------------------------------------------------------------- */
 
@@ -171,6 +75,20 @@ static kempe_status record_picture(const kempe_comparison *c, detail *d, const k
     if (status == KEMPE_OK || status == KEMPE_STOPPED)
         *picture = &d->picture;
     return may_go_on(status) ? KEMPE_OK : status;
+}
+
+static kempe_status write_page(const kempe_comparison *c, const kmp_page_libraries *libraries, const char *data,
+                               const char *path)
+{
+    static const char *const *const scripts[] = {kmp_words_js, kmp_shapes_js, kmp_motion_js,
+                                                 kmp_plots_js, kmp_page_js,   NULL};
+    const kmp_sheet sheet = {.html = kmp_page_html,
+                             .model = c->system->model->name,
+                             .subject = "comparison",
+                             .scripts = scripts,
+                             .libraries = libraries,
+                             .data = data};
+    return kmp_sheet_write(c->system->context, &sheet, path);
 }
 
 static kempe_status make_page(const kempe_comparison *c, detail *d, const kmp_page_libraries *libraries,

@@ -7,8 +7,9 @@
 
 /** The files of the same names line by line, newlines included, as the build put them into the library; NULL ends each.
  */
-extern const char *const kmp_page_html[], *const kmp_page_css[];
-extern const char *const kmp_shapes_js[], *const kmp_motion_js[], *const kmp_plots_js[], *const kmp_page_js[];
+extern const char *const kmp_page_html[], *const kmp_notice_html[], *const kmp_page_css[];
+extern const char *const kmp_words_js[], *const kmp_shapes_js[], *const kmp_motion_js[], *const kmp_plots_js[];
+extern const char *const kmp_page_js[];
 
 /** JavaScript of others, as read from the system. */
 typedef struct kmp_page_libraries {
@@ -18,6 +19,18 @@ typedef struct kmp_page_libraries {
 /** KEMPE_E_IO with a sentence that says which package has what is missing. */
 kempe_status kmp_page_libraries_read(kempe_context *context, kmp_page_libraries *libraries);
 void kmp_page_libraries_free(kmp_page_libraries *libraries);
+
+/** A page put together: lines of `html` that are a mark alone are replaced by what they name. */
+typedef struct kmp_sheet {
+    const char *const *html;
+    const char *model, *subject;       /* its title: "MODEL: SUBJECT" */
+    const char *const *const *scripts; /* in order, NULL ends them */
+    const kmp_page_libraries *libraries;
+    const char *data; /* JSON */
+} kmp_sheet;
+
+/** Whole or not at all. */
+kempe_status kmp_sheet_write(kempe_context *context, const kmp_sheet *sheet, const char *path);
 
 /** The runs of a comparison that the page shows in detail: the one advised first, then the best of each other road.
  *  `shown` has room for way_count; how many. */

@@ -7,11 +7,6 @@ const plots = {};
 const hiddenWays = new Set(), hiddenRuns = new Set();
 let quantity = 0;
 
-const styleOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const inkColour = () => (printing ? "#222222" : styleOf("--ink"));
-const softColour = () => (printing ? "#444444" : styleOf("--soft"));
-const lineColour = () => (printing ? "#cccccc" : styleOf("--line"));
-
 /* -- axes --------------------------------------------------------------------------------------------------- */
 
 /* A logarithmic axis with its powers of ten, or 1, 2, 5 of them where it is short; not more than eight. */

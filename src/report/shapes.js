@@ -263,5 +263,5 @@ function makeMechanism(picture) {
     const size = Math.max(extent.width, extent.height) || 1;
     const lengths = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
     const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
-    return { picture, motion, shapes, pins, paths: pathsOf(picture), basis, home, extent, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+    return { picture, motion, shapes, pins, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
 }
