@@ -582,9 +582,25 @@ def limousine():
     return p
 
 
+def quarter_car():
+    hub, tower = (0, 0.3), (0, 0.9)
+    p = Picture("The quarter car")
+    p.see((0.16, 0.9))
+    p.spring((0, 0), hub)
+    p.spring(hub, tower)
+    p.guide((-0.25, 0.22), (-0.25, 1.02))
+    p.body("wheel", (-0.25, 0.3), hub, other_side=True)
+    p.body("body", (-0.85, 0.9), tower, (-0.65, 1.2))
+    p.slider((-0.25, 0.9))
+    p.pivot((0, 0), "road", True, (14, 8))
+    p.pivot(hub, "hub")
+    p.pivot(tower, "tower")
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine)
+            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pages of `kempe compare --report`: made of several models, small, without anything from elsewhere, and drawn by Chromium
-without a complaint. Called with the path of the command:
+"""Pages of `kempe compare --report` and `kempe modes --report`: made of several models, small, without anything from
+elsewhere, and drawn by Chromium without a complaint. Called with the path of the command:
 
     python3 tests/report.py build/dev/kempe [unittest arguments]
 
 Ends with 77 (skipped) where Chromium or the libraries that pages are made with are not installed.
 """
+import base64
 import html.parser
 import json
 import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -36,6 +38,13 @@ CASES = {
     "parallelogram": ("tests/models/parallelogram.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.6"], 0, 3, True, []),
     "friction": ("tests/models/friction_loop.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
     "open": ("tests/models/robotran.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
+}
+
+#   name: model, options, modes in the list, of these zeros, curves in the plane, critical values
+MODES = {
+    "quarter_car": ("examples/quarter_car/quarter_car.yaml", ["--vary", "damper=0:4000:21", "--orders", "0.01"], 2, 0, 4, 0),
+    "car": ("examples/suspension/suspension.yaml", [], 15, 4, 0, 0),
+    "wheelset": ("tests/models/wheelset.yaml", ["--vary", "V=40:140:11"], 2, 0, 4, 1),
 }
 
 
@@ -85,6 +94,22 @@ def browse(page, profile, *options):
     return Page(done.stdout), said
 
 
+def check_by_itself(self, page):
+    text = page.read_text()
+    self.assertLess(len(text.encode()), MOST_BYTES)
+    own = Page(text)
+    loads = [(tag, key) for tag, attributes in own.tags for key in attributes if key in ("src", "href", "srcset")]
+    self.assertEqual(loads, [])
+    self.assertEqual([tag for tag, _ in own.tags if tag in ("link", "iframe", "object", "base")], [])
+    policy = [a["content"] for tag, a in own.tags if a.get("http-equiv") == "Content-Security-Policy"]
+    self.assertTrue(policy[0].startswith("default-src 'none'"), policy)
+    self.assertNotIn("http", policy[0])
+    ours = text[text.rindex("<script>"):]
+    self.assertIsNone(re.search(r"\bfetch\(|XMLHttpRequest|\bimport\b|url\(|https?://", ours))
+    for licence in ("three.js authors", "Chart.js Contributors", "Permission is hereby granted"):
+        self.assertIn(licence, text)
+
+
 class Case(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -105,19 +130,7 @@ class Case(unittest.TestCase):
     def test_small_and_by_itself(self):
         for name, page in self.pages.items():
             with self.subTest(name):
-                text = page.read_text()
-                self.assertLess(len(text.encode()), MOST_BYTES)
-                own = Page(text)
-                loads = [(tag, key) for tag, attributes in own.tags for key in attributes if key in ("src", "href", "srcset")]
-                self.assertEqual(loads, [])
-                self.assertEqual([tag for tag, _ in own.tags if tag in ("link", "iframe", "object", "base")], [])
-                policy = [a["content"] for tag, a in own.tags if a.get("http-equiv") == "Content-Security-Policy"]
-                self.assertTrue(policy[0].startswith("default-src 'none'"), policy)
-                self.assertNotIn("http", policy[0])
-                ours = text[text.rindex("<script>"):]
-                self.assertIsNone(re.search(r"\bfetch\(|XMLHttpRequest|\bimport\b|url\(|https?://", ours))
-                for licence in ("three.js authors", "Chart.js Contributors", "Permission is hereby granted"):
-                    self.assertIn(licence, text)
+                check_by_itself(self, page)
 
     def check_words(self, name, page, data):
         self.assertTrue(page.words("answer"))
@@ -196,6 +209,72 @@ class Case(unittest.TestCase):
         if one["shown"][0]["run"] == two["shown"][0]["run"]:
             self.assertEqual(one["shown"][0], two["shown"][0])
             self.assertEqual(one["picture"], two["picture"])
+
+
+class Modes(unittest.TestCase):
+    """Pages of modes."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.place.name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+    def make(self, name):
+        model, options, *_ = MODES[name]
+        page = self.folder / f"{name}.html"
+        done = kempe("modes", ROOT / model, *options, "--report", page)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return page
+
+    def test_drawn(self):
+        for name, (_, _, modes, zeros, curves, critical) in MODES.items():
+            with self.subTest(name):
+                page = self.make(name)
+                check_by_itself(self, page)
+                drawn, said = browse(page, self.folder / "profile")
+                self.assertEqual(said, [])
+                self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+                data = json.loads(drawn.data)
+                self.assertEqual((len(data["modes"]), sum(mode["zero"] for mode in data["modes"])), (modes, zeros))
+                buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]
+                self.assertEqual([a["aria-pressed"] for a in buttons].index("true"), zeros)
+                self.assertEqual(len(buttons), modes)
+                self.assertIn(data["verdict"], drawn.words("answer"))
+                self.assertIn(f"Mode {zeros + 1}:", drawn.words("stage-note"))
+                plane, right, stage = (drawn.by_id[key] for key in ("plane", "campbell", "view"))
+                self.assertEqual(int(plane["data-lines"]), curves + 1 + (curves > 0))
+                for canvas in (plane, right, stage):
+                    self.assertGreater(int(canvas["data-ink"]), 100)
+                self.assertEqual(int(stage["data-frames"]), data["frames"] * modes)
+                if curves:
+                    self.assertEqual(len(data["locus"]["critical"]), critical)
+
+    def test_a_mode_is_chosen(self):
+        """The frames go from the state one way and the other, and choosing another shows another."""
+        page = self.make("quarter_car")
+        other = self.folder / "other.html"
+        text = page.read_text()
+        other.write_text(text.replace("\nbegin();\n", "\nbegin();\ndocument.querySelectorAll('#modes button')[1].click();\n"))
+        drawn, said = browse(other, self.folder / "profile")
+        self.assertEqual(said, [])
+        self.assertIn("Mode 2:", drawn.words("stage-note"))
+        data = json.loads(drawn.data)
+        frames = data["frames"]
+        unit, raw = data["picture"]["frames"]["unit"], base64.b64decode(data["picture"]["frames"]["position"])
+        height = [x * unit for x in struct.unpack(f"<{len(raw) // 2}h", raw)][2::6]  # of the wheel, frame by frame
+        for k, mode in enumerate(data["modes"]):
+            own = height[k * frames:(k + 1) * frames]
+            wanted = abs(complex(mode["shape_re"][0], mode["shape_im"][0])) * mode["amplitude"]
+            self.assertEqual(own[0], own[-1])
+            self.assertAlmostEqual((max(own) - min(own)) / 2, wanted, delta=0.01 * wanted + unit)
+
+    def test_same_bytes(self):
+        first = self.make("wheelset").read_bytes()
+        self.assertEqual(self.make("wheelset").read_bytes(), first)
 
 
 def main():

@@ -272,6 +272,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/gradient.h>
 #include <kempe/sensitivity.h>
 #include <kempe/kinematics.h>
+#include <kempe/modes.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 

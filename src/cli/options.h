@@ -57,6 +57,8 @@ typedef struct cli_settings {
     bool all, nearest;
     const char *at, *inputs, *outputs, *frequencies, *svg;
     bool linear;
+    kempe_modes_ask modes;
+    const char *svg;
     bool help;
 } cli_settings;
 

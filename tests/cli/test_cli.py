@@ -19,6 +19,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 import zipfile
+from xml.etree import ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ANDREWS = ROOT / "examples/andrews/andrews.yaml"
@@ -31,6 +32,7 @@ COMMANDS = "check assemble simulate compare generate show ensemble equilibrium".
 COMMANDS = "check assemble simulate compare generate show ensemble linearize response".split()
 COMMANDS = "check assemble simulate compare generate show ensemble sensitivity".split()
 COMMANDS = "check assemble simulate compare generate show ensemble kinematics".split()
+COMMANDS = "check assemble simulate compare generate show ensemble equilibrium modes".split()
 ANGLES = "beta theta gamma Phi delta Omega epsilon".split()
 KEMPE = "kempe"  # set by main
 
@@ -520,6 +522,88 @@ class Linear(Case):
         self.assertIn("a response wants inputs", self.expect(3, "response", self.RIDE).stderr)
         self.assertIn("no equilibrium",
                       self.expect(1, "response", self.RIDE, "--inputs", "k", "--at", "start", "--set", "support=0 N").stderr)
+class Modes(Case):
+    """Eigenvalues and shapes near a state, and over a parameter: text, JSON, CSV, pictures, mistakes."""
+
+    CAR, WHEELSET = ROOT / "examples/quarter_car/quarter_car.yaml", ROOT / "tests/models/wheelset.yaml"
+
+    def test_modes(self):
+        text, one = self.expect(0, "modes", self.CAR).stdout, self.object(0, "modes", self.CAR)
+        self.assertIn("quarter-car: 2 degrees of freedom at the equilibrium: wheel, body\n", text)
+        self.assertRegex(text, r"\n +1 +-1\.57273\d* \+- 7\.0450\d* *i +1\.1212\d +0\.2178\d* +0\.6358\d* +body 0\.91, "
+                               r"wheel 0\.09\n")
+        self.assertIn("verdict   stable: every mode decays\n", text)
+        self.assertKeys(one, "model status reason build_s at q qd u eigenvalues zeros verdict because modes cpu_s")
+        self.assertEqual((one["at"], one["u"], one["zeros"], one["verdict"]), ("equilibrium", ["wheel", "body"], 0, "stable"))
+        self.assertEqual(len(one["eigenvalues"]), 4)
+        for upper, lower in (one["eigenvalues"][:2], one["eigenvalues"][2:]):
+            self.assertEqual((upper[0], upper[1]), (lower[0], -lower[1]))
+            self.assertGreater(upper[1], 0)
+        for mode in one["modes"]:
+            self.assertKeys(mode, "index eigenvalue frequency damping decay moves shape kinetic potential")
+            self.assertEqual(mode["eigenvalue"], one["eigenvalues"][mode["index"]])
+            self.assertAlmostEqual(sum(mode["kinetic"].values()), 1, delta=1e-12)
+            self.assertAlmostEqual(sum(mode["potential"].values()), 1, delta=1e-12)
+        self.assertEqual(without_times(one), without_times(self.object(0, "modes", self.CAR)))
+
+    def test_reference(self):
+        """The roots that the example's reference.py computes."""
+        with open(self.CAR.parent / "modes.csv", newline="") as file:
+            wanted = [complex(float(row["re"]), float(row["im"])) for row in csv.DictReader(line for line in file if line[0] != "#")]
+        found = [complex(*pair) for pair in self.object(0, "modes", self.CAR)["eigenvalues"]]
+        self.assertEqual(len(found), 4)
+        for s in wanted:
+            self.assertLess(min(abs(s - root) for root in found), 1e-12 * abs(s))
+
+    def test_table(self):
+        self.expect(0, "modes", self.CAR, "--csv", "modes.csv")
+        one = self.object(0, "modes", self.CAR)
+        with open(self.folder / "modes.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([[float(row["re"]), float(row["im"])] for row in rows], one["eigenvalues"])
+        self.assertEqual([float(rows[0]["re.body"]), float(rows[0]["im.body"])], one["modes"][0]["shape"]["body"])
+
+    def test_start(self):
+        one = self.object(0, "modes", FOUR_BAR, "--at", "start", "--u", "rocker")
+        self.assertEqual((one["at"], one["u"], one["qd"]["crank"]), ("start", ["rocker"], 20))
+        self.assertIn("note      ", self.expect(0, "modes", FOUR_BAR, "--at", "start").stdout)
+        self.assertIn("indifferent: free to move along",
+                      self.expect(0, "modes", ROOT / "examples/suspension/suspension.yaml").stdout)
+
+    def test_varied(self):
+        words = ("--vary", "V=40:140:11", "--orders", "0.5,1", "--csv", "v.csv", "--svg", "v.svg")
+        text = self.expect(0, "modes", self.WHEELSET, *words).stdout
+        self.assertIn("varied    V from 40 to 140, 11 values\n", text)
+        self.assertRegex(text, r"critical  V = 103\.914411718\d*: a mode of 6\.21644716\d Hz \(39\.0590894\d* rad/s\) grows above it")
+        locus = self.object(0, "modes", self.WHEELSET, *words[:2])["locus"]
+        self.assertKeys(locus, "name values eigenvalues critical")
+        with open(self.folder / "v.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([float(row["V"]) for row in rows], locus["values"])
+        for row, pairs in zip(rows, locus["eigenvalues"]):
+            self.assertEqual([[float(row[f"re.{b}"]), float(row[f"im.{b}"])] for b in range(1, 5)], pairs)
+        critical, = locus["critical"]
+        self.assertKeys(critical, "value eigenvalue frequency branch grows")
+        self.assertLess(abs(critical["eigenvalue"][0]), 1e-9)
+        picture = ElementTree.parse(self.folder / "v.svg").getroot()
+        drawn = [path.get("class") for path in picture.iter("{http://www.w3.org/2000/svg}path")]
+        self.assertEqual([drawn.count(name) for name in ("branch", "mark", "critical", "order")], [8, 2, 1, 2])
+        self.assertTrue(all(0 <= float(x) <= 1060 for path in picture.iter("{http://www.w3.org/2000/svg}path")
+                            if path.get("class") == "branch" for x in re.findall(r"[ML](-?[\d.]+) ", path.get("d"))))
+
+    def test_stopped(self):
+        words = ("modes", self.CAR, "--vary", "body=100:-100:5")
+        self.assertIn("\nstopped   'body' came from 100 to ", self.expect(0, *words).stdout)
+        self.assertEqual(self.object(0, *words)["status"], "stopped")
+
+    def test_mistakes(self):
+        for words, told in ((["--at", "strat"], "'strat'"), (["--vary", "tire=1:2"], "did you mean 'tyre'?"),
+                            (["--vary", "tyre=1"], "two ends"), (["--svg", "x.svg"], "--vary"), (["--u", "hub"], "'hub'"),
+                            (["--vary", "tyre=1:2", "--orders", "a"], "'a'")):
+            self.assertIn(told, self.expect(3, "modes", self.CAR, *words).stderr)
+        free = self.model("kempe: 1\ngravity: [0, -9.81, 0]\nbodies: {a: {joint: {prismatic: y, at: ground}, mass: 1}}\n")
+        self.assertIn("'a'", self.expect(1, "modes", free).stderr)
+        self.assertEqual(self.object(1, "modes", free)["status"], "failed")
 
 
 class Usage(Case):

@@ -728,6 +728,38 @@ static kempe_status invert_nothing(scene *s)
     return status == KEMPE_E_ARGUMENT ? KEMPE_OK : status;
 }
 
+/* Modes over a parameter, with all that is written of them; the page with libraries of a line each. */
+static kempe_status find_modes(scene *s)
+{
+    kempe_modes *modes = NULL;
+    kempe_status status = kempe_modes_new(
+        s->system, &(kempe_modes_ask){.at = "start", .u = "rocker", .vary = "crank=0.3:0.31:2"}, &modes);
+    untouched(status, modes);
+    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+        char *text = NULL;
+        status = kempe_modes_print(modes, (kempe_format)format, &text);
+        untouched(status, text);
+        kempe_text_free(text);
+    }
+    if (status == KEMPE_OK)
+        status = kempe_modes_write_csv(modes, csv);
+    if (status == KEMPE_OK)
+        status = kempe_modes_write_svg(modes, csv);
+    if (status == KEMPE_OK)
+        status = kempe_modes_write_report(modes, csv);
+    kempe_modes_free(modes);
+    return status;
+}
+
+static kempe_status settle_modes(scene *s)
+{
+    kempe_modes *modes = NULL;
+    kempe_status status = kempe_modes_new(s->system, NULL, &modes);
+    untouched(status, modes);
+    kempe_modes_free(modes);
+    return status;
+}
+
 /* -- the loop -------------------------------------------------------------------------------------- */
 
 /* Done, or no memory, said in words. */
@@ -785,6 +817,8 @@ static const struct {
               {"workspace", evaluate},
               {"kinematics", lead_rocker},
               {"ensemble", run_ensemble},
+              {"modes", find_modes},
+              {"modes at rest", settle_modes},
               {"carried", simulate_carried},
               {"closed", simulate_closed},
               {"bdf", simulate_bdf},

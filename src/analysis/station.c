@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "analysis/station.h"
+#include "base/memory.h"
+#include "constraints/assemble.h"
+#include "constraints/charts.h"
+#include "model/check_mass.h"
+#include <math.h>
+#include <string.h>
+
+const kempe_system *kmp_station_system(const kmp_station *station)
+{
+    return station->own ? station->own : station->base;
+}
+
+kempe_status kmp_station_new(const kempe_system *system, const char *name, const char *word, const int *wish,
+                             int wish_count, kmp_station **station)
+{
+    kmp_station *s = KMP_NEW(kmp_station, 1);
+    if (!s)
+        return kmp_fail_memory(system->context);
+    s->base = system;
+    s->word = word;
+    s->wish = wish;
+    s->wish_count = wish_count;
+    kempe_status status = name ? kmp_variant_new(system->model, 1, &name, &s->variant) : KEMPE_OK;
+    if (status == KEMPE_OK && name)
+        status = kempe_system_new(kmp_variant_model(s->variant), &s->own);
+    if (status == KEMPE_OK)
+        status = kmp_linear_init(&s->linear, kmp_station_system(s), kmp_backend_default());
+    if (status == KEMPE_OK)
+        *station = s;
+    else
+        kmp_station_free(s);
+    return status;
+}
+
+void kmp_station_free(kmp_station *station)
+{
+    if (!station)
+        return;
+    kmp_operating_free(station->state);
+    if (station->linear.plant)
+        kmp_linear_free(&station->linear);
+    kempe_system_free(station->own);
+    kmp_variant_free(station->variant);
+    kmp_free(station);
+}
+
+/* -- a value ----------------------------------------------------------------------------------------- */
+
+static kempe_status take_value(kmp_station *s, double value)
+{
+    kempe_context *context = s->base->context;
+    kmp_text why = {0};
+    kempe_status status = kmp_variant_set(s->variant, &value, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(s->own))
+        status = kmp_fail_memory(context);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(s->variant));
+    if (status == KEMPE_E_INPUT)
+        status = why.s ? kmp_fail(context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
+    kmp_text_free(&why);
+    if (status == KEMPE_OK)
+        kmp_linear_renew_parameters(&s->linear);
+    return status;
+}
+
+/* -- a state ----------------------------------------------------------------------------------------- */
+
+/* A failure that has no sentence yet gets one. */
+static kempe_status explain(const kmp_station *s, kempe_status status)
+{
+    kempe_context *context = s->base->context;
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
+        return kmp_fail(
+            context, status,
+            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
+            "which closures lose rank");
+    return status;
+}
+
+/* The state becomes the equilibrium that it leads to. `nearest`: whatever is near, so that one that is no longer stable
+ * is followed, too; the loops are closed first with the value that holds now. */
+static kempe_status settle(kmp_station *s, bool nearest)
+{
+    kmp_operating *o = s->state;
+    kmp_linear *l = &s->linear;
+    kmp_search search = {.nearest = nearest};
+    size_t n = (size_t)l->n * sizeof(double);
+    double *q = KMP_NEW(double, l->n);
+    if (!q)
+        return kmp_fail_memory(s->base->context);
+    memcpy(q, o->inner_q, n);
+    if (o->chart)
+        kmp_plant_set_charts(l->plant, o->chart);
+    kempe_status status = kmp_linear_choose(l, o->t, q, NULL, 0);
+    if (status == KEMPE_OK)
+        status = explain(s, kmp_linear_at(l, o->t, q, NULL, NULL));
+    if (status == KEMPE_OK) {
+        memcpy(q, l->q, n);
+        status = kmp_equilibrium_find(l, o->t, q, &search);
+    }
+    if (status == KEMPE_OK) {
+        memcpy(o->inner_q, q, n);
+        memcpy(o->inner_qd, l->qd, n);
+        memcpy(o->q, q, n);
+        memcpy(o->qd, l->qd, n);
+        o->equilibrium = true;
+        o->residual = search.residual;
+    }
+    if (status == KEMPE_OK && o->chart) {
+        memcpy(o->chart, l->plant->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof(double));
+        kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
+    }
+    kmp_free(q);
+    return status;
+}
+
+static kempe_status find_state(kmp_station *s)
+{
+    kempe_context *context = s->base->context;
+    bool settles = !s->word || strcmp(s->word, "equilibrium") == 0;
+    if (s->state && s->state->equilibrium) {
+        kempe_status status = settle(s, true);
+        if (status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_MEMORY)
+            return status;
+        kmp_context_clear(context); /* what follows begins from the start and says why it fails */
+    }
+    kmp_operating *fresh;
+    kempe_status status = kmp_operating_new(kmp_station_system(s), settles ? "start" : s->word, &fresh);
+    if (status != KEMPE_OK)
+        return status;
+    kmp_operating_free(s->state);
+    s->state = fresh;
+    return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
+}
+
+kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
+{
+    kmp_station *s = station;
+    kempe_context *context = s->base->context;
+    kempe_status status = s->variant ? take_value(s, value) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = find_state(s);
+    if (status != KEMPE_OK)
+        return status;
+    status = explain(s, kmp_operating_take(s->state, &s->linear, s->wish, s->wish_count));
+    if (status != KEMPE_OK)
+        return status;
+    if (s->linear.p == 0)
+        return kmp_fail(context, KEMPE_E_FAILED, "there are no degrees of freedom, and so no modes");
+    kmp_linear_matrices(&s->linear);
+    return kmp_modes_init(modes, &s->linear);
+}
+
+/* -- pictures ---------------------------------------------------------------------------------------- */
+
+int kmp_station_move(kmp_station *station, const kmp_modes *modes, int c, double amplitude, double angle, double *q)
+{
+    const kmp_linear *l = &station->linear;
+    const double *re = modes->re + (ptrdiff_t)c * l->n, *im = modes->im + (ptrdiff_t)c * l->n;
+    for (int i = 0; i < l->n; i++)
+        q[i] = l->q[i] + amplitude * (re[i] * cos(angle) - im[i] * sin(angle));
+    return kmp_reduction_close(&station->linear.red, l->t, q, NULL, 0);
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where modes are looked at, again and again while a parameter varies: the equations are derived once, and an
+ * equilibrium is found from the last one. */
+#ifndef KMP_ANALYSIS_STATION_H
+#define KMP_ANALYSIS_STATION_H
+
+#include "analysis/modes.h"
+#include "analysis/operating.h"
+#include "model/variant.h"
+
+typedef struct kmp_station {
+    const kempe_system *base;
+    kmp_variant *variant; /* NULL: nothing varies */
+    kempe_system *own;    /* of the variant */
+    kmp_linear linear;    /* at the last state */
+    const char *word;     /* which state (kmp_operating_new) */
+    kmp_operating *state; /* the last one */
+    const int *wish;      /* coordinates that are wanted as independent; not owned */
+    int wish_count;
+} kmp_station;
+
+/** `name`: a parameter, or `q.NAME`, `qd.NAME` of the start, that varies (NULL: nothing). KEMPE_E_ARGUMENT: it cannot.
+ */
+kempe_status kmp_station_new(const kempe_system *system, const char *name, const char *word, const int *wish,
+                             int wish_count, kmp_station **station);
+void kmp_station_free(kmp_station *station);
+
+/** The system in which states are: the given one, or that of the variant. */
+const kempe_system *kmp_station_system(const kmp_station *station);
+
+/** Goes to the state at a value of what varies, and gives its modes: a kmp_locus_fn. Errors as kmp_operating_new, and
+ *  KEMPE_E_FAILED where the model cannot have the value. */
+kempe_status kmp_station_go(void *station, double value, kmp_modes *modes);
+
+/** q (n, in the charts of linear.plant) of the last state moved along eigenvalue c of its modes, by `amplitude` times
+ *  Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */
+int kmp_station_move(kmp_station *station, const kmp_modes *modes, int c, double amplitude, double angle, double *q);
+
+#endif

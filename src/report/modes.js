@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The page of modes: their list, the mechanism moving along the one that is chosen, where eigenvalues are and went. */
+"use strict";
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const COLOURS = [["#2471a3", "#5dade2"], ["#c0392b", "#ec7063"], ["#1e8449", "#58d68d"], ["#b9770e", "#f5b041"], ["#7d3c98", "#bb8fce"], ["#117a65", "#48c9b0"], ["#5d6d7e", "#aeb6bf"], ["#a04000", "#e59866"]];
+const branchColour = (b) => COLOURS[b % COLOURS.length][isDark() ? 1 : 0];
+const TAU = 2 * Math.PI;
+const charts = {};
+const first = data.modes.findIndex((mode) => mode.frames >= 0 && !mode.zero);
+let chosen = first >= 0 ? first : data.modes.findIndex((mode) => mode.frames >= 0), stage = null;
+
+/* -- words -------------------------------------------------------------------------------------------------- */
+
+const swings = (mode) => mode.im > 0;
+const digits = (x) => (isNumber(x) ? String(Number(x.toPrecision(5))) : "\u2013");
+
+const share = (x) => x.toFixed(3).replace(/^-(0\.0+)$/, "$1");
+
+function eigenvalue(mode) {
+    if (mode.zero) return "0";
+    return digits(mode.re) + (swings(mode) ? ` \u00b1 ${digits(mode.im)} i` : "");
+}
+
+function title(mode) {
+    if (mode.zero) return "no force answers";
+    if (swings(mode)) return `${digits(mode.frequency)} Hz`;
+    return mode.re > 0 ? "grows" : "decays";
+}
+
+function tellVerdict() {
+    byId("model").append(data.model);
+    byId("scene").append(`at ${data.at} \u00b7 ${data.freedoms} degree${data.freedoms === 1 ? "" : "s"} of freedom`);
+    byId("answer").append(element("em", data.verdict));
+    const sentences = [data.because.replace(/^[a-z]+: /, "")];
+    for (const c of data.locus ? data.locus.critical : []) sentences.push(`${data.locus.name} = ${digits(c.value)}: a mode ${c.im > 0 ? `of ${digits(c.im / TAU)} Hz ` : ""}grows ${c.grows} it`);
+    if (data.reason) sentences.push(data.reason);
+    fillList(byId("because"), sentences);
+    byId("maker").append(`Made by kempe ${data.kempe}. Drawn with three.js and Chart.js, both under the MIT License, whose text is in the source of this page.`);
+}
+
+/* -- the list ----------------------------------------------------------------------------------------------- */
+
+function tellModes() {
+    const table = byId("modes");
+    table.append(headRow(["", "frequency", "damping", "eigenvalue, 1/s", "who moves"]));
+    data.modes.forEach((mode, k) => {
+        const button = element("button", String(k + 1)), row = element(mode.re > 0 ? "tr.grows" : "tr");
+        button.type = "button";
+        button.dataset.mode = k;
+        button.disabled = mode.frames < 0;
+        button.setAttribute("aria-label", `Show mode ${k + 1}`);
+        row.append(element("td", button), element("td", title(mode)), element("td", swings(mode) ? digits(mode.damping) : "\u2013"), element("td", eigenvalue(mode)), element("td.words", mode.moves));
+        if (mode.frames >= 0) row.addEventListener("click", () => choose(k));
+        table.append(row);
+    });
+}
+
+function choose(k) {
+    chosen = k;
+    tellChosen();
+    if (stage) stage.restart();
+    drawPlots();
+}
+
+function tellChosen() {
+    for (const button of document.querySelectorAll("#modes button")) {
+        const is = Number(button.dataset.mode) === chosen;
+        button.setAttribute("aria-pressed", String(is));
+        button.closest("tr").classList.toggle("advised", is);
+    }
+    const table = byId("coordinates");
+    byId("shape").hidden = chosen < 0;
+    if (chosen < 0) return;
+    const mode = data.modes[chosen];
+    table.replaceChildren(headRow(["coordinate", "amplitude", "phase, deg", "kinetic", "work"]));
+    data.coordinates.forEach((name, i) => {
+        const [re, im] = [mode.shape_re[i], mode.shape_im[i]], size = Math.hypot(re, im);
+        const still = size < 1e-9; /* rounding */
+        const phase = !still ? digits((360 / TAU) * Math.atan2(im, re)) : "\u2013";
+        table.append(element("tr", element("td", name), element("td", still ? "0" : three(size)), element("td", phase), element("td", share(mode.kinetic[i])), element("td", share(mode.potential[i]))));
+    });
+}
+
+/* -- the picture -------------------------------------------------------------------------------------------- */
+
+/* As long as a period is, within what the eye can follow. */
+function periodOf(mode) {
+    return swings(mode) ? Math.min(Math.max(1 / mode.frequency, 1), 3) : 3;
+}
+
+function stageWords() {
+    const mode = data.modes[chosen], notes = [`Mode ${chosen + 1}: ${title(mode)}, drawn with ${three(data.modes[chosen].amplitude)} times its shape.`];
+    const factor = swings(mode) ? periodOf(mode) * mode.frequency : 1;
+    if (factor > 1.01) notes.push(`Slowed down ${three(factor)} times.`);
+    if (factor < 0.99) notes.push(`Quickened ${three(1 / factor)} times.`);
+    if (data.picture.bodies.length - 1 < data.picture.of_bodies) notes.push(`${data.picture.bodies.length - 1} of ${data.picture.of_bodies} bodies are drawn.`);
+    return notes.join(" ");
+}
+
+function beginPicture() {
+    if (!data.picture || chosen < 0) return beginStage(null);
+    data.picture.pathless = true;
+    return beginStage(data.picture, {
+        span: () => [data.modes[chosen].frames, data.modes[chosen].frames + data.frames - 1],
+        seconds: () => periodOf(data.modes[chosen]),
+        note: stageWords,
+        clock: (t) => `${Math.round((360 * t) / (data.frames - 1))}\u00b0`,
+        shown: () => {},
+    });
+}
+
+/* -- plots -------------------------------------------------------------------------------------------------- */
+
+function axis(name) {
+    return {
+        type: "linear",
+        title: { display: true, text: name, color: softColour() },
+        grid: { color: lineColour(), borderColor: lineColour(), tickColor: lineColour() },
+        ticks: { color: softColour(), maxTicksLimit: 8, maxRotation: 0 },
+    };
+}
+
+function plot(id, datasets, across, up, label) {
+    if (charts[id]) charts[id].destroy();
+    const canvas = byId(id);
+    charts[id] = new Chart(canvas, {
+        type: "line",
+        data: { datasets },
+        options: {
+            animation: false,
+            parsing: false,
+            normalized: true,
+            maintainAspectRatio: false,
+            interaction: { mode: "nearest", intersect: false, axis: "xy" },
+            scales: { x: axis(across), y: { ...axis(up), min: 0 } },
+            plugins: { legend: { display: false }, tooltip: { displayColors: false, callbacks: { title: () => "", label } } },
+        },
+    });
+    canvas.dataset.points = datasets.reduce((sum, set) => sum + set.data.length, 0);
+    canvas.dataset.lines = datasets.length;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", canvas.closest("figure").querySelector("figcaption").textContent);
+}
+
+/* A curve for each eigenvalue; what of it is drawn is said by `point`, null for nothing. */
+function branches(point) {
+    const locus = data.locus;
+    if (!locus) return [];
+    return locus.re[0].map((first, b) => ({
+        data: locus.values.map((value, k) => point(value, locus.re[k][b], Math.abs(locus.im[k][b]), b)).filter((p) => p),
+        borderColor: branchColour(b >> 1),
+        backgroundColor: branchColour(b >> 1),
+        borderWidth: 2,
+        pointRadius: (item) => (item.dataIndex === 0 ? 3.5 : 0),
+        pointHitRadius: 6,
+    })).filter((set) => set.data.length > 0);
+}
+
+const marks = (points) => ({ data: points, showLine: false, pointStyle: "crossRot", pointRadius: 7, pointBorderWidth: 2.5, borderColor: inkColour(), backgroundColor: inkColour() });
+
+/* The modes of the list; the chosen one larger. */
+function dots(point) {
+    return {
+        data: data.modes.map((mode, k) => ({ ...point(mode, k), mode: k })),
+        showLine: false,
+        pointStyle: "circle",
+        pointRadius: data.modes.map((mode, k) => (k === chosen ? 8 : 4.5)),
+        pointBorderWidth: 2,
+        borderColor: inkColour(),
+        backgroundColor: data.modes.map((mode) => (mode.re > 0 ? "#c0392b" : softColour())),
+    };
+}
+
+function words(item) {
+    const raw = item.raw;
+    if (isNumber(raw.mode)) return `mode ${raw.mode + 1}: ${title(data.modes[raw.mode])}, ${eigenvalue(data.modes[raw.mode])}`;
+    return raw.words || "";
+}
+
+function drawCampbell() {
+    const locus = data.locus, top = Math.max(...locus.im.flat().map(Math.abs)) / TAU;
+    const sets = branches((value, re, im) => (im > 0 ? { x: value, y: im / TAU, words: `${locus.name} = ${digits(value)}: ${digits(im / TAU)} Hz, ${digits(re)} 1/s` } : null));
+    sets.push(marks(locus.critical.map((c) => ({ x: c.value, y: c.im / TAU, words: `critical: ${locus.name} = ${digits(c.value)}, ${digits(c.im / TAU)} Hz` }))));
+    for (const order of locus.orders) {
+        const ends = [Math.min(...locus.values), Math.max(...locus.values)].map((v) => Math.min(Math.max(v, 0), (top * TAU) / order));
+        sets.push({ data: ends.map((v) => ({ x: v, y: (order * v) / TAU, words: `order ${digits(order)}` })), borderColor: softColour(), borderDash: [7, 4], borderWidth: 1.5, pointRadius: 0, pointHitRadius: 6 });
+    }
+    plot("campbell", sets, locus.name, "frequency, Hz", words);
+}
+
+/* Without anything that varies: damping beside frequency. */
+function drawDamping() {
+    const shown = data.modes.map((mode, k) => ({ mode, k })).filter((m) => swings(m.mode));
+    const set = dots((mode) => ({ x: mode.frequency, y: mode.damping }));
+    set.data = set.data.filter((p, k) => swings(data.modes[k]));
+    set.pointRadius = shown.map((m) => (m.k === chosen ? 8 : 4.5));
+    set.backgroundColor = softColour();
+    plot("campbell", [set], "frequency, Hz", "damping ratio", words);
+}
+
+function drawPlots() {
+    const locus = data.locus;
+    const sets = branches((value, re, im) => ({ x: re, y: im, words: `${locus.name} = ${digits(value)}: ${digits(re)} \u00b1 ${digits(im)} i` }));
+    if (locus) sets.push(marks(locus.critical.map((c) => ({ x: c.re, y: c.im, words: `critical: ${locus.name} = ${digits(c.value)}` }))));
+    sets.push(dots((mode) => ({ x: mode.re, y: mode.im })));
+    plot("plane", sets, "real part, 1/s", "imaginary part, rad/s", words);
+    if (locus) drawCampbell();
+    else drawDamping();
+}
+
+function beginPlots() {
+    const locus = data.locus;
+    Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
+    byId("plots-title").append(locus ? `Over ${locus.name}` : "Where they are");
+    byId("plots-note").append(locus ? `${locus.name} from ${digits(locus.values[0])} (dots on the curves) to ${digits(locus.values[locus.values.length - 1])}; the larger dots are the modes of the list, crosses the critical values.` : "To the right of zero modes grow. The larger dot is the chosen one.");
+    byId("right-title").append(locus ? "Frequencies" + (locus.orders.length > 0 ? ", and orders" : "") : "Damping and frequency");
+    drawPlots();
+}
+
+/* -- all of it ---------------------------------------------------------------------------------------------- */
+
+function begin() {
+    tellVerdict();
+    tellModes();
+    beginPlots();
+    tellChosen();
+    stage = beginPicture();
+    tellReady(() => {
+        drawPlots();
+        if (stage) stage.recolour();
+    });
+}
+
+begin();

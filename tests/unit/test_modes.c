@@ -1,0 +1,463 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes against closed forms, against each other in other independent coordinates, against a companion matrix, and
+ * against simulations that begin on one; and what becomes of them when a parameter varies. */
+#include "analysis/station.h"
+#include "base/memory.h"
+#include "check.h"
+#include "linalg/assign.h"
+#include "loaded.h"
+#include <complex.h>
+#include <stdlib.h>
+
+enum { MOST = 64 };
+
+static kempe_modes *modes_of(const loaded *m, kempe_modes_ask ask)
+{
+    kempe_modes *modes = NULL;
+    kempe_status status = kempe_modes_new(m->system, &ask, &modes);
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(m->context));
+    CHECK(status == KEMPE_OK && modes);
+    return modes;
+}
+
+/* -- closed forms ------------------------------------------------------------------------------------ */
+
+/* The root of (mb s^2 + c s + k) (mw s^2 + c s + k + kt) = (c s + k)^2 that is next to s. */
+static double complex quarter_root(double complex s, const double v[5])
+{
+    double mb = v[0], mw = v[1], k = v[2], c = v[3], kt = v[4];
+    for (int i = 0; i < 50; i++) {
+        double complex body = mb * s * s + c * s + k, wheel = mw * s * s + c * s + k + kt, both = c * s + k;
+        double complex f = body * wheel - both * both;
+        double complex slope = (2 * mb * s + c) * wheel + body * (2 * mw * s + c) - 2 * c * both;
+        s -= f / slope;
+    }
+    return s;
+}
+
+static void a_quarter_car_is_its_quartic(void)
+{
+    const double v[5] = {320, 40, 18e3, 1.2e3, 180e3};
+    loaded m = load("examples/quarter_car/quarter_car.yaml");
+    kempe_modes *modes = modes_of(&m, (kempe_modes_ask){0});
+    double complex sum = 0, product = 1;
+    CHECK(kempe_modes_count(modes) == 4 && kempe_modes_zero_count(modes) == 0 && !kempe_modes_unstable(modes));
+    for (int k = 0; k < 4; k++) {
+        double complex s = kempe_modes_re(modes, k) + I * kempe_modes_im(modes, k), root = quarter_root(s, v);
+        CHECK(cabs(s - root) <= 1e-12 * cabs(root));
+        CHECK_NEAR(kempe_modes_frequency(modes, k), fabs(cimag(root)) / (2 * acos(-1)), 1e-12);
+        CHECK_NEAR(kempe_modes_damping(modes, k), -creal(root) / cabs(root), 1e-12);
+        sum += root;
+        product *= root;
+        /* how far the body goes, beside the wheel: body = wheel + relative */
+        const double *re = kempe_modes_shape_re(modes, k), *im = kempe_modes_shape_im(modes, k);
+        double complex wheel = re[0] + I * im[0], body = wheel + re[1] + I * im[1];
+        double complex ratio = (v[3] * root + v[2]) / (v[0] * root * root + v[3] * root + v[2]);
+        CHECK(cabs(body / wheel - ratio) <= 1e-11 * cabs(ratio));
+    }
+    /* all four: what Vieta says of the quartic */
+    CHECK(cabs(sum + v[3] * (1 / v[0] + 1 / v[1])) <= 1e-12 * cabs(sum));
+    CHECK(cabs(product - v[2] * v[4] / (v[0] * v[1])) <= 1e-12 * cabs(product));
+    /* at rest it has sunk by its weight */
+    CHECK_NEAR(kempe_modes_q(modes)[0], 0.32 - (v[0] + v[1]) * 9.81 / v[4], 1e-12);
+    CHECK_NEAR(kempe_modes_q(modes)[1], 0.7 - v[0] * 9.81 / v[2], 1e-12);
+    kempe_modes_free(modes);
+    unload(&m);
+}
+
+/* Upright on a torsion spring: m l^2 s^2 + k - m g l = 0. */
+static void an_inverted_pendulum_falls_where_its_spring_is_weak(void)
+{
+    for (int weak = 0; weak < 2; weak++) {
+        char text[400];
+        double m = 2, l = 0.7, g = 9.81, k = m * g * l * (weak ? 0.9 : 1.3);
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, -%.17g, 0]\nbodies:\n  a: {joint: {revolute: z, at: ground}, mass: "
+                       "%.17g, com: [0, %.17g, 0]}\nforces: {s: {joint: a, spring: {stiffness: %.17g}}}\n",
+                       g, m, l, k);
+        loaded a = load_text(text);
+        kempe_modes *modes = modes_of(&a, (kempe_modes_ask){.at = "start"});
+        double square = (k - m * g * l) / (m * l * l);
+        CHECK(kempe_modes_count(modes) == 2 && kempe_modes_unstable(modes) == weak);
+        CHECK_NEAR(weak ? kempe_modes_re(modes, 0) : kempe_modes_im(modes, 0), sqrt(fabs(square)), 1e-13);
+        CHECK((weak ? kempe_modes_im(modes, 0) : kempe_modes_re(modes, 0)) == 0);
+        CHECK(kempe_modes_re(modes, 1) == -kempe_modes_re(modes, 0));
+        kempe_modes_free(modes);
+        unload(&a);
+    }
+}
+
+/* A table that may go and turn in its plane, on two upright rods of length l: where it stands its weight pulls along no
+ * freedom and does not change, and the spring alone would hold it. What makes it fall is that the rods' forces turn
+ * with them (geometric stiffness, lambda times the second derivatives of h): s^2 = g / l - k / m. */
+static void a_loaded_four_bar_falls_by_its_closures(void)
+{
+    for (int weak = 0; weak < 2; weak++) {
+        char text[1200];
+        double m = 30, l = 0.5, g = 9.81, k = m * g / l * (weak ? 0.8 : 1.1);
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, -%.17g, 0]\nground: {points: {O: [0, 0, 0], P: [1, 0, 0]}}\nbodies:\n"
+                       "  table: {joint: {motions: [T1, T2, R3], at: ground, coordinates: [x, y, turn]}, mass: %.17g, "
+                       "com: [0.3, 0.1, 0], inertia: {zz: 2}, points: {L: [0, 0, 0], R: [1, 0, 0]}}\n"
+                       "loops: {left: {rod: [ground.O, table.L], length: %.17g}, right: {rod: [ground.P, table.R], "
+                       "length: %.17g}}\n"
+                       "forces: {s: {joint: table.1, spring: {stiffness: %.17g}}}\nstart: {q: {y: %.17g}, hold: [x]}\n",
+                       g, m, l, l, k, l);
+        loaded a = load_text(text);
+        kempe_modes *modes = modes_of(&a, (kempe_modes_ask){.at = "start"});
+        double square = k / m - g / l;
+        CHECK(kempe_modes_count(modes) == 2 && kempe_modes_unstable(modes) == weak);
+        CHECK_NEAR(weak ? kempe_modes_re(modes, 0) : kempe_modes_im(modes, 0), sqrt(fabs(square)), 1e-12);
+        kempe_modes_free(modes);
+        unload(&a);
+    }
+}
+
+/* A cart runs freely, and a bob hangs on it: the cart's zeros are exact and double, s^2 = -(1 + m/M) g / l. */
+static void what_is_cyclic_is_exactly_zero(void)
+{
+    loaded m = load_text("kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+                         "  cart: {joint: {prismatic: x, at: ground}, mass: 3}\n"
+                         "  bob: {joint: {revolute: z, at: cart}, mass: 1, com: [0, -0.4, 0]}\n");
+    kempe_modes *modes = modes_of(&m, (kempe_modes_ask){0});
+    char *text = NULL;
+    CHECK(kempe_modes_count(modes) == 4 && kempe_modes_zero_count(modes) == 2);
+    for (int k = 0; k < 2; k++) {
+        CHECK(kempe_modes_re(modes, k) == 0 && kempe_modes_im(modes, k) == 0);
+        CHECK(kempe_modes_shape_re(modes, k)[1] == 0 && kempe_modes_shape_re(modes, k)[0] > 0);
+        CHECK(isnan(kempe_modes_frequency(modes, k)) && isnan(kempe_modes_damping(modes, k)));
+    }
+    CHECK(kempe_modes_re(modes, 2) == 0);
+    CHECK_NEAR(kempe_modes_im(modes, 2), sqrt((1 + 1.0 / 3) * 9.81 / 0.4), 1e-13);
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
+          strstr(text, "indifferent: free to move along cart"));
+    kempe_text_free(text);
+    kempe_modes_free(modes);
+    unload(&m);
+    m = load("examples/suspension/suspension.yaml"); /* four wheels turn freely */
+    modes = modes_of(&m, (kempe_modes_ask){0});
+    CHECK(kempe_modes_zero_count(modes) == 8 && kempe_modes_im(modes, 8) > 0);
+    kempe_modes_free(modes);
+    unload(&m);
+}
+
+/* -- other independent coordinates ------------------------------------------------------------------- */
+
+/* Both spectra, each of one with the nearest of the other: the largest distance of zeros, or of the others. */
+static double apart(const kmp_modes *a, const kmp_modes *b, bool zeros)
+{
+    int n = a->count, column[MOST];
+    double cost[MOST * MOST] = {0}, worst = 0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            cost[i + j * n] = hypot(a->spectrum.re[i] - b->spectrum.re[j], a->spectrum.im[i] - b->spectrum.im[j]);
+    CHECK(kmp_assign(n, cost, column) == 0);
+    for (int i = 0; i < n; i++)
+        if ((i < a->spectrum.zeros) == zeros)
+            worst = fmax(worst, cost[i + column[i] * n]);
+    return worst / kmp_modes_size(a);
+}
+
+/* Every dependent coordinate takes the place of the first independent one that it can. How many could. */
+static int compare_choices(const loaded *m)
+{
+    kmp_station *station = NULL;
+    kmp_modes first = {0};
+    int wish[MOST], tried = 0;
+    CHECK(kmp_station_new(m->system, NULL, NULL, NULL, 0, &station) == KEMPE_OK);
+    CHECK(kmp_station_go(station, 0, &first) == KEMPE_OK);
+    station->wish = wish;
+    station->wish_count = first.p;
+    for (int k = 0; k < first.n; k++) {
+        bool independent = false, done = false;
+        for (int i = 0; i < first.p; i++)
+            independent = independent || first.u[i] == k;
+        for (int i = 0; i < first.p && !independent && !done; i++) {
+            kmp_modes other = {0};
+            memcpy(wish, first.u, (size_t)first.p * sizeof *wish);
+            wish[i] = k;
+            done = kmp_station_go(station, 0, &other) == KEMPE_OK;
+            if (!done)
+                continue;
+            CHECK(memcmp(other.u, first.u, (size_t)first.p * sizeof *wish) != 0);
+            CHECK(apart(&first, &other, false) <= 1e-9);
+            CHECK(apart(&first, &other, true) <= 1e-6);
+            CHECK(other.spectrum.zeros == first.spectrum.zeros);
+            kmp_modes_free(&other);
+            tried++;
+        }
+    }
+    kmp_modes_free(&first);
+    kmp_station_free(station);
+    return tried;
+}
+
+static void eigenvalues_do_not_depend_on_u(void)
+{
+    static const char *const paths[] = {"examples/andrews/andrews.yaml", "examples/stewart/stewart.yaml",
+                                        "examples/suspension/suspension.yaml", "examples/stephenson/stephenson.yaml",
+                                        "examples/four_bar/four_bar.yaml"};
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        loaded m = load(paths[k]);
+        int tried = compare_choices(&m);
+        printf("  %s: %d other choices\n", paths[k], tried);
+        CHECK(tried >= 2);
+        unload(&m);
+    }
+}
+
+/* The same matrices by a companion matrix: on the imaginary axis to 1e-10 of the largest. */
+static void undamped_ones_are_on_the_axis(void)
+{
+    static const char *const paths[] = {"examples/four_bar/four_bar.yaml", "examples/andrews/andrews.yaml",
+                                        "examples/stephenson/stephenson.yaml", "tests/models/leg.yaml"};
+    int tried = 0;
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        loaded m = load(paths[k]);
+        kmp_station *station = NULL;
+        kmp_modes modes;
+        if (kmp_station_new(m.system, NULL, NULL, NULL, 0, &station) == KEMPE_OK &&
+            kmp_station_go(station, 0, &modes) == KEMPE_OK) {
+            const kmp_linear *l = &station->linear;
+            kmp_spectrum s;
+            CHECK(kmp_spectrum_init(&s, l->p, l->mass, l->damping, l->stiffness, true) == 0);
+            for (int c = 0; c < s.count; c++) {
+                CHECK(!s.conservative || modes.spectrum.re[c] == 0);
+                CHECK(!s.conservative || fabs(s.re[c]) <= 1e-10 * kmp_modes_size(&modes));
+                CHECK(hypot(s.re[c] - modes.spectrum.re[c], s.im[c] - modes.spectrum.im[c]) <=
+                      1e-9 * kmp_modes_size(&modes));
+            }
+            tried += s.conservative;
+            kmp_spectrum_free(&s);
+            kmp_modes_free(&modes);
+        }
+        kmp_station_free(station);
+        unload(&m);
+    }
+    CHECK(tried >= 3);
+}
+
+/* -- a simulation that begins on a mode -------------------------------------------------------------- */
+
+/* A double pendulum with a slider on a rod between its arms, dampers and a spring: nonlinear, closed. */
+static const char swing[] =
+    "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {D: [0.9, 0, 0]}}\nbodies:\n"
+    "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
+    "points: {B: [0.3, 0, 0]}}\n"
+    "  b: {joint: {revolute: z, at: a.B}, mass: 1, com: [0.4, 0.1, 0], inertia: {zz: 0.05}, "
+    "points: {C: [0.8, 0, 0]}}\n"
+    "  c: {joint: {revolute: z, at: ground.D}, mass: 1, com: [0.35, 0, 0], inertia: {zz: 0.04}, "
+    "points: {C: [0.7, 0, 0]}}\n"
+    "  d: {joint: {revolute: z, at: c.C}, mass: 0.5, com: [0, -0.3, 0], inertia: {zz: 0.01}}\n"
+    "loops: {C: {ball: [b.C, c.C]}}\n"
+    "forces: {k: {joint: a, spring: {stiffness: 30, damping: 0.4, rest: 1}}, "
+    "e: {joint: d, spring: {stiffness: 0.2, damping: 0.05}}}\n";
+
+/* The largest |q(t) - q0 - size Re(shape e^(s t))| over two periods of eigenvalue k, begun there. */
+static double departure(const kempe_modes *modes, int n, int k, double size)
+{
+    const double *q = kempe_modes_q(modes), *re = kempe_modes_shape_re(modes, k), *im = kempe_modes_shape_im(modes, k);
+    double complex s = kempe_modes_re(modes, k) + I * kempe_modes_im(modes, k);
+    static const char *const names[] = {"a", "b", "c", "d"};
+    kmp_text text = {0};
+    kmp_text_printf(&text, "%sstart: {hold: [a, d], q: {", swing);
+    for (int i = 0; i < n; i++)
+        kmp_text_printf(&text, "%s%s: %.17g", i ? ", " : "", names[i], q[i] + size * re[i]);
+    kmp_text_put(&text, "}, qd: {");
+    for (int i = 0; i < n; i++)
+        kmp_text_printf(&text, "%s%s: %.17g", i ? ", " : "", names[i], size * creal(s * (re[i] + I * im[i])));
+    kmp_text_put(&text, "}}\n");
+    loaded m = load_text(text.s);
+    kempe_run run = kempe_run_default();
+    kempe_trajectory *trajectory = NULL;
+    double worst = 0, t_end = 4 * acos(-1) / fabs(cimag(s));
+    run.rtol = run.atol = 1e-12;
+    run.t_end = t_end;
+    run.every = t_end / 50;
+    run.once = 1;
+    CHECK(kempe_simulate(m.system, &run, &trajectory) == KEMPE_OK);
+    for (int row = 0; row < kempe_trajectory_row_count(trajectory); row++) {
+        double complex grown = cexp(s * kempe_trajectory_time(trajectory, row));
+        for (int i = 0; i < n; i++)
+            worst = fmax(
+                worst, fabs(kempe_trajectory_q(trajectory, row)[i] - q[i] - size * creal(grown * (re[i] + I * im[i]))));
+    }
+    kempe_trajectory_free(trajectory);
+    unload(&m);
+    kmp_text_free(&text);
+    return worst;
+}
+
+static void a_simulation_begun_on_a_mode_stays_on_it(void)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, "%sstart: {hold: [a], q: {a: 1.5, b: -1, c: 1.9, d: -2}}\n", swing);
+    loaded m = load_text(text.s);
+    kempe_modes *modes = modes_of(&m, (kempe_modes_ask){0});
+    CHECK(kempe_modes_count(modes) == 4 && kempe_modes_im(modes, 0) > 0 && kempe_modes_im(modes, 2) > 0);
+    for (int k = 0; k < 4; k += 2) {
+        double far = departure(modes, 4, k, 2e-3), near = departure(modes, 4, k, 1e-3),
+               nearer = departure(modes, 4, k, 1e-4);
+        CHECK(far > 3.8 * near && far < 4.2 * near);
+        CHECK(nearer < 1e-3 * 1e-4 * 100);
+        CHECK(near > 90 * nearer && near < 110 * nearer);
+    }
+    kempe_modes_free(modes);
+    unload(&m);
+    kmp_text_free(&text);
+}
+
+/* -- what varies ------------------------------------------------------------------------------------- */
+
+/* Vc^2 = 4 f^2 b^2 A B / (4 f^2 A^2 b cone/r0 - b^2 (I ky - m kpsi)^2), A = I + m b^2, B = kpsi + ky b^2; there it
+ * swings with B / A (Routh-Hurwitz of the two equations). */
+static void a_wheelset_hunts_above_its_critical_speed(void)
+{
+    double m = 1250, I_z = 700, b = 0.75, cone = 0.05, r0 = 0.45, f = 1e7, ky = 2.5e5, kpsi = 2e6;
+    double A = I_z + m * b * b, B = kpsi + ky * b * b, cross = I_z * ky - m * kpsi;
+    double speed = sqrt(4 * f * f * b * b * A * B / (4 * f * f * A * A * b * cone / r0 - b * b * cross * cross));
+    loaded w = load("tests/models/wheelset.yaml");
+    kempe_modes *modes = modes_of(&w, (kempe_modes_ask){.vary = "V=40:140:6"});
+    CHECK_NEAR(speed, 103.91441171838, 1e-12);
+    CHECK(kempe_modes_critical_count(modes) == 1 && kempe_modes_value_count(modes) == 6);
+    CHECK_NEAR(kempe_modes_critical_value(modes, 0), speed, 1e-10);
+    CHECK_NEAR(kempe_modes_critical_frequency(modes, 0) * 2 * acos(-1), sqrt(B / A), 1e-9);
+    CHECK(!kempe_modes_unstable(modes)); /* at its own 80 m/s */
+    for (int k = 0; k < 6; k++)
+        for (int c = 0; c < 4; c++) {
+            double complex s = kempe_modes_locus_re(modes, k, c) + I * kempe_modes_locus_im(modes, k, c);
+            double v = kempe_modes_value(modes, k);
+            double complex y = m * s * s + 2 * f * s / v + ky, psi = I_z * s * s + 2 * f * b * b * s / v + kpsi;
+            double complex det = y * psi + 4 * f * f * b * cone / r0;
+            CHECK(cabs(det) <= 1e-10 * (cabs(y) * cabs(psi) + 4 * f * f * b * cone / r0));
+        }
+    kempe_modes_free(modes);
+    modes = modes_of(&w, (kempe_modes_ask){.vary = "V=140:90:4"}); /* downwards it ceases */
+    CHECK(kempe_modes_critical_count(modes) == 1);
+    CHECK_NEAR(kempe_modes_critical_value(modes, 0), speed, 1e-10);
+    kempe_modes_free(modes);
+    unload(&w);
+}
+
+/* A disc with moments A, A, C on a universal joint with springs k, spinning with W: A s^2 -+ i C W s + k = 0. */
+static void a_rotor_splits_its_frequencies(void)
+{
+    double A = 0.2, C = 0.3, k = 50;
+    loaded m = load_text("kempe: 1\nbodies:\n"
+                         "  gimbal: {joint: {name: x, revolute: x, at: ground}, mass: 0}\n"
+                         "  fork: {joint: {name: y, revolute: y, at: gimbal}, mass: 0}\n"
+                         "  disc: {joint: {name: spin, revolute: z, at: fork}, mass: 1, inertia: {xx: 0.2, yy: 0.2, "
+                         "zz: 0.3}}\n"
+                         "forces: {kx: {joint: x, spring: {stiffness: 50}}, ky: {joint: y, spring: {stiffness: 50}}}\n"
+                         "start: {qd: {spin: 10}}\n");
+    kempe_modes *modes = modes_of(&m, (kempe_modes_ask){.at = "start", .vary = "qd.spin=0:60:31", .orders = "1,2"});
+    CHECK(kempe_modes_critical_count(modes) == 0 && kempe_modes_value_count(modes) == 31);
+    CHECK(kempe_modes_zero_count(modes) == 2);
+    int up = 0, down = 0;
+    for (int c = 0; c < 6; c++) {
+        double before = kempe_modes_locus_im(modes, 1, c), after = kempe_modes_locus_im(modes, 30, c);
+        if (!(after > 0))
+            continue;
+        for (int j = 0; j < 31; j++) {
+            double half = C * kempe_modes_value(modes, j) / (2 * A), root = sqrt(half * half + k / A);
+            CHECK_NEAR(kempe_modes_locus_im(modes, j, c), after > before ? root + half : root - half, 1e-11);
+            CHECK(fabs(kempe_modes_locus_re(modes, j, c)) <= 1e-10 * root);
+        }
+        up += after > before;
+        down += after < before;
+    }
+    CHECK(up == 1 && down == 1);
+    kempe_modes_free(modes);
+    unload(&m);
+}
+
+/* Two oscillators that know nothing of each other change places between two values: only their shapes tell which is
+ * which. */
+static void curves_that_cross_go_on_as_themselves(void)
+{
+    loaded m =
+        load_text("kempe: 1\nparameters: {k: 20}\nbodies:\n"
+                  "  a: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                  "  b: {joint: {prismatic: y, at: ground}, mass: 1}\n"
+                  "forces: {a: {joint: a, spring: {stiffness: k}}, b: {joint: b, spring: {stiffness: 50 - k}}}\n");
+    kempe_modes *modes = modes_of(&m, (kempe_modes_ask){.vary = "k=20:31:2"});
+    for (int c = 0; c < 4; c++) {
+        double before = fabs(kempe_modes_locus_im(modes, 0, c)), after = fabs(kempe_modes_locus_im(modes, 1, c));
+        CHECK_NEAR(before * before, c < 2 ? 20 : 30, 1e-12);
+        CHECK_NEAR(after * after, c < 2 ? 31 : 19, 1e-12);
+    }
+    kempe_modes_free(modes);
+    unload(&m);
+}
+
+/* A conservative one: real parts are exactly zero up to where it buckles. */
+static void buckling_is_found_by_halves(void)
+{
+    loaded m = load_text("kempe: 1\ngravity: [0, -10, 0]\nparameters: {k: 20}\nbodies:\n"
+                         "  a: {joint: {revolute: z, at: ground}, mass: 2, com: [0, 0.5, 0]}\n"
+                         "forces: {s: {joint: a, spring: {stiffness: k}}}\n");
+    kempe_modes *modes = modes_of(&m, (kempe_modes_ask){.at = "start", .vary = "k=3:20:10"});
+    CHECK(kempe_modes_critical_count(modes) == 1);
+    CHECK_NEAR(kempe_modes_critical_value(modes, 0), 10, 1e-10);
+    CHECK(kempe_modes_critical_frequency(modes, 0) < 1e-4 || isnan(kempe_modes_critical_frequency(modes, 0)));
+    kempe_modes_free(modes);
+    unload(&m);
+}
+
+static void what_is_asked_wrongly_is_told(void)
+{
+    static const struct {
+        kempe_modes_ask ask;
+        kempe_status status;
+        const char *word;
+    } cases[] = {{{.at = "strat"}, KEMPE_E_ARGUMENT, "'strat'"},
+                 {{.u = "hub"}, KEMPE_E_ARGUMENT, "'hub'"},
+                 {{.vary = "bdy=1:2"}, KEMPE_E_ARGUMENT, "did you mean 'body'"},
+                 {{.vary = "body=1"}, KEMPE_E_ARGUMENT, "two ends"},
+                 {{.vary = "body=1:2:1"}, KEMPE_E_ARGUMENT, "2 or more"},
+                 {{.vary = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "one thing"},
+                 {{.vary = "body=x"}, KEMPE_E_ARGUMENT, "body"},
+                 {{.orders = "1,-2"}, KEMPE_E_ARGUMENT, "'-2'"}};
+    loaded m = load("examples/quarter_car/quarter_car.yaml");
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        kempe_modes *modes = NULL;
+        CHECK(kempe_modes_new(m.system, &cases[k].ask, &modes) == cases[k].status && !modes);
+        bool said = strstr(kempe_context_message(m.context), cases[k].word) != NULL;
+        if (!said)
+            printf("%s\n", kempe_context_message(m.context));
+        CHECK(said);
+    }
+    /* negative masses end it where they begin */
+    kempe_modes *modes = NULL;
+    CHECK(kempe_modes_new(m.system, &(kempe_modes_ask){.vary = "body=100:-100:5"}, &modes) == KEMPE_STOPPED && modes);
+    CHECK(kempe_modes_value_count(modes) == 3 || kempe_modes_value_count(modes) == 2);
+    char *text = NULL;
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "stopped   'body' came from 100 to"));
+    kempe_text_free(text);
+    kempe_modes_free(modes);
+    unload(&m);
+    m = load_text("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                  "drives: {d: {joint: a, locked: yes}}\n");
+    modes = NULL;
+    CHECK(kempe_modes_new(m.system, &(kempe_modes_ask){.at = "start"}, &modes) == KEMPE_E_FAILED && !modes);
+    CHECK(strstr(kempe_context_message(m.context), "no degrees of freedom") != NULL);
+    unload(&m);
+}
+
+int main(void)
+{
+    TEST(a_quarter_car_is_its_quartic);
+    TEST(an_inverted_pendulum_falls_where_its_spring_is_weak);
+    TEST(a_loaded_four_bar_falls_by_its_closures);
+    TEST(what_is_cyclic_is_exactly_zero);
+    TEST(eigenvalues_do_not_depend_on_u);
+    TEST(undamped_ones_are_on_the_axis);
+    TEST(a_simulation_begun_on_a_mode_stays_on_it);
+    TEST(a_wheelset_hunts_above_its_critical_speed);
+    TEST(a_rotor_splits_its_frequencies);
+    TEST(curves_that_cross_go_on_as_themselves);
+    TEST(buckling_is_found_by_halves);
+    TEST(what_is_asked_wrongly_is_told);
+    return check_report();
+}
