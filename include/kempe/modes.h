@@ -23,7 +23,8 @@ extern "C" {
 /** All may be zero. */
 typedef struct kempe_modes_ask {
     const char *at; /* the state: equilibrium (default), from the assembled start; start: that itself, moving or not */
-    const char *u;  /* independent coordinates, comma-separated; eigenvalues do not depend on them */
+    const char *rates; /* "NAME=V,..": rates that the equilibrium keeps; one may be "NAME=A:B:N" and varies */
+    const char *u;     /* independent coordinates, comma-separated; eigenvalues do not depend on them */
     const char *vary; /* "NAME=A:B" or "NAME=A:B:N" (default: 61 values): a parameter, q.NAME or qd.NAME of the start */
     const char *orders; /* "1,2": lines of these in pictures, frequency = order * value / (2 pi) */
 } kempe_modes_ask;

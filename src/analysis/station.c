@@ -12,18 +12,15 @@ const kempe_system *kmp_station_system(const kmp_station *station)
     return station->own ? station->own : station->base;
 }
 
-kempe_status kmp_station_new(const kempe_system *system, const char *name, const char *word, const int *wish,
-                             int wish_count, kmp_station **station)
+kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station)
 {
     kmp_station *s = KMP_NEW(kmp_station, 1);
     if (!s)
         return kmp_fail_memory(system->context);
     s->base = system;
-    s->word = word;
-    s->wish = wish;
-    s->wish_count = wish_count;
-    kempe_status status = name ? kmp_variant_new(system->model, 1, &name, &s->variant) : KEMPE_OK;
-    if (status == KEMPE_OK && name)
+    s->ask = *ask;
+    kempe_status status = ask->name ? kmp_variant_new(system->model, 1, &ask->name, &s->variant) : KEMPE_OK;
+    if (status == KEMPE_OK && ask->name)
         status = kempe_system_new(kmp_variant_model(s->variant), &s->own);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&s->linear, kmp_station_system(s), kmp_backend_default());
@@ -85,7 +82,7 @@ static kempe_status settle(kmp_station *s, bool nearest)
 {
     kmp_operating *o = s->state;
     kmp_linear *l = &s->linear;
-    kmp_search search = {.nearest = nearest};
+    kmp_search search = {.nearest = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
     size_t n = (size_t)l->n * sizeof(double);
     double *q = KMP_NEW(double, l->n);
     if (!q)
@@ -119,7 +116,7 @@ static kempe_status settle(kmp_station *s, bool nearest)
 static kempe_status find_state(kmp_station *s)
 {
     kempe_context *context = s->base->context;
-    bool settles = !s->word || strcmp(s->word, "equilibrium") == 0;
+    bool settles = !s->ask.word || strcmp(s->ask.word, "equilibrium") == 0;
     if (s->state && s->state->equilibrium) {
         kempe_status status = settle(s, true);
         if (status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_MEMORY)
@@ -127,7 +124,7 @@ static kempe_status find_state(kmp_station *s)
         kmp_context_clear(context); /* what follows begins from the start and says why it fails */
     }
     kmp_operating *fresh;
-    kempe_status status = kmp_operating_new(kmp_station_system(s), settles ? "start" : s->word, &fresh);
+    kempe_status status = kmp_operating_new(kmp_station_system(s), settles ? "start" : s->ask.word, &fresh);
     if (status != KEMPE_OK)
         return status;
     kmp_operating_free(s->state);
@@ -140,11 +137,13 @@ kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
     kmp_station *s = station;
     kempe_context *context = s->base->context;
     kempe_status status = s->variant ? take_value(s, value) : KEMPE_OK;
+    if (s->ask.varies)
+        s->ask.varies->rate = value;
     if (status == KEMPE_OK)
         status = find_state(s);
     if (status != KEMPE_OK)
         return status;
-    status = explain(s, kmp_operating_take(s->state, &s->linear, s->wish, s->wish_count));
+    status = explain(s, kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count));
     if (status != KEMPE_OK)
         return status;
     if (s->linear.p == 0)

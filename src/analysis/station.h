@@ -8,21 +8,28 @@
 #include "analysis/operating.h"
 #include "model/variant.h"
 
+/** What is looked at; nothing is owned. */
+typedef struct kmp_station_ask {
+    const char *name; /* a parameter, or `q.NAME`, `qd.NAME` of the start, that varies; NULL: none does */
+    const char *word; /* which state (kmp_operating_new) */
+    const int *wish;  /* coordinates that are wanted as independent */
+    int wish_count;
+    kmp_steady *rates; /* that an equilibrium keeps; one may vary, and is then written to */
+    int rate_count;
+    kmp_steady *varies; /* that one; NULL: none does */
+} kmp_station_ask;
+
 typedef struct kmp_station {
     const kempe_system *base;
+    kmp_station_ask ask;
     kmp_variant *variant; /* NULL: nothing varies */
     kempe_system *own;    /* of the variant */
     kmp_linear linear;    /* at the last state */
-    const char *word;     /* which state (kmp_operating_new) */
     kmp_operating *state; /* the last one */
-    const int *wish;      /* coordinates that are wanted as independent; not owned */
-    int wish_count;
 } kmp_station;
 
-/** `name`: a parameter, or `q.NAME`, `qd.NAME` of the start, that varies (NULL: nothing). KEMPE_E_ARGUMENT: it cannot.
- */
-kempe_status kmp_station_new(const kempe_system *system, const char *name, const char *word, const int *wish,
-                             int wish_count, kmp_station **station);
+/** KEMPE_E_ARGUMENT: what is to vary cannot. */
+kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station);
 void kmp_station_free(kmp_station *station);
 
 /** The system in which states are: the given one, or that of the variant. */

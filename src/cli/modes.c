@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "command.h"
 
+#include <string.h>
+
 static kempe_status print_modes(const void *object, kempe_format format, char **text)
 {
     return kempe_modes_print(object, format, text);
@@ -8,9 +10,10 @@ static kempe_status print_modes(const void *object, kempe_format format, char **
 
 static bool accepts(const cli_settings *settings)
 {
-    if (!settings->svg || settings->modes.vary)
+    const kempe_modes_ask *ask = &settings->modes;
+    if (!settings->svg || ask->vary || (ask->rates && strchr(ask->rates, ':')))
         return true;
-    fputs("kempe: --svg draws what varies: say what by --vary NAME=A:B:N\n", stderr);
+    fputs("kempe: --svg draws what varies: say what by --vary NAME=A:B:N or --rates NAME=A:B:N\n", stderr);
     return false;
 }
 

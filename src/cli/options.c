@@ -115,6 +115,8 @@ static const option options[] = {
      "write one page of HTML: verdict, plots, the mechanism moving"},
     {CLI_MODES, "at", 0, OPTION_TEXT, AT(modes.at), "WORD",
      "the state: equilibrium (default), start: the assembled one"},
+    {CLI_MODES, "rates", 0, OPTION_TEXT, AT(modes.rates), "NAME=V,..",
+     "rates that the equilibrium keeps; one may vary: NAME=A:B:N"},
     {CLI_MODES, "u", 0, OPTION_TEXT, AT(modes.u), "NAME,..", "independent coordinates"},
     {CLI_MODES, "vary", 0, OPTION_TEXT, AT(modes.vary), "NAME=A:B:N",
      "follow the modes while a parameter, q.NAME or qd.NAME of the start varies"},

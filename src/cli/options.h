@@ -43,7 +43,6 @@ typedef struct cli_settings {
     bool integral;
     kempe_kinematics_ask kinematics;
     double points;
-    const char *svg;
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u;
@@ -58,7 +57,6 @@ typedef struct cli_settings {
     const char *at, *inputs, *outputs, *frequencies, *svg;
     bool linear;
     kempe_modes_ask modes;
-    const char *svg;
     bool help;
 } cli_settings;
 

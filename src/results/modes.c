@@ -35,10 +35,38 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
     return KEMPE_OK;
 }
 
-static kempe_status here(kempe_modes *m, const char *word, int wish_count)
+/* Rates that are kept; of the one that varies, if any, the range is given away (its count is not 1). */
+static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ranges, int *varies)
+{
+    kempe_context *context = m->system->context;
+    *varies = -1;
+    if (!text)
+        return KEMPE_OK;
+    kempe_status status = kmp_ranges_read(context, text, ranges);
+    m->rates = status == KEMPE_OK ? KMP_NEW(kmp_steady, ranges->count) : NULL;
+    if (status == KEMPE_OK && !m->rates)
+        status = kmp_fail_memory(context);
+    for (int k = 0; status == KEMPE_OK && k < ranges->count; k++) {
+        const kmp_range *range = &ranges->range[k];
+        kmp_steady *rate = &m->rates[k];
+        status = kmp_coordinate_find(m->system, "--rates", range->name, (int)strlen(range->name), &rate->coordinate);
+        rate->rate = range->from;
+        for (int i = 0; status == KEMPE_OK && i < k; i++)
+            if (m->rates[i].coordinate == rate->coordinate)
+                status = kmp_fail(context, KEMPE_E_ARGUMENT, "--rates: '%s' is given twice", range->name);
+        if (status == KEMPE_OK && range->count != 1 && *varies >= 0)
+            status = kmp_fail(context, KEMPE_E_ARGUMENT, "--rates: one of them can vary at a time");
+        if (range->count != 1)
+            *varies = k;
+        m->rate_count++;
+    }
+    return status;
+}
+
+static kempe_status here(kempe_modes *m, const kmp_station_ask *ask)
 {
     size_t n = (size_t)m->system->n;
-    kempe_status status = kmp_station_new(m->system, NULL, word, m->wish, wish_count, &m->station);
+    kempe_status status = kmp_station_new(m->system, ask, &m->station);
     if (status == KEMPE_OK)
         status = kmp_station_go(m->station, 0, &m->modes);
     if (status != KEMPE_OK)
@@ -52,7 +80,20 @@ static kempe_status here(kempe_modes *m, const char *word, int wish_count)
     return KEMPE_OK;
 }
 
-static kempe_status sweep(kempe_modes *m, const char *word, int wish_count, const kmp_range *range)
+/* What is kept of a locus that did not come to its end. */
+static kempe_status give_reason(kempe_modes *m)
+{
+    kempe_context *context = m->system->context;
+    const kmp_locus *l = &m->locus;
+    kmp_text reason = {0};
+    kmp_text_printf(&reason, "'%s' came from %g to %g: %s", m->name, l->value[0],
+                    l->value[l->reached > 0 ? l->reached - 1 : 0],
+                    kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
+    m->reason = kmp_text_take(&reason);
+    return m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
+}
+
+static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_range *range)
 {
     kempe_context *context = m->system->context;
     int count = range->count > 0 ? range->count : USUAL_VALUES;
@@ -60,57 +101,81 @@ static kempe_status sweep(kempe_modes *m, const char *word, int wish_count, cons
         return kmp_fail(context, KEMPE_E_ARGUMENT, "what varies needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
     double *values = KMP_NEW(double, count);
-    m->name = kmp_strdup(range->name);
+    kmp_text name = {0};
+    kmp_text_printf(&name, "%s%s", ask->varies ? "qd." : "", range->name);
+    m->name = kmp_text_take(&name);
     kempe_status status = values && m->name ? KEMPE_OK : kmp_fail_memory(context);
     kmp_station *station = NULL;
+    kmp_station_ask own = *ask;
+    own.name = ask->varies ? NULL : m->name;
     if (status == KEMPE_OK)
-        status = kmp_station_new(m->system, m->name, word, m->wish, wish_count, &station);
+        status = kmp_station_new(m->system, &own, &station);
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         values[k] = kmp_range_value(range, k, count);
     if (status == KEMPE_OK)
         status = kmp_locus_make(context, count, values, kmp_station_go, station, &m->locus);
-    if (status == KEMPE_STOPPED) {
-        kmp_text reason = {0};
-        kmp_text_printf(&reason, "'%s' came from %g to %g: %s", m->name, values[0],
-                        values[m->locus.reached > 0 ? m->locus.reached - 1 : 0],
-                        kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
-        m->reason = kmp_text_take(&reason);
-        if (!m->reason)
-            status = kmp_fail_memory(context);
-    }
+    if (status == KEMPE_STOPPED)
+        status = give_reason(m);
     kmp_station_free(station);
     kmp_free(values);
     return status;
 }
 
-static kempe_status vary(kempe_modes *m, const kempe_modes_ask *ask, int wish_count)
+static kempe_status vary(kempe_modes *m, const char *text, const kmp_station_ask *ask)
 {
     kmp_ranges ranges;
-    kempe_status status = kmp_ranges_read(m->system->context, ask->vary, &ranges);
+    kempe_status status = kmp_ranges_read(m->system->context, text, &ranges);
     if (status != KEMPE_OK)
         return status;
     if (ranges.count != 1)
         status = kmp_fail(m->system->context, KEMPE_E_ARGUMENT, "one thing can vary at a time, as in '%s=1:2:61'",
                           ranges.range[0].name);
     else
-        status = sweep(m, ask->at, wish_count, &ranges.range[0]);
+        status = sweep(m, ask, &ranges.range[0]);
     kmp_ranges_free(&ranges);
     return status;
 }
 
+/* What goes together, and then all of it. */
+static kempe_status make_of(kempe_modes *m, const kempe_modes_ask *ask, kmp_station_ask *at, const kmp_range *rate,
+                            int varies)
+{
+    kempe_context *context = m->system->context;
+    if (rate && ask->vary)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "one thing can vary at a time: the rate of '%s', or what --vary says", rate->name);
+    if (m->rate_count > 0 && at->word && strcmp(at->word, "start") == 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "rates are kept by an equilibrium: the start has those of the model (qd of its start)");
+    kempe_status status = here(m, at);
+    if (status == KEMPE_OK && ask->vary)
+        return vary(m, ask->vary, at);
+    if (status != KEMPE_OK || !rate)
+        return status;
+    at->varies = &m->rates[varies];
+    return sweep(m, at, rate);
+}
+
 static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
 {
-    int wish_count = 0;
+    kmp_station_ask at = {.word = ask->at};
+    kmp_ranges ranges = {0};
+    int varies = -1;
     m->wish = KMP_NEW(int, m->system->n);
     kempe_status status = m->wish ? KEMPE_OK : kmp_fail_memory(m->system->context);
     if (status == KEMPE_OK)
-        status = kmp_coordinates_read(m->system, "--u", ask->u, m->wish, &wish_count);
+        status = kmp_coordinates_read(m->system, "--u", ask->u, m->wish, &at.wish_count);
     if (status == KEMPE_OK)
         status = read_orders(m, ask->orders);
     if (status == KEMPE_OK)
-        status = here(m, ask->at, wish_count);
-    if (status == KEMPE_OK && ask->vary)
-        status = vary(m, ask, wish_count);
+        status = read_rates(m, ask->rates, &ranges, &varies);
+    if (status == KEMPE_OK) {
+        at.wish = m->wish;
+        at.rates = m->rates;
+        at.rate_count = m->rate_count;
+        status = make_of(m, ask, &at, varies >= 0 ? &ranges.range[varies] : NULL, varies);
+    }
+    kmp_ranges_free(&ranges);
     return status;
 }
 
@@ -140,6 +205,7 @@ void kempe_modes_free(kempe_modes *modes)
     kmp_locus_free(&modes->locus);
     kmp_station_free(modes->station);
     kmp_free(modes->wish);
+    kmp_free(modes->rates);
     kmp_free(modes->q);
     kmp_free(modes->qd);
     kmp_free(modes->name);

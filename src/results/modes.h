@@ -15,6 +15,8 @@ struct kempe_modes {
     kempe_status status;
     char *reason; /* of KEMPE_STOPPED; NULL: none */
     int *wish;
+    kmp_steady *rates; /* asked for; n of them would be all */
+    int rate_count;
     kmp_station *station; /* at the state */
     kmp_modes modes;
     double *q, *qd; /* of the state */

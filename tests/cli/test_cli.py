@@ -591,6 +591,18 @@ class Modes(Case):
         self.assertTrue(all(0 <= float(x) <= 1060 for path in picture.iter("{http://www.w3.org/2000/svg}path")
                             if path.get("class") == "branch" for x in re.findall(r"[ML](-?[\d.]+) ", path.get("d"))))
 
+    def test_steady(self):
+        """A governor goes round; what varies is called by the rate."""
+        governor = ROOT / "examples/governor/governor.yaml"
+        one = self.object(0, "modes", governor, "--rates", "shaft=7")
+        self.assertEqual((one["qd"]["shaft"], one["zeros"], one["verdict"]), (7, 2, "indifferent"))
+        self.assertAlmostEqual(one["q"]["right"], one["q"]["left"], delta=1e-9)
+        locus = self.object(0, "modes", governor, "--rates", "shaft=6:8:3", "--svg", "g.svg")["locus"]
+        self.assertEqual((locus["name"], locus["values"]), ("qd.shaft", [6, 7, 8]))
+        for s in one["eigenvalues"]:
+            size = max(abs(complex(*pair)) for pair in one["eigenvalues"])
+            self.assertLess(min(abs(complex(*s) - complex(*pair)) for pair in locus["eigenvalues"][1]), 1e-9 * size)
+
     def test_stopped(self):
         words = ("modes", self.CAR, "--vary", "body=100:-100:5")
         self.assertIn("\nstopped   'body' came from 100 to ", self.expect(0, *words).stdout)
@@ -598,7 +610,7 @@ class Modes(Case):
 
     def test_mistakes(self):
         for words, told in ((["--at", "strat"], "'strat'"), (["--vary", "tire=1:2"], "did you mean 'tyre'?"),
-                            (["--vary", "tyre=1"], "two ends"), (["--svg", "x.svg"], "--vary"), (["--u", "hub"], "'hub'"),
+                            (["--vary", "tyre=1"], "two ends"), (["--svg", "x.svg"], "--vary"), (["--rates", "hub=1"], "'hub'"), (["--u", "hub"], "'hub'"),
                             (["--vary", "tyre=1:2", "--orders", "a"], "'a'")):
             self.assertIn(told, self.expect(3, "modes", self.CAR, *words).stderr)
         free = self.model("kempe: 1\ngravity: [0, -9.81, 0]\nbodies: {a: {joint: {prismatic: y, at: ground}, mass: 1}}\n")

@@ -165,10 +165,10 @@ static int compare_choices(const loaded *m)
     kmp_station *station = NULL;
     kmp_modes first = {0};
     int wish[MOST], tried = 0;
-    CHECK(kmp_station_new(m->system, NULL, NULL, NULL, 0, &station) == KEMPE_OK);
+    CHECK(kmp_station_new(m->system, &(kmp_station_ask){0}, &station) == KEMPE_OK);
     CHECK(kmp_station_go(station, 0, &first) == KEMPE_OK);
-    station->wish = wish;
-    station->wish_count = first.p;
+    station->ask.wish = wish;
+    station->ask.wish_count = first.p;
     for (int k = 0; k < first.n; k++) {
         bool independent = false, done = false;
         for (int i = 0; i < first.p; i++)
@@ -217,7 +217,7 @@ static void undamped_ones_are_on_the_axis(void)
         loaded m = load(paths[k]);
         kmp_station *station = NULL;
         kmp_modes modes;
-        if (kmp_station_new(m.system, NULL, NULL, NULL, 0, &station) == KEMPE_OK &&
+        if (kmp_station_new(m.system, &(kmp_station_ask){0}, &station) == KEMPE_OK &&
             kmp_station_go(station, 0, &modes) == KEMPE_OK) {
             const kmp_linear *l = &station->linear;
             kmp_spectrum s;
@@ -372,6 +372,34 @@ static void a_rotor_splits_its_frequencies(void)
     unload(&m);
 }
 
+/* A bob of mass m on an arm of length l that a shaft of moment J carries round with W, freely: it stands where
+ * cos = g / (l W^2), and swings there with p = (J + m l^2 sin^2) W kept, s^2 = -U'' / (m l^2),
+ * U = p^2 / (2 (J + m l^2 sin^2)) - m g l cos. */
+static void a_governor_swings_about_its_steady_height(void)
+{
+    double m = 0.4, l = 0.3, g = 9.81, J = 0.02;
+    loaded a = load_text("kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                         "  shaft: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 0.02}}\n"
+                         "  arm: {joint: {revolute: -y, at: shaft}, mass: 0.4, com: [0, 0, -0.3]}\n"
+                         "start: {q: {arm: 1}}\n");
+    kempe_modes *modes = modes_of(&a, (kempe_modes_ask){.rates = "shaft=7:20:14", .orders = "1"});
+    CHECK(kempe_modes_value_count(modes) == 14 && kempe_modes_zero_count(modes) == 2);
+    CHECK(kempe_modes_qd(modes)[0] == 7 && kempe_modes_critical_count(modes) == 0);
+    CHECK_NEAR(fabs(kempe_modes_q(modes)[1]), acos(g / (l * 49)), 1e-10);
+    for (int k = 0; k < 14; k++) {
+        double W = kempe_modes_value(modes, k), c = g / (l * W * W), s = sqrt(1 - c * c), most = 0;
+        double D = J + m * l * l * s * s, D1 = 2 * m * l * l * s * c, D2 = 2 * m * l * l * (c * c - s * s), p = D * W;
+        double U2 = p * p * (D1 * D1 / (D * D * D) - D2 / (2 * D * D)) + m * g * l * c;
+        for (int b = 0; b < 4; b++) {
+            most = fmax(most, kempe_modes_locus_im(modes, k, b));
+            CHECK(fabs(kempe_modes_locus_re(modes, k, b)) <= 1e-10 * W);
+        }
+        CHECK_NEAR(most, sqrt(U2 / (m * l * l)), 1e-9);
+    }
+    kempe_modes_free(modes);
+    unload(&a);
+}
+
 /* Two oscillators that know nothing of each other change places between two values: only their shapes tell which is
  * which. */
 static void curves_that_cross_go_on_as_themselves(void)
@@ -418,7 +446,12 @@ static void what_is_asked_wrongly_is_told(void)
                  {{.vary = "body=1:2:1"}, KEMPE_E_ARGUMENT, "2 or more"},
                  {{.vary = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "one thing"},
                  {{.vary = "body=x"}, KEMPE_E_ARGUMENT, "body"},
-                 {{.orders = "1,-2"}, KEMPE_E_ARGUMENT, "'-2'"}};
+                 {{.orders = "1,-2"}, KEMPE_E_ARGUMENT, "'-2'"},
+                 {{.rates = "whel=1"}, KEMPE_E_ARGUMENT, "did you mean 'wheel'"},
+                 {{.rates = "wheel=1,wheel=2"}, KEMPE_E_ARGUMENT, "twice"},
+                 {{.rates = "wheel=1:2,body=2:3"}, KEMPE_E_ARGUMENT, "one of them"},
+                 {{.rates = "wheel=1:2", .vary = "body=2:3"}, KEMPE_E_ARGUMENT, "one thing"},
+                 {{.rates = "wheel=1", .at = "start"}, KEMPE_E_ARGUMENT, "kept by an equilibrium"}};
     loaded m = load("examples/quarter_car/quarter_car.yaml");
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         kempe_modes *modes = NULL;
@@ -456,6 +489,7 @@ int main(void)
     TEST(a_simulation_begun_on_a_mode_stays_on_it);
     TEST(a_wheelset_hunts_above_its_critical_speed);
     TEST(a_rotor_splits_its_frequencies);
+    TEST(a_governor_swings_about_its_steady_height);
     TEST(curves_that_cross_go_on_as_themselves);
     TEST(buckling_is_found_by_halves);
     TEST(what_is_asked_wrongly_is_told);
