@@ -121,6 +121,13 @@ function axis(name) {
     };
 }
 
+/* Real ones that lie far out are cut off, so that the others can be seen. */
+function leftOf(datasets) {
+    const points = datasets.flatMap((set) => set.data), top = Math.max(0, ...points.map((p) => p.y));
+    const far = Math.min(-3 * top, ...points.filter((p) => p.y > 0).map((p) => p.x));
+    return top > 0 && points.some((p) => p.x < far) ? { min: far } : {};
+}
+
 function plot(id, datasets, across, up, label) {
     if (charts[id]) charts[id].destroy();
     const canvas = byId(id);
@@ -133,7 +140,7 @@ function plot(id, datasets, across, up, label) {
             normalized: true,
             maintainAspectRatio: false,
             interaction: { mode: "nearest", intersect: false, axis: "xy" },
-            scales: { x: axis(across), y: { ...axis(up), min: 0 } },
+            scales: { x: { ...axis(across), ...(id === "plane" ? leftOf(datasets) : {}) }, y: { ...axis(up), min: 0 } },
             plugins: { legend: { display: false }, tooltip: { displayColors: false, callbacks: { title: () => "", label } } },
         },
     });
@@ -204,7 +211,7 @@ function drawPlots() {
     const sets = branches((value, re, im) => ({ x: re, y: im, words: `${locus.name} = ${digits(value)}: ${digits(re)} \u00b1 ${digits(im)} i` }));
     if (locus) sets.push(marks(locus.critical.map((c) => ({ x: c.re, y: c.im, words: `critical: ${locus.name} = ${digits(c.value)}` }))));
     sets.push(dots((mode) => ({ x: mode.re, y: mode.im })));
-    plot("plane", sets, "real part, 1/s", "imaginary part, rad/s", words);
+    plot("plane", sets, leftOf(sets).min ? "real part, 1/s (some are farther to the left)" : "real part, 1/s", "imaginary part, rad/s", words);
     if (locus) drawCampbell();
     else drawDamping();
 }

@@ -3,10 +3,12 @@
 #include "base/memory.h"
 #include "results/modes.h"
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 enum { WIDTH = 520, HEIGHT = 400, LEFT = 74, RIGHT = 18, TOP = 34, BOTTOM = 52, GAP = 8, COLOURS = 8 };
+
+/* How far to the left the plane is drawn, in parts of its height. */
+#define FAR 3
 
 static const char *const colours[COLOURS] = {"#2471a3", "#c0392b", "#1e8449", "#b9770e",
                                              "#7d3c98", "#117a65", "#5d6d7e", "#a04000"};
@@ -146,22 +148,39 @@ static void put_mark(const frame *f, double x, double y)
                     at_y(f, y) - 5);
 }
 
+/* Real ones that lie far out are cut off and told, so that the others can be seen. */
 static void put_plane(kmp_text *text, const kempe_modes *m)
 {
     frame f = {text, 0, {0, 0}, {0, 0}};
-    char title[120];
-    double x, y;
+    kmp_text title = {0};
+    double x, y, left = 0;
     for (int k = 0; k < m->locus.reached; k++)
         for (int b = 0; b < m->locus.count; b++)
-            if (in_plane(m, k, b, &x, &y))
+            if (in_plane(m, k, b, &x, &y)) {
                 reach(&f, x, y);
+                left = y > 0 ? fmin(left, x) : left;
+            }
+    double least = f.low[0], bound = fmin(left, -FAR * f.high[1]);
+    bool cut = f.high[1] > 0 && least < bound;
+    if (cut)
+        f.low[0] = bound;
     widen(&f);
-    (void)snprintf(title, sizeof title, "Eigenvalues, %.40s from %.6g (dots) to %.6g", m->name, m->locus.value[0],
-                   m->locus.value[m->locus.reached - 1]);
-    put_frame(&f, title, "real part, 1/s", "imaginary part, rad/s");
+    kmp_text_printf(&title, "Eigenvalues, %s from %.6g (dots) to %.6g", m->name, m->locus.value[0],
+                    m->locus.value[m->locus.reached - 1]);
+    put_frame(&f, title.s ? title.s : "", "real part, 1/s", "imaginary part, rad/s");
+    text->failed = text->failed || title.failed;
+    kmp_text_free(&title);
     if (f.low[0] < 0 && f.high[0] > 0)
         kmp_text_printf(text, "<path class=\"axis\" d=\"M%.1f %d V%d\"/>\n", at_x(&f, 0), TOP, HEIGHT - BOTTOM);
+    kmp_text_printf(text,
+                    "<clipPath id=\"plane\"><rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\"/></clipPath>\n"
+                    "<g clip-path=\"url(#plane)\">\n",
+                    LEFT, TOP, WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM + 4);
     put_branches(&f, m, in_plane);
+    kmp_text_put(text, "</g>\n");
+    if (cut)
+        kmp_text_printf(text, "<text x=\"%d\" y=\"%d\">&#8592; real ones as far as %.4g</text>\n", LEFT + 8, TOP + 18,
+                        least);
     for (int k = 0; k < m->locus.critical_count; k++)
         put_mark(&f, m->locus.critical[k].re, m->locus.critical[k].im);
 }

@@ -588,8 +588,7 @@ class Modes(Case):
         picture = ElementTree.parse(self.folder / "v.svg").getroot()
         drawn = [path.get("class") for path in picture.iter("{http://www.w3.org/2000/svg}path")]
         self.assertEqual([drawn.count(name) for name in ("branch", "mark", "critical", "order")], [8, 2, 1, 2])
-        self.assertTrue(all(0 <= float(x) <= 1060 for path in picture.iter("{http://www.w3.org/2000/svg}path")
-                            if path.get("class") == "branch" for x in re.findall(r"[ML](-?[\d.]+) ", path.get("d"))))
+        self.assertNotIn("real ones as far as", (self.folder / "v.svg").read_text())
 
     def test_steady(self):
         """A governor goes round; what varies is called by the rate."""
@@ -599,6 +598,7 @@ class Modes(Case):
         self.assertAlmostEqual(one["q"]["right"], one["q"]["left"], delta=1e-9)
         locus = self.object(0, "modes", governor, "--rates", "shaft=6:8:3", "--svg", "g.svg")["locus"]
         self.assertEqual((locus["name"], locus["values"]), ("qd.shaft", [6, 7, 8]))
+        self.assertIn("real ones as far as -", (self.folder / "g.svg").read_text())
         for s in one["eigenvalues"]:
             size = max(abs(complex(*pair)) for pair in one["eigenvalues"])
             self.assertLess(min(abs(complex(*s) - complex(*pair)) for pair in locus["eigenvalues"][1]), 1e-9 * size)
