@@ -43,9 +43,11 @@ static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ran
     if (!text)
         return KEMPE_OK;
     kempe_status status = kmp_ranges_read(context, text, ranges);
-    m->rates = status == KEMPE_OK ? KMP_NEW(kmp_steady, ranges->count) : NULL;
-    if (status == KEMPE_OK && !m->rates)
-        status = kmp_fail_memory(context);
+    if (status != KEMPE_OK)
+        return status;
+    m->rates = KMP_NEW(kmp_steady, ranges->count);
+    if (!m->rates)
+        return kmp_fail_memory(context);
     for (int k = 0; status == KEMPE_OK && k < ranges->count; k++) {
         const kmp_range *range = &ranges->range[k];
         kmp_steady *rate = &m->rates[k];
@@ -58,7 +60,7 @@ static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ran
             status = kmp_fail(context, KEMPE_E_ARGUMENT, "--rates: one of them can vary at a time");
         if (range->count != 1)
             *varies = k;
-        m->rate_count++;
+        m->rate_count = k + 1;
     }
     return status;
 }
