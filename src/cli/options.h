@@ -38,25 +38,17 @@ typedef struct cli_settings {
     kempe_run run;
     kempe_compare_run compare;
     kempe_generation generation;
+    kempe_equilibrium_ask equilibrium;
+    kempe_kinematics_ask kinematics;
     kempe_inverse_ask inverse; /* beside what is in `run` */
     kempe_sensitivity_ask sensitivity;
-    bool integral;
-    kempe_kinematics_ask kinematics;
-    double points;
+    kempe_modes_ask modes;
+    const char *at, *inputs, *outputs, *frequencies, *svg;
+    const char *values, *sample;
+    double points, seed, instances, lanes;
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
-    bool fixed_u;
-    bool once;
-    bool branches;
-    double seed;
-    const char *values, *sample;
-    double instances, lanes;
-    bool alone;
-    kempe_equilibrium_ask equilibrium;
-    bool all, nearest;
-    const char *at, *inputs, *outputs, *frequencies, *svg;
-    bool linear;
-    kempe_modes_ask modes;
+    bool fixed_u, once, branches, alone, all, nearest, linear, integral;
     bool help;
 } cli_settings;
 
