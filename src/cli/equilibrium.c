@@ -31,5 +31,6 @@ const cli_command cli_equilibrium = {
                 "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5\n"
                 "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5 --free 'qd(shaft)' --fix "
                 "slider=0.6\n",
+    .dynamics = "plain",
     .run = equilibrium,
 };

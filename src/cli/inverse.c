@@ -34,5 +34,6 @@ const cli_command cli_inverse = {
                 "  kempe inverse examples/stewart/led.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
                 "legs.csv\n"
                 "  kempe inverse examples/parallel_robot/parallel_robot.yaml --actuators a1,b1,a2 --weights a2=4\n",
+    .dynamics = "plain",
     .run = inverse,
 };

@@ -42,5 +42,6 @@ const cli_command cli_kinematics = {
         "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --drive t=0:1:101\n"
         "  kempe kinematics examples/chebyshev/chebyshev.yaml --drive \"crank=0 deg:360 deg\" --svg paths.svg\n",
     .accepts = says_what_to_drive,
+    .dynamics = "plain",
     .run = kinematics,
 };

@@ -31,5 +31,6 @@ const cli_command cli_linearize = {
     .examples =
         "  kempe linearize examples/four_bar/four_bar.yaml --at start\n"
         "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q -o car.npz\n",
+    .dynamics = "plain",
     .run = linearize,
 };

@@ -54,5 +54,6 @@ const cli_command cli_modes = {
                 "  kempe modes examples/quarter_car/quarter_car.yaml --vary \"damper=0:6000:61\" --svg locus.svg\n"
                 "  kempe modes examples/suspension/suspension.yaml --report modes.html\n",
     .accepts = accepts,
+    .dynamics = "plain",
     .run = modes,
 };

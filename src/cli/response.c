@@ -37,5 +37,6 @@ const cli_command cli_response = {
     .summary = "amplitude and phase of outputs to inputs that swing, with the resonances",
     .examples = "  kempe response examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' \\\n"
                 "      --outputs 'position(chassis.R).z' --frequencies 0.2:20 --svg car.svg\n",
+    .dynamics = "plain",
     .run = respond,
 };
