@@ -399,7 +399,7 @@ static void keep_row(job *j)
     if (m > 0)
         memcpy(r->lambda + row * m, v->lambda, m * sizeof(double));
     for (size_t k = 0; k < a; k++)
-        r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]];
+        r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
     if (r->loops > 0)
         keep_reactions(j, kmp_reactions_at(&j->reactions, g->t, g->q, v->lambda));
     note_row(j, g->t);
@@ -424,11 +424,6 @@ static kempe_status follow(job *j)
 }
 
 /* -- the verdict ------------------------------------------------------------------------------------- */
-
-double kmp_inverse_unmet(const kempe_inverse *inverse)
-{
-    return inverse->size > 0 ? inverse->unmet / inverse->size : 0;
-}
 
 /* The independent coordinate with most of what is left, scaled. */
 static int most_left(const kempe_inverse *r)
@@ -503,112 +498,4 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_a
     else
         kempe_inverse_free(j.r);
     return status;
-}
-
-/* -- what came out ----------------------------------------------------------------------------------- */
-
-kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
-{
-    const kempe_inverse *r = inverse;
-    kmp_inverse_summary s = {0};
-    double squares = 0;
-    for (int row = 0; row < r->rows; row++) {
-        size_t at = (size_t)row * (size_t)r->a + (size_t)k;
-        double tau = r->tau[at], power = r->power[at];
-        if (row == 0 || fabs(tau) > fabs(s.peak)) {
-            s.peak = tau;
-            s.peak_t = r->t[row];
-        }
-        if (row == 0 || fabs(power) > fabs(s.power)) {
-            s.power = power;
-            s.power_t = r->t[row];
-        }
-        if (row > 0) {
-            double h = r->t[row] - r->t[row - 1], before = r->tau[at - (size_t)r->a];
-            squares += h / 2 * (tau * tau + before * before);
-            s.work += h / 2 * (power + r->power[at - (size_t)r->a]);
-        }
-    }
-    s.rms = r->rows > 1 ? sqrt(squares / (r->t[r->rows - 1] - r->t[0])) : fabs(s.peak);
-    return s;
-}
-
-const char *kempe_inverse_status(const kempe_inverse *inverse)
-{
-    return kmp_status_word(inverse->status);
-}
-
-const char *kempe_inverse_reason(const kempe_inverse *inverse)
-{
-    return inverse->reason;
-}
-
-int kempe_inverse_actuator_count(const kempe_inverse *inverse)
-{
-    return inverse->a;
-}
-
-int kempe_inverse_actuator(const kempe_inverse *inverse, int k)
-{
-    return k >= 0 && k < inverse->a ? inverse->actuator[k] : -1;
-}
-
-int kempe_inverse_freedoms(const kempe_inverse *inverse)
-{
-    return inverse->freedoms;
-}
-
-int kempe_inverse_rank(const kempe_inverse *inverse)
-{
-    return inverse->rank;
-}
-
-double kempe_inverse_residual(const kempe_inverse *inverse)
-{
-    return inverse->residual;
-}
-
-int kempe_inverse_row_count(const kempe_inverse *inverse)
-{
-    return inverse->rows;
-}
-
-double kempe_inverse_time(const kempe_inverse *inverse, int row)
-{
-    return inverse->t[row];
-}
-
-static const double *row_of(const double *table, int row, int width)
-{
-    return table + (size_t)row * (size_t)width;
-}
-
-const double *kempe_inverse_q(const kempe_inverse *inverse, int row)
-{
-    return row_of(inverse->q, row, inverse->n);
-}
-
-const double *kempe_inverse_qd(const kempe_inverse *inverse, int row)
-{
-    return row_of(inverse->qd, row, inverse->n);
-}
-
-const double *kempe_inverse_qdd(const kempe_inverse *inverse, int row)
-{
-    return row_of(inverse->qdd, row, inverse->n);
-}
-
-const double *kempe_inverse_tau(const kempe_inverse *inverse, int row)
-{
-    return row_of(inverse->tau, row, inverse->a);
-}
-
-const double *kempe_inverse_power(const kempe_inverse *inverse, int row)
-{
-    return row_of(inverse->power, row, inverse->a);
-}
-
-const double *kempe_inverse_lambda(const kempe_inverse *inverse, int row)
-{
-    return row_of(inverse->lambda, row, inverse->m);
 }
