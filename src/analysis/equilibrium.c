@@ -13,9 +13,11 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_HALVINGS = 14, MOST_PUSHES = 12 };
+enum { MOST_HALVINGS = 14, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
 
-#define NEAR          1e-3 /* from which KINSOL goes on */
+#define NEAR          0.003 /* Newton's step from which KINSOL goes on, rad or characteristic lengths */
+#define NEARER        0.01
+#define STILL         1e-6 /* Newton's step at an equilibrium */
 #define FIRST_BOUND   0.3  /* rad, or characteristic lengths */
 #define PUSH          0.05
 #define FARTHEST      1e4  /* what moves as far never stops */
@@ -117,11 +119,10 @@ static bool push_aside(kmp_way *w)
     return false;
 }
 
-static bool step_down(kmp_way *w)
+/* The direction at hand leads so far. */
+static bool step_down(kmp_way *w, double far)
 {
-    if (!kmp_way_direction(w, true))
-        return false;
-    double far = kmp_way_spread(w), wanted = far;
+    double wanted = far;
     if (!(far < HUGE_VAL))
         return false;
     if (far > w->bound) {
@@ -141,23 +142,27 @@ static bool step_down(kmp_way *w)
     return kmp_way_arrive(w);
 }
 
-/* Down until it is near a stable one. */
-static kempe_status descend(kmp_way *w)
+/* Down until Newton's step is as short as `near` and leads to a stable one. Springs that are stiff beside others make
+ * every residual small: the step is what tells how far it is. */
+static kempe_status descend(kmp_way *w, double near)
 {
-    int pushes = 0;
+    int pushes = 0, begin = w->search->iterations;
     double far;
-    for (; w->search->iterations < KMP_MOST_ITERATIONS - 40;) {
+    for (int i = begin; i < MOST_DOWN && w->search->iterations < MOST_DOWN; i++) {
         if (kmp_interrupted(w->l->system->context))
             return kmp_way_complain(w, "interrupted");
         if (!kmp_way_decompose(w))
             return w->status;
-        kmp_way_note(w, w->residual);
-        bool stable = w->least >= -KMP_WAY_FLAT, balanced = w->residual <= KMP_WAY_BALANCED;
-        if (balanced && (stable || w->search->iterations == 1))
+        if (w->residual != w->told)
+            kmp_way_note(w, w->residual);
+        bool stable = w->least >= -KMP_WAY_FLAT;
+        far = kmp_way_direction(w, true) ? kmp_way_spread(w) : HUGE_VAL;
+        bool balanced = w->residual <= KMP_WAY_BALANCED && far <= STILL;
+        if (balanced && (stable || (begin == 0 && w->search->iterations == 1)))
             return KEMPE_OK;
-        if (stable && w->residual <= NEAR && !w->flat)
+        if (stable && far <= near && !w->flat)
             return KEMPE_OK;
-        bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w);
+        bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w, far);
         pushes += balanced;
         if (!gone)
             return w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "no step leads further down");
@@ -167,6 +172,19 @@ static kempe_status descend(kmp_way *w)
     }
     int k = farthest(w, &far);
     return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_way_complain(w, "too many iterations");
+}
+
+/* Down until it is so near, then by KINSOL, whose failure means that it was not near enough. */
+static kempe_status settle(kmp_way *w, double near)
+{
+    kempe_status status = descend(w, near);
+    if (status != KEMPE_OK || w->residual <= KMP_WAY_BALANCED)
+        return status;
+    status = kmp_way_newton(w);
+    if (status != KEMPE_E_FAILED || w->status != KEMPE_OK)
+        return status;
+    kmp_context_clear(w->l->system->context);
+    return KEMPE_OK;
 }
 
 static kempe_status find(kmp_way *w)
@@ -184,14 +202,11 @@ static kempe_status find(kmp_way *w)
                                                 "close, or numbers that are not finite");
     if (w->search->exchange)
         return kmp_way_exchange(w);
-    if (!w->search->nearest)
-        status = descend(w);
-    if (status == KEMPE_OK && (w->search->nearest || w->residual > KMP_WAY_BALANCED)) {
+    if (w->search->nearest) {
         status = kmp_way_newton(w);
-        if (status == KEMPE_E_FAILED && !w->search->nearest && w->residual <= NEAR) {
-            kmp_context_clear(w->l->system->context);
-            status = KEMPE_OK;
-        }
+    } else {
+        for (double near = NEAR; status == KEMPE_OK && w->residual > KMP_WAY_BALANCED; near *= NEARER)
+            status = settle(w, near);
     }
     if (status != KEMPE_OK)
         return status;

@@ -410,6 +410,21 @@ static void examples_settle(void)
     }
 }
 
+/* A hinge on stiff springs makes every residual small; it ends where the hinge does, but for what they yield. */
+static void stiff_springs_do_not_hide_the_rest(void)
+{
+    loaded stiff = load("tests/models/four_bar_bushing.yaml"), hinge = load("examples/four_bar/four_bar.yaml");
+    kempe_equilibrium *e = NULL, *f = NULL;
+    CHECK(kempe_equilibrium_new(stiff.system, NULL, &e) == KEMPE_OK);
+    CHECK(kempe_equilibrium_new(hinge.system, NULL, &f) == KEMPE_OK);
+    CHECK_NEAR(kempe_equilibrium_q(e, 0)[0], kempe_equilibrium_q(f, 0)[0], 1e-5);
+    CHECK(kempe_equilibrium_residual(e, 0) < 1e-14 && kempe_equilibrium_stable(e, 0) == 1);
+    kempe_equilibrium_free(e);
+    kempe_equilibrium_free(f);
+    unload(&stiff);
+    unload(&hinge);
+}
+
 /* Newton's method alone goes elsewhere from the same starts. */
 static void downhill_leads_where_newton_does_not(void)
 {
@@ -608,6 +623,7 @@ int main(void)
     TEST(a_loaded_parallelogram_buckles);
     TEST(convergence_is_quadratic);
     TEST(examples_settle);
+    TEST(stiff_springs_do_not_hide_the_rest);
     TEST(downhill_leads_where_newton_does_not);
     TEST(steps_beyond_are_taken_back);
     TEST(a_spherical_pendulum_hangs);
