@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
-#include "model/ranges.h"
 #include <math.h>
 #include <string.h>
 
@@ -157,36 +156,11 @@ kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const k
 
 /* -- what is asked ----------------------------------------------------------------------------------- */
 
-static kempe_status read_rates(kempe_equilibrium *e, const char *text)
-{
-    const kempe_model *model = e->asked->model;
-    kmp_ranges list = {0};
-    kempe_status status = text ? kmp_ranges_read(model->context, text, &list) : KEMPE_OK;
-    e->rates = KMP_ARENA_NEW(&e->arena, kmp_steady, list.count);
-    if (status == KEMPE_OK && !e->rates)
-        status = kmp_fail_memory(model->context);
-    for (int k = 0; status == KEMPE_OK && k < list.count; k++) {
-        int c = kmp_exchange_coordinate(model, list.range[k].name, "rates");
-        if (list.range[k].count != 1)
-            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' takes one value, not a range",
-                              list.range[k].name);
-        for (int i = 0; c >= 0 && i < k; i++)
-            if (e->rates[i].coordinate == c)
-                status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", list.range[k].name);
-        if (c < 0)
-            status = KEMPE_E_ARGUMENT;
-        else
-            e->rates[e->rate_count++] = (kmp_steady){c, list.range[k].from};
-    }
-    kmp_ranges_free(&list);
-    return status;
-}
-
 static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
 {
     e->nearest = ask->nearest;
     e->all = ask->all;
-    kempe_status status = read_rates(e, ask->rates);
+    kempe_status status = kmp_steady_read(e->asked->model, ask->rates, &e->rate_count, &e->rates);
     if (status != KEMPE_OK || !(ask->fix || ask->require || ask->freed))
         return status;
     status = kmp_exchange_new(e->asked, ask->fix, ask->require, ask->freed, e->rates, e->rate_count, &e->exchange);
@@ -211,11 +185,7 @@ static kempe_status check_rates(const kempe_equilibrium *e)
         for (int i = 0; e->exchange && i < e->exchange->target_count; i++)
             held = held || e->exchange->target[i].coordinate == c;
         if (!held)
-            return kmp_fail(e->system->context, KEMPE_E_FAILED,
-                            "no steady motion: '%s' shall go on at %.6g %s/s, but the forces change as it goes; hold "
-                            "it (fix) and let a load be free, to have the balance of one moment",
-                            e->system->model->motions[c].name, e->rates[k].rate,
-                            e->system->model->motions[c].rotation ? "rad" : "m");
+            return kmp_steady_complain(e->system->model, &e->rates[k]);
     }
     return KEMPE_OK;
 }
@@ -354,6 +324,7 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
     if (!equilibrium)
         return;
     kmp_exchange_free(equilibrium->exchange);
+    kmp_free(equilibrium->rates);
     kmp_arena_free(&equilibrium->arena);
     kmp_free(equilibrium);
 }

@@ -6,12 +6,7 @@
 #define KMP_ANALYSIS_EQUILIBRIUM_H
 
 #include "analysis/linear.h"
-
-/** A coordinate that keeps on moving at this rate. */
-typedef struct kmp_steady {
-    int coordinate;
-    double rate;
-} kmp_steady;
+#include "analysis/steady.h"
 
 /** One state on the way: its residual, and how far the step from it went, the largest |dq| / scale. */
 typedef struct kmp_iteration {

@@ -3,24 +3,9 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "model/asked.h"
-#include "model/nearest.h"
 #include "model/output_table.h"
 #include "model/ranges.h"
 #include <string.h>
-
-int kmp_exchange_coordinate(const kempe_model *model, const char *name, const char *what)
-{
-    name += strspn(name, " \t");
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int k = 0; k < model->motion_count; k++) {
-        if (strcmp(model->motions[k].name, name) == 0)
-            return k;
-        kmp_nearest_offer(&nearest, model->motions[k].name);
-    }
-    (void)kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: the model has no coordinate '%s'%s%s%s", what, name,
-                   nearest.best ? ", did you mean '" : "", nearest.best ? nearest.best : "", nearest.best ? "'?" : "");
-    return -1;
-}
 
 /* -- what is released -------------------------------------------------------------------------------- */
 
@@ -49,7 +34,7 @@ static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const ch
                              int rate_count)
 {
     char *name = copy_word(x, word + 3, strlen(word) - 4);
-    int c = name ? kmp_exchange_coordinate(model, name, "free") : -1, at = 0;
+    int c = name ? kmp_steady_coordinate(model, name, "free") : -1, at = 0;
     if (c < 0)
         return name ? KEMPE_E_ARGUMENT : KEMPE_E_MEMORY;
     while (at < rate_count && rates[at].coordinate != c)
@@ -127,7 +112,7 @@ static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const k
         if (fix->range[k].count != 1)
             return complain_range(model->context, "fix", &fix->range[k]);
         kmp_target *target = add_target(x, &fix->range[k]);
-        target->coordinate = target->name ? kmp_exchange_coordinate(model, target->name, "fix") : -1;
+        target->coordinate = target->name ? kmp_steady_coordinate(model, target->name, "fix") : -1;
         if (target->coordinate < 0)
             return target->name ? KEMPE_E_ARGUMENT : kmp_fail_memory(model->context);
     }

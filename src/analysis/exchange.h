@@ -46,7 +46,4 @@ void kmp_exchange_begin(kmp_exchange *exchange, kmp_linear *linear, kmp_steady *
  *  have them. */
 bool kmp_exchange_set(kmp_exchange *exchange, const double *values, kmp_linear *linear, kmp_steady *rates);
 
-/** The coordinate NAME of a list "NAME=..", with spaces before it; -1 after a sentence. */
-int kmp_exchange_coordinate(const kempe_model *model, const char *name, const char *what);
-
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/operating.h"
+#include "analysis/way.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
@@ -35,10 +36,26 @@ static void begin(kmp_operating *o, const kempe_assembly *a)
             kmp_chart_center(s, c, o->chart, o->inner_q, o->inner_qd, NULL);
 }
 
-static kempe_status settle(kmp_operating *o)
+/* What goes on steadily must not change the forces. */
+static kempe_status check_rates(const kmp_linear *l, const kmp_search *search)
+{
+    double *work = KMP_NEW(double, l->p), most;
+    kempe_status status = work ? KEMPE_OK : kmp_fail_memory(l->system->context);
+    if (work)
+        (void)kmp_way_measure(l, work, &most);
+    for (int i = 0; i < search->rate_count; i++)
+        for (int k = 0; status == KEMPE_OK && k < l->p; k++)
+            if (l->part.u[k] == search->rates[i].coordinate && search->rates[i].rate != 0 &&
+                !kmp_way_is_idle(l, k, work))
+                status = kmp_steady_complain(l->system->model, &search->rates[i]);
+    kmp_free(work);
+    return status;
+}
+
+static kempe_status settle(kmp_operating *o, kmp_steady *rates, int rate_count)
 {
     kmp_linear linear;
-    kmp_search search = {0};
+    kmp_search search = {.rates = rates, .rate_count = rate_count};
     size_t n = (size_t)o->system->n * sizeof(double);
     kempe_status status = kmp_linear_init(&linear, o->system, kmp_backend_default());
     if (status != KEMPE_OK)
@@ -46,6 +63,8 @@ static kempe_status settle(kmp_operating *o)
     if (o->chart)
         kmp_plant_set_charts(linear.plant, o->chart);
     status = kmp_equilibrium_find(&linear, o->t, o->inner_q, &search);
+    if (status == KEMPE_OK)
+        status = check_rates(&linear, &search);
     if (status == KEMPE_OK) {
         memcpy(o->inner_qd, linear.qd, n);
         memcpy(o->q, o->inner_q, n);
@@ -61,24 +80,42 @@ static kempe_status settle(kmp_operating *o)
     return status;
 }
 
+/* What stands behind "equilibrium" and a space; NULL: it is another word. */
+static const char *rates_of(const char *word)
+{
+    size_t length = strlen("equilibrium");
+    if (!word)
+        return "";
+    if (strncmp(word, "equilibrium", length) != 0 || (word[length] && word[length] != ' '))
+        return NULL;
+    return word + length + (word[length] == ' ');
+}
+
 kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_operating **operating)
 {
     bool start = word && strcmp(word, "start") == 0;
-    if (!start && word && strcmp(word, "equilibrium") != 0)
+    const char *list = rates_of(word);
+    kmp_steady *rates = NULL;
+    int rate_count = 0;
+    if (!start && !list)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
-                        "there is no state '%s' to look from: 'start' or 'equilibrium'", word);
+                        "there is no state '%s' to look from: 'start', 'equilibrium', or 'equilibrium NAME=RATE,..'",
+                        word);
     kempe_assembly *a = NULL;
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? kempe_assemble(system, &a) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK && list && *list)
+        status = kmp_steady_read(system->model, list, &rate_count, &rates);
     if (status == KEMPE_OK) {
         o->system = system;
         status = make_room(o) ? KEMPE_OK : kmp_fail_memory(system->context);
     }
     if (status == KEMPE_OK) {
         begin(o, a);
-        status = start ? KEMPE_OK : settle(o);
+        status = start ? KEMPE_OK : settle(o, rates, rate_count);
     }
     kempe_assembly_free(a);
+    kmp_free(rates);
     if (status == KEMPE_OK)
         *operating = o;
     else

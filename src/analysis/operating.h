@@ -15,8 +15,9 @@ typedef struct kmp_operating {
 } kmp_operating;
 
 /** The state that a word names: "start", the assembled start with its rates; "equilibrium" (NULL stands for it), the
- *  equilibrium that the assembled start leads to, with all rates zero. KEMPE_E_ARGUMENT: there is no such word.
- * KEMPE_E_FAILED: it does not assemble, or there is no equilibrium, and why. */
+ *  equilibrium that the assembled start leads to, all rates zero; "equilibrium shaft=60 rpm", the steady motion with
+ *  these. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: it does not assemble, or there is no equilibrium,
+ * and why. */
 kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_operating **operating);
 void kmp_operating_free(kmp_operating *operating);
 

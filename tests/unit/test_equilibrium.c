@@ -239,6 +239,30 @@ static void a_governor_stands_at_its_height(void)
     unload(&m);
 }
 
+/* The others look from a steady motion as well. */
+static void a_steady_motion_to_look_from(void)
+{
+    loaded m = load("examples/governor/governor.yaml");
+    kmp_operating *o = NULL;
+    kmp_linear l;
+    double height, square = governor(0.5, &height);
+    char word[64];
+    (void)snprintf(word, sizeof word, "equilibrium shaft=%.17g", sqrt(square));
+    CHECK(kmp_operating_new(m.system, word, &o) == KEMPE_OK);
+    CHECK_NEAR(o->q[2], 0.5, 1e-11);
+    CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
+    CHECK(kmp_operating_take(o, &l, NULL, 0) == KEMPE_OK);
+    kmp_linear_matrices(&l);
+    CHECK(kmp_equilibrium_residual(&l) < 1e-13 && l.qd[0] == o->qd[0] && fabs(l.qd[0] - sqrt(square)) < 1e-15);
+    kmp_linear_free(&l);
+    kmp_operating_free(o);
+    o = NULL;
+    CHECK(kmp_operating_new(m.system, "equilibrium slider=1", &o) == KEMPE_E_FAILED && !o);
+    CHECK(kmp_operating_new(m.system, "equilibrium slide=1", &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kmp_operating_new(m.system, "equilibria", &o) == KEMPE_E_ARGUMENT && !o);
+    unload(&m);
+}
+
 /* The speed for a height, from both sides. */
 static void a_speed_is_found_for_a_height(void)
 {
@@ -618,6 +642,7 @@ int main(void)
     TEST(a_double_four_bar_against_its_potential);
     TEST(a_damped_run_comes_to_rest_there);
     TEST(a_governor_stands_at_its_height);
+    TEST(a_steady_motion_to_look_from);
     TEST(a_speed_is_found_for_a_height);
     TEST(a_load_on_a_rod_falls);
     TEST(a_loaded_parallelogram_buckles);
