@@ -118,6 +118,10 @@ CALLS = [
     ("kinematics model.yaml --drive A=0:1,D=0:1", 1),
     ("kinematics model.yaml --drive D=0:1", 1),
     ("kinematics model.yaml --drive A=0:1,A=0:2", 3),
+    (f"equilibrium {ROOT}/tests/models/friction.yaml", 1),
+    ("equilibrium model.yaml --rates shaft=1", 3),
+    ("equilibrium model.yaml --rates A=1", 1),
+    ("equilibrium model.yaml --free l", 3),
     (f"simulate {ROOT}/tests/models/friction.yaml", 1),
     (f"generate {ROOT}/tests/models/massless_end.yaml --count --sets qdd", 1),
 ]
