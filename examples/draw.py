@@ -412,9 +412,9 @@ def double_four_bar():
     p = Picture("Two four-bars in a row at the start")
     p.body("crank", O, B)
     p.body("bar", B, C, other_side=True)
-    p.body("rocker", D, C, F)
+    p.body("rocker", D, C, F, shift=(52, 24))
     p.body("rod", F, G, other_side=True)
-    p.body("lever", E, G, shift=(-52, 8))
+    p.body("lever", E, G)
     p.spring(S, G)
     for name, point, shift in (("O", O, (12, 4)), ("D", D, (12, 4)), ("E", E, (12, 4)), ("S", S, (12, 4))):
         p.pivot(point, name, True, shift)
