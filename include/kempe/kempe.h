@@ -236,12 +236,6 @@ KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajec
  */
 KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path);
 
-/** What a run has done so far. `rejected` by the error test, `refused` by the mechanism or for want of convergence;
- * `centrings` of spherical joints. */
-typedef struct kempe_work {
-    long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings;
-} kempe_work;
-
 /* The same step by step: kempe/stepper.h, which this header includes at its end. */
 
 /* Many roads and tolerances against a reference: kempe/compare.h, which this header includes at its end. */

@@ -59,8 +59,11 @@ KEMPE_API double kempe_sensitivity_slope(const kempe_sensitivity *sensitivity, i
 /** "forward" or "adjoint", where there is a choice; else "". */
 KEMPE_API const char *kempe_sensitivity_method(const kempe_sensitivity *sensitivity);
 
-/** Work of the integrator, backwards included. */
-KEMPE_API kempe_work kempe_sensitivity_work(const kempe_sensitivity *sensitivity);
+/** Work of the integrator; evaluations backwards included. */
+typedef struct kempe_slope_work {
+    long steps, rejected, refused, rhs, exchanges;
+} kempe_slope_work;
+KEMPE_API kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *sensitivity);
 
 /** The last row and what it cost, as text or JSON. */
 KEMPE_API kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe_format format, char **text);

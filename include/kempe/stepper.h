@@ -25,6 +25,12 @@ extern "C" {
 
 typedef struct kempe_stepper kempe_stepper;
 
+/** What has been done so far. `rejected` by the error test, `refused` by the mechanism or for want of convergence;
+ * `centrings` of spherical joints. */
+typedef struct kempe_work {
+    long steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings;
+} kempe_work;
+
 /** Assembles and stands at t = 0; `every`, `reference` and checkpoints of the run do not matter here. The system must
  * outlive it. KEMPE_E_ARGUMENT: a name or number of the run; KEMPE_E_FAILED: it cannot start; KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run *run, kempe_stepper **stepper);

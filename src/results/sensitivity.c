@@ -307,7 +307,7 @@ const char *kempe_sensitivity_method(const kempe_sensitivity *s)
     return s->method;
 }
 
-kempe_work kempe_sensitivity_work(const kempe_sensitivity *s)
+kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s)
 {
     return s->work;
 }

@@ -31,9 +31,9 @@ struct kempe_sensitivity {
     char *note;   /* what is to be said beside the numbers; NULL: nothing */
     const char *method, *integrator;
     double rtol, atol, t_end; /* 0: none */
-    kempe_work work;
-    double backwards; /* steps */
-    double kept;      /* bytes */
+    kempe_slope_work work;
+    double backwards;      /* steps */
+    double kept;           /* bytes */
     double build_s, cpu_s; /* a kind adds to the first what it takes to derive more */
 };
 

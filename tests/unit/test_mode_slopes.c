@@ -93,7 +93,8 @@ static bool open_rig(rig *r, loaded m, const char *names, bool equilibrium)
     memcpy(r->q, r->linear.q, (size_t)r->n * sizeof *r->q);
     memcpy(r->lambda, r->linear.lambda, (size_t)r->system->m * sizeof *r->lambda);
     solve_modes(r);
-    r->status = kmp_shift_at(&r->shift, &r->linear, r->slopes, equilibrium ? KMP_KEEP_EQUILIBRIUM : KMP_KEEP_RATES, NULL, NULL);
+    r->status =
+        kmp_shift_at(&r->shift, &r->linear, r->slopes, equilibrium ? KMP_KEEP_EQUILIBRIUM : KMP_KEEP_RATES, NULL, NULL);
     if (r->status == KEMPE_OK)
         CHECK(kmp_mode_slopes_init(&r->modes, &r->linear, &r->bend, &r->shift, &r->spectrum) == KEMPE_OK);
     return r->status == KEMPE_OK;
