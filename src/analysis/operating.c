@@ -36,8 +36,7 @@ static void begin(kmp_operating *o, const kempe_assembly *a)
             kmp_chart_center(s, c, o->chart, o->inner_q, o->inner_qd, NULL);
 }
 
-/* What goes on steadily must not change the forces. */
-static kempe_status check_rates(const kmp_linear *l, const kmp_search *search)
+kempe_status kmp_operating_check(const kmp_linear *l, const kmp_search *search)
 {
     double *work = KMP_NEW(double, l->p), most;
     kempe_status status = work ? KEMPE_OK : kmp_fail_memory(l->system->context);
@@ -64,7 +63,7 @@ static kempe_status settle(kmp_operating *o, kmp_steady *rates, int rate_count)
         kmp_plant_set_charts(linear.plant, o->chart);
     status = kmp_equilibrium_find(&linear, o->t, o->inner_q, &search);
     if (status == KEMPE_OK)
-        status = check_rates(&linear, &search);
+        status = kmp_operating_check(&linear, &search);
     if (status == KEMPE_OK) {
         memcpy(o->inner_qd, linear.qd, n);
         memcpy(o->q, o->inner_q, n);

@@ -25,4 +25,8 @@ void kmp_operating_free(kmp_operating *operating);
  *  accelerations that the equations give (zero at an equilibrium). Errors as kmp_linear_choose and kmp_linear_at. */
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
 
+/** Whether what goes on steadily leaves the forces as they are, at a state that was found. KEMPE_E_FAILED: it does not.
+ */
+kempe_status kmp_operating_check(const kmp_linear *linear, const kmp_search *search);
+
 #endif
