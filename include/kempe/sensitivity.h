@@ -19,7 +19,7 @@ extern "C" {
 
 /** What is asked; zeros and NULL mean defaults. */
 typedef struct kempe_sensitivity_ask {
-    const char *of;         /* trajectory (default) | equilibrium | modes | reactions */
+    const char *of;         /* trajectory (default) */
     const char *parameters; /* names with commas between, start values as q.NAME and qd.NAME among them; NULL: all plain
                              * numbers among the parameters that may vary */
     const char *outputs;    /* "position(b.P).x,q(A)"; NULL: those of the model */

@@ -97,6 +97,8 @@ static kempe_status settle(kmp_station *s, bool nearest)
         memcpy(q, l->q, n);
         status = kmp_equilibrium_find(l, o->t, q, &search);
     }
+    if (status == KEMPE_OK)
+        status = kmp_operating_check(l, &search);
     if (status == KEMPE_OK) {
         memcpy(o->inner_q, q, n);
         memcpy(o->inner_qd, l->qd, n);

@@ -146,9 +146,9 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_ask *ask, kmp_stat
     if (rate && ask->vary)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "one thing can vary at a time: the rate of '%s', or what --vary says", rate->name);
-    if (m->rate_count > 0 && at->word && strcmp(at->word, "start") == 0)
+    if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "rates are kept by an equilibrium: the start has those of the model (qd of its start)");
+                        "rates are kept by an equilibrium, not by '%s': a start has those of the model", at->word);
     kempe_status status = here(m, at);
     if (status == KEMPE_OK && ask->vary)
         return vary(m, ask->vary, at);
@@ -158,9 +158,21 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_ask *ask, kmp_stat
     return sweep(m, at, rate);
 }
 
+/* "equilibrium NAME=RATE,.." names rates, too. */
+static const char *rates_of(const kempe_modes_ask *ask, const char **word)
+{
+    static const char begin[] = "equilibrium ";
+    *word = ask->at;
+    if (ask->rates || !ask->at || strncmp(ask->at, begin, strlen(begin)) != 0)
+        return ask->rates;
+    *word = NULL;
+    return ask->at + strlen(begin);
+}
+
 static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
 {
-    kmp_station_ask at = {.word = ask->at};
+    kmp_station_ask at = {0};
+    const char *rates = rates_of(ask, &at.word);
     kmp_ranges ranges = {0};
     int varies = -1;
     m->wish = KMP_NEW(int, m->system->n);
@@ -170,7 +182,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
     if (status == KEMPE_OK)
         status = read_orders(m, ask->orders);
     if (status == KEMPE_OK)
-        status = read_rates(m, ask->rates, &ranges, &varies);
+        status = read_rates(m, rates, &ranges, &varies);
     if (status == KEMPE_OK) {
         at.wish = m->wish;
         at.rates = m->rates;

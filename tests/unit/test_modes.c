@@ -397,6 +397,13 @@ static void a_governor_swings_about_its_steady_height(void)
         CHECK_NEAR(most, sqrt(U2 / (m * l * l)), 1e-9);
     }
     kempe_modes_free(modes);
+    modes = modes_of(&a, (kempe_modes_ask){.at = "equilibrium shaft=7"});
+    CHECK(kempe_modes_qd(modes)[0] == 7);
+    CHECK_NEAR(fabs(kempe_modes_q(modes)[1]), acos(g / (l * 49)), 1e-10);
+    kempe_modes_free(modes);
+    modes = NULL; /* the arm cannot go on round against its weight */
+    CHECK(kempe_modes_new(a.system, &(kempe_modes_ask){.rates = "arm=1"}, &modes) == KEMPE_E_FAILED && !modes);
+    CHECK(strstr(kempe_context_message(a.context), "'arm'") != NULL);
     unload(&a);
 }
 
