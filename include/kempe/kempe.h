@@ -10,7 +10,8 @@
  *     check     mobility, redundancy, the choice of independent coordinates
  *     assemble  loops closed from the model's guess
  *     simulate  one road, one integrator: a trajectory with its verdict
- *     compare   many roads and tolerances against a reference
+ *
+ * and beside it: compare, and what engineers ask of a mechanism besides its motion (the list of headers below).
  *
  * The law is  M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda,  h(q, t) = 0, with q the relative joint
  * coordinates of the tree (rad and m), C the bias (Coriolis, centrifugal, gravity, applied forces) and
@@ -120,9 +121,9 @@ typedef struct kempe_system kempe_system;
  *  joint that moves no mass. */
 KEMPE_API kempe_status kempe_system_new(const kempe_model *model, kempe_system **system);
 
-/** The same with a word for how the dynamics are written: auto, composite, plain, ner or articulated; NULL: the model's, or
- *  auto, which takes what costs less. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: the accelerations cannot
- *  be written by articulated bodies, and why. */
+/** The same with a word for how the dynamics are written: auto, composite, plain, ner or articulated; NULL: the
+ * model's, or auto, which takes what costs less. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: the
+ * accelerations cannot be written by articulated bodies, and why. */
 KEMPE_API kempe_status kempe_system_new_by(const kempe_model *model, const char *dynamics, kempe_system **system);
 KEMPE_API void kempe_system_free(kempe_system *system);
 
@@ -236,15 +237,17 @@ KEMPE_API kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajec
  */
 KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path);
 
-/* The same step by step: kempe/stepper.h, which this header includes at its end. */
-
-/* Many roads and tolerances against a reference: kempe/compare.h, which this header includes at its end. */
-
-/* Many instances of one mechanism with different parameters: kempe/ensemble.h, which this header includes at its end.
- */
-
-/* Where a mechanism stays at rest or moves on steadily: kempe/equilibrium.h, which this header includes at its end. */
-/* How results move with parameters: kempe/sensitivity.h, which this header includes at its end. */
+/* The other headers, which this one includes at its end:
+ *
+ *     stepper.h       the same step by step
+ *     compare.h       many roads and tolerances against a reference
+ *     ensemble.h      many instances of one mechanism with different parameters
+ *     kinematics.h    coordinates led through a range
+ *     equilibrium.h   where a mechanism stays at rest or moves on steadily
+ *     inverse.h       the efforts that a motion takes
+ *     linearize.h     state spaces near a state; response.h: answers to what swings
+ *     modes.h         eigenvalues and shapes, and what becomes of them when a parameter varies
+ *     sensitivity.h   how results move with parameters; gradient.h: the same for optimisers */
 
 /** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
@@ -260,13 +263,13 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/equilibrium.h>
 #include <kempe/extend.h>
 #include <kempe/generate.h>
-#include <kempe/inverse.h>
-#include <kempe/linearize.h>
-#include <kempe/response.h>
 #include <kempe/gradient.h>
-#include <kempe/sensitivity.h>
+#include <kempe/inverse.h>
 #include <kempe/kinematics.h>
+#include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/response.h>
+#include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 #include <kempe/workspace.h>
 
