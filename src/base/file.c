@@ -142,6 +142,14 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
     return KEMPE_OK;
 }
 
+kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text)
+{
+    kempe_status status =
+        text->failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text->s ? text->s : "");
+    kmp_text_free(text);
+    return status;
+}
+
 kempe_status kmp_folder_make(kempe_context *context, const char *path)
 {
     struct stat here;

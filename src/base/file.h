@@ -1,13 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whole files at once. Writing is kempe_write_file. */
+/* Whole files at once. A string is written by kempe_write_file. */
 #ifndef KMP_BASE_FILE_H
 #define KMP_BASE_FILE_H
 
 #include "base/context.h"
+#include "base/text.h"
 
 /** Reads a file; `*text` ends with a zero that `*length` does not count (free with kmp_free).
  *  KEMPE_E_IO with the system's reason. */
 kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
+
+/** Writes a text to a file and frees it, whatever comes. KEMPE_E_MEMORY: the text has failed. Errors as
+ *  kempe_write_file. */
+kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text);
 
 /** Makes a folder unless it is there. KEMPE_E_IO with the system's reason. */
 kempe_status kmp_folder_make(kempe_context *context, const char *path);

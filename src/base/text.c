@@ -76,6 +76,14 @@ void kmp_text_quote(kmp_text *text, const char *s)
     kmp_text_put(text, "\"");
 }
 
+void kmp_text_escape(kmp_text *text, const char *s)
+{
+    for (; *s; s++) {
+        const char one[2] = {*s, 0};
+        kmp_text_put(text, *s == '<' ? "&lt;" : *s == '>' ? "&gt;" : *s == '&' ? "&amp;" : one);
+    }
+}
+
 /* Writes '.' where the locale has its own decimal point. */
 static void use_point(char *digits)
 {

@@ -20,6 +20,9 @@ void kmp_text_put(kmp_text *text, const char *s);
 /** Appends `s` as a JSON string, quotes included. */
 void kmp_text_quote(kmp_text *text, const char *s);
 
+/** Appends `s` as it stands in XML or HTML: <, > and & are escaped. */
+void kmp_text_escape(kmp_text *text, const char *s);
+
 /** Appends with the shortest digits (up to 17) that read back to the same double; "null" when not finite. */
 void kmp_text_number(kmp_text *text, double x);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One page that needs nothing beside itself. */
-#include "base/memory.h"
+#include "base/file.h"
 #include "report/page.h"
 #include <string.h>
 #include <strings.h>
@@ -28,14 +28,6 @@ static void put_script(kmp_text *text, const char *script)
     kmp_text_put(text, "\n");
 }
 
-static void put_name(kmp_text *text, const char *name)
-{
-    for (; *name; name++) {
-        char one[2] = {*name, 0};
-        kmp_text_put(text, *name == '<' ? "&lt;" : *name == '&' ? "&amp;" : one);
-    }
-}
-
 static bool is_mark(const char *line, const char *mark)
 {
     size_t length = strlen(mark);
@@ -46,7 +38,7 @@ static bool put_part(kmp_text *text, const kmp_sheet *sheet, const char *line)
 {
     if (is_mark(line, "<!--TITLE-->")) {
         kmp_text_put(text, "<title>");
-        put_name(text, sheet->model);
+        kmp_text_escape(text, sheet->model);
         kmp_text_printf(text, ": %s</title>\n", sheet->subject);
     } else if (is_mark(line, "<!--NOTICE-->")) {
         put_lines(text, kmp_notice_html);
@@ -74,10 +66,5 @@ kempe_status kmp_sheet_write(kempe_context *context, const kmp_sheet *sheet, con
     for (const char *const *line = sheet->html; *line; line++)
         if (!put_part(&text, sheet, *line))
             kmp_text_put(&text, *line);
-    char *whole = kmp_text_take(&text);
-    if (!whole)
-        return kmp_fail_memory(context);
-    kempe_status status = kempe_write_file(context, path, whole);
-    kmp_free(whole);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What an ensemble leaves: the state of each instance, told as a summary, as JSON and as a table. */
+#include "base/file.h"
 #include "base/memory.h"
 #include "integrators/ensemble.h"
 #include "results/print.h"
@@ -394,7 +395,5 @@ kempe_status kempe_batch_write_csv(const kempe_batch *b, const char *path)
     put_header(b, &text);
     for (int k = 0; k < b->count; k++)
         put_row(b, &text, k);
-    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

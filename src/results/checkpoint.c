@@ -48,7 +48,7 @@ kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples 
     for (int row = 0; status == KEMPE_OK && row < samples->rows; row++)
         print_row(system, samples, row, &text);
     if (status == KEMPE_OK)
-        status = text.failed ? kmp_fail_memory(system->context) : kempe_write_file(system->context, path, text.s);
+        status = kmp_file_write(system->context, path, &text);
     kmp_text_free(&text);
     return status;
 }

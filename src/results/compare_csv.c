@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The runs of a comparison as a table that other programs read: one row each, empty where nothing is known. */
 #include "base/file.h"
-#include "base/memory.h"
 #include "results/compare_print.h"
 #include <math.h>
 #include <string.h>
@@ -54,10 +53,5 @@ kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, cons
     for (int k = 0; k < comparison->count; k++)
         write_run(&text, comparison, &comparison->runs[k]);
     kmp_context_clear(context);
-    char *whole = kmp_text_take(&text);
-    if (!whole)
-        return kmp_fail_memory(context);
-    kempe_status status = kempe_write_file(context, path, whole);
-    kmp_free(whole);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

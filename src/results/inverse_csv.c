@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An inverse dynamics as CSV: a comment with the units, the names, the rows. The same walk writes each of them. */
 #include "base/context.h"
+#include "base/file.h"
 #include "results/inverse.h"
 #include <math.h>
 
@@ -97,7 +98,5 @@ kempe_status kempe_inverse_write_csv(const kempe_inverse *inverse, const char *p
         put_line(&w);
     for (w.row = 0; w.row < (size_t)inverse->rows; w.row++)
         put_line(&w);
-    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

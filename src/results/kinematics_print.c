@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sweep told as text and JSON, and its rows as CSV. */
 #include "analysis/kinematics.h"
+#include "base/file.h"
 #include "model/output_table.h"
 #include "results/columns.h"
 #include "results/print.h"
@@ -312,7 +313,5 @@ kempe_status kempe_kinematics_write_csv(const kempe_kinematics *k, const char *p
         write_values(&text, k->width, kempe_kinematics_outputs(k, row));
         kmp_text_put(&text, "\n");
     }
-    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

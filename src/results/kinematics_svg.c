@@ -2,8 +2,10 @@
 /* The paths of a sweep's position outputs as a picture, in the plane of the two ground axes along which they reach
  * farthest, both to one scale; where the sweep begins, and dead centres, are marked. */
 #include "analysis/kinematics.h"
+#include "base/file.h"
 #include "model/output_table.h"
 #include "results/print.h"
+#include "results/svg.h"
 #include <math.h>
 
 /* Pixels: the drawing's longer side, room for labels, a mark. */
@@ -96,8 +98,7 @@ static void draw_marks(picture *p, int column, const char *colour)
     const kempe_kinematics *k = p->k;
     const double *first = place(p, 0, column);
     if (first)
-        kmp_text_printf(p->text, "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"%d\" fill=\"%s\"/>\n",
-                        right(p, first[p->axis[0]]), down(p, first[p->axis[1]]), DOT, colour);
+        kmp_svg_dot(p->text, right(p, first[p->axis[0]]), down(p, first[p->axis[1]]), DOT, colour);
     for (int d = 0; d < k->dead_count; d++) {
         const double *x = k->dead_shown[d] + column;
         kmp_text_printf(p->text,
@@ -136,11 +137,7 @@ static void draw(picture *p)
     int line = 0;
     measure(p);
     choose_plane(p);
-    kmp_text_printf(p->text,
-                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" "
-                    "font-family=\"sans-serif\" font-size=\"12\">\n"
-                    "<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n",
-                    p->width, p->height);
+    kmp_svg_begin(p->text, p->width, p->height, NULL);
     for (int c = 0; c < k->width; c++) {
         if (!begins_path(k, c))
             continue;
@@ -153,7 +150,7 @@ static void draw(picture *p)
         kmp_text_printf(p->text, "<text x=\"8\" y=\"%d\">\xc3\x97 dead centre of %s</text>\n", 16 + 15 * line,
                         k->dead[0].coordinate);
     draw_measure(p);
-    kmp_text_put(p->text, "</svg>\n");
+    kmp_svg_end(p->text);
 }
 
 kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *path)
@@ -171,7 +168,5 @@ kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *p
                             : "there is no path to draw: the model has no position outputs, as 'run: outputs: "
                               "[position(BODY.POINT)]' asks for");
     draw(&p);
-    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

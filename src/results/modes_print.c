@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes as text, JSON and CSV. */
-#include "base/memory.h"
+#include "base/file.h"
 #include "results/modes.h"
 #include "results/print.h"
 #include "results/report_check.h"
@@ -365,10 +365,5 @@ kempe_status kempe_modes_write_csv(const kempe_modes *modes, const char *path)
         table_of_values(&text, modes);
     else
         table_of_modes(&text, modes);
-    char *whole = kmp_text_take(&text);
-    if (!whole)
-        return kmp_fail_memory(modes->system->context);
-    kempe_status status = kempe_write_file(modes->system->context, path, whole);
-    kmp_free(whole);
-    return status;
+    return kmp_file_write(modes->system->context, path, &text);
 }

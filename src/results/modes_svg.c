@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What varied, drawn: eigenvalues in the plane on the left, frequencies over the value on the right (Campbell). */
-#include "base/memory.h"
+#include "base/file.h"
 #include "results/modes.h"
+#include "results/svg.h"
 #include <math.h>
-#include <string.h>
 
 enum { WIDTH = 520, HEIGHT = 400, LEFT = 74, RIGHT = 18, TOP = 34, BOTTOM = 52, GAP = 8, COLOURS = 8 };
 
@@ -57,14 +57,6 @@ static double tick_of(double range, int count)
     return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
 }
 
-static void put_words(kmp_text *text, const char *words)
-{
-    for (; *words; words++) {
-        char one[2] = {*words, 0};
-        kmp_text_put(text, *words == '<' ? "&lt;" : *words == '&' ? "&amp;" : one);
-    }
-}
-
 static void put_ticks(const frame *f, int axis, int count)
 {
     double each = tick_of(f->high[axis] - f->low[axis], count);
@@ -91,12 +83,12 @@ static void put_frame(const frame *f, const char *title, const char *across, con
     put_ticks(f, 0, 6);
     put_ticks(f, 1, 6);
     kmp_text_printf(f->text, "<text class=\"title\" x=\"%.1f\" y=\"20\" text-anchor=\"middle\">", middle);
-    put_words(f->text, title);
+    kmp_text_escape(f->text, title);
     kmp_text_printf(f->text, "</text>\n<text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">", middle, HEIGHT - 12);
-    put_words(f->text, across);
+    kmp_text_escape(f->text, across);
     kmp_text_printf(f->text, "</text>\n<text transform=\"translate(%.1f %.1f) rotate(-90)\" text-anchor=\"middle\">",
                     f->x0 + 16, (TOP + HEIGHT - BOTTOM) / 2.0);
-    put_words(f->text, up);
+    kmp_text_escape(f->text, up);
     kmp_text_put(f->text, "</text>\n");
 }
 
@@ -137,8 +129,7 @@ static void put_branches(const frame *f, const kempe_modes *m, point_fn *point)
         if (open)
             kmp_text_put(f->text, "\"/>\n");
         if (point(m, 0, b, &x, &y))
-            kmp_text_printf(f->text, "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"3.5\" fill=\"%s\"/>\n", at_x(f, x),
-                            at_y(f, y), colour);
+            kmp_svg_dot(f->text, at_x(f, x), at_y(f, y), 3.5, colour);
     }
 }
 
@@ -227,19 +218,14 @@ static void put_campbell(kmp_text *text, const kempe_modes *m)
 
 void kmp_modes_put_svg(kmp_text *text, const kempe_modes *m)
 {
-    kmp_text_printf(text,
-                    "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" height=\"%d\" "
-                    "font-family=\"sans-serif\" font-size=\"12\">\n",
-                    2 * WIDTH + GAP, HEIGHT, 2 * WIDTH + GAP, HEIGHT);
-    kmp_text_put(text,
-                 "<style>.frame{fill:#fff;stroke:#99a3a9}.grid{stroke:#e3e7e9;fill:none}.axis{stroke:#4a545a;"
-                 "fill:none}.branch{fill:none;stroke-width:2;stroke-linejoin:round}.title{font-weight:bold}"
-                 ".mark{stroke:#111;stroke-width:2;fill:none}.critical{stroke:#111;stroke-dasharray:2 3;fill:none}"
-                 ".order{stroke:#8a949a;stroke-dasharray:7 4;fill:none}.order-name{fill:#6a747a}</style>\n");
-    kmp_text_printf(text, "<rect width=\"%d\" height=\"%d\" fill=\"#fff\"/>\n", 2 * WIDTH + GAP, HEIGHT);
+    kmp_svg_begin(text, 2 * WIDTH + GAP, HEIGHT,
+                  ".frame{fill:#fff;stroke:#99a3a9}.grid{stroke:#e3e7e9;fill:none}.axis{stroke:#4a545a;"
+                  "fill:none}.branch{fill:none;stroke-width:2;stroke-linejoin:round}.title{font-weight:bold}"
+                  ".mark{stroke:#111;stroke-width:2;fill:none}.critical{stroke:#111;stroke-dasharray:2 3;fill:none}"
+                  ".order{stroke:#8a949a;stroke-dasharray:7 4;fill:none}.order-name{fill:#6a747a}");
     put_plane(text, m);
     put_campbell(text, m);
-    kmp_text_put(text, "</svg>\n");
+    kmp_svg_end(text);
 }
 
 kempe_status kempe_modes_write_svg(const kempe_modes *modes, const char *path)
@@ -249,10 +235,5 @@ kempe_status kempe_modes_write_svg(const kempe_modes *modes, const char *path)
     if (!modes->name || modes->locus.reached == 0)
         return kmp_fail(modes->system->context, KEMPE_E_ARGUMENT, "a picture shows what varies, and nothing does");
     kmp_modes_put_svg(&text, modes);
-    char *whole = kmp_text_take(&text);
-    if (!whole)
-        return kmp_fail_memory(modes->system->context);
-    kempe_status status = kempe_write_file(modes->system->context, path, whole);
-    kmp_free(whole);
-    return status;
+    return kmp_file_write(modes->system->context, path, &text);
 }

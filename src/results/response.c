@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Frequency responses: one made, what it has, and its table. */
 #include "results/response.h"
+#include "base/file.h"
 #include "base/memory.h"
 #include "model/ranges.h"
 #include <math.h>
@@ -270,7 +271,5 @@ kempe_status kempe_response_write_csv(const kempe_response *r, const char *path)
         kmp_text_number(&text, r->frequency.at[k]);
         write_pairs(&text, r, k, false);
     }
-    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

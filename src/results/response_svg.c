@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Amplitudes, logarithmic, and phases over the frequency as a picture: a curve for each pair of output and input, which
  * goes through its peaks and is open at poles that nothing damps. */
+#include "base/file.h"
 #include "base/memory.h"
 #include "results/response.h"
+#include "results/svg.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -48,15 +50,6 @@ static double phase_up(double degrees)
 }
 
 /* -- axes -------------------------------------------------------------------------------------------- */
-
-static void put_escaped(kmp_text *text, const char *words)
-{
-    for (; *words; words++)
-        if (*words == '<' || *words == '>' || *words == '&')
-            kmp_text_printf(text, "%s", *words == '<' ? "&lt;" : *words == '>' ? "&gt;" : "&amp;");
-        else
-            kmp_text_printf(text, "%c", *words);
-}
 
 static void put_line(kmp_text *text, double x0, double y0, double x1, double y1, const char *colour)
 {
@@ -164,35 +157,22 @@ static int collect(const kempe_response *r, int input, int output, spot *list)
     return count;
 }
 
-static void draw_amplitudes(const chart *c, int count, const spot *list, const char *colour)
-{
-    bool open = true;
-    kmp_text_printf(c->text, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"1.6\" d=\"", colour);
-    for (int k = 0; k < count; k++) {
-        if (!(list[k].amplitude > 0)) {
-            open = true;
-            continue;
-        }
-        kmp_text_printf(c->text, "%c%.2f %.2f", open ? 'M' : 'L', across(c, list[k].hz), up(c, list[k].amplitude));
-        open = false;
-    }
-    kmp_text_put(c->text, "\"/>\n");
-}
-
-/* Where the phase goes round, from one edge to the other, the line is open. */
-static void draw_phases(const chart *c, int count, const spot *list, const char *colour)
+/* Of the amplitudes, or of the phases: where these go round, from one edge to the other, the line is open. */
+static void draw_curve(const chart *c, int count, const spot *list, bool phases, const char *colour)
 {
     bool open = true;
     double last = 0;
-    kmp_text_printf(c->text, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"1.3\" d=\"", colour);
+    kmp_text_printf(c->text, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"%s\" d=\"", colour,
+                    phases ? "1.3" : "1.6");
     for (int k = 0; k < count; k++) {
         double degrees = list[k].phase * 360 / two_pi;
         if (!(list[k].amplitude > 0)) {
             open = true;
             continue;
         }
-        open = open || fabs(degrees - last) > 180;
-        kmp_text_printf(c->text, "%c%.2f %.2f", open ? 'M' : 'L', across(c, list[k].hz), phase_up(degrees));
+        open = open || (phases && fabs(degrees - last) > 180);
+        kmp_text_printf(c->text, "%c%.2f %.2f", open ? 'M' : 'L', across(c, list[k].hz),
+                        phases ? phase_up(degrees) : up(c, list[k].amplitude));
         last = degrees;
         open = false;
     }
@@ -212,9 +192,9 @@ static void draw_name(const chart *c, int input, int output, int line, const cha
     const kempe_response *r = c->r;
     int y = TOP + HIGH + GAP + PHASE + BELOW + LINE * line;
     kmp_text_printf(c->text, "<text x=\"%d\" y=\"%d\" fill=\"%s\">", LEFT, y + 12, colour);
-    put_escaped(c->text, kempe_response_output_name(r, output));
+    kmp_text_escape(c->text, kempe_response_output_name(r, output));
     kmp_text_put(c->text, " / ");
-    put_escaped(c->text, kempe_response_input_name(r, input));
+    kmp_text_escape(c->text, kempe_response_input_name(r, input));
     kmp_response_put_unit(c->text, r, input, output, ", ", " / ");
     kmp_text_put(c->text, zero ? ": zero</text>\n" : "</text>\n");
 }
@@ -254,27 +234,24 @@ static void draw(chart *c, spot *room)
     const kmp_frequency *f = &c->r->frequency;
     int all = f->inputs * f->outputs, drawn = curves(c->r), more = all > drawn;
     measure(c);
-    kmp_text_printf(c->text,
-                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" font-family=\"sans-serif\" "
-                    "font-size=\"12\">\n<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n<text x=\"%d\" "
-                    "y=\"18\" font-weight=\"bold\">",
-                    LEFT + WIDE + 24, TOP + HIGH + GAP + PHASE + BELOW + LINE * (drawn + more) + 8, LEFT);
-    put_escaped(c->text, c->r->channels.system->model->name);
+    kmp_svg_begin(c->text, LEFT + WIDE + 24, TOP + HIGH + GAP + PHASE + BELOW + LINE * (drawn + more) + 8, NULL);
+    kmp_text_printf(c->text, "<text x=\"%d\" y=\"18\" font-weight=\"bold\">", LEFT);
+    kmp_text_escape(c->text, c->r->channels.system->model->name);
     kmp_text_put(c->text, "</text>\n");
     put_frequencies(c);
     put_amplitudes(c);
     for (int k = 0; k < drawn; k++) {
         int input = k / f->outputs, output = k % f->outputs;
         int count = collect(c->r, input, output, room);
-        draw_amplitudes(c, count, room, colours[k % COLOURS]);
-        draw_phases(c, count, room, colours[k % COLOURS]);
+        draw_curve(c, count, room, false, colours[k % COLOURS]);
+        draw_curve(c, count, room, true, colours[k % COLOURS]);
         draw_name(c, input, output, k, colours[k % COLOURS], is_zero(count, room));
     }
     if (more)
         kmp_text_printf(c->text, "<text x=\"%d\" y=\"%d\">%d more are not drawn</text>\n", LEFT,
                         TOP + HIGH + GAP + PHASE + BELOW + LINE * drawn + 12, all - drawn);
     put_frames(c);
-    kmp_text_put(c->text, "</svg>\n");
+    kmp_svg_end(c->text);
 }
 
 kempe_status kempe_response_write_svg(const kempe_response *r, const char *path)
@@ -288,7 +265,5 @@ kempe_status kempe_response_write_svg(const kempe_response *r, const char *path)
         return kmp_fail_memory(context);
     draw(&c, room);
     kmp_free(room);
-    kempe_status status = text.failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(context, path, &text);
 }

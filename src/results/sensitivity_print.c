@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "base/memory.h"
+#include "base/file.h"
 #include "results/print.h"
 #include "results/sensitivity.h"
 #include <math.h>
@@ -181,7 +181,5 @@ kempe_status kempe_sensitivity_write_csv(const kempe_sensitivity *s, const char 
         }
         kmp_text_put(&text, "\n");
     }
-    kempe_status status = text.failed ? kmp_fail_memory(s->context) : kempe_write_file(s->context, path, text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_file_write(s->context, path, &text);
 }

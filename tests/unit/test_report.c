@@ -336,7 +336,7 @@ static void page_holds_together(void)
     put("three.min.js", "var a = '</script><!--', b = 1 </Script/.exec(a);\n");
     put("chart.min.js", "/* chart */\n");
     char *page = written(c), *again = written(c);
-    CHECK(strstr(page, "<title>&lt;/script>&lt;b>&amp;: comparison</title>") != NULL);
+    CHECK(strstr(page, "<title>&lt;/script&gt;&lt;b&gt;&amp;: comparison</title>") != NULL);
     CHECK(strstr(page, "'<\\/script><\\!--', b = 1 <\\/Script/") != NULL);
     CHECK(occurrences(page, "<script") == 4 && occurrences(page, "</script>") == 4);
     CHECK(occurrences(page, "/*DATA*/") + occurrences(page, "/*SCRIPT*/") + occurrences(page, "<!--STYLE-->") == 0);

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What all pictures as SVG share; lengths are pixels. */
+#ifndef KMP_RESULTS_SVG_H
+#define KMP_RESULTS_SVG_H
+
+#include "base/text.h"
+
+/** A white page. `style`: the CSS of the classes that it uses, and it scales where it stands in another page; NULL:
+ *  neither. */
+void kmp_svg_begin(kmp_text *text, double width, double height, const char *style);
+void kmp_svg_end(kmp_text *text);
+
+void kmp_svg_dot(kmp_text *text, double x, double y, double radius, const char *colour);
+
+#endif
