@@ -398,7 +398,7 @@ static kempe_status tell_freedoms(const kempe_gradient *g)
 static kempe_status stand(kempe_gradient *g, const int *driven)
 {
     kmp_operating *start = NULL;
-    kempe_status status = kmp_operating_new(g->system, "start", &start);
+    kempe_status status = kmp_operating_new(g->system, "start", NULL, &start);
     if (status != KEMPE_OK)
         return status;
     if (start->chart)

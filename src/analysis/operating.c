@@ -51,31 +51,59 @@ kempe_status kmp_operating_check(const kmp_linear *l, const kmp_search *search)
     return status;
 }
 
-static kempe_status settle(kmp_operating *o, kmp_steady *rates, int rate_count)
+/* With what parameters and rates hold now. */
+static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q)
 {
-    kmp_linear linear;
-    kmp_search search = {.rates = rates, .rate_count = rate_count};
-    size_t n = (size_t)o->system->n * sizeof(double);
-    kempe_status status = kmp_linear_init(&linear, o->system, kmp_backend_default());
-    if (status != KEMPE_OK)
-        return status;
-    if (o->chart)
-        kmp_plant_set_charts(linear.plant, o->chart);
-    status = kmp_equilibrium_find(&linear, o->t, o->inner_q, &search);
+    kempe_status status = kmp_linear_choose(l, o->t, q, NULL, 0);
     if (status == KEMPE_OK)
-        status = kmp_operating_check(&linear, &search);
+        status = kmp_linear_at(l, o->t, q, NULL, NULL);
+    if (status == KEMPE_OK)
+        memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    return status;
+}
+
+kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *search)
+{
+    size_t n = (size_t)l->n * sizeof(double);
+    double *q = KMP_NEW(double, l->n);
+    if (!q)
+        return kmp_fail_memory(l->system->context);
+    memcpy(q, o->inner_q, n);
+    if (o->chart)
+        kmp_plant_set_charts(l->plant, o->chart);
+    kempe_status status = search->nearest ? close_loops(o, l, q) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(l, o->t, q, search);
+    if (status == KEMPE_OK)
+        status = kmp_operating_check(l, search);
     if (status == KEMPE_OK) {
-        memcpy(o->inner_qd, linear.qd, n);
-        memcpy(o->q, o->inner_q, n);
-        memcpy(o->qd, o->inner_qd, n);
+        memcpy(o->inner_q, q, n);
+        memcpy(o->inner_qd, l->qd, n);
+        memcpy(o->q, q, n);
+        memcpy(o->qd, l->qd, n);
         o->equilibrium = true;
-        o->residual = search.residual;
+        o->residual = search->residual;
     }
     if (status == KEMPE_OK && o->chart) {
-        memcpy(o->chart, linear.plant->chart, (size_t)(KMP_CHART_SIZE * o->system->chart_count) * sizeof *o->chart);
-        kmp_charts_show(o->system, o->chart, o->q, o->q, o->qd);
+        memcpy(o->chart, l->plant->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);
+        kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
     }
-    kmp_linear_free(&linear);
+    kmp_free(q);
+    return status;
+}
+
+/* `linear`: NULL, one is made. */
+static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rates, int rate_count)
+{
+    kmp_linear own;
+    kmp_search search = {.rates = rates, .rate_count = rate_count};
+    if (linear)
+        return kmp_operating_settle(o, linear, &search);
+    kempe_status status = kmp_linear_init(&own, o->system, kmp_backend_default());
+    if (status != KEMPE_OK)
+        return status;
+    status = kmp_operating_settle(o, &own, &search);
+    kmp_linear_free(&own);
     return status;
 }
 
@@ -90,7 +118,8 @@ static const char *rates_of(const char *word)
     return word + length + (word[length] == ' ');
 }
 
-kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_operating **operating)
+kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_linear *linear,
+                               kmp_operating **operating)
 {
     bool start = word && strcmp(word, "start") == 0;
     const char *list = rates_of(word);
@@ -110,7 +139,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     }
     if (status == KEMPE_OK) {
         begin(o, a);
-        status = start ? KEMPE_OK : settle(o, rates, rate_count);
+        status = start ? KEMPE_OK : settle(o, linear, rates, rate_count);
     }
     kempe_assembly_free(a);
     kmp_free(rates);

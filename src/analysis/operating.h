@@ -16,10 +16,17 @@ typedef struct kmp_operating {
 
 /** The state that a word names: "start", the assembled start with its rates; "equilibrium" (NULL stands for it), the
  *  equilibrium that the assembled start leads to, all rates zero; "equilibrium shaft=60 rpm", the steady motion with
- *  these. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: it does not assemble, or there is no equilibrium,
- * and why. */
-kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_operating **operating);
+ *  these. `linear`: of that system, and with it an equilibrium is sought; NULL: one is made where it is needed.
+ *  KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: it does not assemble, or there is no equilibrium, and why.
+ */
+kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp_linear *linear,
+                               kmp_operating **operating);
 void kmp_operating_free(kmp_operating *operating);
+
+/** The state becomes the equilibrium that it leads to, and `linear` is taken there. Where the nearest is sought, the
+ *  loops are closed first with the parameters that hold now. On failure (as of kmp_equilibrium_find and
+ *  kmp_operating_check) the state stays. */
+kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, kmp_search *search);
 
 /** Takes `linear` there: its charts, independent coordinates (`wish`: those that the caller wants), rates, and the
  *  accelerations that the equations give (zero at an equilibrium). Errors as kmp_linear_choose and kmp_linear_at. */

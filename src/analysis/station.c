@@ -76,43 +76,11 @@ static kempe_status explain(const kmp_station *s, kempe_status status)
     return status;
 }
 
-/* The state becomes the equilibrium that it leads to. `nearest`: whatever is near, so that one that is no longer stable
- * is followed, too; the loops are closed first with the value that holds now. */
+/* `nearest`: whatever is near, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_station *s, bool nearest)
 {
-    kmp_operating *o = s->state;
-    kmp_linear *l = &s->linear;
     kmp_search search = {.nearest = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
-    size_t n = (size_t)l->n * sizeof(double);
-    double *q = KMP_NEW(double, l->n);
-    if (!q)
-        return kmp_fail_memory(s->base->context);
-    memcpy(q, o->inner_q, n);
-    if (o->chart)
-        kmp_plant_set_charts(l->plant, o->chart);
-    kempe_status status = kmp_linear_choose(l, o->t, q, NULL, 0);
-    if (status == KEMPE_OK)
-        status = explain(s, kmp_linear_at(l, o->t, q, NULL, NULL));
-    if (status == KEMPE_OK) {
-        memcpy(q, l->q, n);
-        status = kmp_equilibrium_find(l, o->t, q, &search);
-    }
-    if (status == KEMPE_OK)
-        status = kmp_operating_check(l, &search);
-    if (status == KEMPE_OK) {
-        memcpy(o->inner_q, q, n);
-        memcpy(o->inner_qd, l->qd, n);
-        memcpy(o->q, q, n);
-        memcpy(o->qd, l->qd, n);
-        o->equilibrium = true;
-        o->residual = search.residual;
-    }
-    if (status == KEMPE_OK && o->chart) {
-        memcpy(o->chart, l->plant->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof(double));
-        kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
-    }
-    kmp_free(q);
-    return status;
+    return explain(s, kmp_operating_settle(s->state, &s->linear, &search));
 }
 
 static kempe_status find_state(kmp_station *s)
@@ -126,7 +94,7 @@ static kempe_status find_state(kmp_station *s)
         kmp_context_clear(context); /* what follows begins from the start and says why it fails */
     }
     kmp_operating *fresh;
-    kempe_status status = kmp_operating_new(kmp_station_system(s), settles ? "start" : s->ask.word, &fresh);
+    kempe_status status = kmp_operating_new(kmp_station_system(s), settles ? "start" : s->ask.word, NULL, &fresh);
     if (status != KEMPE_OK)
         return status;
     kmp_operating_free(s->state);

@@ -212,9 +212,9 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, con
     kempe_status status =
         wish ? kmp_coordinates_read(c->system, "u", ask->u, wish, &wish_count) : kmp_fail_memory(c->system->context);
     if (status == KEMPE_OK)
-        status = kmp_operating_new(c->system, ask->at, &c->at);
-    if (status == KEMPE_OK)
         status = kmp_linear_init(&c->linear, c->system, backend);
+    if (status == KEMPE_OK)
+        status = kmp_operating_new(c->system, ask->at, &c->linear, &c->at);
     if (status == KEMPE_OK)
         status = tell_singular(c, judge_rest(c, wish, wish_count));
     kmp_free(wish);

@@ -41,7 +41,7 @@ static kempe_status take_start(kmp_sensitivity_state *x)
 static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
-    kempe_status status = kmp_operating_new(x->s->system, "equilibrium", &x->at);
+    kempe_status status = kmp_operating_new(x->s->system, "equilibrium", l, &x->at);
     if (status == KEMPE_OK)
         status = kmp_operating_take(x->at, l, NULL, 0);
     if (status != KEMPE_OK)

@@ -15,7 +15,7 @@ static double rest_of(const char *text)
     loaded m = load_text(text);
     kmp_operating *o = NULL;
     double q = NAN;
-    if (kmp_operating_new(m.system, NULL, &o) == KEMPE_OK) {
+    if (kmp_operating_new(m.system, NULL, NULL, &o) == KEMPE_OK) {
         q = o->q[0];
         CHECK(o->equilibrium && o->residual <= 1e-10);
         CHECK(o->qd[0] == 0);
@@ -63,9 +63,9 @@ static void what_nothing_holds_is_told(void)
     loaded m = load_text("kempe: 1\ngravity: [0, 0, -9.81]\n"
                          "bodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n");
     kmp_operating *o = NULL;
-    CHECK(kmp_operating_new(m.system, "equilibrium", &o) == KEMPE_E_FAILED && !o);
+    CHECK(kmp_operating_new(m.system, "equilibrium", NULL, &o) == KEMPE_E_FAILED && !o);
     CHECK(strstr(kempe_context_message(m.context), "nothing holds 'S'"));
-    CHECK(kmp_operating_new(m.system, "rest", &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kmp_operating_new(m.system, "rest", NULL, &o) == KEMPE_E_ARGUMENT && !o);
     unload(&m);
 }
 
@@ -77,7 +77,7 @@ static void a_state_to_look_from(void)
     for (int k = 0; k < 2; k++) {
         kmp_operating *o = NULL;
         kmp_linear l;
-        CHECK(kmp_operating_new(m.system, words[k], &o) == KEMPE_OK);
+        CHECK(kmp_operating_new(m.system, words[k], NULL, &o) == KEMPE_OK);
         CHECK(kmp_linear_init(&l, m.system, kmp_backend_default()) == KEMPE_OK);
         CHECK(kmp_operating_take(o, &l, NULL, 0) == KEMPE_OK);
         kmp_linear_matrices(&l);
@@ -248,7 +248,7 @@ static void a_steady_motion_to_look_from(void)
     double height, square = governor(0.5, &height);
     char word[64];
     (void)snprintf(word, sizeof word, "equilibrium shaft=%.17g", sqrt(square));
-    CHECK(kmp_operating_new(m.system, word, &o) == KEMPE_OK);
+    CHECK(kmp_operating_new(m.system, word, NULL, &o) == KEMPE_OK);
     CHECK_NEAR(o->q[2], 0.5, 1e-11);
     CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK);
     CHECK(kmp_operating_take(o, &l, NULL, 0) == KEMPE_OK);
@@ -257,9 +257,9 @@ static void a_steady_motion_to_look_from(void)
     kmp_linear_free(&l);
     kmp_operating_free(o);
     o = NULL;
-    CHECK(kmp_operating_new(m.system, "equilibrium slider=1", &o) == KEMPE_E_FAILED && !o);
-    CHECK(kmp_operating_new(m.system, "equilibrium slide=1", &o) == KEMPE_E_ARGUMENT && !o);
-    CHECK(kmp_operating_new(m.system, "equilibria", &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kmp_operating_new(m.system, "equilibrium slider=1", NULL, &o) == KEMPE_E_FAILED && !o);
+    CHECK(kmp_operating_new(m.system, "equilibrium slide=1", NULL, &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kmp_operating_new(m.system, "equilibria", NULL, &o) == KEMPE_E_ARGUMENT && !o);
     unload(&m);
 }
 
@@ -306,7 +306,7 @@ static void eigenvalue(kempe_system *system, double *re, double *im)
     kmp_linear l;
     int along[4];
     kmp_stability s = {.along = along};
-    CHECK(kmp_operating_new(system, NULL, &o) == KEMPE_OK);
+    CHECK(kmp_operating_new(system, NULL, NULL, &o) == KEMPE_OK);
     CHECK(kmp_linear_init(&l, system, "tape") == KEMPE_OK);
     CHECK(kmp_operating_take(o, &l, NULL, 0) == KEMPE_OK);
     kmp_linear_matrices(&l);

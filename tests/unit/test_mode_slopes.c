@@ -76,7 +76,7 @@ static bool open_rig(rig *r, loaded m, const char *names, bool equilibrium)
     CHECK(kmp_slopes_new(r->system, "native", r->count, r->names, false, &r->slopes) == KEMPE_OK);
     CHECK(kmp_bend_init(&r->bend, r->system, kmp_backend_find("native"), r->count, r->names) == KEMPE_OK);
     CHECK(kmp_shift_init(&r->shift, r->system, r->count, r->names) == KEMPE_OK);
-    bool ok = kmp_operating_new(r->system, equilibrium ? NULL : "start", &start) == KEMPE_OK &&
+    bool ok = kmp_operating_new(r->system, equilibrium ? NULL : "start", NULL, &start) == KEMPE_OK &&
               kmp_operating_take(start, &r->linear, NULL, 0) == KEMPE_OK;
     if (!ok)
         printf("%s\n", kempe_context_message(m.context));
