@@ -3,6 +3,7 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "model/asked.h"
+#include "model/coordinates.h"
 #include "model/output_table.h"
 #include "model/ranges.h"
 #include <string.h>
@@ -34,9 +35,11 @@ static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const ch
                              int rate_count)
 {
     char *name = copy_word(x, word + 3, strlen(word) - 4);
-    int c = name ? kmp_steady_coordinate(model, name, "free") : -1, at = 0;
-    if (c < 0)
-        return name ? KEMPE_E_ARGUMENT : KEMPE_E_MEMORY;
+    int c = -1, at = 0;
+    kempe_status status =
+        name ? kmp_coordinate_find(model, "free", name, strlen(name), &c) : kmp_fail_memory(model->context);
+    if (status != KEMPE_OK)
+        return status;
     while (at < rate_count && rates[at].coordinate != c)
         at++;
     if (at == rate_count)
@@ -112,9 +115,12 @@ static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const k
         if (fix->range[k].count != 1)
             return complain_range(model->context, "fix", &fix->range[k]);
         kmp_target *target = add_target(x, &fix->range[k]);
-        target->coordinate = target->name ? kmp_steady_coordinate(model, target->name, "fix") : -1;
-        if (target->coordinate < 0)
-            return target->name ? KEMPE_E_ARGUMENT : kmp_fail_memory(model->context);
+        if (!target->name)
+            return kmp_fail_memory(model->context);
+        kempe_status status =
+            kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate);
+        if (status != KEMPE_OK)
+            return status;
     }
     return KEMPE_OK;
 }

@@ -5,6 +5,7 @@
 #include "analysis/operating.h"
 #include "analysis/shift.h"
 #include "base/memory.h"
+#include "model/coordinates.h"
 #include "model/output_table.h"
 #include "model/variant.h"
 #include <math.h>
@@ -348,36 +349,6 @@ static bool name_values(kempe_gradient *g)
     return true;
 }
 
-static int find_motion(const kempe_model *m, const char *name, size_t length)
-{
-    for (int k = 0; k < m->motion_count; k++)
-        if (strlen(m->motions[k].name) == length && strncmp(m->motions[k].name, name, length) == 0)
-            return k;
-    return -1;
-}
-
-/* Coordinates of a list with commas, into room for as many as there are. */
-static kempe_status read_driven(kempe_gradient *g, const char *list, int *driven)
-{
-    const kempe_model *m = g->system->model;
-    for (const char *at = list ? list : ""; *at;) {
-        at += strspn(at, " ");
-        size_t length = strcspn(at, ", ");
-        int k = find_motion(m, at, length);
-        if (k < 0)
-            return kmp_fail(g->context, KEMPE_E_ARGUMENT, "the model has no coordinate '%.*s' to drive", (int)length,
-                            at);
-        for (int i = 0; i < g->driven; i++)
-            if (driven[i] == k)
-                return kmp_fail(g->context, KEMPE_E_ARGUMENT, "'%s' is driven twice", m->motions[k].name);
-        driven[g->driven++] = k;
-        at += length;
-        at += strspn(at, " ");
-        at += *at == ',';
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status tell_freedoms(const kempe_gradient *g)
 {
     const kmp_partition *part = &g->linear.part;
@@ -440,7 +411,7 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     if (status == KEMPE_OK)
         status = kempe_system_new(kmp_variant_model(g->variant), &g->system);
     if (status == KEMPE_OK)
-        status = read_driven(g, ask->driven, driven);
+        status = kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven);
     if (status == KEMPE_OK) {
         g->n = g->system->n;
         g->m = g->system->m;

@@ -1,35 +1,46 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/steady.h"
 #include "base/memory.h"
-#include "model/nearest.h"
-#include "model/ranges.h"
+#include "model/coordinates.h"
 #include <string.h>
-
-int kmp_steady_coordinate(const kempe_model *model, const char *name, const char *what)
-{
-    name += strspn(name, " \t");
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int k = 0; k < model->motion_count; k++) {
-        if (strcmp(model->motions[k].name, name) == 0)
-            return k;
-        kmp_nearest_offer(&nearest, model->motions[k].name);
-    }
-    (void)kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: the model has no coordinate '%s'%s%s%s", what, name,
-                   nearest.best ? ", did you mean '" : "", nearest.best ? nearest.best : "", nearest.best ? "'?" : "");
-    return -1;
-}
 
 static kempe_status take(const kempe_model *model, const kmp_range *range, int count, kmp_steady *rates)
 {
-    int c = kmp_steady_coordinate(model, range->name, "rates");
-    if (c < 0)
-        return KEMPE_E_ARGUMENT;
-    if (range->count != 1)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' takes one value, not a range", range->name);
-    for (int i = 0; i < count; i++)
+    int c = -1;
+    kempe_status status = kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c);
+    for (int i = 0; status == KEMPE_OK && i < count; i++)
         if (rates[i].coordinate == c)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", range->name);
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", range->name);
     rates[count] = (kmp_steady){c, range->from};
+    return status;
+}
+
+kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates)
+{
+    kempe_status status = KEMPE_OK;
+    int open = -1;
+    kmp_steady *read = KMP_NEW(kmp_steady, ranges->count);
+    if (!read)
+        return kmp_fail_memory(model->context);
+    for (int k = 0; status == KEMPE_OK && k < ranges->count; k++) {
+        const kmp_range *range = &ranges->range[k];
+        status = take(model, range, k, read);
+        if (status != KEMPE_OK || range->count == 1)
+            continue;
+        if (!varies)
+            status =
+                kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' takes one value, not a range", range->name);
+        else if (open >= 0)
+            status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: one of them can vary at a time");
+        open = k;
+    }
+    if (status != KEMPE_OK) {
+        kmp_free(read);
+        return status;
+    }
+    *rates = read;
+    if (varies)
+        *varies = open;
     return KEMPE_OK;
 }
 
@@ -37,19 +48,10 @@ kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *co
 {
     kmp_ranges list = {0};
     kempe_status status = text ? kmp_ranges_read(model->context, text, &list) : KEMPE_OK;
-    if (status != KEMPE_OK)
-        return status;
-    kmp_steady *read = KMP_NEW(kmp_steady, list.count);
-    if (!read)
-        status = kmp_fail_memory(model->context);
-    for (int k = 0; status == KEMPE_OK && k < list.count; k++)
-        status = take(model, &list.range[k], k, read);
-    if (status == KEMPE_OK) {
+    if (status == KEMPE_OK)
+        status = kmp_steady_take(model, &list, NULL, rates);
+    if (status == KEMPE_OK)
         *count = list.count;
-        *rates = read;
-    } else {
-        kmp_free(read);
-    }
     kmp_ranges_free(&list);
     return status;
 }

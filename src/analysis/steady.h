@@ -4,6 +4,7 @@
 #define KMP_ANALYSIS_STEADY_H
 
 #include "model/model.h"
+#include "model/ranges.h"
 
 typedef struct kmp_steady {
     int coordinate;
@@ -13,8 +14,9 @@ typedef struct kmp_steady {
 /** Reads a list (NULL: an empty one), to be freed by kmp_free. KEMPE_E_ARGUMENT: what in it is wrong. */
 kempe_status kmp_steady_read(const kempe_model *model, const char *text, int *count, kmp_steady **rates);
 
-/** The coordinate NAME, with spaces before it; -1 after a sentence that begins with `what`. */
-int kmp_steady_coordinate(const kempe_model *model, const char *name, const char *what);
+/** The same of a list that is read: an entry of `rates` for each range, which begins there. `*varies`: the one that
+ * goes on from there to an end, -1: none; NULL: none may. */
+kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, int *varies, kmp_steady **rates);
 
 /** KEMPE_E_FAILED: something depends on a coordinate that shall go on at a rate. */
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady);

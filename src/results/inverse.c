@@ -6,8 +6,8 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "dynamics/closures.h"
+#include "model/coordinates.h"
 #include "model/ranges.h"
-#include "results/coordinates.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
@@ -177,7 +177,7 @@ static kempe_status read_weights(job *j)
     for (int w = 0; w < weights.count && status == KEMPE_OK; w++) {
         const kmp_range *range = &weights.range[w];
         int k = 0, coordinate;
-        status = kmp_coordinate_find(j->system, "weights", range->name, (int)strlen(range->name), &coordinate);
+        status = kmp_coordinate_find(j->system->model, "weights", range->name, strlen(range->name), &coordinate);
         while (status == KEMPE_OK && k < r->a && r->actuator[k] != coordinate)
             k++;
         if (status == KEMPE_OK && k == r->a)
@@ -196,7 +196,7 @@ static kempe_status read_weights(job *j)
 static kempe_status read_actuators(job *j)
 {
     kempe_inverse *r = j->r;
-    kempe_status status = kmp_coordinates_read(j->system, "actuators", j->ask->actuators, r->actuator, &r->a);
+    kempe_status status = kmp_coordinates_read(j->system->model, "actuators", j->ask->actuators, r->actuator, &r->a);
     if (status == KEMPE_OK && r->a == 0)
         take_drives(r);
     if (status == KEMPE_OK && r->a == 0)
@@ -212,7 +212,7 @@ static kempe_status choose_motion(job *j)
     r->source = j->ask->motion ? kmp_strdup(j->ask->motion) : NULL;
     if (j->ask->motion && !r->source)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system, "u", j->ask->u, r->start_u, &r->start_u_count);
+    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->ask->u, r->start_u, &r->start_u_count);
     if (status == KEMPE_OK && r->start_u_count == 0 && model->run.u_count > 0) {
         r->start_u_count = model->run.u_count;
         memcpy(r->start_u, model->run.u, (size_t)r->start_u_count * sizeof *r->start_u);

@@ -2,8 +2,7 @@
 /* Modes asked for by words, and what is asked of them. */
 #include "results/modes.h"
 #include "base/memory.h"
-#include "model/ranges.h"
-#include "results/coordinates.h"
+#include "model/coordinates.h"
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -35,33 +34,14 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
     return KEMPE_OK;
 }
 
-/* Rates that are kept; of the one that varies, if any, the range is given away (its count is not 1). */
+/* Rates that are kept; of the one that varies, if any, the range is given away. */
 static kempe_status read_rates(kempe_modes *m, const char *text, kmp_ranges *ranges, int *varies)
 {
-    kempe_context *context = m->system->context;
-    *varies = -1;
-    if (!text)
-        return KEMPE_OK;
-    kempe_status status = kmp_ranges_read(context, text, ranges);
-    if (status != KEMPE_OK)
-        return status;
-    m->rates = KMP_NEW(kmp_steady, ranges->count);
-    if (!m->rates)
-        return kmp_fail_memory(context);
-    for (int k = 0; status == KEMPE_OK && k < ranges->count; k++) {
-        const kmp_range *range = &ranges->range[k];
-        kmp_steady *rate = &m->rates[k];
-        status = kmp_coordinate_find(m->system, "--rates", range->name, (int)strlen(range->name), &rate->coordinate);
-        rate->rate = range->from;
-        for (int i = 0; status == KEMPE_OK && i < k; i++)
-            if (m->rates[i].coordinate == rate->coordinate)
-                status = kmp_fail(context, KEMPE_E_ARGUMENT, "--rates: '%s' is given twice", range->name);
-        if (status == KEMPE_OK && range->count != 1 && *varies >= 0)
-            status = kmp_fail(context, KEMPE_E_ARGUMENT, "--rates: one of them can vary at a time");
-        if (range->count != 1)
-            *varies = k;
-        m->rate_count = k + 1;
-    }
+    kempe_status status = text ? kmp_ranges_read(m->system->context, text, ranges) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_steady_take(m->system->model, ranges, varies, &m->rates);
+    if (status == KEMPE_OK)
+        m->rate_count = ranges->count;
     return status;
 }
 
@@ -178,7 +158,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
     m->wish = KMP_NEW(int, m->system->n);
     kempe_status status = m->wish ? KEMPE_OK : kmp_fail_memory(m->system->context);
     if (status == KEMPE_OK)
-        status = kmp_coordinates_read(m->system, "--u", ask->u, m->wish, &at.wish_count);
+        status = kmp_coordinates_read(m->system->model, "--u", ask->u, m->wish, &at.wish_count);
     if (status == KEMPE_OK)
         status = read_orders(m, ask->orders);
     if (status == KEMPE_OK)

@@ -2,9 +2,9 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "results/trajectory.h"
 #include "base/memory.h"
+#include "model/coordinates.h"
 #include "model/output_table.h"
 #include "results/checkpoint.h"
-#include "results/coordinates.h"
 #include "results/print.h"
 #include "results/times.h"
 #include <math.h>
@@ -65,7 +65,7 @@ static kempe_status read_wish(job *j)
     j->u = KMP_NEW(int, j->system->n);
     if (!j->u)
         return kmp_fail_memory(j->context);
-    kempe_status status = kmp_coordinates_read(j->system, "u", j->run->u, j->u, &j->spec.u_count);
+    kempe_status status = kmp_coordinates_read(j->system->model, "u", j->run->u, j->u, &j->spec.u_count);
     j->spec.u = j->spec.u_count ? j->u : NULL;
     return status;
 }

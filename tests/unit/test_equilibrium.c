@@ -601,7 +601,7 @@ static void mistakes_are_told(void)
 {
     loaded m = load("examples/governor/governor.yaml");
     kempe_equilibrium_ask ask = {.rates = "shat=3"};
-    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: the model has no coordinate 'shat', did you mean 'shaft'?");
+    expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: there is no coordinate 'shat'; did you mean 'shaft'?");
     ask = (kempe_equilibrium_ask){.rates = "shaft=3:4"};
     expect(m.system, &ask, KEMPE_E_ARGUMENT, "rates: 'shaft' takes one value, not a range");
     ask = (kempe_equilibrium_ask){.rates = "shaft=3,shaft=4"};

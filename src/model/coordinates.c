@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "results/coordinates.h"
+#include "model/coordinates.h"
 #include "model/nearest.h"
 #include <string.h>
 
@@ -11,17 +11,20 @@ static bool is_cut(const kempe_model *model, const char *joint)
     return false;
 }
 
-kempe_status kmp_coordinate_find(const kempe_system *system, const char *what, const char *name, int length,
+kempe_status kmp_coordinate_find(const kempe_model *model, const char *what, const char *name, size_t length,
                                  int *coordinate)
 {
-    const kempe_model *model = system->model;
     kmp_text word = {0}, sentence = {0};
-    kmp_text_printf(&word, "%.*s", length, name);
+    for (; length > 0 && strchr(" \t", *name); length--)
+        name++;
+    while (length > 0 && strchr(" \t", name[length - 1]))
+        length--;
+    kmp_text_printf(&word, "%.*s", (int)length, name);
     if (word.failed)
-        return kmp_fail_memory(system->context);
+        return kmp_fail_memory(model->context);
     kmp_nearest nearest = kmp_nearest_begin(word.s);
     int found = -1;
-    for (int k = 0; k < system->n && found < 0; k++) {
+    for (int k = 0; k < model->motion_count && found < 0; k++) {
         kmp_nearest_offer(&nearest, model->motions[k].name);
         if (strcmp(model->motions[k].name, word.s) == 0)
             found = k;
@@ -32,7 +35,7 @@ kempe_status kmp_coordinate_find(const kempe_system *system, const char *what, c
             kmp_text_put(&sentence, ": the joint is cut (cut: no in the model keeps it)");
         else
             kmp_nearest_suggest(&nearest, &sentence);
-        status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s: there is no coordinate '%s'%s", what, word.s,
+        status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: there is no coordinate '%s'%s", what, word.s,
                           sentence.s ? sentence.s : "");
     } else {
         *coordinate = found;
@@ -42,18 +45,19 @@ kempe_status kmp_coordinate_find(const kempe_system *system, const char *what, c
     return status;
 }
 
-kempe_status kmp_coordinates_read(const kempe_system *system, const char *what, const char *text, int *list, int *count)
+kempe_status kmp_coordinates_read(const kempe_model *model, const char *what, const char *text, int *list, int *count)
 {
     *count = 0;
     for (const char *s = text; s && *s;) {
-        int length = (int)strcspn(s, ","), k = -1;
-        kempe_status status = kmp_coordinate_find(system, what, s, length, &k);
+        size_t length = strcspn(s, ",");
+        int k = -1;
+        kempe_status status = kmp_coordinate_find(model, what, s, length, &k);
         if (status != KEMPE_OK)
             return status;
         for (int i = 0; i < *count; i++)
             if (list[i] == k)
-                return kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s: coordinate '%.*s' stands twice", what, length,
-                                s);
+                return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s: coordinate '%s' stands twice", what,
+                                model->motions[k].name);
         list[(*count)++] = k;
         s += length + (s[length] == ',');
     }
