@@ -1,16 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One run, step by step: assembles, prepares, advances, gives rows. */
 #include "integrators/run.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/runner.h"
 #include <time.h>
-
-static double cpu_now(void)
-{
-    struct timespec t;
-    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* Progress once a second by the wall clock, which costs a step less than that of the processor, and the interrupt. */
 static kempe_status attend(kmp_runner *run)
@@ -39,7 +33,7 @@ static kempe_status begin(kmp_runner *run)
 kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                             kmp_runner **runner)
 {
-    double begin_s = cpu_now();
+    double begin_s = kmp_cpu_now();
     kempe_assembly *own = NULL;
     kempe_status status = KEMPE_OK;
     unsigned long memory_failures = kmp_memory_failures();
@@ -60,7 +54,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     if (status == KEMPE_OK)
         status = kmp_runner_prepare(run, start);
     kempe_assembly_free(own);
-    run->build_s = cpu_now() - begin_s;
+    run->build_s = kmp_cpu_now() - begin_s;
     status = status == KEMPE_OK ? begin(run) : kmp_runner_give_up(run, status, "the run could not be prepared", 0);
     if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
         *runner = run;
@@ -207,7 +201,7 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     if (!(run->spec.limit_s > 0) || ++*steps < UNWATCHED)
         return KEMPE_OK;
     *steps = 0;
-    if (cpu_now() - begin_s <= run->spec.limit_s)
+    if (kmp_cpu_now() - begin_s <= run->spec.limit_s)
         return KEMPE_OK;
     kmp_text text = {0};
     kmp_text_printf(&text, "given up at t = %.6g s after %.3g s of the processor", kmp_runner_t(run),
@@ -220,7 +214,7 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
-    double begin_s = run->spec.limit_s > 0 ? cpu_now() : 0;
+    double begin_s = run->spec.limit_s > 0 ? kmp_cpu_now() : 0;
     double *row = KMP_NEW(double, 3 * run->s->n + run->s->m);
     if (!row)
         return kmp_fail_memory(run->s->context);
@@ -244,10 +238,10 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     kmp_runner *run = NULL;
     *report = (kmp_run_report){0};
     kempe_status status = kmp_runner_new(system, spec, start, &run);
-    double begin_s = cpu_now();
+    double begin_s = kmp_cpu_now();
     if (status == KEMPE_OK && run)
         status = advance(run, row, user);
-    double cpu_s = cpu_now() - begin_s;
+    double cpu_s = kmp_cpu_now() - begin_s;
     if (run)
         kmp_runner_report(run, report);
     report->cpu_s = cpu_s;

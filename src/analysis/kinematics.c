@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/kinematics.h"
 #include "analysis/kinematics_ask.h"
+#include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/angles.h"
@@ -8,7 +9,6 @@
 #include "model/output_table.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 /* Coordinates with at least this share of the motion in a dead centre could drive on. */
 #define SHARE 0.25
@@ -369,13 +369,6 @@ static kempe_status follow(job *j)
 
 /* -- all of it --------------------------------------------------------------------------------------- */
 
-static double cpu_now(void)
-{
-    struct timespec t;
-    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* From the assembled state q. */
 static kempe_status sweep_from(job *j, const double *q)
 {
@@ -456,7 +449,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
                                   kempe_kinematics **kinematics)
 {
     kmp_context_clear(system->context);
-    double begin = cpu_now();
+    double begin = kmp_cpu_now();
     kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);
     if (!k)
         return kmp_fail_memory(system->context);
@@ -470,7 +463,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, ask));
     kmp_text_free(&j.reason);
-    k->cpu_s = cpu_now() - begin;
+    k->cpu_s = kmp_cpu_now() - begin;
     if (status >= 0 || (status == KEMPE_E_FAILED && has_something(k)))
         *kinematics = k;
     else

@@ -10,13 +10,6 @@
 
 enum { DEFAULT_ROWS = 361, MOST_NAME = 256, MOST_ROWS = 1000000 };
 
-/* A closure that drives a coordinate, or locks it; -1: it is none. */
-static int motion_driven_by(const kmp_closure *c)
-{
-    bool drives = strcmp(c->kind, "drive") == 0 || strcmp(c->kind, "lock") == 0;
-    return drives ? c->motion : -1;
-}
-
 static bool is_coordinate(const kempe_model *model, int k, const char *name)
 {
     char numbered[MOST_NAME];
@@ -32,7 +25,7 @@ static kempe_status refuse_name(const kempe_model *model, const char *name)
     for (int k = 0; k < model->motion_count; k++)
         kmp_nearest_offer(&nearest, model->motions[k].name);
     for (int c = 0; c < model->closure_count; c++)
-        if (motion_driven_by(&model->closures[c]) >= 0)
+        if (kmp_closure_is_drive(&model->closures[c]))
             kmp_nearest_offer(&nearest, model->closures[c].name);
     kmp_nearest_suggest(&nearest, &hint);
     kempe_status status =
@@ -47,7 +40,7 @@ static kempe_status find(const kempe_model *model, const char *name, int *coordi
 {
     *coordinate = -2;
     for (int c = 0; c < model->closure_count; c++)
-        if (motion_driven_by(&model->closures[c]) >= 0 && strcmp(model->closures[c].name, name) == 0)
+        if (kmp_closure_is_drive(&model->closures[c]) && strcmp(model->closures[c].name, name) == 0)
             *coordinate = model->closures[c].motion;
     for (int k = 0; k < model->motion_count; k++)
         if (is_coordinate(model, k, name))
@@ -142,7 +135,7 @@ static kempe_status release_one(kempe_kinematics *k, const char *name)
     const kempe_model *model = k->system->model;
     kmp_nearest nearest = kmp_nearest_begin(name);
     for (int c = 0; c < model->closure_count; c++)
-        if (motion_driven_by(&model->closures[c]) >= 0) {
+        if (kmp_closure_is_drive(&model->closures[c])) {
             kmp_nearest_offer(&nearest, model->closures[c].name);
             k->released[c] = k->released[c] || strcmp(model->closures[c].name, name) == 0;
             if (strcmp(model->closures[c].name, name) == 0)
@@ -162,7 +155,8 @@ static kempe_status release(kempe_kinematics *k, const char *names)
     const kempe_model *model = k->system->model;
     for (int c = 0; c < model->closure_count; c++)
         for (int i = 0; i < k->driven; i++)
-            if (k->lead[i].coordinate >= 0 && motion_driven_by(&model->closures[c]) == k->lead[i].coordinate)
+            if (k->lead[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
+                model->closures[c].motion == k->lead[i].coordinate)
                 k->released[c] = true;
     return each_name(k, names, release_one);
 }

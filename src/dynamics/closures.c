@@ -79,11 +79,6 @@ static int power_of(const kempe_model *model, const kmp_closure *closure, const 
     return model->motions[closure->motion].rotation ? 0 : 1;
 }
 
-bool kmp_closure_is_drive(const kmp_closure *closure)
-{
-    return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
-}
-
 static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
 {
     const kempe_model *model = eq->model;

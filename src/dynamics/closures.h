@@ -14,7 +14,4 @@ void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *ou
 /** The force, or the moment, that a closure's multipliers (inputs) stand for (constraints/kinds/kind.h). */
 kmp_vec kmp_closures_reaction(const kmp_equations *eq, int closure, bool moment);
 
-/** Whether it says what a coordinate is, a drive or a lock. */
-bool kmp_closure_is_drive(const kmp_closure *closure);
-
 #endif

@@ -198,6 +198,9 @@ struct kempe_model {
     int output_count;
 };
 
+/** Whether it says what a coordinate is, a drive or a lock. */
+bool kmp_closure_is_drive(const kmp_closure *closure);
+
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);
 

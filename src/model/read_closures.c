@@ -301,9 +301,15 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
 }
 
-static bool is_drive(const kmp_closure *c)
+bool kmp_closure_is_drive(const kmp_closure *closure)
 {
-    return c->function || strcmp(c->kind, "lock") == 0;
+    return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
+}
+
+/* One that is not understood was complained of. */
+static bool is_understood(const kmp_closure *drive)
+{
+    return drive->function || strcmp(drive->kind, "lock") == 0;
 }
 
 /* A coordinate has one drive; one that is not known was complained of. */
@@ -313,7 +319,8 @@ static void check_driven(kmp_reader *r, int number)
     if (closures[number].motion < 0)
         return;
     for (int k = 0; k < number; k++)
-        if (is_drive(&closures[number]) && is_drive(&closures[k]) && closures[k].motion == closures[number].motion) {
+        if (is_understood(&closures[number]) && is_understood(&closures[k]) && kmp_closure_is_drive(&closures[k]) &&
+            closures[k].motion == closures[number].motion) {
             kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is driven by '%s' already",
                                 closures[number].name, r->model->motions[closures[k].motion].name, closures[k].name);
             return;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What an ensemble leaves: the state of each instance, told as a summary, as JSON and as a table. */
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "integrators/ensemble.h"
@@ -8,7 +9,6 @@
 #include "results/values.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 enum { MOST_TOLD = 5 };
 
@@ -90,20 +90,13 @@ static int count_of(const kempe_batch *b, const char *word)
     return count;
 }
 
-static double cpu_now(void)
-{
-    struct timespec t;
-    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes)
 {
     const kempe_ensemble *e = b->ensemble;
     const kmp_ensemble_way way = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
-    double begin = cpu_now();
+    double begin = kmp_cpu_now();
     kempe_status status = kmp_ensemble_run(e->inner, spec, &way, b->count, e->values->rows, b->results, b->q, b->qd);
-    b->cpu_s = cpu_now() - begin;
+    b->cpu_s = kmp_cpu_now() - begin;
     b->work = kmp_ensemble_get_work(e->inner);
     b->rtol = spec->rtol;
     b->atol = spec->atol;

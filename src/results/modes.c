@@ -1,20 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes asked for by words, and what is asked of them. */
 #include "results/modes.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "model/coordinates.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };
-
-static double cpu_now(void)
-{
-    struct timespec t;
-    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* -- making them ------------------------------------------------------------------------------------- */
 
@@ -175,7 +168,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
 
 kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_ask *ask, kempe_modes **modes)
 {
-    double begin = cpu_now();
+    double begin = kmp_cpu_now();
     kmp_context_clear(system->context);
     kempe_modes *m = KMP_NEW(kempe_modes, 1);
     if (!m)
@@ -183,7 +176,7 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_ask *
     m->system = system;
     kempe_status status = make(m, ask ? ask : &(kempe_modes_ask){0});
     m->status = status;
-    m->cpu_s = cpu_now() - begin;
+    m->cpu_s = kmp_cpu_now() - begin;
     if (status == KEMPE_OK || (status == KEMPE_STOPPED && m->reason))
         *modes = m;
     else
