@@ -6,7 +6,6 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const COLOURS = [["#2471a3", "#5dade2"], ["#c0392b", "#ec7063"], ["#1e8449", "#58d68d"], ["#b9770e", "#f5b041"], ["#7d3c98", "#bb8fce"], ["#117a65", "#48c9b0"], ["#5d6d7e", "#aeb6bf"], ["#a04000", "#e59866"]];
 const branchColour = (b) => COLOURS[b % COLOURS.length][isDark() ? 1 : 0];
 const TAU = 2 * Math.PI;
-const charts = {};
 const first = data.modes.findIndex((mode) => mode.frames >= 0 && !mode.zero);
 let chosen = first >= 0 ? first : data.modes.findIndex((mode) => mode.frames >= 0), stage = null;
 
@@ -129,25 +128,7 @@ function leftOf(datasets) {
 }
 
 function plot(id, datasets, across, up, label) {
-    if (charts[id]) charts[id].destroy();
-    const canvas = byId(id);
-    charts[id] = new Chart(canvas, {
-        type: "line",
-        data: { datasets },
-        options: {
-            animation: false,
-            parsing: false,
-            normalized: true,
-            maintainAspectRatio: false,
-            interaction: { mode: "nearest", intersect: false, axis: "xy" },
-            scales: { x: { ...axis(across), ...(id === "plane" ? leftOf(datasets) : {}) }, y: { ...axis(up), min: 0 } },
-            plugins: { legend: { display: false }, tooltip: { displayColors: false, callbacks: { title: () => "", label } } },
-        },
-    });
-    canvas.dataset.points = datasets.reduce((sum, set) => sum + set.data.length, 0);
-    canvas.dataset.lines = datasets.length;
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", canvas.closest("figure").querySelector("figcaption").textContent);
+    drawPlot(id, datasets, { x: { ...axis(across), ...(id === "plane" ? leftOf(datasets) : {}) }, y: { ...axis(up), min: 0 } }, label);
 }
 
 /* A curve for each eigenvalue; what of it is drawn is said by `point`, null for nothing. */

@@ -3,7 +3,6 @@
 "use strict";
 
 const QUANTITIES = ["q", "qd", "\u03bb"];
-const plots = {};
 const hiddenWays = new Set(), hiddenRuns = new Set();
 let quantity = 0;
 
@@ -52,32 +51,7 @@ function rangeOf(values, room) {
     return [low / room, Math.max(high * room, low * 1.5)];
 }
 
-/* -- making one --------------------------------------------------------------------------------------------- */
-
-function draw(id, datasets, scales, label, legendPoints) {
-    if (plots[id]) plots[id].destroy();
-    const canvas = byId(id);
-    plots[id] = new Chart(canvas, {
-        type: "line",
-        data: { datasets },
-        options: {
-            animation: false,
-            parsing: false,
-            normalized: true,
-            maintainAspectRatio: false,
-            interaction: { mode: "nearest", intersect: false, axis: "xy" },
-            scales,
-            plugins: {
-                legend: { display: false },
-                tooltip: { displayColors: false, callbacks: { title: () => "", label } },
-            },
-        },
-    });
-    canvas.dataset.points = datasets.reduce((sum, set) => sum + set.data.filter((p) => isNumber(p.y)).length, 0);
-    canvas.dataset.lines = datasets.length;
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", canvas.closest("figure").querySelector("figcaption").textContent);
-}
+/* -- legends ------------------------------------------------------------------------------------------------ */
 
 function legendEntry(way, words, hidden, toggle) {
     const button = element("button");
@@ -138,7 +112,7 @@ function drawCost(id, work, title) {
         const run = item.raw.run;
         return [runName(run), `error of ${QUANTITIES[quantity]} ${short(run.error[quantity])}`, `${duration(run.cpu)}, ${count(run.rhs)} evaluations, ${count(run.steps)} steps`];
     };
-    draw(id, costSets(work), { x: logAxis(range[0], range[1], title), y: errorAxis() }, label);
+    drawPlot(id, costSets(work), { x: logAxis(range[0], range[1], title), y: errorAxis() }, label);
     byId(id).dataset.quantity = QUANTITIES[quantity];
 }
 
@@ -175,7 +149,7 @@ function drawHistory(id, values) {
     const label = (item) => [runName(item.dataset.run), `${short(item.raw.y)} at ${three(item.raw.x)} s`];
     for (const set of sets) set.spanGaps = true;
     const axis = range || [1e-17, 1e-15];
-    draw(id, sets, { x: timeAxis(data.t_end), y: logAxis(axis[0], axis[1]) }, label);
+    drawPlot(id, sets, { x: timeAxis(data.t_end), y: logAxis(axis[0], axis[1]) }, label);
 }
 
 function stepAt(shown, t) {
@@ -224,7 +198,7 @@ function drawSteps() {
         const each = item.dataset.each > 1 ? ` (longest and shortest of ${item.dataset.each})` : "";
         return [runName(item.dataset.run), `step of ${short(item.raw.y, 2)} s at ${three(item.raw.x)} s${each}`];
     };
-    draw("over-step", stepSets(), { x: timeAxis(data.t_end), y: logAxis(range[0], range[1]) }, label);
+    drawPlot("over-step", stepSets(), { x: timeAxis(data.t_end), y: logAxis(range[0], range[1]) }, label);
 }
 
 function tellNotes() {

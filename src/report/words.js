@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all pages share: numbers as words, elements, light and dark, and what tells who looks from outside that all is
- * drawn. */
+/* What all pages share: numbers as words, elements, light and dark, plots, and what tells who looks from outside that
+ * all is drawn. */
 "use strict";
 
 const byId = (id) => document.getElementById(id);
@@ -73,6 +73,35 @@ const styleOf = (name) => getComputedStyle(document.documentElement).getProperty
 const inkColour = () => (printing ? "#222222" : styleOf("--ink"));
 const softColour = () => (printing ? "#444444" : styleOf("--soft"));
 const lineColour = () => (printing ? "#cccccc" : styleOf("--line"));
+
+/* -- plots -------------------------------------------------------------------------------------------------- */
+
+const plots = {};
+
+function drawPlot(id, datasets, scales, label) {
+    if (plots[id]) plots[id].destroy();
+    const canvas = byId(id);
+    plots[id] = new Chart(canvas, {
+        type: "line",
+        data: { datasets },
+        options: {
+            animation: false,
+            parsing: false,
+            normalized: true,
+            maintainAspectRatio: false,
+            interaction: { mode: "nearest", intersect: false, axis: "xy" },
+            scales,
+            plugins: {
+                legend: { display: false },
+                tooltip: { displayColors: false, callbacks: { title: () => "", label } },
+            },
+        },
+    });
+    canvas.dataset.points = datasets.reduce((sum, set) => sum + set.data.filter((p) => isNumber(p.y)).length, 0);
+    canvas.dataset.lines = datasets.length;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", canvas.closest("figure").querySelector("figcaption").textContent);
+}
 
 /* -- drawn --------------------------------------------------------------------------------------------------- */
 
