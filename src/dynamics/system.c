@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From a model to the programs of the roads. */
 #include "dynamics/system.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/goals.h"
 #include "dynamics/motion.h"
@@ -8,7 +9,6 @@
 #include "model/spherical.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values)
 {
@@ -265,7 +265,7 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
 
 kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
@@ -286,7 +286,7 @@ kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kem
         kempe_system_free(s);
         return status;
     }
-    s->build_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    s->build_s = kmp_cpu_now() - begin;
     *system = s;
     return KEMPE_OK;
 }

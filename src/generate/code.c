@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equations written in a language: all texts are made before the first file is written. */
+#include "base/clock.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "generate/source.h"
 #include "results/print.h"
 #include <string.h>
-#include <time.h>
 
 struct kempe_code {
     kempe_context *context;
@@ -92,7 +92,7 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
 
 kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *generation, kempe_code **out)
 {
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
     if (status != KEMPE_OK)
@@ -102,7 +102,7 @@ kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *ge
         return kmp_fail_memory(model->context);
     code->context = model->context;
     status = make(code, model, generation);
-    code->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    code->cpu_s = kmp_cpu_now() - begin;
     if (status == KEMPE_OK)
         *out = code;
     else

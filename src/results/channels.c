@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "results/channels.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include "results/columns.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 /* A state counts as an equilibrium when what is left of R is this small beside what acts: far above rounding, far
  * below what moves visibly. */
@@ -257,7 +257,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_ask *ask, const ch
 
 kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_ask *ask)
 {
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     *channels = (kmp_channels){.given = system, .system = system};
     kempe_status status = KEMPE_OK;
     if (ask->inputs)
@@ -269,7 +269,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
     status = names && place ? build(channels, ask, names, place) : kmp_fail_memory(system->context);
     kmp_free((void *)names);
     kmp_free(place);
-    channels->build_s = system->build_s + (double)(clock() - begin) / CLOCKS_PER_SEC;
+    channels->build_s = system->build_s + (kmp_cpu_now() - begin);
     if (status != KEMPE_OK)
         kmp_channels_free(channels);
     return status;

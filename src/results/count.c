@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `generate --count`: what each asked set of equations takes when it is derived alone, and all as one program. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "results/choice.h"
 #include "results/print.h"
 #include <string.h>
-#include <time.h>
 
 struct kempe_count {
     kempe_context *context;
@@ -19,13 +19,13 @@ struct kempe_count {
 static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generation *generation)
 {
     kmp_choice *choice = &c->choice;
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     kempe_status status = kmp_choice_read(model, generation, choice);
     for (int k = 0; k < choice->count && status == KEMPE_OK; k++)
         status = kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]);
     if (status == KEMPE_OK)
         status = kmp_tally_sets(model, &choice->scene, choice->all, &c->all);
-    c->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    c->cpu_s = kmp_cpu_now() - begin;
     return status;
 }
 

@@ -3,6 +3,7 @@
 #include "results/inverse.h"
 #include "analysis/guide.h"
 #include "analysis/inverse.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "dynamics/closures.h"
@@ -12,7 +13,6 @@
 #include "results/times.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 /* What actuators may leave of a motion, in parts of the largest effort that it wants: rounding of states that came from
  * a file. */
@@ -462,9 +462,9 @@ static bool has_result(kempe_status status)
 static kempe_status run(job *j)
 {
     kempe_inverse *r = j->r;
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     r->status = follow(j);
-    r->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    r->cpu_s = kmp_cpu_now() - begin;
     if (r->status == KEMPE_OK)
         r->status = judge(r);
     if (!has_result(r->status))
@@ -482,13 +482,13 @@ static kempe_status run(job *j)
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask, kempe_inverse **inverse)
 {
     static const kempe_inverse_ask nothing;
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     kmp_context_clear(system->context);
     job j = {.system = system, .context = system->context, .ask = ask ? ask : &nothing, .r = result_new(system)};
     if (!j.r)
         return kmp_fail_memory(system->context);
     kempe_status status = prepare(&j);
-    j.r->build_s += (double)(clock() - begin) / CLOCKS_PER_SEC;
+    j.r->build_s += kmp_cpu_now() - begin;
     bool ready = status == KEMPE_OK;
     if (ready)
         status = run(&j);

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives by parameters: what is asked for, the equations with the parameters open, the table. */
 #include "results/sensitivity.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "model/asked.h"
 #include "model/nearest.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 static const kmp_sensitivity_kind *const kinds[] = {
 #define KMP_SENSITIVITY(name) &kmp_sensitivity_##name,
@@ -149,15 +149,10 @@ static kempe_status prepare(kempe_sensitivity *s)
 
 /* -- the object -------------------------------------------------------------------------------------- */
 
-static double seconds_since(clock_t begin)
-{
-    return (double)(clock() - begin) / CLOCKS_PER_SEC;
-}
-
 kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_ask *ask,
                                    kempe_sensitivity **sensitivity)
 {
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
     if (status != KEMPE_OK)
@@ -168,10 +163,10 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     *s = (kempe_sensitivity){
         .kind = kinds[0], .model = model, .context = model->context, .ask = ask, .method = "", .integrator = ""};
     status = prepare(s);
-    double derived = s->build_s = seconds_since(begin);
-    begin = clock();
+    double derived = s->build_s = kmp_cpu_now() - begin;
+    begin = kmp_cpu_now();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
-    s->cpu_s = seconds_since(begin) - (s->build_s - derived);
+    s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived);
     s->ask = NULL;
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
     if (s->status != KEMPE_OK && !partly) {

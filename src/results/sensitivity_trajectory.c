@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Of trajectories: rows over time by forward sensitivities; the end, or integrals up to it, by either method. */
 #include "analysis/adjoint.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "model/output_table.h"
 #include "results/sensitivity.h"
 #include "results/times.h"
 #include "results/trajectory.h"
 #include <string.h>
-#include <time.h>
 
 /* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
 enum { WORTH_ADJOINT = 4 };
@@ -249,9 +249,9 @@ static kempe_status find_scalars(work *w, bool adjoint)
 static kempe_status find(kempe_sensitivity *s)
 {
     work w = {.s = s};
-    clock_t begin = clock();
+    double begin = kmp_cpu_now();
     kempe_status status = prepare(&w);
-    s->build_s += (double)(clock() - begin) / CLOCKS_PER_SEC;
+    s->build_s += kmp_cpu_now() - begin;
     const char *method = s->ask->method;
     bool adjoint = method ? strcmp(method, "adjoint") == 0 : s->ask->integral && s->count >= WORTH_ADJOINT;
     if (status == KEMPE_OK)
