@@ -21,8 +21,8 @@ static kempe_status write_files(const cli_job *j, kempe_modes *result)
 {
     const cli_settings *s = j->settings;
     kempe_status status = KEMPE_OK;
-    if (s->csv)
-        status = cli_worse(status, cli_tell_written(j, kempe_modes_write_csv(result, s->csv)));
+    if (s->output)
+        status = cli_worse(status, cli_tell_written(j, kempe_modes_write_csv(result, s->output)));
     if (s->svg)
         status = cli_worse(status, cli_tell_written(j, kempe_modes_write_svg(result, s->svg)));
     if (s->report)

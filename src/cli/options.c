@@ -131,7 +131,7 @@ static const option options[] = {
      "follow the modes while a parameter, q.NAME or qd.NAME of the start varies"},
     {CLI_MODES, "orders", 0, OPTION_TEXT, AT(modes.orders), "X,..",
      "lines in the picture: frequency = X times what varies / (2 pi)"},
-    {CLI_MODES, "csv", 0, OPTION_TEXT, AT(csv), "FILE", "write the modes, or what varied, as CSV"},
+    {CLI_MODES, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the modes, or what varied, as CSV"},
     {CLI_MODES, "svg", 0, OPTION_TEXT, AT(svg), "FILE",
      "draw what varied: eigenvalues in the plane, frequencies over the value"},
     {CLI_MODES, "report", 0, OPTION_TEXT, AT(report), "FILE",

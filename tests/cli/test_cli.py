@@ -556,7 +556,7 @@ class Modes(Case):
             self.assertLess(min(abs(s - root) for root in found), 1e-12 * abs(s))
 
     def test_table(self):
-        self.expect(0, "modes", self.CAR, "--csv", "modes.csv")
+        self.expect(0, "modes", self.CAR, "-o", "modes.csv")
         one = self.object(0, "modes", self.CAR)
         with open(self.folder / "modes.csv", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -571,7 +571,7 @@ class Modes(Case):
                       self.expect(0, "modes", ROOT / "examples/suspension/suspension.yaml").stdout)
 
     def test_varied(self):
-        words = ("--vary", "V=40:140:11", "--orders", "0.5,1", "--csv", "v.csv", "--svg", "v.svg")
+        words = ("--vary", "V=40:140:11", "--orders", "0.5,1", "-o", "v.csv", "--svg", "v.svg")
         text = self.expect(0, "modes", self.WHEELSET, *words).stdout
         self.assertIn("varied    V from 40 to 140, 11 values\n", text)
         self.assertRegex(text, r"critical  V = 103\.914411718\d*: a mode of 6\.21644716\d Hz \(39\.0590894\d* rad/s\) grows above it")
