@@ -72,7 +72,7 @@ KEMPE_API const double *kempe_linearization_q(const kempe_linearization *lineari
 KEMPE_API const double *kempe_linearization_qd(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_y(const kempe_linearization *linearization);
 
-/** 1: nothing moves there, and nothing begins to; 0: the matrices hold at that instant. */
+/** 1: an equilibrium, or a motion that changes no force; 0: the matrices hold at that instant. */
 KEMPE_API int kempe_linearization_rests(const kempe_linearization *linearization);
 
 KEMPE_API kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format,

@@ -119,6 +119,9 @@ static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const k
             return kmp_fail_memory(model->context);
         kempe_status status =
             kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate);
+        if (status == KEMPE_OK)
+            status = kmp_range_fits_motion(model->context, "fix", &fix->range[k],
+                                           model->motions[target->coordinate].rotation, 0);
         if (status != KEMPE_OK)
             return status;
     }

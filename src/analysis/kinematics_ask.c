@@ -55,10 +55,16 @@ const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead)
     return lead->coordinate < 0 ? "t" : k->system->model->motions[lead->coordinate].name;
 }
 
-static kempe_status add_lead(kempe_kinematics *k, const char *name, double from, double to)
+static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
 {
-    kmp_lead lead = {0, from, to};
+    const char *name = range->name;
+    kmp_lead lead = {0, range->from, range->to};
     kempe_status status = find(k->system->model, name, &lead.coordinate);
+    if (status == KEMPE_OK && lead.coordinate < 0)
+        status = kmp_range_fits(k->system->context, "drive", range, KMP_DIM_TIME);
+    else if (status == KEMPE_OK)
+        status = kmp_range_fits_motion(k->system->context, "drive", range,
+                                       k->system->model->motions[lead.coordinate].rotation, 0);
     if (status != KEMPE_OK)
         return status;
     for (int i = 0; i < k->lead_count; i++)
@@ -93,7 +99,7 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
 {
     kempe_status status = KEMPE_OK;
     for (int i = 0; i < ranges->count && status == KEMPE_OK; i++)
-        status = add_lead(k, ranges->range[i].name, ranges->range[i].from, ranges->range[i].to);
+        status = add_lead(k, &ranges->range[i]);
     k->driven = k->lead_count;
     k->first = -1;
     for (int i = k->driven - 1; i >= 0; i--)
@@ -105,7 +111,7 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
     return status;
 }
 
-typedef kempe_status name_fn(kempe_kinematics *k, const char *name);
+typedef kempe_status name_fn(kempe_kinematics *k, char *name);
 
 /* Of names with commas between; NULL: none. */
 static kempe_status each_name(kempe_kinematics *k, const char *names, name_fn *take)
@@ -122,15 +128,15 @@ static kempe_status each_name(kempe_kinematics *k, const char *names, name_fn *t
     return status;
 }
 
-static kempe_status add_held(kempe_kinematics *k, const char *name)
+static kempe_status add_held(kempe_kinematics *k, char *name)
 {
-    kempe_status status = add_lead(k, name, 0, 0);
+    kempe_status status = add_lead(k, &(kmp_range){.name = name});
     if (status == KEMPE_OK && k->time == k->lead_count - 1)
         status = kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time is not held: it stays 0 by itself");
     return status;
 }
 
-static kempe_status release_one(kempe_kinematics *k, const char *name)
+static kempe_status release_one(kempe_kinematics *k, char *name)
 {
     const kempe_model *model = k->system->model;
     kmp_nearest nearest = kmp_nearest_begin(name);

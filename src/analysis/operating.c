@@ -126,8 +126,11 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     kmp_steady *rates = NULL;
     int rate_count = 0;
     if (!start && !list)
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
-                        "there is no state '%s' to look from: 'start' or 'equilibrium'", word);
+        return kmp_fail(
+            system->context, KEMPE_E_ARGUMENT,
+            "there is no state '%s' to look from: 'start', 'equilibrium', or 'equilibrium NAME=RATE,..', a steady "
+            "motion",
+            word);
     kempe_assembly *a = NULL;
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? kempe_assemble(system, &a) : kmp_fail_memory(system->context);

@@ -8,6 +8,8 @@ static kempe_status take(const kempe_model *model, const kmp_range *range, int c
 {
     int c = -1;
     kempe_status status = kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c);
+    if (status == KEMPE_OK)
+        status = kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1);
     for (int i = 0; status == KEMPE_OK && i < count; i++)
         if (rates[i].coordinate == c)
             status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", range->name);

@@ -212,6 +212,16 @@ bool cli_always(const cli_settings *settings)
     return true;
 }
 
+int cli_refuse(const char *json)
+{
+    const cli_settings settings = {.json = json};
+    cli_job j = {.settings = &settings, .context = json ? kempe_context_new() : NULL};
+    if (j.context)
+        report_failure(&j, cli_complaint());
+    kempe_context_free(j.context);
+    return CLI_USAGE;
+}
+
 int cli_run(const cli_command *command, const cli_settings *settings)
 {
     bool terminal = isatty(STDERR_FILENO);

@@ -57,6 +57,9 @@ kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char
 bool cli_always(const cli_settings *settings);
 
 /** Runs one command with its own context and returns the exit code. */
+/** The JSON of words that are wrong, where `json` says (NULL: nowhere). CLI_USAGE. */
+int cli_refuse(const char *json);
+
 int cli_run(const cli_command *command, const cli_settings *settings);
 
 #endif

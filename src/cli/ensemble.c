@@ -4,7 +4,7 @@
 static bool says_which_instances(const cli_settings *s)
 {
     if (!s->values == !s->sample)
-        fputs("kempe: ensemble needs one of --values CSV, --sample NAME=A:B,..\n", stderr);
+        cli_complain("ensemble needs one of --values CSV, --sample NAME=A:B,..");
     return !s->values != !s->sample;
 }
 

@@ -4,7 +4,7 @@
 static bool says_what_to_generate(const cli_settings *s)
 {
     if (!s->count && !s->generation.language)
-        fputs("kempe: generate needs --lang NAME, or --count\n", stderr);
+        cli_complain("generate needs --lang NAME, or --count");
     return s->count || s->generation.language;
 }
 

@@ -4,7 +4,7 @@
 static bool says_what_to_drive(const cli_settings *s)
 {
     if (!s->kinematics.drive)
-        fputs("kempe: what is to be driven? --drive NAME=A:B\n", stderr);
+        cli_complain("what is to be driven? --drive NAME=A:B");
     return s->kinematics.drive;
 }
 

@@ -53,13 +53,13 @@ static int run_command(const cli_command *c, int count, char **words)
 {
     cli_settings settings;
     if (!cli_options_read(c->bit, c->name, count, words, &settings))
-        return CLI_USAGE;
+        return cli_refuse(cli_json_word(count, words));
     if (settings.help) {
         print_command_help(c);
         return CLI_DONE;
     }
     if (c->accepts && !c->accepts(&settings))
-        return CLI_USAGE;
+        return cli_refuse(settings.json);
     return cli_run(c, &settings);
 }
 

@@ -13,7 +13,7 @@ static bool accepts(const cli_settings *settings)
     const kempe_modes_ask *ask = &settings->modes;
     if (!settings->svg || ask->vary || (ask->rates && strchr(ask->rates, ':')))
         return true;
-    fputs("kempe: --svg draws what varies: say what by --vary NAME=A:B:N or --rates NAME=A:B:N\n", stderr);
+    cli_complain("--svg draws what varies: say what by --vary NAME=A:B:N or --rates NAME=A:B:N");
     return false;
 }
 

@@ -4,11 +4,12 @@
 #include "options.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef enum option_kind { OPTION_FLAG, OPTION_TEXT, OPTION_NUMBER, OPTION_SETTING } option_kind;
+typedef enum option_kind { OPTION_FLAG, OPTION_TEXT, OPTION_NUMBER, OPTION_WHOLE, OPTION_SETTING } option_kind;
 
 typedef struct option {
     unsigned commands;
@@ -23,7 +24,7 @@ typedef struct option {
 
 static const option options[] = {
     {CLI_ASSEMBLE, "branches", 0, OPTION_FLAG, AT(branches), NULL, "find the other assembly modes by sampling"},
-    {CLI_ASSEMBLE, "seed", 0, OPTION_NUMBER, AT(seed), "N", "other random starts for --branches"},
+    {CLI_ASSEMBLE, "seed", 0, OPTION_WHOLE, AT(seed), "N", "other random starts for --branches"},
     {CLI_EQUILIBRIUM, "rates", 0, OPTION_TEXT, AT(equilibrium.rates), "NAME=V,..",
      "coordinates that move on at constant rates"},
     {CLI_EQUILIBRIUM, "free", 0, OPTION_TEXT, AT(equilibrium.freed), "NAME,..",
@@ -34,13 +35,13 @@ static const option options[] = {
     {CLI_EQUILIBRIUM, "nearest", 0, OPTION_FLAG, AT(nearest), NULL,
      "the one next to the start, stable or not (default: downhill)"},
     {CLI_EQUILIBRIUM, "all", 0, OPTION_FLAG, AT(all), NULL, "look for others by sampling"},
-    {CLI_EQUILIBRIUM, "seed", 0, OPTION_NUMBER, AT(seed), "N", "other random starts for --all"},
+    {CLI_EQUILIBRIUM, "seed", 0, OPTION_WHOLE, AT(seed), "N", "other random starts for --all"},
     {CLI_KINEMATICS, "drive", 0, OPTION_TEXT, AT(kinematics.drive), "NAME=A:B,..",
      "coordinates, drives or t that go from A to B together"},
     {CLI_KINEMATICS, "hold", 0, OPTION_TEXT, AT(kinematics.hold), "NAME,..", "coordinates that stay as assembled"},
     {CLI_KINEMATICS, "release", 0, OPTION_TEXT, AT(kinematics.release), "NAME,..",
      "drives and locks of the model to leave aside"},
-    {CLI_KINEMATICS, "points", 0, OPTION_NUMBER, AT(points), "N", "rows (default: 361)"},
+    {CLI_KINEMATICS, "points", 0, OPTION_WHOLE, AT(points), "N", "rows (default: 361)"},
     {CLI_KINEMATICS, "speed", 0, OPTION_NUMBER, AT(kinematics.speed), "X",
      "of the first one driven, rad/s or m/s (default: 1)"},
     {CLI_KINEMATICS, "backend", 0, OPTION_TEXT, AT(kinematics.backend), "NAME",
@@ -91,9 +92,9 @@ static const option options[] = {
      "a row an instance; columns are parameters, q.NAME and qd.NAME"},
     {CLI_ENSEMBLE, "sample", 0, OPTION_TEXT, AT(sample), "NAME=A:B,..",
      "instances at random from these ranges instead"},
-    {CLI_ENSEMBLE, "instances", 0, OPTION_NUMBER, AT(instances), "N", "how many of them (default: 1000)"},
-    {CLI_ENSEMBLE, "seed", 0, OPTION_NUMBER, AT(seed), "N", "other ones"},
-    {CLI_ENSEMBLE, "lanes", 0, OPTION_NUMBER, AT(lanes), "N", "instances side by side, 1 to 8 (default: the best)"},
+    {CLI_ENSEMBLE, "instances", 0, OPTION_WHOLE, AT(instances), "N", "how many of them (default: 1000)"},
+    {CLI_ENSEMBLE, "seed", 0, OPTION_WHOLE, AT(seed), "N", "other ones"},
+    {CLI_ENSEMBLE, "lanes", 0, OPTION_WHOLE, AT(lanes), "N", "instances side by side, 1 to 8 (default: the best)"},
     {CLI_ENSEMBLE, "alone", 0, OPTION_FLAG, AT(alone), NULL, "no lanes: a run for each instance"},
     {CLI_ENSEMBLE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write a row an instance as CSV"},
     {CLI_SENSITIVITY, "of", 0, OPTION_TEXT, AT(sensitivity.of), "WORD",
@@ -101,7 +102,7 @@ static const option options[] = {
     {CLI_SENSITIVITY, "parameters", 0, OPTION_TEXT, AT(sensitivity.parameters), "NAME,..",
      "by which; q.NAME and qd.NAME are start values (default: all that may vary)"},
     {CLI_SENSITIVITY, "at", 0, OPTION_TEXT, AT(sensitivity.at), "STATE",
-     "of modes and reactions: equilibrium (default), start"},
+     "of all but trajectories: equilibrium (default), 'equilibrium NAME=RATE,..', start"},
     {CLI_SENSITIVITY, "outputs", 0, OPTION_TEXT, AT(sensitivity.outputs), "OUTPUT,..",
      "q(A), position(b.P).x, a sensor's name, .. (default: those of the model)"},
     {CLI_SENSITIVITY, "method", 0, OPTION_TEXT, AT(sensitivity.method), "NAME",
@@ -110,7 +111,8 @@ static const option options[] = {
     {CLI_SENSITIVITY, "integrator", 0, OPTION_TEXT, AT(run.integrator), "NAME",
      "dop853 (default), dopri5, radau5, radau9 or erk"},
     {CLI_SENSITIVITY, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write all rows as CSV"},
-    {CLI_LINEARIZE | CLI_RESPONSE, "at", 0, OPTION_TEXT, AT(at), "STATE", "equilibrium (default), start"},
+    {CLI_LINEARIZE | CLI_RESPONSE, "at", 0, OPTION_TEXT, AT(at), "STATE",
+     "equilibrium (default), 'equilibrium NAME=RATE,..': a steady motion, start"},
     {CLI_LINEARIZE | CLI_RESPONSE, "inputs", 0, OPTION_TEXT, AT(inputs), "NAME,..",
      "effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters"},
     {CLI_LINEARIZE | CLI_RESPONSE, "outputs", 0, OPTION_TEXT, AT(outputs), "NAME,..",
@@ -122,8 +124,8 @@ static const option options[] = {
     {CLI_RESPONSE, "linear", 0, OPTION_FLAG, AT(linear), NULL, "in even steps (default: in even ratios)"},
     {CLI_RESPONSE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write amplitudes and phases as CSV"},
     {CLI_RESPONSE, "svg", 0, OPTION_TEXT, AT(svg), "FILE", "draw amplitudes and phases"},
-    {CLI_MODES, "at", 0, OPTION_TEXT, AT(modes.at), "WORD",
-     "the state: equilibrium (default), start: the assembled one"},
+    {CLI_MODES, "at", 0, OPTION_TEXT, AT(modes.at), "STATE",
+     "equilibrium (default), 'equilibrium NAME=RATE,..': a steady motion, start"},
     {CLI_MODES, "rates", 0, OPTION_TEXT, AT(modes.rates), "NAME=V,..",
      "rates that the equilibrium keeps; one may vary: NAME=A:B:N"},
     {CLI_MODES, "u", 0, OPTION_TEXT, AT(modes.u), "NAME,..", "independent coordinates"},
@@ -183,6 +185,26 @@ static const option options[] = {
 
 enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
 
+/* -- complaints -------------------------------------------------------------------------------------- */
+
+static char last_complaint[512];
+
+void cli_complain(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    vsnprintf(last_complaint, sizeof last_complaint, format, list);
+    va_end(list);
+    fprintf(stderr, "kempe: %s\n", last_complaint);
+}
+
+const char *cli_complaint(void)
+{
+    return last_complaint;
+}
+
+/* -- names that are nearly right --------------------------------------------------------------------- */
+
 /* Levenshtein distance, one row at a time. Words longer than WORD_MAX are never near. */
 static size_t distance(const char *a, const char *b)
 {
@@ -227,11 +249,10 @@ static bool complain_unknown(unsigned command, const char *command_name, const c
             names[count++] = options[k].name;
     names[count] = NULL;
     const char *near = cli_nearest(word + strspn(word, "-"), names);
-    fprintf(stderr, "kempe: unknown option '%s'", word);
     if (near)
-        fprintf(stderr, ", did you mean '--%s'?\n", near);
+        cli_complain("unknown option '%s', did you mean '--%s'?", word, near);
     else
-        fprintf(stderr, "; 'kempe %s --help' lists the options\n", command_name);
+        cli_complain("unknown option '%s'; 'kempe %s --help' lists the options", word, command_name);
     return false;
 }
 
@@ -254,7 +275,11 @@ static bool store_number(const option *o, const char *text, double *value)
     char *end;
     double x = strtod(text, &end);
     if (end == text || *end || !isfinite(x) || x <= 0) {
-        fprintf(stderr, "kempe: --%s needs a positive number, not '%s'\n", o->name, text);
+        cli_complain("--%s needs a positive number, not '%s'", o->name, text);
+        return false;
+    }
+    if (o->kind == OPTION_WHOLE && x != floor(x)) {
+        cli_complain("--%s needs a whole number, not '%s'", o->name, text);
         return false;
     }
     *value = x;
@@ -266,11 +291,11 @@ static bool store_setting(char *text, cli_settings *settings)
 {
     size_t length = strcspn(text, "=");
     if (length == 0 || !text[length] || !text[length + 1]) {
-        fprintf(stderr, "kempe: --set needs NAME=VALUE, not '%s'\n", text);
+        cli_complain("--set needs NAME=VALUE, not '%s'", text);
         return false;
     }
     if (settings->set_count == CLI_MOST_SETS) {
-        fprintf(stderr, "kempe: --set: at most %d parameters can be set\n", CLI_MOST_SETS);
+        cli_complain("--set: at most %d parameters can be set", CLI_MOST_SETS);
         return false;
     }
     text[length] = '\0';
@@ -281,7 +306,7 @@ static bool store_setting(char *text, cli_settings *settings)
 static bool store(const option *o, char *text, cli_settings *settings)
 {
     char *place = (char *)settings + o->offset;
-    if (o->kind == OPTION_NUMBER)
+    if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE)
         return store_number(o, text, (double *)(void *)place);
     if (o->kind == OPTION_SETTING)
         return store_setting(text, settings);
@@ -299,14 +324,14 @@ static int read_option(unsigned command, const char *name, int count, char **wor
     char *attached = words[0][length] ? words[0] + length + 1 : NULL;
     if (o->kind == OPTION_FLAG) {
         if (attached) {
-            fprintf(stderr, "kempe: --%s takes no value\n", o->name);
+            cli_complain("--%s takes no value", o->name);
             return 0;
         }
         *(bool *)((char *)settings + o->offset) = true;
         return 1;
     }
     if (!attached && count < 2) {
-        fprintf(stderr, "kempe: --%s needs a value: %s\n", o->name, o->value);
+        cli_complain("--%s needs a value: %s", o->name, o->value);
         return 0;
     }
     return store(o, attached ? attached : words[1], settings) ? 2 - (attached != NULL) : 0;
@@ -315,11 +340,22 @@ static int read_option(unsigned command, const char *name, int count, char **wor
 static bool read_file_name(const char *word, cli_settings *settings)
 {
     if (settings->file) {
-        fprintf(stderr, "kempe: one model file at a time: '%s' and '%s' are given\n", settings->file, word);
+        cli_complain("one model file at a time: '%s' and '%s' are given", settings->file, word);
         return false;
     }
     settings->file = word;
     return true;
+}
+
+const char *cli_json_word(int count, char **words)
+{
+    const char *path = NULL;
+    for (int k = 0; k < count && strcmp(words[k], "--") != 0; k++)
+        if (strcmp(words[k], "--json") == 0 && k + 1 < count)
+            path = words[++k];
+        else if (strncmp(words[k], "--json=", 7) == 0)
+            path = words[k] + 7;
+    return path;
 }
 
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings)
@@ -340,7 +376,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
         }
     }
     if (!settings->file && !settings->help) {
-        fprintf(stderr, "kempe: which model? 'kempe %s FILE'\n", command_name);
+        cli_complain("which model? 'kempe %s FILE'", command_name);
         return false;
     }
     return true;

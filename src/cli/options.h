@@ -56,6 +56,13 @@ typedef struct cli_settings {
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings);
 
 /** The options of one command, one a line. */
+/** Says "kempe: .." on stderr, and keeps the sentence; the last one. */
+void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+const char *cli_complaint(void);
+
+/** Where the JSON shall go, of words that may be wrong otherwise; NULL: nowhere. */
+const char *cli_json_word(int count, char **words);
+
 void cli_options_print(unsigned command, FILE *out);
 
 /** The word of `words` (NULL ends it) that is nearest to `word`, NULL when none is near. */

@@ -8,7 +8,7 @@ static bool one_view(const cli_settings *s)
         return true;
     if (s->show_model + s->show_equations + s->show_program + s->show_stats == 1)
         return true;
-    fputs("kempe: show needs one of --model, --equations, --program, --stats\n", stderr);
+    cli_complain("show needs one of --model, --equations, --program, --stats");
     return false;
 }
 

@@ -183,27 +183,62 @@ static kempe_status tell_singular(const kmp_channels *c, kempe_status status)
     return status;
 }
 
-/* Whether it stays where it is: no rate, and no acceleration from rest. */
+static bool has_rates(const kmp_linear *l)
+{
+    for (int k = 0; k < l->n; k++)
+        if (l->qd[k] != 0)
+            return true;
+    return false;
+}
+
+/* Whether the forces stay as they are where the independent coordinates go on at the rates of the start. */
+static kempe_status judge_steady(kmp_channels *c, bool *steady)
+{
+    kmp_linear *l = &c->linear;
+    double *ud = KMP_NEW(double, l->p);
+    kmp_steady *rates = KMP_NEW(kmp_steady, l->p);
+    kmp_search search = {.rates = rates, .rate_count = l->p};
+    kempe_status status = ud && rates ? KEMPE_OK : kmp_fail_memory(c->system->context);
+    for (int k = 0; k < l->p && status == KEMPE_OK; k++) {
+        ud[k] = c->at->inner_qd[l->part.u[k]];
+        rates[k] = (kmp_steady){l->part.u[k], ud[k]};
+    }
+    if (status == KEMPE_OK)
+        status = kmp_linear_at(l, c->at->t, c->at->inner_q, ud, NULL);
+    if (status == KEMPE_OK) {
+        kmp_linear_matrices(l);
+        c->residual = kmp_equilibrium_residual(l);
+        *steady = c->residual <= at_rest;
+        if (*steady)
+            status = kmp_operating_check(l, &search);
+    }
+    if (*steady && status == KEMPE_E_FAILED) { /* balanced for an instant alone */
+        kmp_context_clear(c->system->context);
+        *steady = false;
+        status = KEMPE_OK;
+    }
+    kmp_free(ud);
+    kmp_free(rates);
+    return status;
+}
+
+/* Whether it stays where it is, or goes on as it goes: no acceleration, and no force that changes. */
 static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 {
     kmp_linear *l = &c->linear;
     kempe_status status = kmp_operating_take(c->at, l, wish, wish_count);
     if (status == KEMPE_OK && c->at->equilibrium) {
         c->rests = true;
+        c->goes_on = has_rates(l);
         c->residual = c->at->residual;
         return KEMPE_OK;
     }
-    bool still = true;
-    for (int k = 0; k < l->n && status == KEMPE_OK; k++)
-        still = still && l->qd[k] == 0;
     if (status == KEMPE_OK)
-        status = kmp_linear_at(l, c->at->t, c->at->inner_q, NULL, NULL);
-    if (status != KEMPE_OK)
-        return status;
-    kmp_linear_matrices(l);
-    c->residual = kmp_equilibrium_residual(l);
-    c->rests = still && c->residual <= at_rest;
-    return kmp_operating_take(c->at, l, wish, wish_count);
+        status = judge_steady(c, &c->rests);
+    if (status == KEMPE_OK)
+        status = kmp_operating_take(c->at, l, wish, wish_count);
+    c->goes_on = status == KEMPE_OK && c->rests && has_rates(l);
+    return status;
 }
 
 static kempe_status take_state(kmp_channels *c, const kmp_channels_ask *ask, const char *backend)

@@ -27,7 +27,8 @@ typedef struct kmp_channels {
     kmp_asked_inputs inputs;
     kmp_transfer transfer;
     kmp_names states, loads, outputs; /* x, w, y; a load is an input or a time derivative of it */
-    bool rests;                       /* nothing moves, and nothing begins to */
+    bool rests;                       /* nothing is accelerated, and what moves changes no force */
+    bool goes_on;                     /* rests, but for rates that change no force */
     double residual;                  /* of the state held still, relative: how far it is from equilibrium */
     double build_s;                   /* CPU time of what was derived */
 } kmp_channels;

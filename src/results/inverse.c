@@ -182,9 +182,10 @@ static kempe_status read_weights(job *j)
             k++;
         if (status == KEMPE_OK && k == r->a)
             status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is no actuator", range->name);
-        else if (status == KEMPE_OK && (range->count != 1 || !(range->from > 0)))
-            status =
-                kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: a positive number is wanted for '%s'", range->name);
+        else if (status == KEMPE_OK &&
+                 (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE))
+            status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                              "weights: a positive number without unit is wanted for '%s'", range->name);
         else if (status == KEMPE_OK)
             r->weight[k] = range->from;
     }
@@ -212,6 +213,10 @@ static kempe_status choose_motion(job *j)
     r->source = j->ask->motion ? kmp_strdup(j->ask->motion) : NULL;
     if (j->ask->motion && !r->source)
         return kmp_fail_memory(j->context);
+    if (r->motion == KMP_INVERSE_START && (j->ask->t_end > 0 || j->ask->every > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                        "%s: the start alone is one instant; a motion is a table of it, or what the model's drives do",
+                        j->ask->t_end > 0 ? "t_end" : "every");
     kempe_status status = kmp_coordinates_read(j->system->model, "u", j->ask->u, r->start_u, &r->start_u_count);
     if (status == KEMPE_OK && r->start_u_count == 0 && model->run.u_count > 0) {
         r->start_u_count = model->run.u_count;

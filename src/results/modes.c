@@ -119,6 +119,8 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_ask *ask, kmp_stat
     if (rate && ask->vary)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "one thing can vary at a time: the rate of '%s', or what --vary says", rate->name);
+    if (m->rate_count > 0 && at->word && strncmp(at->word, "equilibrium ", 12) == 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "rates are given twice: by the state '%s', and beside it", at->word);
     if (m->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "rates are kept by an equilibrium, not by '%s': a start has those of the model", at->word);

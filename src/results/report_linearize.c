@@ -12,7 +12,8 @@ enum { MOST_COLUMNS = 8, MOST_ROWS = 24 };
 
 static const char *state_sentence(const kmp_channels *c)
 {
-    return c->at->equilibrium ? "at the equilibrium"
+    return c->at->equilibrium ? (c->goes_on ? "about the steady motion" : "at the equilibrium")
+           : c->goes_on       ? "at the start, which is a steady motion"
            : c->rests         ? "at the start, which is an equilibrium"
                               : "at the start, which moves on: the matrices hold at this instant";
 }
@@ -88,7 +89,7 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
-    kmp_json_string(&j, "state", c->rests ? "rests" : "moves");
+    kmp_json_string(&j, "state", c->goes_on ? "steady" : c->rests ? "rests" : "moves");
     kmp_json_number(&j, "residual", c->residual);
     kmp_print_coordinates(&j, "u", c->system, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);

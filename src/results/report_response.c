@@ -99,7 +99,9 @@ static void show(kmp_text *text, const kempe_response *r)
     int width = name_width(r);
     kmp_text_printf(text, "%s: %d frequencies from %.6g to %.6g Hz, about %s\n", r->channels.system->model->name,
                     f->count, f->at[0], f->at[f->count - 1],
-                    r->channels.at->equilibrium ? "the equilibrium" : "the start, which is an equilibrium");
+                    r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
+                    : r->channels.goes_on       ? "the start, which is a steady motion"
+                                                : "the start, which is an equilibrium");
     list_poles(text, r, true);
     list_poles(text, r, false);
     show_still(text, r, width);

@@ -32,7 +32,7 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     }
     if (failed == 0)
         kmp_spectrum_free(&s);
-    *range = (kmp_range){NULL, 0.1, 100, DEFAULT_COUNT};
+    *range = (kmp_range){.from = 0.1, .to = 100, .count = DEFAULT_COUNT};
     if (most > 0) {
         range->from = pow(10, floor(log10(least) - 0.5));
         range->to = pow(10, ceil(log10(most) + 0.5));
@@ -40,9 +40,25 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     return KEMPE_OK;
 }
 
+/* Whether no unit but Hz stands behind a number: what else is one over time is not meant as cycles. */
+static bool in_hertz(const char *text)
+{
+    for (const char *s = text; *s;) {
+        double x;
+        size_t digits = kmp_text_to_number(s, &x);
+        if (digits > 0)
+            s += digits;
+        else if (strncmp(s, "Hz", 2) == 0)
+            s += 2;
+        else if (!strchr(" :+-", *s++))
+            return false;
+    }
+    return true;
+}
+
 static kempe_status check_range(kempe_context *context, const kmp_range *range, const char *text, bool linear)
 {
-    if (range->count == 1 || !(range->to > range->from) || range->from < 0)
+    if (range->count == 1 || !(range->to > range->from) || range->from < 0 || !in_hertz(text))
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "frequencies are written A:B or A:B:N in Hz, from the lower one to the higher; not '%s'", text);
     if (range->from == 0 && !linear)
@@ -75,7 +91,7 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_ask *
 
 static void fill_range(const kmp_range *range, bool linear, double *hz)
 {
-    kmp_range logarithms = {NULL, log(range->from), log(range->to), range->count};
+    kmp_range logarithms = {.from = log(range->from), .to = log(range->to), .count = range->count};
     for (int k = 0; k < range->count; k++)
         hz[k] = linear                  ? kmp_range_value(range, k, range->count)
                 : k == 0                ? range->from
@@ -91,8 +107,10 @@ static kempe_status check_state(const kmp_channels *c)
         return KEMPE_OK;
     return kmp_fail(
         c->system->context, KEMPE_E_FAILED,
-        "%s: the start is no equilibrium (%.1e of what acts is not in balance, or it moves), and only there "
-        "small oscillations stay; look from the equilibrium (--at equilibrium)",
+        "%s: the start is no equilibrium (%.1e of what acts is not in balance, or the forces change as it moves), and "
+        "only "
+        "there small oscillations stay small; look from an equilibrium (--at equilibrium) or a steady motion (--at "
+        "'equilibrium NAME=RATE')",
         c->system->model->name, c->residual);
 }
 

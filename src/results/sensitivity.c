@@ -44,6 +44,11 @@ static kempe_status check_method(const kempe_sensitivity *s)
     if ((method || s->ask->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and one method alone",
                         s->kind->name);
+    if (s->ask->at && s->kind->integrals && strcmp(s->ask->at, "start") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "a trajectory begins at the start, not at '%s': ask for the sensitivities of reactions, modes "
+                        "or the equilibrium there",
+                        s->ask->at);
     return KEMPE_OK;
 }
 

@@ -41,7 +41,7 @@ static kempe_status take_start(kmp_sensitivity_state *x)
 static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
-    kempe_status status = kmp_operating_new(x->s->system, "equilibrium", l, &x->at);
+    kempe_status status = kmp_operating_new(x->s->system, x->s->ask->at, l, &x->at);
     if (status == KEMPE_OK)
         status = kmp_operating_take(x->at, l, NULL, 0);
     if (status != KEMPE_OK)
@@ -53,14 +53,8 @@ static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 
 kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs)
 {
-    const char *word = s->ask->at ? s->ask->at : "equilibrium";
-    bool start = strcmp(word, "start") == 0;
+    bool start = s->ask->at && strcmp(s->ask->at, "start") == 0;
     *x = (kmp_sensitivity_state){.s = s, .backend = s->ask->run.backend ? s->ask->run.backend : kmp_backend_default()};
-    if (!start && strcmp(word, "equilibrium") != 0) {
-        (void)kmp_fail(s->context, KEMPE_E_ARGUMENT, "there is no state '%s' to look from: 'start' or 'equilibrium'",
-                       word);
-        return KEMPE_E_ARGUMENT;
-    }
     kempe_status status =
         kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes);
     if (status == KEMPE_OK && !make_room(x))

@@ -512,12 +512,33 @@ class Linear(Case):
         self.assertAlmostEqual(pair["amplitude"][2] * 3 * 39.47841760435743, 1, delta=1e-13)
         self.assertEqual([(peak["frequency"], peak["amplitude"]) for peak in found["peaks"]], [(1, None)])
 
+    def test_steady(self):
+        """A wheel that turns on changes no force, whether the rate is the start's or asked for."""
+        model = self.model("kempe: 1\nbodies:\n  wheel: {joint: {revolute: z, at: ground}, mass: 2, inertia: {xx: 1, yy: 1, zz: 2}}\n"
+                           "  a: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                           "  crank: {joint: {revolute: y, at: ground}, mass: 1, com: [0.1, 0, 0], inertia: {xx: 1, yy: 1, zz: 1}}\n"
+                           "forces:\n  f: {joint: a, spring: {stiffness: 100}}\n  g: {joint: crank, spring: {stiffness: 9}}\n"
+                           "start: {qd: {wheel: 3, crank: spin}}\nparameters: {spin: 0}\nrun: {outputs: [q]}\n")
+        words = ("--inputs", "effort(a)", "--frequencies", "1:2:3")
+        start = self.object(0, "response", model, *words, "--at", "start")
+        asked = self.object(0, "response", model, *words, "--at", "equilibrium wheel=3")
+        self.assertEqual(start["responses"], asked["responses"])
+        self.assertIn("about the start, which is a steady motion", self.expect(0, "response", model, *words, "--at", "start").stdout)
+        self.assertEqual(self.object(0, "linearize", model, "--at", "equilibrium wheel=3")["state"], "steady")
+        self.assertIn("the forces change", self.expect(1, "response", model, *words, "--at", "start", "--set", "spin=1").stderr)
+        self.assertIn("the forces change", self.expect(1, "response", model, *words, "--at", "equilibrium crank=3").stderr)
+        for of in ("modes", "reactions", "equilibrium"):
+            found = self.object(0, "sensitivity", ROOT / "examples/governor/governor.yaml", "--of", of, "--parameters", "M",
+                                "--at", "equilibrium shaft=5.5", *(() if of == "modes" else ("--outputs", "q(slider)")))
+            self.assertEqual(found["status"], "ok")
+        self.assertIn("begins at the start", self.expect(3, "sensitivity", FOUR_BAR, "--at", "equilibrium").stderr)
+
     def test_mistakes(self):
         for words, sentence in (("--inputs drive(raod)", "the model has no drive 'raod'; did you mean 'road'?"),
                                 ("--inputs k --outputs travl", "unknown output 'travl'"),
                                 ("--inputs stiff", "no parameter 'stiff'"),
                                 ("--inputs k --at end", "there is no state 'end'"),
-                                ("--inputs k --frequencies 5", "A:B")):
+                                ("--inputs k --frequencies 5", "A:B"), ("--inputs k --frequencies 1rpm:5rpm", "in Hz")):
             self.assertIn(sentence, self.expect(3, "response", self.RIDE, *words.split()).stderr)
         self.assertIn("a response wants inputs", self.expect(3, "response", self.RIDE).stderr)
         self.assertIn("no equilibrium",
@@ -686,6 +707,34 @@ class Input(Case):
             self.assertKeys(found, "model status reason build_s")
             self.assertEqual((found["model"], found["status"]), (None, "failed"))
             self.assertNotEqual(found["reason"], "")
+
+    def test_json_of_wrong_words(self):
+        for words in (["check", FOUR_BAR, "--nonsense"], ["modes"], ["kinematics", FOUR_BAR], ["simulate", FOUR_BAR, "--rtol", "-1"],
+                      ["modes", FOUR_BAR, "--svg", "x"], ["equilibrium", FOUR_BAR, "--seed", "1.5"]):
+            found = self.object(3, *words)
+            self.assertEqual((found["model"], found["status"], found["build_s"]), (None, "failed", None))
+            self.assertNotEqual(found["reason"], "")
+
+    def test_units(self):
+        """What is measured in something else is refused, and so are ends of a range that do not go together."""
+        governor, crank = ROOT / "examples/governor/governor.yaml", ROOT / "examples/crank_rocker/crank_rocker.yaml"
+        for told, *words in (("an angle", "kinematics", crank, "--drive", "motor=0 m:1 m"),
+                             ("both ends", "kinematics", crank, "--drive", "motor=10:30 deg"),
+                             ("do not fit", "kinematics", crank, "--drive", "motor=10 deg:3 m"),
+                             ("'furlong' is no unit", "kinematics", crank, "--drive", "motor=0:3 furlong"),
+                             ("'m/' is no unit", "kinematics", crank, "--drive", "motor=0:3 m/"),
+                             ("s is wanted", "kinematics", crank, "--drive", "t=0:3 m"),
+                             ("rad/s", "equilibrium", governor, "--rates", "shaft=5 deg"),
+                             ("a length", "equilibrium", governor, "--rates", "shaft=5", "--fix", "slider=5 rad", "--free", "M"),
+                             ("rad/s", "modes", governor, "--rates", "shaft=5 m/s"),
+                             ("given twice", "modes", governor, "--rates", "shaft=5", "--at", "equilibrium shaft=5"),
+                             ("without unit", "inverse", FOUR_BAR, "--actuators", "crank,rocker", "--weights", "crank=2 kg"),
+                             ("one instant", "inverse", FOUR_BAR, "--actuators", "crank", "--t-end", "1"),
+                             ("whole number", "kinematics", crank, "--drive", "motor=0:1", "--points", "2.5")):
+            self.assertIn(told, self.expect(3, *words).stderr)
+        for rate in ("5.5", "5.5 rad/s", "5.5 rad*s^-1", "330 rad/min"):
+            found = self.object(0, "equilibrium", governor, "--rates", f"shaft={rate}")
+            self.assertAlmostEqual(found["qd"]["shaft"], 5.5, delta=1e-14)
 
     def test_bad_reference(self):
         (self.folder / "bad.csv").write_text("t,q.nobody\n0,1\n")
