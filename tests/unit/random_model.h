@@ -9,6 +9,7 @@
 #include "model/model.h"
 #include "random_text.h"
 #include <math.h>
+
 #include <stdio.h>
 #include <string.h>
 
@@ -103,6 +104,14 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
     }
 }
 
+static inline void put_drive(kmp_text *text, const kempe_model *model, unsigned flags)
+{
+    const kmp_motion *motion = &model->motions[pick(model->motion_count)];
+    kmp_text_printf(text, "drives: {d: {joint: %s, %s: \"%s\"}}\n", motion->name,
+                    motion->rotation ? "angle" : "displacement",
+                    flags & MODEL_SYMBOLS ? "0.3*a*sin(2*t) + b*t^2 - 0.1*a*b" : "0.3*sin(2*t) + t^2 - 0.1");
+}
+
 /* Read twice: loops and efforts need the names of the coordinates. */
 static inline random_model random_model_new(uint64_t seed, int bodies, unsigned flags)
 {
@@ -121,9 +130,12 @@ static inline random_model random_model_new(uint64_t seed, int bodies, unsigned 
             if (flags & MODEL_BUSHINGS)
                 put_bushings(&text, bodies, flags);
         }
+        if (flags & MODEL_DRIVES)
+            put_drive(&text, bare, flags);
         put_run(&text, bodies, flags & MODEL_LOOPS);
         r.model = NULL;
         (void)kempe_model_read_text(r.context, text.s, "random", &r.model);
+
         kempe_model_free(bare);
     }
     if (!r.model)

@@ -17,7 +17,8 @@ enum {
     MODEL_DAMPING = 4,  /* and not: damping of springs, efforts over t, q and qd */
     MODEL_SYMBOLS = 8,  /* numbers as expressions of parameters */
     MODEL_PLAIN = 16,   /* joints of plain motions, loops of balls and rods: many assemble and move */
-    MODEL_BUSHINGS = 32 /* two, beside other forces */
+    MODEL_BUSHINGS = 32, /* two, beside other forces */
+    MODEL_DRIVES = 64    /* a motion led over time, by parameters as well with MODEL_SYMBOLS */
 };
 
 /* -- writing ----------------------------------------------------------------------------------------- */
