@@ -102,6 +102,11 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
         put_needs(text, model, kinds[kind].name, kinds[kind].needs, flags);
         kmp_text_put(text, "}\n");
     }
+    if (flags & MODEL_DRIVES) { /* h_t of it changes with q */
+        const char *a = model->motions[pick(model->motion_count)].name;
+        const char *b = model->motions[pick(model->motion_count)].name;
+        kmp_text_printf(text, "  T: {constraint: \"sin(q(%s) + q(%s) + 2*t + 0.2) + 0.3*t*q(%s)^2\"}\n", a, b, a);
+    }
 }
 
 static inline void put_drive(kmp_text *text, const kempe_model *model, unsigned flags)
