@@ -4,6 +4,8 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
+#include "model/model.h"
+#include <math.h>
 #include <string.h>
 
 static bool make_room(kmp_operating *o)
@@ -163,6 +165,40 @@ void kmp_operating_free(kmp_operating *operating)
     kmp_free(operating);
 }
 
+/* A coordinate along which something that is no number acts, or changes with the state; -1: none. */
+static int find_no_number(const kmp_linear *l)
+{
+    const kmp_tangents *t = &l->tangents;
+    for (int k = 0; k < l->n; k++)
+        if (!isfinite(l->force[k]))
+            return k;
+    static const kmp_tangent_block blocks[] = {KMP_R_Q, KMP_R_QD};
+    for (size_t b = 0; !l->plain && b < sizeof blocks / sizeof *blocks; b++)
+        for (int e = t->start[blocks[b]]; e < t->start[blocks[b] + 1]; e++)
+            if (!isfinite(l->d[t->entry[e].source]))
+                return t->entry[e].row;
+    return -1;
+}
+
+/* What stands where the state was taken has its sentence. */
+static kempe_status explain(const kmp_linear *l, kempe_status status)
+{
+    kempe_context *context = l->system->context;
+    int k = status == KEMPE_OK ? find_no_number(l) : -1;
+    if (k >= 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "what acts along '%s' is not finite at the state, or changes without bound: a spring that has "
+                        "no length there, a bushing "
+                        "turned by half a turn, or an expression beyond its range; begin elsewhere",
+                        l->system->model->motions[k].name);
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
+        return kmp_fail(
+            context, status,
+            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
+            "which closures lose rank");
+    return status;
+}
+
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)
 {
     if (operating->chart)
@@ -178,5 +214,5 @@ kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *line
     status = operating->equilibrium ? kmp_linear_at(linear, operating->t, operating->inner_q, ud, NULL)
                                     : kmp_linear_at_motion(linear, operating->t, operating->inner_q, ud);
     kmp_free(ud);
-    return status;
+    return explain(linear, status);
 }

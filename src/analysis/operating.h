@@ -29,7 +29,8 @@ void kmp_operating_free(kmp_operating *operating);
 kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, kmp_search *search);
 
 /** Takes `linear` there: its charts, independent coordinates (`wish`: those that the caller wants), rates, and the
- *  accelerations that the equations give (zero at an equilibrium). Errors as kmp_linear_choose and kmp_linear_at. */
+ *  accelerations that the equations give (zero at an equilibrium). Errors as kmp_linear_choose; KEMPE_E_FAILED
+ * with a sentence also where the state cannot be had, or what acts there is not finite. */
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
 
 /** Whether what goes on steadily leaves the forces as they are, at a state that was found. KEMPE_E_FAILED: it does not.

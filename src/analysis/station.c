@@ -113,7 +113,7 @@ kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
         status = find_state(s);
     if (status != KEMPE_OK)
         return status;
-    status = explain(s, kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count));
+    status = kmp_operating_take(s->state, &s->linear, s->ask.wish, s->ask.wish_count);
     if (status != KEMPE_OK)
         return status;
     if (s->linear.p == 0)

@@ -485,6 +485,20 @@ static void what_is_asked_wrongly_is_told(void)
     unload(&m);
 }
 
+/* Whose moment has no limit at half a turn: the mass is blamed for nothing. */
+static void a_bushing_turned_by_half_a_turn_is_told(void)
+{
+    loaded m = load_text("kempe: 1\nground: {points: {P: [0, 0, 0]}}\nbodies:\n"
+                         "  a: {joint: {motions: [{R: [1, 2, 3]}], at: ground.P}, mass: 1, inertia: {xx: 1, yy: 1, zz: "
+                         "1}, points: {P: {at: [0, 0, 0], "
+                         "axes: {x: -x, z: z}}}}\n"
+                         "forces: {u: {bushing: [ground.P, a.P], rotational_stiffness: [1, 2, 3]}}\n");
+    kempe_modes *modes = NULL;
+    CHECK(kempe_modes_new(m.system, &(kempe_modes_ask){.at = "start"}, &modes) == KEMPE_E_FAILED && !modes);
+    CHECK(strstr(kempe_context_message(m.context), "what acts along 'a' is not finite at the state") != NULL);
+    unload(&m);
+}
+
 int main(void)
 {
     TEST(a_quarter_car_is_its_quartic);
@@ -500,5 +514,6 @@ int main(void)
     TEST(curves_that_cross_go_on_as_themselves);
     TEST(buckling_is_found_by_halves);
     TEST(what_is_asked_wrongly_is_told);
+    TEST(a_bushing_turned_by_half_a_turn_is_told);
     return check_report();
 }
