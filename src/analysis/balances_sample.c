@@ -55,7 +55,7 @@ static kempe_status try_start(sampling *s, const kempe_assembly *a)
     if (status == KEMPE_OK) {
         e->found++;
         status = kmp_balances_keep(e, s->l, &search, s->start->q);
-    } else if (status == KEMPE_E_FAILED) {
+    } else if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED) { /* what is found stays */
         kmp_context_clear(e->system->context);
         status = KEMPE_OK;
     }

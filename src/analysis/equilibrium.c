@@ -224,6 +224,8 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     if (status == KEMPE_OK) {
         memcpy(w.q, q, (size_t)w.n * sizeof *q);
         status = find(&w);
+        if (status == KEMPE_E_FAILED && kmp_interrupted(linear->system->context))
+            status = KEMPE_STOPPED;
         search->residual = w.residual;
     }
     if (status == KEMPE_OK)

@@ -127,15 +127,15 @@ static char *quoted(const char *s)
 }
 
 /* The JSON of a failure before there was a result. */
-static kempe_status report_failure(const cli_job *j, const char *reason)
+static kempe_status report_failure(const cli_job *j, const char *word, const char *reason)
 {
-    static const char *const format = "{\"model\": %s, \"status\": \"failed\", \"reason\": %s, \"build_s\": null}\n";
+    static const char *const format = "{\"model\": %s, \"status\": \"%s\", \"reason\": %s, \"build_s\": null}\n";
     char *why = quoted(reason), *name = j->model ? quoted(kempe_model_name(j->model)) : NULL;
-    size_t size = strlen(format) + (why ? strlen(why) : 0) + (name ? strlen(name) : 4);
+    size_t size = strlen(format) + strlen(word) + (why ? strlen(why) : 0) + (name ? strlen(name) : 4);
     char *text = malloc(size);
     kempe_status status = KEMPE_E_MEMORY;
     if (why && text && (name || !j->model)) {
-        snprintf(text, size, format, name ? name : "null", why);
+        snprintf(text, size, format, name ? name : "null", word, why);
         status = write_json(j, text);
     }
     free(text);
@@ -149,11 +149,17 @@ static kempe_status report_failure(const cli_job *j, const char *reason)
 /* Says what went wrong, and leaves a JSON object also when there is no result to print. */
 void cli_tell_failure(const cli_job *j, kempe_status status, bool has_result)
 {
+    static const char stopped[] = "interrupted before there was a result";
+    if (status == KEMPE_STOPPED && !has_result) {
+        complain(status, stopped);
+        if (j->settings->json)
+            report_failure(j, "stopped", stopped);
+    }
     if (status >= 0)
         return;
     complain(status, kempe_context_message(j->context));
     if (j->settings->json && !has_result)
-        report_failure(j, kempe_context_message(j->context));
+        report_failure(j, "failed", kempe_context_message(j->context));
 }
 
 kempe_status cli_tell_written(const cli_job *j, kempe_status written)
@@ -217,7 +223,7 @@ int cli_refuse(const char *json)
     const cli_settings settings = {.json = json};
     cli_job j = {.settings = &settings, .context = json ? kempe_context_new() : NULL};
     if (j.context)
-        report_failure(&j, cli_complaint());
+        report_failure(&j, "failed", cli_complaint());
     kempe_context_free(j.context);
     return CLI_USAGE;
 }

@@ -902,7 +902,15 @@ class Simulate(Case):
             self.assertEqual("the energy balance is off by" in done.stderr, told)
 
     def test_interrupt(self):
-        run = subprocess.Popen([KEMPE, "simulate", FOUR_BAR, "--t-end", "1e6", "--rtol", "1e-12", "--json", "-"],
+        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e6", "--rtol", "1e-12")
+
+    def test_interrupt_without_result(self):
+        """Where there is nothing to show yet the object and a sentence are there all the same."""
+        self.interrupt("response", ROOT / "examples/suspension/suspension.yaml", "--inputs", "force(chassis.R.z)",
+                       "--frequencies", "1:2:900000")
+
+    def interrupt(self, *words):
+        run = subprocess.Popen([KEMPE, *words, "--json", "-"],
                                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         try:
             run.wait(0.5)

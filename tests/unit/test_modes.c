@@ -450,7 +450,7 @@ static void what_is_asked_wrongly_is_told(void)
                  {{.u = "hub"}, KEMPE_E_ARGUMENT, "'hub'"},
                  {{.vary = "bdy=1:2"}, KEMPE_E_ARGUMENT, "did you mean 'body'"},
                  {{.vary = "body=1"}, KEMPE_E_ARGUMENT, "two ends"},
-                 {{.vary = "body=1:2:1"}, KEMPE_E_ARGUMENT, "2 or more"},
+                 {{.vary = "body=1:2:1"}, KEMPE_E_ARGUMENT, "2 to 1000000"},
                  {{.vary = "body=1:2,wheel=1:2"}, KEMPE_E_ARGUMENT, "one thing"},
                  {{.vary = "body=x"}, KEMPE_E_ARGUMENT, "body"},
                  {{.orders = "1,-2"}, KEMPE_E_ARGUMENT, "'-2'"},
