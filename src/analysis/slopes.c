@@ -147,11 +147,25 @@ static kmp_ref curve(const kmp_equations *eq, int row)
     return sum;
 }
 
+/* The characteristic length: of the lever that is the longest with the values at hand. */
+static kmp_ref length(const gather *g)
+{
+    kmp_graph *graph = g->eq.graph;
+    const kmp_lever lever = kmp_system_lever(g->eq.model);
+    kmp_ref square = KMP_ZERO;
+    for (int i = 0; i < 3; i++) {
+        kmp_ref d =
+            kmp_sub(graph, kmp_tree_number(&g->eq.tree, &lever.to[i]), kmp_tree_number(&g->eq.tree, &lever.from[i]));
+        square = kmp_add(graph, square, kmp_mul(graph, d, d));
+    }
+    return lever.length > 0 ? kmp_sqrt(graph, square) : KMP_ONE;
+}
+
 static bool add_equations(gather *g)
 {
     int n = g->s->n, m = g->s->m;
     const kmp_start *start = &g->eq.model->start;
-    g->of = KMP_NEW(kmp_ref, 3 * m + 3 * n);
+    g->of = KMP_NEW(kmp_ref, 3 * m + 3 * n + 1);
     if (!g->of || !begin_matrix(&g->s->equations, g->s->count))
         return false;
     for (int i = 0; i < m; i++) {
@@ -164,7 +178,8 @@ static bool add_equations(gather *g)
         g->of[3 * m + n + i] = kmp_tree_number(&g->eq.tree, &start->q[i]);
         g->of[3 * m + 2 * n + i] = kmp_tree_number(&g->eq.tree, &start->qd[i]);
     }
-    g->of_count = 3 * m + 3 * n;
+    g->of[3 * m + 3 * n] = length(g);
+    g->of_count = 3 * m + 3 * n + 1;
     return add_parameters(g, &g->s->equations);
 }
 
@@ -424,9 +439,18 @@ void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
     memset(qd, 0, (size_t)n * sizeof *qd);
     for (int e = x->start[k]; e < x->start[k + 1]; e++) {
         int i = x->entry[e].row - first;
-        if (i >= 0)
+        if (i >= 0 && i < 2 * n)
             (i < n ? q : qd)[i % n] = slopes->value[OF_EQUATIONS][x->entry[e].source];
     }
+}
+
+double kmp_slopes_of_length(const kmp_slopes *slopes, int k)
+{
+    const kmp_slope_matrix *x = &slopes->equations;
+    for (int e = x->start[k]; e < x->start[k + 1]; e++)
+        if (x->entry[e].row == 3 * slopes->m + 3 * slopes->n)
+            return slopes->value[OF_EQUATIONS][x->entry[e].source];
+    return 0;
 }
 
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,

@@ -25,7 +25,7 @@ typedef struct kmp_slopes {
     int n, m, count; /* parameters */
     int shown;       /* output values */
     kmp_slope_matrix
-        equations;            /* rows: h, rate, curve (m each), force, start q and qd (n each); a column a parameter */
+        equations; /* rows: h, rate, curve (m each), force, start q and qd (n each), length; a column a parameter */
     kmp_slope_matrix outputs; /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
     kmp_slope_matrix events;  /* likewise; rows: the conditions of the system */
     kmp_program *program[3];  /* of the equations, outputs, events; NULL: nothing in them, or not asked for */
@@ -53,6 +53,9 @@ void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double 
 
 /** By parameter k: of the model's start values and rates (n each), wherever the state is. */
 void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
+
+/** By parameter k: of the characteristic length. */
+double kmp_slopes_of_length(const kmp_slopes *slopes, int k);
 
 /** out[k] += what changes of w'(h, rate, curve, force) by parameter k, for all of them; a NULL part of w is zero. */
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,

@@ -7,7 +7,8 @@
  *
  *     d = S Jf' mu      Jf d = -(J qd_given + h_t)      S = scale^2 of the free coordinates,
  *
- * whose derivative is  dd = S (dJf' mu + Jf' dmu)  with  Jf dd  from the closures. */
+ * whose derivative is  dd = dS Jf' mu + S (dJf' mu + Jf' dmu)  with  Jf dd  from the closures; dS from the
+ * characteristic length. */
 #include "analysis/varied.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
@@ -221,7 +222,8 @@ static void pull_all(beginning *b, const double *dq)
     }
 }
 
-/* dqd of one parameter: given rates as they move, c = S dJf' mu, and the least correction to the closures. */
+/* dqd of one parameter: given rates as they move, c = dS Jf' mu + S dJf' mu, and the least correction to the closures.
+ */
 static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
 {
     kmp_varied *v = b->v;
@@ -229,8 +231,12 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     const double *scale = v->system->scale;
     double *rows = b->without;
     kmp_slopes_of_start(v->slopes, k, b->x, dqd);
-    for (int i = 0; i < n; i++)
+    double longer = 2 * kmp_slopes_of_length(v->slopes, k) / v->system->length;
+    for (int i = 0; i < n; i++) {
+        bool moves = b->free[i] && !v->system->model->motions[i].rotation;
         dqd[i] += b->free[i] ? scale[i] * scale[i] * b->with[k * n + i] : 0;
+        dqd[i] += moves ? longer * (b->a->qd[i] - v->system->model->start.qd[i].value) : 0;
+    }
     kmp_slopes_of_parameter(v->slopes, k, rows + m, rows, rows + 2 * m, rows + 3 * m); /* rows: of the rate */
     kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
     for (int r = 0; r < m; r++) {

@@ -38,37 +38,64 @@ static double norm3(const kmp_number v[3])
     return sqrt(v[0].value * v[0].value + v[1].value * v[1].value + v[2].value * v[2].value);
 }
 
+/* `best` becomes |to - from| if that is longer; from NULL: zero. */
+static void offer(kmp_lever *best, const kmp_number to[3], const kmp_number *from)
+{
+    kmp_lever lever = {0};
+    kmp_number d[3] = {{0}};
+    for (int k = 0; k < 3; k++) {
+        lever.to[k] = to[k];
+        if (from)
+            lever.from[k] = from[k];
+        d[k].value = lever.to[k].value - lever.from[k].value;
+    }
+    lever.length = norm3(d);
+    if (lever.length > best->length)
+        *best = lever;
+}
+
 /* How far a point is from its body's joint. */
-static double lever(const kempe_model *model, int point)
+static void offer_point(kmp_lever *best, const kempe_model *model, int point)
 {
     const kmp_point *p = &model->points[point];
     int to = model->bodies[p->body].to;
-    kmp_number d[3];
-    for (int k = 0; k < 3; k++)
-        d[k] = (kmp_number){.value = p->at[k].value - (to < 0 ? 0 : model->points[to].at[k].value)};
-    return norm3(d);
+    offer(best, p->at, to < 0 ? NULL : model->points[to].at);
 }
 
-/* The largest lever of the mechanism: the offsets of joints and closure points in their bodies, start values of
- * translations, lengths of rods; 1 m when nothing has a length. */
-static double characteristic_length(const kempe_model *model)
+static void offer_number(kmp_lever *best, const kmp_number *number)
 {
-    double length = 0;
+    const kmp_number along[3] = {*number};
+    offer(best, along, NULL);
+}
+
+kmp_lever kmp_system_lever(const kempe_model *model)
+{
+    kmp_lever best = {0};
     for (int b = 1; b < model->body_count; b++)
         if (model->bodies[b].at >= 0 && model->bodies[b].parent > 0)
-            length = fmax(length, lever(model, model->bodies[b].at));
+            offer_point(&best, model, model->bodies[b].at);
     for (int c = 0; c < model->closure_count; c++) {
-        length = fmax(length, model->closures[c].length.value);
+        if (model->closures[c].length.value > 0)
+            offer_number(&best, &model->closures[c].length);
         for (int k = 0; k < 2; k++)
             if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
-                length = fmax(length, lever(model, model->closures[c].point[k]));
+                offer_point(&best, model, model->closures[c].point[k]);
     }
-    bool levers = length > 0;
+    bool levers = best.length > 0;
     for (int k = 0; !levers && k < model->motion_count; k++)
         if (!model->motions[k].rotation)
-            length = fmax(length, fabs(model->start.q[k].value));
-    for (int b = 1; length == 0 && b < model->body_count; b++)
-        length = fmax(length, norm3(model->bodies[b].com));
+            offer_number(&best, &model->start.q[k]);
+    levers = best.length > 0;
+    for (int b = 1; !levers && b < model->body_count; b++) {
+        offer(&best, model->bodies[b].com, NULL);
+        levers = best.length > 0;
+    }
+    return best;
+}
+
+static double characteristic_length(const kempe_model *model)
+{
+    double length = kmp_system_lever(model).length;
     return length > 0 ? length : 1;
 }
 

@@ -68,6 +68,17 @@ struct kempe_system {
     void *force_user;
 };
 
+/** A length of a mechanism: |to - from|. */
+typedef struct kmp_lever {
+    kmp_number to[3], from[3];
+    double length;
+} kmp_lever;
+
+/** The one that is the characteristic length: the largest of the offsets of joints and closure points in their bodies
+ * and lengths of rods, else of start values of translations, else of centres of mass. Its length is 0 where nothing has
+ * any: then it is 1 m. */
+kmp_lever kmp_system_lever(const kempe_model *model);
+
 /** Scales and values of parameters anew, from a model whose numbers have changed (model/variant.h). false: no memory.
  */
 bool kmp_system_rescale(kempe_system *system);
