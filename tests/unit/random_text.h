@@ -13,10 +13,10 @@ enum { MODEL_MAX_N = 96, MODEL_MAX_BODIES = 80 };
 /* What a random model has. */
 enum {
     MODEL_LOOPS = 1,
-    MODEL_FORCES = 2,   /* springs and efforts, conservative */
-    MODEL_DAMPING = 4,  /* and not: damping of springs, efforts over t, q and qd */
-    MODEL_SYMBOLS = 8,  /* numbers as expressions of parameters */
-    MODEL_PLAIN = 16,   /* joints of plain motions, loops of balls and rods: many assemble and move */
+    MODEL_FORCES = 2,    /* springs and efforts, conservative */
+    MODEL_DAMPING = 4,   /* and not: damping of springs, efforts over t, q and qd */
+    MODEL_SYMBOLS = 8,   /* numbers as expressions of parameters */
+    MODEL_PLAIN = 16,    /* joints of plain motions, loops of balls and rods: many assemble and move */
     MODEL_BUSHINGS = 32, /* two, beside other forces */
     MODEL_DRIVES = 64    /* a motion led over time, by parameters as well with MODEL_SYMBOLS */
 };
