@@ -86,6 +86,7 @@ CALLS = [
     ("simulate model.yaml --dynamics bodies", 3),
     ("simulate model.yaml --change-points skip", 3),
     (f"simulate {ROOT}/tests/models/rounded_inertia.yaml --dynamics articulated", 1),
+    (f"modes {ROOT}/tests/models/half_turn.yaml --at start", 1),
     ("simulate model.yaml --rtol 1e-20", 3),
     ("simulate model.yaml --every 1e-12", 3),
     ("simulate model.yaml -o nowhere/out.csv", 1),

@@ -31,7 +31,8 @@ typedef struct kempe_equilibrium_ask {
 typedef struct kempe_equilibrium kempe_equilibrium;
 
 /** Looks from the assembled start. `ask` NULL: a static equilibrium. KEMPE_E_ARGUMENT: a name, or a number, of what is
- *  asked. KEMPE_E_FAILED: it does not assemble, or no equilibrium is found, and why. The system must outlive it. */
+ *  asked. KEMPE_E_FAILED: it does not assemble, or no equilibrium is found, and why. KEMPE_STOPPED: interrupted before
+ *  one was found. The system must outlive it. */
 KEMPE_API kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_ask *ask,
                                              kempe_equilibrium **equilibrium);
 KEMPE_API void kempe_equilibrium_free(kempe_equilibrium *equilibrium);

@@ -278,7 +278,7 @@ static bool store_number(const option *o, const char *text, double *value)
         cli_complain("--%s needs a positive number, not '%s'", o->name, text);
         return false;
     }
-    if (o->kind == OPTION_WHOLE && x != floor(x)) {
+    if (o->kind == OPTION_WHOLE && (x > 1e15 || x != (double)(long long)x)) {
         cli_complain("--%s needs a whole number, not '%s'", o->name, text);
         return false;
     }
