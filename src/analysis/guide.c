@@ -14,6 +14,9 @@
 #define RANK_TOLERANCE 1e-10
 /* A row that was dropped as redundant, open by so much, is not. */
 #define OPEN 1e-9
+/* What Newton's method may leave of h where rows beside the closed position make its matrix a bad one: two digits below
+ * what the rank that is then decided asks for. */
+#define STALLED (RANK_TOLERANCE / 100)
 /* What Newton may add to a prediction: a part of the way, or so little at any rate; and how long the way may be (rad,
  * or characteristic lengths). */
 #define TRUSTED_PART 0.1
@@ -265,7 +268,7 @@ static kempe_status settle(kmp_guide *g, double t)
 static kempe_status close_anew(kmp_guide *g, double t, bool *closed)
 {
     kempe_status status = choose(g, t, g->trial);
-    *closed = status == KEMPE_OK && close_trial(g, t);
+    *closed = status == KEMPE_OK && (close_trial(g, t) || kmp_plant_residual(g->plant) <= STALLED);
     if (!*closed)
         return status;
     status = choose(g, t, g->trial);
