@@ -289,13 +289,12 @@ static kempe_status drive_times(job *j)
 
 static kempe_status prepare_motion(job *j)
 {
-    kempe_status status = j->ask->motion ? read_table(j) : KEMPE_OK;
-    if (status != KEMPE_OK)
-        return status;
+    if (j->ask->motion) {
+        kempe_status status = read_table(j);
+        return status == KEMPE_OK ? table_times(j) : status;
+    }
     if (j->r->motion == KMP_INVERSE_DRIVES)
         return drive_times(j);
-    if (j->r->motion == KMP_INVERSE_TABLE)
-        return table_times(j);
     j->times = (kmp_times){.count = 1, .t = KMP_NEW(double, 1)};
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
