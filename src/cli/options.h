@@ -23,7 +23,8 @@ enum {
     CLI_MODES = 2048,
     CLI_RESPONSE = 4096,
     CLI_SENSITIVITY = 8192,
-    CLI_ALL = 16383
+    CLI_CONTACT = 16384,
+    CLI_ALL = 32767
 };
 
 /* What the user asked for. Texts point into argv; NULL and 0 mean not given. */

@@ -8,6 +8,7 @@
 #include "model/change_points.h"
 #include "model/dynamics.h"
 #include "model/expression.h"
+#include "model/wheels.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
@@ -83,6 +84,7 @@ typedef struct kmp_closure {
     int term_count;             /* 0: it couples nothing */
     const kmp_number *constant; /* of a coupling; NULL: its value at the start */
     const kmp_named_table *table; /* of a curve that is given by one */
+    int wheel;                    /* of a wheel's contact; meaningless otherwise */
     const kmp_expr *curve[2];     /* of a curve: over x, y, z of the first point's axes */
     int curve_side[2];            /* 1: y equals it, 2: z does; 0: it is zero on the curve */
     int curve_count;              /* so many of these: rows */
@@ -120,6 +122,7 @@ typedef struct kmp_force {
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
         preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;
+    int wheel; /* of a wheel's contact; meaningless otherwise */
 } kmp_force;
 
 /** What assembly brings as near to a value as the closures let it: a coordinate, or the position of a point. */
@@ -178,6 +181,12 @@ struct kempe_model {
     int parameter_count;
     kmp_named_table *tables;
     int table_count;
+    kmp_profile *profiles;
+    int profile_count;
+    kmp_track *tracks;
+    int track_count;
+    kmp_wheel *wheels;
+    int wheel_count;
     kmp_body *bodies; /* bodies[0] is "ground" */
     int body_count;   /* ground included */
     kmp_point *points;

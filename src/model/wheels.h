@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Wheels on rails as the model has them. Of either rail of a track, and of a wheel on it, the lateral coordinate counts
+ * outwards, away from the middle of the track: left and right are the same but for the sign. */
+#ifndef KMP_MODEL_WHEELS_H
+#define KMP_MODEL_WHEELS_H
+
+#include "model/expression.h"
+#include <stdbool.h>
+
+struct kmp_table;
+
+enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8 };
+
+typedef enum kmp_track_side { KMP_TRACK_LEFT, KMP_TRACK_RIGHT } kmp_track_side;
+
+/** A cross-section: the height of a surface over its lateral coordinate, m, upwards and outwards. Of a wheel, both from
+ * the point where the radius is the nominal one, the wheel standing: the flange has negative lateral coordinates and
+ * heights. Of a rail, both from the middle of its top, the rail upright. */
+typedef struct kmp_profile {
+    const char *name;
+    struct kmp_table *height; /* a cubic spline; NULL while something is wrong with it */
+} kmp_profile;
+
+/** What the rails' places are over the arc length, beside the ideal track, m: NULL where there is none. */
+typedef struct kmp_irregularities {
+    const struct kmp_table *alignment; /* leftwards, of both rails */
+    const struct kmp_table *level;     /* upwards, of both rails */
+    const struct kmp_table *cross;     /* left rail above the right one */
+    const struct kmp_table *gauge;     /* wider */
+} kmp_irregularities;
+
+/** A track. Its axes, x forwards, y left and z up, begin at a point of the ground and are those of the point; z = 0 is
+ * the plane on top of both rails. */
+typedef struct kmp_track {
+    const char *name;
+    int point;
+    const kmp_profile *profile; /* of the rails, upright */
+    double gauge, gauge_depth, inclination;
+    struct kmp_table *rail; /* height of an inclined rail over the lateral coordinate from the track's middle */
+    double rail_at;         /* where the profile's origin is there */
+    bool curved;            /* otherwise it is straight, level, and what follows is NULL */
+    struct kmp_table *x, *y, *heading; /* of the middle line over its arc length */
+    struct kmp_table *cant;            /* angle about the middle line's direction; NULL: none */
+    struct kmp_table *height;          /* of the middle line; NULL: it stays level */
+    kmp_irregularities irregularities;
+    double length; /* of what was described; beyond, it goes on straight */
+} kmp_track;
+
+typedef enum kmp_contact_form {
+    KMP_CONTACT_RIGID,  /* a closure of one row, whose multiplier is the normal force */
+    KMP_CONTACT_ELASTIC /* a normal force in each zone, of its penetration */
+} kmp_contact_form;
+
+typedef enum kmp_creep_law {
+    KMP_CREEP_NONE,
+    KMP_CREEP_LINEAR, /* Kalker's */
+    KMP_CREEP_SHEN,   /* Shen, Hedrick and Elkins */
+    KMP_CREEP_POLACH,
+    KMP_CREEP_TANH, /* each component saturated by itself (Jaschinski) */
+    KMP_CREEP_LAWS
+} kmp_creep_law;
+
+/** A wheel on a rail. */
+typedef struct kmp_wheel {
+    const char *name;
+    int track; /* of the model's */
+    kmp_track_side side;
+    int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
+    const kmp_profile *profile;
+    kmp_number radius;
+    int zone_count;
+    double zone[KMP_WHEEL_ZONES][2]; /* pieces of the profile that can touch the rail, one contact in each */
+    kmp_contact_form form;
+    int closure, force; /* of the model's; closure -1: elastic */
+    kmp_creep_law law;
+    double poisson;
+    kmp_number shear_modulus, friction;
+    kmp_number stiffness; /* N/m^1.5; with has_stiffness, otherwise that of Hertz */
+    bool has_stiffness;
+    kmp_number damping; /* s/m: N (1 + damping * rate of penetration) */
+    kmp_number speed;   /* below it creepages are regularised, m/s */
+} kmp_wheel;
+
+#endif

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a wheel is against its rail, and where both touch, as expressions. The wheel is a surface of revolution, the
+ * rail its cross-section drawn along the track at the wheel's place. */
+#ifndef KMP_WHEEL_PATCH_H
+#define KMP_WHEEL_PATCH_H
+
+#include "wheel/track.h"
+
+/** A wheel in the cross-section of its rail. */
+typedef struct kmp_wheel_pose {
+    kmp_track_place place;
+    kmp_vec centre;  /* from the ground's origin, axes of the ground's link */
+    kmp_vec axis[3]; /* forwards, outwards, up: unit vectors there (left-handed on the right side) */
+    kmp_ref out, up; /* of the centre, from the track's middle on top of the rails, less what irregularities move */
+    kmp_ref axle[3]; /* unit vector of the axle, outwards, in these axes */
+} kmp_wheel_pose;
+
+/** false: no memory. */
+bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose);
+
+/** Where a zone of a wheel comes nearest to the rail. */
+typedef struct kmp_patch {
+    kmp_ref s;             /* lateral coordinate on the wheel's profile */
+    kmp_ref y;             /* the same on the track */
+    kmp_ref gap;           /* along the common normal, m; negative: penetration */
+    kmp_ref slope;         /* tangent of the contact angle: dz/dy of the rail, positive where it falls inwards */
+    kmp_vec point;         /* the wheel's, from the ground's origin, axes of the ground's link */
+    kmp_vec normal, side;  /* out of the rail; in the contact plane across the track, to the left */
+    kmp_ref along, across; /* relative curvatures, 1/m */
+    kmp_ref weight;        /* 1, and on the way to 0 where the nearest point would be beyond the zone */
+} kmp_patch;
+
+/** false: no memory. */
+bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
+                     kmp_patch *patch);
+
+/** What the wheel slips by there, over its rolling speed. */
+typedef struct kmp_slip {
+    kmp_ref along, across, spin; /* spin in 1/m */
+    kmp_ref speed;               /* rolling speed, regularised */
+    kmp_vec velocity;            /* of the wheel's material point against the rail, m/s */
+} kmp_slip;
+
+bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
+                    kmp_slip *slip);
+
+#endif

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a track is, as expressions. */
+#ifndef KMP_WHEEL_TRACK_H
+#define KMP_WHEEL_TRACK_H
+
+#include "dynamics/kinematics.h"
+#include "model/wheels.h"
+
+/** A cross-section of a track; vectors in the axes of the ground's link. */
+typedef struct kmp_track_place {
+    kmp_ref along;   /* arc length, m */
+    kmp_vec origin;  /* the middle on top of the rails, from the ground's origin */
+    kmp_vec axis[3]; /* forwards, left, up: canted */
+    kmp_ref outwards[KMP_TRACK_SIDES], upwards[KMP_TRACK_SIDES]; /* what irregularities move the rails by, m */
+} kmp_track_place;
+
+/** The cross-section in whose plane a point is (from the ground's origin, axes of the ground's link). Of a curved track
+ *  the arc length is an implicit unknown, on a straight one nothing is. false: no memory. */
+bool kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place);
+
+/** The height of a rail over the lateral coordinate (outwards from the track's middle) as a table of the graph. */
+int kmp_track_rail_table(const kmp_tree *tree, const kmp_track *track);
+
+#endif
