@@ -7,6 +7,8 @@
 #include "symbolic/derivative.h"
 #include "symbolic/live.h"
 #include "symbolic/table.h"
+#include <stdlib.h>
+#include <string.h>
 
 enum { MOST = KMP_IMPLICIT_MOST };
 
@@ -52,22 +54,67 @@ static bool derive_changes(kmp_implicit *b, const kmp_ref *residual)
     return d;
 }
 
-/* Stages: 1 the guess, 2 residuals and slopes. */
-static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref *guess)
+/* The derivative of the merit by the only unknown. */
+static bool derive_merit(kmp_implicit *b, kmp_ref merit, kmp_ref *slope)
 {
-    int n = b->block.unknowns, count[2] = {n, n + n * n};
-    kmp_ref equations[MOST + MOST * MOST];
-    for (int i = 0; i < n; i++)
+    kmp_ref y = kmp_input(b->local, KMP_IN_Q, 0), one = KMP_ONE;
+    kmp_derivative *d = kmp_derivative_new(b->local, 1, &y, &one);
+    if (d)
+        *slope = kmp_derivative_of(d, merit);
+    kmp_derivative_free(d);
+    return d;
+}
+
+/* What a block begins with. */
+typedef struct beginning {
+    const kmp_ref *guess;
+    int candidates;
+    const double *candidate;
+    kmp_ref merit;
+} beginning;
+
+/* Stages: 1 the guess, then the merit of candidates, then residuals and slopes. */
+static bool make_program(kmp_implicit *b, const kmp_ref *residual, const beginning *begin)
+{
+    bool among = begin->candidates > 0;
+    int n = b->block.unknowns, count[3] = {n, 1, n + n * n + (among && n == 1)};
+    kmp_ref equations[MOST + MOST * MOST], guess[MOST];
+    for (int i = 0; i < n; i++) {
         equations[i] = residual[i];
+        guess[i] = among && i == 0 ? KMP_ZERO : begin->guess[i];
+    }
     for (int i = 0; i < n * n; i++)
         equations[n + i] = b->slope[i];
-    const kmp_ref *groups[2] = {guess, equations};
-    b->block.program = kmp_program_new(b->local, 2, count, groups);
+    if (among && n == 1 && !derive_merit(b, begin->merit, &equations[2]))
+        return false;
+    const kmp_ref *groups[3] = {guess, &begin->merit, equations};
+    if (!among) {
+        count[1] = count[2];
+        groups[1] = equations;
+    }
+    b->block.program = kmp_program_new(b->local, among ? 3 : 2, count, groups);
     return b->block.program;
 }
 
-kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
-                               const kmp_ref *guess)
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static bool take_candidates(kmp_implicit *b, const beginning *begin)
+{
+    int count = b->block.candidates = begin->candidates;
+    b->block.candidate = KMP_NEW(double, count);
+    if (b->block.candidate && count > 0) {
+        memcpy(b->block.candidate, begin->candidate, (size_t)count * sizeof(double));
+        qsort(b->block.candidate, (size_t)count, sizeof(double), by_size);
+    }
+    return b->block.candidate;
+}
+
+static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                               const beginning *begin)
 {
     kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
     if (!b) {
@@ -78,11 +125,26 @@ kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, co
     b->block.unknowns = unknowns;
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
-    if (!plain || !derive_slopes(b, residual) || !derive_changes(b, residual) || !make_program(b, residual, guess)) {
+    if (!plain || !take_candidates(b, begin) || !derive_slopes(b, residual) || !derive_changes(b, residual) ||
+        !make_program(b, residual, begin)) {
         kmp_implicit_free(b);
         return NULL;
     }
     return b;
+}
+
+kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                               const kmp_ref *guess)
+{
+    const beginning begin = {.guess = guess};
+    return new_block(local, unknowns, arguments, residual, &begin);
+}
+
+kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                                     const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit)
+{
+    const beginning begin = {guess, candidates, candidate, merit};
+    return new_block(local, unknowns, arguments, residual, &begin);
 }
 
 void kmp_implicit_free(kmp_implicit *b)
@@ -90,6 +152,7 @@ void kmp_implicit_free(kmp_implicit *b)
     if (!b)
         return;
     kmp_program_free(b->block.program);
+    kmp_free(b->block.candidate);
     kmp_graph_free(b->local);
     kmp_free(b);
 }

@@ -16,6 +16,13 @@ typedef struct kmp_implicit kmp_implicit;
  *  no memory, or the local graph has an implicit block of its own. */
 kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
                                const kmp_ref *guess);
+
+/** The same, begun at the best of several places: unknown 0 takes each candidate, the others their guesses, which may
+ *  depend on unknown 0; Newton's method goes on from where `merit`, of arguments and unknowns, is least. The solution
+ * is taken for the least merit nearby: one unknown alone stays in the basin that it begins in, where merit falls
+ * towards it from both sides. guess[0] is not looked at. `candidates` at least 1. */
+kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
+                                     const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit);
 void kmp_implicit_free(kmp_implicit *block);
 
 /** What a program needs of it. */

@@ -202,8 +202,10 @@ void kmp_program_free(kmp_program *p)
     for (int k = 0; k < p->table_count; k++)
         kmp_table_free(p->table[k]);
     kmp_free(p->table);
-    for (int k = 0; k < p->block_count; k++)
+    for (int k = 0; k < p->block_count; k++) {
         kmp_program_free(p->block[k].program);
+        kmp_free(p->block[k].candidate);
+    }
     kmp_free(p->block);
     kmp_free(p);
 }
@@ -264,9 +266,15 @@ int kmp_program_add_block(kmp_program *p, const kmp_block *block)
     if (!blocks)
         return -1;
     p->block = blocks;
-    blocks[p->block_count] = *block;
-    blocks[p->block_count].program = kmp_program_copy(block->program);
-    return blocks[p->block_count].program ? p->block_count++ : -1;
+    kmp_block *added = &blocks[p->block_count];
+    *added = *block;
+    added->candidate = copy(block->candidate, (size_t)block->candidates, sizeof *block->candidate);
+    added->program = added->candidate ? kmp_program_copy(block->program) : NULL;
+    if (!added->program) {
+        kmp_free(added->candidate);
+        return -1;
+    }
+    return p->block_count++;
 }
 
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z)

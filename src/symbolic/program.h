@@ -36,11 +36,15 @@ typedef struct kmp_counts {
     long paper, robotran;
 } kmp_counts;
 
-/** An implicit block: stage 1 of its program gives the first guess of the unknowns q from the arguments p, stage 2
- *  residuals and their derivatives by the unknowns, row by row. */
+/** An implicit block: stage 1 of its program gives the first guess of the unknowns q from the arguments p, the last one
+ *  residuals and their derivatives by the unknowns, row by row. With candidates of unknown 0 there is one between, the
+ *  merit by which the first guess is chosen, and guesses may depend on q[0]; with one unknown the last stage gives the
+ *  merit's derivative too. */
 typedef struct kmp_block {
     int unknowns, arguments;
-    bool linear; /* known to be */
+    bool linear;       /* known to be */
+    int candidates;    /* 0: the guess is the only one */
+    double *candidate; /* increasing */
     struct kmp_program *program;
 } kmp_block;
 

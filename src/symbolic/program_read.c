@@ -146,6 +146,11 @@ static bool read_stage(kmp_program_reader *r)
     return true;
 }
 
+static bool starts_number(const kmp_program_reader *r)
+{
+    return *r->at == '-' || *r->at == '.' || (*r->at >= '0' && *r->at <= '9');
+}
+
 /* "table" has been read. */
 static bool read_table(kmp_program_reader *r)
 {
@@ -161,7 +166,7 @@ static bool read_table(kmp_program_reader *r)
         return kmp_words_complain(r, "'linear' or 'cubic' is wanted here");
     if (!kmp_words_next_line(r))
         return false;
-    while (*r->at == '-' || *r->at == '.' || (*r->at >= '0' && *r->at <= '9')) {
+    while (starts_number(r)) {
         if (!kmp_words_number(r, &r->x[count]) || !kmp_words_number(r, &r->y[count]))
             return false;
         count++;
@@ -185,12 +190,36 @@ static bool check_block(kmp_program_reader *r, const kmp_block *block)
 {
     const kmp_program *p = block->program;
     int n = block->unknowns;
-    if (p->stages != 3 || p->outputs[1] != 0 || p->outputs[2] != n || p->outputs[3] != 2 * n + n * n)
-        return kmp_words_complain(r, "an implicit block has %d outputs in stage 1 and %d in stage 2", n, n + n * n);
+    bool among = block->candidates > 0;
+    int last = n + n * n + (among && n == 1);
+    if (p->stages != 3 + among || p->outputs[1] != 0 || p->outputs[2] != n || (among && p->outputs[3] != n + 1) ||
+        p->outputs[p->stages] != n + among + last)
+        return kmp_words_complain(r, "an implicit block has %d outputs in stage 1%s and %d in stage %d", n,
+                                  among ? ", 1 in stage 2" : "", last, 2 + among);
     for (int k = 0; k < p->input_count; k++) {
         int count = p->input[k].kind == KMP_IN_Q ? n : p->input[k].kind == KMP_IN_PARAMETER ? block->arguments : 0;
         if (p->input[k].index >= (uint32_t)count)
             return kmp_words_complain(r, "an implicit block knows its unknowns q and arguments p alone");
+    }
+    return true;
+}
+
+/* Numbers, one a line, into x. */
+static bool read_candidates(kmp_program_reader *r, kmp_block *block)
+{
+    int *count = &block->candidates;
+    block->candidate = r->x;
+    while (starts_number(r)) {
+        const char *start = r->at;
+        if (!kmp_words_number(r, &r->x[*count]))
+            return false;
+        if (*count > 0 && !(r->x[*count] >= r->x[*count - 1])) {
+            r->at = start;
+            return kmp_words_complain(r, "candidates do not get smaller");
+        }
+        (*count)++;
+        if (!kmp_words_next_line(r))
+            return false;
     }
     return true;
 }
@@ -210,11 +239,11 @@ static bool read_block(kmp_program_reader *r)
         return false;
     if (unknowns < 1 || unknowns > KMP_IMPLICIT_MOST)
         return kmp_words_complain(r, "an implicit block has 1 to %d unknowns", KMP_IMPLICIT_MOST);
-    if (!kmp_words_next_line(r))
+    kmp_block block = {.unknowns = (int)unknowns, .arguments = (int)arguments};
+    if (!kmp_words_next_line(r) || !read_candidates(r, &block))
         return false;
     kmp_program_reader inner = {
         .context = r->context, .file = r->file, .at = r->at, .line_start = r->line_start, .line = r->line};
-    kmp_block block = {.unknowns = (int)unknowns, .arguments = (int)arguments};
     inner.around = r;
     r->status = read_program(&inner, &block.program);
     if (r->status != KEMPE_OK)

@@ -73,6 +73,15 @@ static void print_table(const kmp_table *table, int number, kmp_text *text)
     }
 }
 
+static void print_candidates(const kmp_block *block, kmp_text *text)
+{
+    for (int k = 0; k < block->candidates; k++) {
+        kmp_text_put(text, "    ");
+        kmp_text_number(text, block->candidate[k]);
+        kmp_text_put(text, "\n");
+    }
+}
+
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text)
 {
     kmp_text_put(text, "program 1\n");
@@ -80,6 +89,7 @@ void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_
         print_table(p->table[k], k, text);
     for (int k = 0; k < p->block_count; k++) {
         kmp_text_printf(text, "implicit %d unknowns %d arguments %d\n", k, p->block[k].unknowns, p->block[k].arguments);
+        print_candidates(&p->block[k], text);
         kmp_program_print(p->block[k].program, NULL, text);
     }
     for (int s = 0; s < p->stages; s++) {

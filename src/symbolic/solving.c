@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Newton's method on a block, from its guess: steps are halved while they lead out of the domain or away. */
+/* Newton's method on a block, from its guess: steps are halved while they lead out of the domain or away. Where the
+ * guess of one unknown is the best of several, the way goes downhill in the merit, between the candidates on either
+ * side: a step that leaves them, or gains too little, goes to the middle (Dekker's safeguard). */
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include "symbolic/implicit.h"
@@ -14,7 +16,7 @@ struct kmp_solving {
     const kmp_block *block;
     kmp_interpreter *run;
     double *p, *solved; /* arguments: at hand, and those of y */
-    double y[MOST];
+    double y[MOST], merit;
     bool known;
 };
 
@@ -56,11 +58,15 @@ static double largest(int n, const double *x)
     return size;
 }
 
-/* Residuals and slopes at y. */
+/* Residuals and slopes at y. What the guesses and the merit have in common with them was computed elsewhere. */
 static const double *equations(kmp_solving *s)
 {
     kmp_interpreter_set(s->run, KMP_IN_Q, s->y);
-    return kmp_interpreter_run(s->run, 2);
+    if (s->block->candidates > 0) {
+        (void)kmp_interpreter_run(s->run, 1);
+        s->merit = *kmp_interpreter_run(s->run, 2);
+    }
+    return kmp_interpreter_run(s->run, s->block->program->stages - 1);
 }
 
 /* dy = -A^-1 F. false: singular. */
@@ -104,14 +110,11 @@ static bool is_last(double step, double before, double size)
     return step <= 2 * DBL_EPSILON * size || (step <= 1e-9 * size && step >= 0.5 * before);
 }
 
-static bool solve(kmp_solving *s)
+/* From y on. */
+static bool descend(kmp_solving *s)
 {
     int n = s->block->unknowns;
-    double dy[MOST], before = INFINITY, size;
-    kmp_interpreter_set(s->run, KMP_IN_PARAMETER, s->p);
-    (void)kmp_interpreter_run(s->run, 0);
-    memcpy(s->y, kmp_interpreter_run(s->run, 1), (size_t)n * sizeof(double));
-    size = largest(n, s->y);
+    double dy[MOST], before = INFINITY, size = largest(n, s->y);
     const double *f = equations(s);
     for (int k = 0; k < MOST_STEPS; k++) {
         if (!direction(n, f, dy))
@@ -126,6 +129,141 @@ static bool solve(kmp_solving *s)
         before = step;
     }
     return false;
+}
+
+static double guess_at(kmp_solving *s, double candidate)
+{
+    int n = s->block->unknowns;
+    memset(s->y, 0, sizeof s->y);
+    s->y[0] = candidate;
+    kmp_interpreter_set(s->run, KMP_IN_Q, s->y);
+    const double *guess = kmp_interpreter_run(s->run, 1);
+    if (n > 1) {
+        memcpy(s->y + 1, guess + 1, (size_t)(n - 1) * sizeof(double));
+        kmp_interpreter_set(s->run, KMP_IN_Q, s->y);
+    }
+    return *kmp_interpreter_run(s->run, 2);
+}
+
+/* The candidate with the least merit; -1: none has one. */
+static int best_candidate(kmp_solving *s)
+{
+    int best = -1;
+    double least = INFINITY;
+    for (int k = 0; k < s->block->candidates; k++) {
+        double merit = guess_at(s, s->block->candidate[k]);
+        if (merit < least && isfinite(merit)) {
+            least = merit;
+            best = k;
+        }
+    }
+    return best;
+}
+
+/* Where one unknown is, and between which ends the least merit is looked for. The spacing is that of the candidates
+ * there; where there is one alone, Newton's first step. */
+typedef struct valley {
+    double y, low, high, spacing;
+    double residual, slope, merit_slope, merit;
+} valley;
+
+/* false: there are no values. */
+static bool look(kmp_solving *s, double y, valley *v)
+{
+    s->y[0] = y;
+    const double *f = equations(s);
+    v->y = y;
+    v->residual = f[0];
+    v->slope = f[1];
+    v->merit_slope = f[2];
+    v->merit = s->merit;
+    return isfinite(f[0]) && isfinite(f[1]) && isfinite(f[2]) && isfinite(s->merit);
+}
+
+static valley valley_of(const kmp_block *b, int best)
+{
+    const double *c = b->candidate;
+    bool first = best == 0, last = best == b->candidates - 1;
+    valley v = {.low = first ? -INFINITY : c[best - 1], .high = last ? INFINITY : c[best + 1]};
+    v.spacing = first && last ? INFINITY : first ? v.high - c[best] : last ? c[best] - v.low : (v.high - v.low) / 2;
+    return v;
+}
+
+/* Downhill, to the middle; where there is no end, by a spacing. */
+static double middle(const valley *v)
+{
+    double end = v->merit_slope > 0 ? v->low : v->high;
+    return v->y + copysign(isfinite(end) ? fabs(end - v->y) / 2 : v->spacing, -v->merit_slope);
+}
+
+/* Goes on to y. Where that is no place, or one behind a hill, it becomes an end; narrower hills than a thousandth of
+ * the spacing are none, they are rounding. */
+static void go(kmp_solving *s, valley *v, double y)
+{
+    valley next = *v;
+    bool good = look(s, y, &next);
+    bool hill = next.merit > v->merit && fabs(y - v->y) > 1e-3 * v->spacing;
+    if (good && !hill)
+        *v = next;
+    else if (y > v->y)
+        v->high = y;
+    else
+        v->low = y;
+}
+
+/* Whether Newton's step is the last one, as far as the one before it says: what is left after it is rounding. */
+static bool is_final(double step, double before, double size)
+{
+    double rate = step / before;
+    return is_last(step, before, size) || (step <= 1e-8 * size && step * rate * rate <= DBL_EPSILON / 4 * size);
+}
+
+/* One unknown, from its best candidate. */
+static bool descend_among(kmp_solving *s, int best)
+{
+    valley v = valley_of(s->block, best);
+    double before = INFINITY;
+    if (!look(s, s->block->candidate[best], &v))
+        return false;
+    if (!isfinite(v.spacing))
+        v.spacing = fabs(v.residual / v.slope);
+    for (int k = 0; k < MOST_STEPS; k++) {
+        double step = v.residual == 0 ? 0 : -v.residual / v.slope, y = v.y + step;
+        double size = fmax(fabs(v.y), v.spacing);
+        bool downhill = step * v.merit_slope <= 0;
+        s->y[0] = y;
+        if (!isfinite(size))
+            return false;
+        if (step == 0 || ((downhill || k > 0) && is_final(fabs(step), before, size)))
+            return true;
+        if (v.merit_slope > 0)
+            v.high = v.y;
+        else
+            v.low = v.y;
+        if (!(y > v.low && y < v.high) || !downhill || fabs(step) > before / 2)
+            y = middle(&v);
+        before = fabs(y - v.y);
+        s->y[0] = v.y;
+        if (before == 0)
+            return true;
+        go(s, &v, y);
+    }
+    return false;
+}
+
+static bool solve(kmp_solving *s)
+{
+    int n = s->block->unknowns;
+    kmp_interpreter_set(s->run, KMP_IN_PARAMETER, s->p);
+    (void)kmp_interpreter_run(s->run, 0);
+    if (s->block->candidates > 0) {
+        int best = best_candidate(s);
+        if (best >= 0 && n == 1)
+            return descend_among(s, best);
+        return best >= 0 && isfinite(guess_at(s, s->block->candidate[best])) && descend(s);
+    }
+    memcpy(s->y, kmp_interpreter_run(s->run, 1), (size_t)n * sizeof(double));
+    return descend(s);
 }
 
 double kmp_solving_value(kmp_solving *s, int component)
