@@ -115,6 +115,16 @@ def table():
     return closed({"x": either, "y": either, "csv": ref("word"), "method": {"enum": ["spline", "linear"]}}, ["x", "y"])
 
 
+def profile():
+    either = {"anyOf": [ref("word"), {"type": "array", "items": ref("number")}]}
+    return closed({"y": either, "z": either, "csv": ref("word"), "unit": ref("word")}, ["y", "z"])
+
+
+def track():
+    properties = {key: ref({"at": "word", "rail": "word"}.get(key, "number")) for key in keys("read_tracks.c", "track_keys")}
+    return closed(properties, ["at", "rail", "gauge"])
+
+
 def definitions():
     words = {"type": "array", "items": ref("word")}
     vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
@@ -151,6 +161,8 @@ def definitions():
         "drive": drive(),
         "force": force(),
         "table": table(),
+        "profile": profile(),
+        "track": track(),
         "include": closed(include, ["file"]),
         "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),
         "run": closed(run),
@@ -160,7 +172,8 @@ def definitions():
 def schema():
     parts = {"kempe": {"enum": [1, "1"]}, "name": ref("word"), "gravity": ref("vector"),
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
-             "tables": named(ref("table")), "ground": closed({"points": named(ref("point"))}),
+             "tables": named(ref("table")), "profiles": named(ref("profile")), "tracks": named(ref("track")),
+             "ground": closed({"points": named(ref("point"))}),
              "bodies": dict(named(ref("body")), minProperties=1), "joints": named(ref("edge")),
              "loops": named(ref("loop")),
              "drives": named(ref("drive")), "forces": named(ref("force")), "sensors": named(ref("number")),

@@ -70,7 +70,8 @@ class Schema(unittest.TestCase):
             ("read_closures.c", "closure_keys", d["loop"]), ("read_closures.c", "drive_keys", d["drive"]),
             ("read_forces.c", "force_keys", d["force"]), ("read_include.c", "include_keys", d["include"]),
             ("read_run.c", "start_keys", d["start"]), ("read_run.c", "run_keys", d["run"]),
-            ("read_tables.c", "keys", d["table"])):
+            ("read_tables.c", "keys", d["table"]), ("read_profiles.c", "keys", d["profile"]),
+            ("read_tracks.c", "track_keys", d["track"])):
             self.assertEqual(set(generate.keys(source, array)), set(there["properties"]), array)
         self.assertEqual(set(generate.keys("read_linkage.c", "edge_keys")) - {"free"}, set(d["edge"]["properties"]))
 

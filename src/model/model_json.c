@@ -433,6 +433,7 @@ void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model)
     kmp_model_put_vector(text, model->gravity);
     json_parameters(text, model);
     json_tables(text, model);
+    kmp_model_json_tracks(text, model);
     json_bodies(text, model);
     json_closures(text, model);
     json_cuts(text, model);

@@ -12,6 +12,10 @@ void kmp_model_json(kmp_text *text, const kempe_model *model);
 /** The object without its run settings and its end: what the equations are made of. */
 void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model);
 
+/** Profiles and tracks of either form (model_tracks.c): nothing where there are none. */
+void kmp_model_show_tracks(kmp_text *text, const kempe_model *model);
+void kmp_model_json_tracks(kmp_text *text, const kempe_model *model);
+
 /** "C: revolute, cut as revolute of 5 rows, loop coupler - .. - rocker: it comes after B". */
 void kmp_cut_print(kmp_text *text, const kmp_cut *cut);
 

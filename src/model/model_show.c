@@ -349,6 +349,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "\n");
     show_parameters(text, model);
     show_tables(text, model);
+    kmp_model_show_tracks(text, model);
     show_bodies(text, model);
     show_closures(text, model);
     show_cuts(text, model);

@@ -7,13 +7,14 @@
 #include "model/build.h"
 #include "model/document.h"
 #include "model/named_table.h"
+#include "model/rail.h"
 #include "model/reading.h"
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kmp_model_keys[] = {"kempe",   "include", "name",   "gravity", "parameters", "tables",
-                                      "ground",  "bodies",  "joints", "loops",   "drives",     "forces",
-                                      "sensors", "start",   "run",    NULL};
+const char *const kmp_model_keys[] = {"kempe",    "include", "name",    "gravity", "parameters", "tables",
+                                      "profiles", "tracks",  "ground",  "bodies",  "joints",     "loops",
+                                      "drives",   "forces",  "sensors", "start",   "run",        NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -60,8 +61,10 @@ static void read_parts(kmp_reader *r)
     kmp_read_includes(r);
     kmp_read_parameters(r);
     kmp_read_tables(r);
+    kmp_read_profiles(r);
     read_head(r);
     kmp_read_bodies(r);
+    kmp_read_tracks(r);
     kmp_read_closures(r);
     kmp_read_forces(r);
     kmp_read_start(r);
@@ -183,6 +186,10 @@ void kempe_model_free(kempe_model *model)
         return;
     for (int k = 0; k < model->table_count; k++)
         kmp_named_table_free(&model->tables[k]);
+    for (int k = 0; k < model->profile_count; k++)
+        kmp_profile_free(&model->profiles[k]);
+    for (int k = 0; k < model->track_count; k++)
+        kmp_track_free(&model->tracks[k]);
     kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);

@@ -175,13 +175,36 @@ void kmp_read_chain_axes(kmp_reader *r, const char *chain, const kmp_yaml *node,
 /** Those whose k-th is `first` and whose l-th is in the plane with `second`; false when the two are parallel. */
 bool kmp_square_axes(int k, const double first[3], int l, const double second[3], double m[3][3]);
 
+/* -- points of curves (read_points.c) ----------------------------------------------------------------- */
+
+/** Points of a curve, and where each stands. */
+typedef struct kmp_points {
+    kmp_reader *r;
+    const kmp_yaml *map; /* with both keys, lists of numbers, or with `csv` the names of columns */
+    const char *what, *key[2];
+    kmp_dimension dimension; /* of the numbers in lists */
+    int count;
+    double *x, *y; /* of the first key and of the second one; in scratch memory */
+    kmp_place *place;
+} kmp_points;
+
+/** Reads what is given up to `dimension`; false after a complaint. */
+bool kmp_read_points(kmp_points *p);
+
+/* -- profiles and tracks (read_profiles.c, read_tracks.c) --------------------------------------------- */
+
+/** By its name: NULL after a complaint. */
+const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what);
+
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
 void kmp_read_parameters(kmp_reader *r);
 void kmp_read_tables(kmp_reader *r);
+void kmp_read_profiles(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *node, kmp_body *body);
+void kmp_read_tracks(kmp_reader *r);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Profiles and tracks, as they were understood, in both forms. */
+#include "model/model_print.h"
+#include "symbolic/table.h"
+
+/* -- the summary --------------------------------------------------------------------------------- */
+
+static void show_profile(kmp_text *text, const kmp_profile *profile)
+{
+    const kmp_table *height = profile->height;
+    kmp_text_printf(text, "  %s: %d points, y from %.9g to %.9g\n", profile->name, height->count, height->x[0],
+                    height->x[height->count - 1]);
+}
+
+static void show_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
+{
+    kmp_text_printf(text, "  %s: at ", track->name);
+    kmp_model_put_point(text, model, track->point);
+    kmp_text_printf(text, ", rail %s, gauge %.9g at %.9g below the top, inclination %.9g\n", track->profile->name,
+                    track->gauge, track->gauge_depth, track->inclination);
+}
+
+void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
+{
+    if (model->profile_count > 0)
+        kmp_text_put(text, "profiles\n");
+    for (int i = 0; i < model->profile_count; i++)
+        show_profile(text, &model->profiles[i]);
+    if (model->track_count > 0)
+        kmp_text_put(text, "tracks\n");
+    for (int i = 0; i < model->track_count; i++)
+        show_track(text, model, &model->tracks[i]);
+}
+
+/* -- JSON ---------------------------------------------------------------------------------------- */
+
+static void put_name(kmp_text *text, int i, const char *name)
+{
+    kmp_text_put(text, i > 0 ? ",\n  " : "\n  ");
+    kmp_text_quote(text, name);
+    kmp_text_put(text, ": {");
+}
+
+static void put_list(kmp_text *text, const char *key, int count, const double *x)
+{
+    kmp_text_printf(text, "\"%s\": [", key);
+    for (int k = 0; k < count; k++) {
+        kmp_text_put(text, k > 0 ? ", " : "");
+        kmp_text_number(text, x[k]);
+    }
+    kmp_text_put(text, "]");
+}
+
+static void put_size(kmp_text *text, const char *key, double value)
+{
+    kmp_text_printf(text, ", \"%s\": ", key);
+    kmp_text_number(text, value);
+}
+
+static void json_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
+{
+    kmp_text_put(text, "\"at\": \"");
+    kmp_model_put_point(text, model, track->point);
+    kmp_text_put(text, "\", \"rail\": ");
+    kmp_text_quote(text, track->profile->name);
+    put_size(text, "gauge", track->gauge);
+    put_size(text, "gauge_depth", track->gauge_depth);
+    put_size(text, "inclination", track->inclination);
+}
+
+void kmp_model_json_tracks(kmp_text *text, const kempe_model *model)
+{
+    if (model->profile_count > 0)
+        kmp_text_put(text, ",\n\"profiles\": {");
+    for (int i = 0; i < model->profile_count; i++) {
+        const kmp_table *height = model->profiles[i].height;
+        put_name(text, i, model->profiles[i].name);
+        put_list(text, "y", height->count, height->x);
+        kmp_text_put(text, ", ");
+        put_list(text, "z", height->count, height->y);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, model->profile_count > 0 ? "}" : "");
+    if (model->track_count > 0)
+        kmp_text_put(text, ",\n\"tracks\": {");
+    for (int i = 0; i < model->track_count; i++) {
+        put_name(text, i, model->tracks[i].name);
+        json_track(text, model, &model->tracks[i]);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, model->track_count > 0 ? "}" : "");
+}

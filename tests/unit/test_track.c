@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tracks: rails as the model has them, and where a cross-section is. */
+#include "backend/machine.h"
+#include "base/memory.h"
+#include "check.h"
+#include "model/model.h"
+#include "symbolic/table.h"
+#include "wheel/track.h"
+#include <stdlib.h>
+
+static kempe_context *context;
+
+static kempe_model *read_text(const char *text)
+{
+    kempe_model *model = NULL;
+    if (kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/track.yaml", &model) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(context));
+    CHECK(model != NULL);
+    return model;
+}
+
+/* -- rails --------------------------------------------------------------------------------------- */
+
+static const double head_radius = 0.05;
+
+/* A round rail head, the middle of its top at the origin, from y = -40 mm to 40 mm. */
+static void put_round(kmp_text *text, int count, bool descending)
+{
+    for (int list = 0; list < 2; list++) {
+        kmp_text_put(text, list ? "], z: [" : "y: [");
+        for (int i = 0; i < count; i++) {
+            int k = descending ? count - 1 - i : i;
+            double y = 0.04 * (2.0 * k / (count - 1) - 1);
+            kmp_text_put(text, i > 0 ? ", " : "");
+            kmp_text_number(text, list ? sqrt(head_radius * head_radius - y * y) - head_radius : y);
+        }
+    }
+    kmp_text_put(text, "]");
+}
+
+static kempe_model *read_rails(const char *tracks)
+{
+    kmp_text text = {0};
+    kmp_text_put(&text, "kempe: 1\nprofiles:\n  up: {");
+    put_round(&text, 401, false);
+    kmp_text_put(&text, "}\n  down: {");
+    put_round(&text, 401, true);
+    kmp_text_printf(&text, "}\n  sheet: {csv: rail.csv, y: y, z: z, unit: mm}\n%s", tracks);
+    kmp_text_put(&text, "ground: {points: {O: {at: [1, 2, 3], axes: {x: y, z: [0.6, 0, 0.8]}}}}\n"
+                        "bodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n");
+    kempe_model *model = text.failed ? NULL : read_text(text.s);
+    kmp_text_free(&text);
+    return model;
+}
+
+/* A rail head that is a circle stays one when it is turned: its middle, and so its height, are known. */
+static void round_rail(void)
+{
+    kempe_model *m = read_rails("tracks:\n  line: {at: ground.O, rail: up, gauge: 1435 mm, inclination: 1/20}\n"
+                                "  same: {at: ground.O, rail: down, gauge: 1435 mm, inclination: 1/20}\n"
+                                "  deep: {at: ground.O, rail: down, gauge: 1, gauge_depth: 10 mm}\n");
+    if (!m)
+        return;
+    const double depth[3] = {0.014, 0.014, 0.01}, slope[3] = {0.05, 0.05, 0}, gauge[3] = {1.435, 1.435, 1};
+    for (int k = 0; k < 3; k++) {
+        const kmp_track *t = &m->tracks[k];
+        double middle = gauge[k] / 2 + sqrt(2 * head_radius * depth[k] - depth[k] * depth[k]), worst = 0;
+        CHECK_NEAR(t->rail_at, middle - head_radius * slope[k] / sqrt(1 + slope[k] * slope[k]), 1e-10);
+        for (double y = -0.035; y < 0.035; y += 0.00037) {
+            double z = kmp_table_value(t->rail, 0, middle + y);
+            worst = fmax(worst, fabs(z - (sqrt(head_radius * head_radius - y * y) - head_radius)));
+        }
+        CHECK(worst < 1e-10);
+        CHECK_NEAR(kmp_table_value(t->rail, 0, gauge[k] / 2), -depth[k], 1e-13);
+    }
+    CHECK(kmp_table_equal(m->profiles[0].height, m->profiles[1].height));
+    CHECK(m->profiles[2].height->count == 5 && m->profiles[2].height->y[1] == -0.014);
+    kempe_model_free(m);
+}
+
+/* What overhangs once the rail is turned is left out; without it nothing is. */
+static void overhanging(void)
+{
+    const char *text = "kempe: 1\nprofiles:\n  box: {y: [-0.0351, -0.035, -0.02, 0, 0.02, 0.035, 0.0351],"
+                       " z: [-0.04, -0.01, -0.001, 0, -0.001, -0.01, -0.04]}\n"
+                       "tracks:\n  even: {at: ground.O, rail: box, gauge: 1.4}\n"
+                       "  leaning: {at: ground.O, rail: box, gauge: 1.4, inclination: 1/40}\n"
+                       "ground: {points: {O: [0, 0, 0]}}\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n";
+    kempe_model *m = read_text(text);
+    if (!m)
+        return;
+    CHECK(m->tracks[0].rail->count == 7 && m->tracks[1].rail->count == 6);
+    kempe_model_free(m);
+}
+
+/* Columns in a unit that makes them infinite: what is wrong is said where it stands. */
+static void large_sheet(void)
+{
+    kempe_model *m = NULL;
+    const char *text = "kempe: 1\nprofiles: {a: {csv: large.csv, y: y, z: z, unit: km}}\n"
+                       "bodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n";
+    CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/track.yaml", &m) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "/large.csv:4:1: profile 'a': (inf, 0) m is not finite") != NULL);
+    kempe_model_free(m);
+}
+
+/* -- places -------------------------------------------------------------------------------------- */
+
+static void values_at(const kempe_model *model, const kmp_track *track, const double point[3], double out[17])
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_tree tree;
+    kmp_track_place place;
+    kmp_vec p;
+    CHECK(kmp_tree_init(&tree, g, model, KMP_KEEP_NOTHING, false));
+    for (unsigned k = 0; k < 3; k++)
+        p.x[k] = kmp_input(g, KMP_IN_Q, k);
+    CHECK(kmp_track_at(&tree, track, p, &place));
+    CHECK(kmp_graph_table(g, kmp_track_rail_table(&tree, track)) != NULL);
+    kmp_ref list[17] = {place.along};
+    const kmp_ref *lists[1] = {list};
+    int count = 17;
+    for (int k = 0; k < 3; k++) {
+        list[1 + k] = place.origin.x[k];
+        for (int i = 0; i < 3; i++)
+            list[4 + 3 * i + k] = place.axis[i].x[k];
+    }
+    for (int side = 0; side < 2; side++) {
+        list[13 + 2 * side] = place.outwards[side];
+        list[14 + 2 * side] = place.upwards[side];
+    }
+    kmp_program *program = kmp_program_new(g, 1, &count, lists);
+    kmp_machine *machine = program ? kmp_machine_new(program, kmp_backend_find("tape")) : NULL;
+    CHECK(machine != NULL);
+    if (machine) {
+        kmp_machine_set(machine, KMP_IN_Q, point);
+        (void)kmp_machine_run(machine, 0);
+        memcpy(out, kmp_machine_run(machine, 1), 17 * sizeof *out);
+    }
+    kmp_machine_free(machine);
+    kmp_program_free(program);
+    kmp_tree_free(&tree);
+    kmp_graph_free(g);
+}
+
+static void straight(void)
+{
+    kempe_model *m = read_rails("tracks:\n  line: {at: ground.O, rail: up, gauge: 1435 mm}\n");
+    if (!m)
+        return;
+    double v[17];
+    const double p[3] = {4, 7, 1}, z[3] = {0.6, 0, 0.8}, left[3] = {-0.8, 0, 0.6};
+    values_at(m, &m->tracks[0], p, v);
+    CHECK_NEAR(v[0], 5, 1e-15);
+    const double origin[3] = {1, 7, 3};
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(v[1 + k], origin[k], 1e-15);
+        CHECK_NEAR(v[4 + k], k == 1, 1e-15);
+        CHECK_NEAR(v[7 + k], left[k], 1e-15);
+        CHECK_NEAR(v[10 + k], z[k], 1e-15);
+    }
+    for (int k = 13; k < 17; k++)
+        CHECK(v[k] == 0);
+    kempe_model_free(m);
+}
+
+/* -- what is printed ----------------------------------------------------------------------------- */
+
+static void printed(void)
+{
+    kempe_model *m = read_rails("tracks:\n  line: {at: ground.O, rail: sheet, gauge: 1435 mm, inclination: 1/40}\n");
+    char *text = NULL;
+    if (!m)
+        return;
+    CHECK(kempe_model_print(m, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(strstr(text, "  sheet: 5 points, y from -0.036 to 0.036\n") != NULL);
+    CHECK(strstr(text, "  line: at ground.O, rail sheet, gauge 1.435 at 0.014 below the top, inclination 0.025\n"));
+    kempe_text_free(text);
+    CHECK(kempe_model_print(m, KEMPE_JSON, &text) == KEMPE_OK);
+    CHECK(strstr(text,
+                 "\"sheet\": {\"y\": [-0.036, -0.035, 0, 0.035, 0.036], \"z\": [-0.03, -0.014, 0, -0.014, -0.03]}"));
+    CHECK(strstr(text,
+                 "\"line\": {\"at\": \"ground.O\", \"rail\": \"sheet\", \"gauge\": 1.435, \"gauge_depth\": 0.014, "
+                 "\"inclination\": 0.025}"));
+    kempe_text_free(text);
+    kempe_model_free(m);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(round_rail);
+    TEST(overhanging);
+    TEST(large_sheet);
+    TEST(straight);
+    TEST(printed);
+    kempe_context_free(context);
+    return check_report();
+}
