@@ -206,8 +206,8 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     bool holds = !(c->plant->mode[k] > 0);
-    bool stated =
-        c->s->events.condition[k]->kind != KMP_EXPR_AT_MOST && c->s->events.condition[k]->kind != KMP_EXPR_AT_LEAST;
+    const kmp_expr *e = c->s->events.condition[k].expr;
+    bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_plant_set_mode(c->plant, k, holds);
     kmp_journal_note(c->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
                      holds == stated ? "true" : "false");

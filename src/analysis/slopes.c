@@ -244,7 +244,8 @@ static bool add_events(gather *g)
     g->of_count = g->s->system->events.count;
     g->of = KMP_NEW(kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->of_count; i++)
-        g->of[i] = kmp_tree_event(&g->eq.tree, i);
+        if (!kmp_tree_event(&g->eq.tree, i, &g->of[i]))
+            return false;
     return add_values(g, &g->s->events);
 }
 
@@ -287,7 +288,7 @@ static const struct {
 } parts[PROGRAMS] = {
     [OF_EQUATIONS] = {KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations},
     [OF_OUTPUTS] = {KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs},
-    [OF_EVENTS] = {KMP_SET_CLOSURE, add_events},
+    [OF_EVENTS] = {KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events}, /* all laws and rows: conditions of elements */
 };
 
 static kempe_status derive(kmp_slopes *s, int which, const int *named, const kmp_backend *backend)

@@ -198,6 +198,7 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
     if (!kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted))
         return false;
     tree->events = scene->events;
+    tree->noted = eq->noted;
     return true;
 }
 
@@ -297,7 +298,8 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
     if (eq->graph)
         kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
     eq->run = KMP_NEW(int, eq->n);
-    if (!labelled || !eq->run || !allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
+    eq->noted = KMP_NEW(kmp_noted, 1);
+    if (!labelled || !eq->run || !eq->noted || !allocate(eq) || !add_tree(eq, scene) || !add_ways(eq, scene))
         status = kmp_fail_memory(eq->context);
     else
         kmp_tree_runs(&eq->tree, eq->run);
@@ -332,6 +334,7 @@ void kmp_equations_free(kmp_equations *eq)
 {
     kmp_tree_free(&eq->tree);
     kmp_tree_free(&eq->links);
+    kmp_noted_free(eq->noted);
     kmp_free(eq->run);
     kmp_ways_free(&eq->ways);
     kmp_graph_free(eq->graph);

@@ -60,6 +60,7 @@ typedef struct kmp_equations {
     kempe_context *context;
     const kempe_model *model;
     kmp_graph *graph;
+    kmp_noted *noted;
     kmp_tree tree;  /* what closures, outputs and users see */
     kmp_tree links; /* for the dynamics, when the ways have others */
     kmp_ways ways;

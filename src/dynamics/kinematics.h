@@ -45,13 +45,35 @@ typedef struct kmp_mount {
     kmp_vec p;      /* from the link's origin to the body's, link axes */
 } kmp_mount;
 
+/** A condition: a comparison or a sign in an expression, or one of an element. */
+typedef struct kmp_condition {
+    const void *of; /* the expression, or the part of the model that has it: tells it from others, with the number */
+    int number;
+    const kmp_expr *expr; /* NULL: of an element */
+    char *text;           /* of an element: what the journal calls it */
+} kmp_condition;
+
 /** The conditions of a model, numbered in the order in which they are met: comparisons and signs of what moves. A
  * program for integration takes them as inputs KMP_IN_MODE, which stand still during a step, so that it is smooth;
  * where a condition changes is an event. */
 typedef struct kmp_events {
     int count;
-    const kmp_expr **condition;
+    kmp_condition *condition;
 } kmp_events;
+
+/** What elements' conditions are about in one graph, by their numbers. */
+typedef struct kmp_noted_value {
+    kmp_ref value;
+    bool known;
+} kmp_noted_value;
+
+typedef struct kmp_noted {
+    int count;
+    kmp_noted_value *note;
+} kmp_noted;
+
+void kmp_events_free(kmp_events *events);
+void kmp_noted_free(kmp_noted *noted);
 
 /** What stays a symbol, an input KMP_IN_PARAMETER: nothing, the model's parameters, or with them (numbered after them)
  * every number that a part of the model has: the convention by which generators are compared. Zeros of the data are
@@ -71,6 +93,7 @@ typedef struct kmp_tree {
     kmp_vec gravity;
     const kmp_ref *place; /* 3: what x, y, z of expressions mean; NULL: they have none */
     kmp_events *events;   /* NULL: conditions are evaluated where they stand */
+    kmp_noted *noted;     /* of the graph; there when `events` are */
 } kmp_tree;
 
 /** Where the chart of a spherical joint stands: true for before its three rotations, false for after them, whichever
@@ -104,9 +127,22 @@ kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
 /** An expression of the model language over q, qd, t and parameters as a node. */
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
 
+/** 1 where a < b, which the expression e says, and 0 elsewhere; during a step what stands for it. */
+kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
+
+/** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE that stands for it: for the
+ * laws of forces and the rows of closures. `of` is the part of the model that has the condition (a kmp_force,
+ * kmp_closure, kmp_wheel, ..), `number` tells its conditions apart: whoever asks by the same two has the same
+ * condition, in whatever graph, and the difference has to be the same there. It depends on t, q and qd, and on other
+ * conditions. The text says what holds, for the journal: "wheel 'L': contact in zone 2".
+ *
+ * Rows h of closures may switch by it to a branch of the same value; their J may jump there, and the rates with it. */
+kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
+                           ...) __attribute__((format(printf, 5, 6)));
+
 /** What is negative where condition k holds as `first < second`: first - second. Of a and b in `a < b` and `a >= b`
- *  first is a, otherwise b. */
-kmp_ref kmp_tree_event(const kmp_tree *tree, int k);
+ *  first is a, otherwise b. Of an element, what its law or residual has noted in this graph; false: nothing yet. */
+bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference);
 
 /** Turns v by an angle about a link's axis, when the link rotates. */
 void kmp_link_turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v);

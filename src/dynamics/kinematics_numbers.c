@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Numbers, expressions and conditions of the model as nodes of the graph. */
-#include "base/memory.h"
+/* Numbers and expressions of the model as nodes of the graph. */
 #include "dynamics/kinematics.h"
 #include "model/variant.h"
 #include "symbolic/table.h"
@@ -40,32 +39,6 @@ static kmp_ref parameter(const kmp_tree *tree, int index)
 
 static double constant_value(const kmp_tree *tree, const kmp_expr *e);
 
-/* Number of a condition, -1 when there is no memory. */
-static int event_number(kmp_events *events, const kmp_expr *e)
-{
-    for (int k = 0; k < events->count; k++)
-        if (events->condition[k] == e)
-            return k;
-    const kmp_expr **grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof(const kmp_expr *));
-    if (!grown)
-        return -1;
-    events->condition = grown;
-    events->condition[events->count] = e;
-    return events->count++;
-}
-
-/* a < b, or what stands for it during a step. */
-static kmp_ref condition(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref less = kmp_less(g, a, b);
-    bool moves = kmp_graph_node(g, kmp_id(less))->depends & ~(1u << KMP_IN_PARAMETER);
-    if (!tree->events || !moves)
-        return less;
-    int k = event_number(tree->events, e);
-    return k >= 0 ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
-}
-
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
@@ -102,28 +75,20 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_MUL:
         return kmp_mul(g, a, b);
     case KMP_EXPR_LESS:
-        return condition(tree, e, a, b);
+        return kmp_tree_stated(tree, e, a, b);
     case KMP_EXPR_GREATER:
-        return condition(tree, e, b, a);
+        return kmp_tree_stated(tree, e, b, a);
     case KMP_EXPR_AT_MOST:
-        return kmp_select(g, condition(tree, e, b, a), KMP_ZERO, KMP_ONE);
+        return kmp_select(g, kmp_tree_stated(tree, e, b, a), KMP_ZERO, KMP_ONE);
     case KMP_EXPR_AT_LEAST:
-        return kmp_select(g, condition(tree, e, a, b), KMP_ZERO, KMP_ONE);
+        return kmp_select(g, kmp_tree_stated(tree, e, a, b), KMP_ZERO, KMP_ONE);
     case KMP_EXPR_CALL:
         if (e->function == KMP_FUNCTION_sign)
-            return kmp_select(g, condition(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
+            return kmp_select(g, kmp_tree_stated(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
         return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
     default:
         return kmp_div(g, a, b);
     }
-}
-
-kmp_ref kmp_tree_event(const kmp_tree *tree, int k)
-{
-    const kmp_expr *e = tree->events->condition[k];
-    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
-    bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
-    return turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
 }
 
 /* Exponents are numbers of the program, whatever the parameters do. */

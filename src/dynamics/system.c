@@ -170,7 +170,7 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
 }
 
 /* "'motor': q(A) < 0.2", with the name of the force that the condition belongs to. */
-static char *text_of_event(const kempe_model *model, const kmp_expr *condition)
+static char *text_of_expression(const kempe_model *model, const kmp_expr *condition)
 {
     const kmp_expr_names names = {model, parameter_name, coordinate_name};
     kmp_text text = {0};
@@ -184,27 +184,31 @@ static char *text_of_event(const kempe_model *model, const kmp_expr *condition)
     return kmp_text_take(&text);
 }
 
-/* All conditions are known when the other programs have been derived. */
-static bool make_changes(kempe_system *s, kmp_equations *eq)
+static char *text_of_event(const kempe_model *model, const kmp_condition *condition)
+{
+    return condition->expr ? text_of_expression(model, condition->expr) : kmp_strdup(condition->text);
+}
+
+/* All conditions are known when the other programs have been derived; the equations at hand have all laws and rows. */
+static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
     int count = s->events.count;
     if (count == 0)
-        return true;
+        return KEMPE_OK;
     kmp_ref *out = KMP_NEW(kmp_ref, count);
     const kmp_ref *group = out;
-    s->event_text = KMP_NEW(char *, count);
-    if (!out || !s->event_text)
-        return kmp_free(out), false;
-    for (int k = 0; k < count; k++) {
-        out[k] = kmp_tree_event(&eq->tree, k);
-        s->event_text[k] = text_of_event(s->model, s->events.condition[k]);
+    bool known = true, ok = out && (s->event_text = KMP_NEW(char *, count));
+    for (int k = 0; ok && known && k < count; k++) {
+        known = kmp_tree_event(&eq->tree, k, &out[k]);
+        s->event_text[k] = text_of_event(s->model, &s->events.condition[k]);
+        ok = s->event_text[k];
     }
-    s->changes = kmp_program_new(eq->graph, 1, &count, &group);
+    if (ok && known)
+        s->changes = kmp_program_new(eq->graph, 1, &count, &group);
     kmp_free(out);
-    for (int k = 0; k < count; k++)
-        if (!s->event_text[k])
-            return false;
-    return s->changes;
+    if (!known)
+        return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is not among those of its law");
+    return ok && s->changes ? KEMPE_OK : kmp_fail_memory(s->context);
 }
 
 /* -- the system -------------------------------------------------------------------------------------- */
@@ -272,7 +276,10 @@ static kempe_status derive(kempe_system *s)
     if (ok && status == KEMPE_OK)
         status = derive_sets(s, judge, &eq);
     if (ok && status == KEMPE_OK) {
-        ok = make_judge(s, &eq) && make_changes(s, &eq) && kmp_goals_program(&eq, &s->goals);
+        ok = make_judge(s, &eq);
+        if (ok)
+            status = make_changes(s, &eq);
+        ok = ok && kmp_goals_program(&eq, &s->goals);
         kmp_equations_free(&eq);
     }
     return !ok ? kmp_fail_memory(s->context) : status;
@@ -343,7 +350,7 @@ void kempe_system_free(kempe_system *s)
     for (int k = 0; s->event_text && k < s->events.count; k++)
         kmp_free(s->event_text[k]);
     kmp_free(s->event_text);
-    kmp_free((void *)s->events.condition);
+    kmp_events_free(&s->events);
     kmp_free(s->chart_first);
     kmp_free(s->chart_before);
     kmp_free(s->scale);

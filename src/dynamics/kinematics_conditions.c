@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions: of expressions, and of elements, whose value in a graph is noted when their law or residual is derived
+ * there. */
+#include "base/memory.h"
+#include "base/text.h"
+#include "dynamics/kinematics.h"
+#include <stdarg.h>
+
+void kmp_events_free(kmp_events *events)
+{
+    for (int k = 0; k < events->count; k++)
+        kmp_free(events->condition[k].text);
+    kmp_free(events->condition);
+    *events = (kmp_events){0};
+}
+
+void kmp_noted_free(kmp_noted *noted)
+{
+    if (!noted)
+        return;
+    kmp_free(noted->note);
+    kmp_free(noted);
+}
+
+/* -- numbers of conditions --------------------------------------------------------------------------- */
+
+static int find(const kmp_events *events, const void *of, int number)
+{
+    for (int k = 0; k < events->count; k++)
+        if (events->condition[k].of == of && events->condition[k].number == number)
+            return k;
+    return -1;
+}
+
+/* Takes the text; -1 when there is no memory. */
+static int add(kmp_events *events, kmp_condition condition)
+{
+    kmp_condition *grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof *grown);
+    if (!grown || (!condition.expr && !condition.text)) {
+        events->condition = grown ? grown : events->condition;
+        kmp_free(condition.text);
+        return -1;
+    }
+    events->condition = grown;
+    events->condition[events->count] = condition;
+    return events->count++;
+}
+
+static bool moves(const kmp_graph *g, kmp_ref value)
+{
+    return kmp_graph_node(g, kmp_id(value))->depends & ~(1u << KMP_IN_PARAMETER);
+}
+
+/* -- of expressions ---------------------------------------------------------------------------------- */
+
+kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_ref less = kmp_less(tree->graph, a, b);
+    if (!tree->events || !moves(tree->graph, less))
+        return less;
+    int k = find(tree->events, e, 0);
+    if (k < 0)
+        k = add(tree->events, (kmp_condition){.of = e, .expr = e});
+    if (k < 0)
+        kmp_graph_fail(tree->graph);
+    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : less;
+}
+
+/* -- of elements ------------------------------------------------------------------------------------- */
+
+static bool note(kmp_noted *noted, int k, kmp_ref value)
+{
+    if (k >= noted->count) {
+        kmp_noted_value *grown = kmp_realloc(noted->note, (size_t)k + 1, sizeof *grown);
+        if (!grown)
+            return false;
+        for (int i = noted->count; i <= k; i++)
+            grown[i] = (kmp_noted_value){.known = false};
+        noted->note = grown;
+        noted->count = k + 1;
+    }
+    noted->note[k] = (kmp_noted_value){value, true};
+    return true;
+}
+
+kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
+                           ...)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref less = kmp_less(g, difference, KMP_ZERO);
+    if (!tree->events || !moves(g, less))
+        return less;
+    int k = find(tree->events, of, number);
+    if (k < 0) {
+        kmp_text text = {0};
+        va_list arguments;
+        va_start(arguments, format);
+        kmp_text_vprintf(&text, format, arguments);
+        va_end(arguments);
+        k = add(tree->events, (kmp_condition){.of = of, .number = number, .text = kmp_text_take(&text)});
+    }
+    bool ok = k >= 0 && note(tree->noted, k, difference);
+    if (!ok)
+        kmp_graph_fail(g);
+    return ok ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
+}
+
+bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
+{
+    const kmp_expr *e = tree->events->condition[k].expr;
+    if (!e) {
+        bool known = k < tree->noted->count && tree->noted->note[k].known;
+        *difference = known ? tree->noted->note[k].value : KMP_ZERO;
+        return known;
+    }
+    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
+    bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
+    *difference = turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
+    return true;
+}
