@@ -6,7 +6,7 @@
 
 #include "dynamics/kinematics.h"
 
-enum { KMP_KIND_MAX_ROWS = 6, KMP_KIND_POWER_OF_COORDINATE = -1, KMP_KIND_POWER_GIVEN = -2 };
+enum { KMP_KIND_MAX_ROWS = KMP_CLOSURE_ROWS, KMP_KIND_POWER_OF_COORDINATE = -1, KMP_KIND_POWER_GIVEN = -2 };
 
 typedef struct kmp_closure_kind {
     const char *name;

@@ -99,12 +99,64 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
                 eq->h[eq->m] = h[k];
+                eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
             } else if (status != KEMPE_E_MEMORY) {
                 kempe_status met = constant_row(eq, closure, k, h[k], size);
                 status = met != KEMPE_OK ? met : status;
             }
         }
+    }
+    return status;
+}
+
+/* -- multipliers that forces and sensors ask for ----------------------------------------------------- */
+
+/* The first one that is of no row, NULL when there is none. */
+static const kmp_expr *find_absent(const kmp_equations *eq, const kmp_expr *expr)
+{
+    if (!expr || expr->kind == KMP_EXPR_LAMBDA)
+        return expr && kmp_tree_kept(&eq->tree, expr->index, expr->number) < 0 ? expr : NULL;
+    const kmp_expr *found = find_absent(eq, expr->a);
+    found = found ? found : find_absent(eq, expr->b);
+    return found ? found : find_absent(eq, expr->c);
+}
+
+static int count_kept(const kmp_equations *eq, int closure)
+{
+    int count = 0;
+    while (kmp_tree_kept(&eq->tree, closure, count) >= 0)
+        count++;
+    return count;
+}
+
+static kempe_status complain_absent(const kmp_equations *eq, kmp_place place, const char *what, const char *name,
+                                    const kmp_expr *lambda)
+{
+    const char *loop = eq->model->closures[lambda->index].name;
+    int kept = count_kept(eq, lambda->index);
+    return kmp_complain(eq->context, eq->model->files[place.file], place.line, place.column,
+                        "%s '%s' depends on lambda(%s.%d), but '%s' has %d multiplier%s: rows that no coordinate moves "
+                        "have none",
+                        what, name, loop, lambda->number + 1, loop, kept, kept == 1 ? "" : "s");
+}
+
+static kempe_status check_multipliers(const kmp_equations *eq)
+{
+    const kempe_model *model = eq->model;
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; status == KEMPE_OK && k < model->force_count; k++) {
+        const kmp_force *force = &model->forces[k];
+        const kmp_expr *all[] = {force->effort, force->vector[0], force->vector[1], force->vector[2]}, *absent = NULL;
+        for (size_t i = 0; !absent && i < sizeof all / sizeof *all; i++)
+            absent = find_absent(eq, all[i]);
+        if (absent)
+            status = complain_absent(eq, force->place, "force", force->name, absent);
+    }
+    for (int k = 0; status == KEMPE_OK && k < model->sensor_count; k++) {
+        const kmp_expr *absent = find_absent(eq, model->sensors[k].expr);
+        if (absent)
+            status = complain_absent(eq, model->sensors[k].place, "sensor", model->sensors[k].name, absent);
     }
     return status;
 }
@@ -217,9 +269,11 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
     if (sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q))
         sets |= KMP_SET_CLOSURE;
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
-    if (!(sets & needing))
+    if (!(sets & needing) && !kmp_model_has_loads(eq->model))
         return KEMPE_OK;
     kempe_status status = derive_rows(eq, scene->loops_alone);
+    if (status == KEMPE_OK && !scene->loops_alone)
+        status = check_multipliers(eq);
     if (status == KEMPE_OK && sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
         status = derive_jacobian(eq);
     if (status == KEMPE_OK && sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL))

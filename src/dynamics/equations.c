@@ -137,6 +137,9 @@ static bool allocate(kmp_equations *eq)
     const kempe_model *model = eq->model;
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
     eq->rows = KMP_NEW(kmp_row, rows);
+    eq->row = KMP_NEW(int, rows);
+    for (int k = 0; eq->row && k < rows; k++)
+        eq->row[k] = -1;
     eq->mass = KMP_NEW(kmp_ref, n * n);
     eq->bias = KMP_NEW(kmp_ref, n);
     eq->h = KMP_NEW(kmp_ref, rows);
@@ -156,8 +159,9 @@ static bool allocate(kmp_equations *eq)
     eq->mobility = KMP_NEW(kmp_ref, rows * rows);
     eq->drift = KMP_NEW(kmp_ref, rows);
     bool fast = eq->free_qdd && eq->compliance && eq->mobility && eq->drift;
-    return fast && eq->rows && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd && eq->residual &&
-           eq->inverse && eq->closed && eq->jt_mu && eq->hdot && eq->reaction && eq->position && eq->shown;
+    return fast && eq->rows && eq->row && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd &&
+           eq->residual && eq->inverse && eq->closed && eq->jt_mu && eq->hdot && eq->reaction && eq->position &&
+           eq->shown;
 }
 
 static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
@@ -199,6 +203,7 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
         return false;
     tree->events = scene->events;
     tree->noted = eq->noted;
+    tree->row = eq->row;
     return true;
 }
 
@@ -339,6 +344,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_ways_free(&eq->ways);
     kmp_graph_free(eq->graph);
     kmp_free(eq->rows);
+    kmp_free(eq->row);
     kmp_free(eq->mass);
     kmp_free(eq->bias);
     kmp_free(eq->h);

@@ -67,6 +67,7 @@ typedef struct kmp_equations {
     int *run; /* n: rotations about parallel axes */
     int n, m;
     kmp_row *rows;                              /* m */
+    int *row;                                   /* of a closure's declared rows (kmp_tree) */
     kmp_ref *mass;                              /* n x n, entry (i, k) at i n + k for k <= i */
     kmp_ref *bias;                              /* n */
     kmp_ref *h, *h_t;                           /* m */

@@ -80,6 +80,9 @@ void kmp_noted_free(kmp_noted *noted);
  * zeros of the equations in any case. */
 typedef enum kmp_keep { KMP_KEEP_NOTHING, KMP_KEEP_PARAMETERS, KMP_KEEP_NUMBERS } kmp_keep;
 
+/** Rows that a closure may have, at most. */
+enum { KMP_CLOSURE_ROWS = 6 };
+
 typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
@@ -94,6 +97,8 @@ typedef struct kmp_tree {
     const kmp_ref *place; /* 3: what x, y, z of expressions mean; NULL: they have none */
     kmp_events *events;   /* NULL: conditions are evaluated where they stand */
     kmp_noted *noted;     /* of the graph; there when `events` are */
+    const int *row;       /* KMP_CLOSURE_ROWS a closure: the number of each declared row among those that are kept, -1
+                           * for the others; not owned; NULL: none is known */
 } kmp_tree;
 
 /** Where the chart of a spherical joint stands: true for before its three rotations, false for after them, whichever
@@ -139,6 +144,13 @@ kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_
  * Rows h of closures may switch by it to a branch of the same value; their J may jump there, and the rates with it. */
 kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
                            ...) __attribute__((format(printf, 5, 6)));
+
+/** The multiplier of a closure's declared row, an input KMP_IN_LAMBDA; zero for one that is not kept, and before the
+ *  closures' rows are derived. */
+kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);
+
+/** The declared row that is number k, from 0, of those that a closure keeps: lambda.CLOSURE.k+1; -1: there is none. */
+int kmp_tree_kept(const kmp_tree *tree, int closure, int k);
 
 /** What is negative where condition k holds as `first < second`: first - second. Of a and b in `a < b` and `a >= b`
  *  first is a, otherwise b. Of an element, what its law or residual has noted in this graph; false: nothing yet. */

@@ -56,7 +56,8 @@ static bool moves(const kmp_graph *g, kmp_ref value)
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_ref less = kmp_less(tree->graph, a, b);
-    if (!tree->events || !moves(tree->graph, less))
+    bool pressed = kmp_graph_node(tree->graph, kmp_id(less))->depends & 1u << KMP_IN_LAMBDA;
+    if (!tree->events || !moves(tree->graph, less) || pressed) /* multipliers change with the accelerations */
         return less;
     int k = find(tree->events, e, 0);
     if (k < 0)

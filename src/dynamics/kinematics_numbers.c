@@ -39,6 +39,20 @@ static kmp_ref parameter(const kmp_tree *tree, int index)
 
 static double constant_value(const kmp_tree *tree, const kmp_expr *e);
 
+kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component)
+{
+    int row = tree->row && component >= 0 ? tree->row[KMP_CLOSURE_ROWS * closure + component] : -1;
+    return row < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_LAMBDA, (uint32_t)row);
+}
+
+int kmp_tree_kept(const kmp_tree *tree, int closure, int k)
+{
+    for (int i = 0; tree->row && i < KMP_CLOSURE_ROWS; i++)
+        if (tree->row[KMP_CLOSURE_ROWS * closure + i] >= 0 && k-- == 0)
+            return i;
+    return -1;
+}
+
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
@@ -53,6 +67,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return kmp_input(g, KMP_IN_Q, (uint32_t)e->index);
     case KMP_EXPR_QD:
         return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
+    case KMP_EXPR_LAMBDA:
+        return kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
     case KMP_EXPR_PLACE:
         return tree->place[e->index];
     case KMP_EXPR_TABLE:

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/sparse.h"
+#include "symbolic/partials.h"
 #include <math.h>
 #include <string.h>
 
@@ -25,14 +26,14 @@
 /* Groups of a motion program: the outputs of its stages one after the other. */
 typedef struct groups {
     kmp_ref *out;
-    int count[3];
+    int count[4];
 } groups;
 
 static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     int n = s->n, m = s->m;
     const kmp_pattern *jacobian = &s->jacobian;
-    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1));
+    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1) + n * s->pressed_count);
     if (!g->out)
         return false;
     memcpy(g->out, eq->h, (size_t)m * sizeof(kmp_ref));
@@ -58,9 +59,12 @@ static void finish(groups *g, int n, const kmp_ref *of_coordinates, int m, const
 static kmp_program *program_of(const groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     const int *count = g->count;
-    const kmp_ref *group[3] = {g->out, g->out + count[0], g->out + count[0] + count[1]};
-    return s->dynamics == KMP_DYNAMICS_PLAIN || kmp_equations_shorten(eq, count[0] + count[1] + count[2], g->out)
-               ? kmp_program_new(eq->graph, 3, count, group)
+    const kmp_ref *group[4] = {g->out};
+    for (int k = 1; k < 4; k++)
+        group[k] = group[k - 1] + count[k - 1];
+    int total = count[0] + count[1] + count[2] + count[3];
+    return s->dynamics == KMP_DYNAMICS_PLAIN || kmp_equations_shorten(eq, total, g->out)
+               ? kmp_program_new(eq->graph, count[3] > 0 ? 4 : 3, count, group)
                : NULL;
 }
 
@@ -75,16 +79,62 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
     return ok;
 }
 
+/* dC/dlambda row by row (n x m), and which rows C depends on. NULL: no memory. */
+static kmp_ref *find_pressing(kempe_system *s, const kmp_equations *eq)
+{
+    kmp_ref *entry = KMP_NEW(kmp_ref, s->n * s->m);
+    kmp_partials *partials = kmp_partials_new(eq->graph, s->n, eq->bias);
+    s->pressed = KMP_NEW(int, s->m);
+    bool ok = entry && partials && s->pressed;
+    for (int r = 0; ok && r < s->m; r++) {
+        const int *row;
+        const kmp_ref *value;
+        int count = kmp_partials_along(partials, kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r), &row, &value);
+        for (int i = 0; i < count; i++)
+            entry[row[i] * s->m + r] = value[i];
+        if (count > 0)
+            s->pressed[s->pressed_count++] = r;
+        ok = count >= 0;
+    }
+    kmp_partials_free(partials);
+    if (ok)
+        return entry;
+    kmp_free(entry);
+    return NULL;
+}
+
+/* The last stage, when there is one. */
+static bool add_pressing(groups *g, kempe_system *s, const kmp_ref *entry)
+{
+    if (s->pressed_count == 0)
+        return true;
+    if (!kmp_pattern_init(&s->pressing, s->n, s->m, entry, g->out + g->count[0] + g->count[1] + g->count[2]))
+        return false;
+    g->count[3] = s->pressing.count;
+    return true;
+}
+
+static bool is_pressed(const kmp_equations *eq)
+{
+    bool found = false;
+    for (int k = 0; k < eq->n; k++)
+        found = found || kmp_graph_node(eq->graph, kmp_id(eq->bias[k]))->depends & 1u << KMP_IN_LAMBDA;
+    return found;
+}
+
 bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
 {
     groups g = {0};
-    if (find_jacobian(s, eq) && begin(&g, s, eq) &&
+    kmp_ref *entry = is_pressed(eq) ? find_pressing(s, eq) : NULL;
+    bool known = entry || !is_pressed(eq);
+    if (known && find_jacobian(s, eq) && begin(&g, s, eq) &&
         kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, g.out + g.count[0])) {
         g.count[1] = s->mass.count;
         finish(&g, s->n, eq->bias, s->m, eq->jdqd);
-        s->motion = program_of(&g, s, eq);
+        s->motion = add_pressing(&g, s, entry) ? program_of(&g, s, eq) : NULL;
     }
     kmp_free(g.out);
+    kmp_free(entry);
     return s->motion;
 }
 

@@ -163,6 +163,11 @@ static const char *coordinate_name(const void *user, int index)
     return ((const kempe_model *)user)->motions[index].name;
 }
 
+static const char *closure_name(const void *user, int index)
+{
+    return ((const kempe_model *)user)->closures[index].name;
+}
+
 static bool is_within(const kmp_expr *part, const kmp_expr *whole)
 {
     return whole &&
@@ -172,7 +177,7 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
 /* "'motor': q(A) < 0.2", with the name of the force that the condition belongs to. */
 static char *text_of_expression(const kempe_model *model, const kmp_expr *condition)
 {
-    const kmp_expr_names names = {model, parameter_name, coordinate_name};
+    const kmp_expr_names names = {model, parameter_name, coordinate_name, closure_name};
     kmp_text text = {0};
     for (int k = 0; k < model->force_count; k++)
         if (is_within(condition, model->forces[k].effort)) {
@@ -342,6 +347,8 @@ void kempe_system_free(kempe_system *s)
     kmp_pattern_free(&s->mass);
     kmp_pattern_free(&s->compliance);
     kmp_pattern_free(&s->mobility);
+    kmp_pattern_free(&s->pressing);
+    kmp_free(s->pressed);
     kmp_program_free(s->motion);
     kmp_program_free(s->articulated);
     kmp_program_free(s->judge);

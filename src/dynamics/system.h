@@ -24,8 +24,9 @@ enum {
     KMP_STAGE_CLOSURE,    /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic); likewise */
     KMP_STAGE_MASS,       /* t, q: M, lower triangle (mass.count);
                              M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
-    KMP_STAGE_BIAS        /* qd: C (n), jdqd (m);
+    KMP_STAGE_BIAS,       /* qd, lambda of the rows that forces depend on: C (n), jdqd (m);
                              qd, efforts: accelerations without closure forces (n), J of them and jdqd (m) */
+    KMP_STAGE_PRESSING    /* likewise: dC/dlambda (pressing.count); without such forces there is no such stage */
 };
 
 /* Stages of the judging program. */
@@ -44,6 +45,7 @@ struct kempe_system {
     kmp_row *rows;
     char **row_names;
     kmp_pattern jacobian, mass;
+    kmp_pattern pressing;             /* coordinate and row: dC/dlambda */
     kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J. Of `articulated` */
     bool rheonomic;                   /* h depends on t */
     bool dissipative;                 /* some force is not conservative, or a closure that moves does work */
@@ -60,6 +62,8 @@ struct kempe_system {
     bool *chart_before;       /* the chart stands before them, otherwise after */
     double length;            /* characteristic length, m */
     double reach;             /* how far from the origin a closed point may lie, m: h rounds with it */
+    int *pressed;             /* rows whose multipliers forces depend on, rising: C is a function of those too */
+    int pressed_count;        /* 0: M qdd + C = J' lambda is linear in lambda */
     double *scale;            /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
     double *row_scale;        /* m: size of a closure row */
     double *parameters;       /* values */

@@ -124,13 +124,14 @@ __attribute__((format(printf, 3, 4))) static const kmp_expr *complain(const pars
     return NULL;
 }
 
-static const kmp_expr *complain_unknown(const parser *p, const char *where, const char *name, bool coordinate)
+static const kmp_expr *complain_unknown(const parser *p, const char *where, const char *name, kmp_expr_symbol symbol)
 {
+    static const char *const words[] = {"parameter", "coordinate", "loop"};
     const kmp_expr_scope *scope = p->scope;
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "unknown %s '%s'", coordinate ? "coordinate" : "parameter", name);
+    kmp_text_printf(&sentence, "unknown %s '%s'", words[symbol], name);
     if (scope->suggest)
-        scope->suggest(scope->user, name, coordinate, &sentence);
+        scope->suggest(scope->user, name, symbol, &sentence);
     say_at(p, where, &sentence);
     kmp_text_free(&sentence);
     return NULL;
@@ -203,16 +204,22 @@ static const kmp_expr *make_binary(parser *p, const char *where, kmp_expr_kind k
 
 /* -- rules --------------------------------------------------------------------------------------- */
 
+/* What is wanted where no coordinates may stand. */
+static const char *allowed_here(const kmp_expr_scope *scope)
+{
+    return scope->coordinate  ? "a function of q, qd and t"
+           : scope->place > 1 ? "a function of x, y, z and t"
+           : scope->place     ? "a function of x and t"
+           : scope->time      ? "a function of t"
+                              : "a constant";
+}
+
 /* q(NAME) and qd(NAME), from the opening parenthesis on. */
 static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_kind kind)
 {
     const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: %s is wanted", symbol,
-                        p->scope->place > 1 ? "a function of x, y, z and t"
-                        : p->scope->place   ? "a function of x and t"
-                        : p->scope->time    ? "a function of t"
-                                            : "a constant");
+        return complain(p, where, "%s is not allowed here: %s is wanted", symbol, allowed_here(p->scope));
     if (!take(p, '('))
         return complain(p, where, "'%s' wants a coordinate in parentheses: %s(NAME)", symbol, symbol);
     skip_space(p);
@@ -226,10 +233,36 @@ static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_k
     const char *name = copy_word(p, n);
     int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
     if (index < 0)
-        return complain_unknown(p, start, name ? name : "", true);
+        return complain_unknown(p, start, name ? name : "", KMP_SYMBOL_COORDINATE);
     if (!take(p, ')'))
         return complain_wanted(p, "')'");
     return make(p, where, (kmp_expr){.kind = kind, .index = index});
+}
+
+/* lambda(LOOP) and lambda(LOOP.k), from the opening parenthesis on. */
+static const kmp_expr *parse_multiplier(parser *p, const char *where)
+{
+    if (!p->scope->closure)
+        return complain(p, where, "lambda is not allowed here: %s is wanted", allowed_here(p->scope));
+    (void)take(p, '(');
+    skip_space(p);
+    const char *start = p->at;
+    size_t n = word_length(start);
+    if (n == 0)
+        return complain_wanted(p, "the name of a loop");
+    const char *name = copy_word(p, n);
+    int index = name ? p->scope->closure(p->scope->user, name) : -1, number = 0;
+    if (index < 0)
+        return complain_unknown(p, start, name ? name : "", KMP_SYMBOL_CLOSURE);
+    if (*p->at == '.') {
+        const char *digit = ++p->at;
+        if (!is_digit(*digit) || *digit == '0' || is_digit(digit[1]))
+            return complain(p, digit, "the number of a multiplier is wanted here: lambda(%s.1) is the first one", name);
+        number = *p->at++ - '1';
+    }
+    if (!take(p, ')'))
+        return complain_wanted(p, "')'");
+    return make(p, where, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = index, .number = number});
 }
 
 /* a < b and its like. */
@@ -334,9 +367,11 @@ static const kmp_expr *parse_word(parser *p)
     const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
     if (table)
         return parse_table(p, where, table);
+    if (*p->at == '(' && strcmp(name, "lambda") == 0)
+        return parse_multiplier(p, where);
     if (*p->at == '(' || find_function(name) >= 0)
         return parse_call(p, where, name);
-    return complain_unknown(p, where, name, false);
+    return complain_unknown(p, where, name, KMP_SYMBOL_PARAMETER);
 }
 
 /* `^` and a whole number after a unit. */

@@ -15,6 +15,7 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_TIME,      /* t */
     KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
     KMP_EXPR_QD,        /* index of the coordinate: qd(NAME) */
+    KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k) */
     KMP_EXPR_NEG,       /* a */
     KMP_EXPR_ADD,       /* a, b */
     KMP_EXPR_SUB,
@@ -49,7 +50,7 @@ const char *kmp_function_name(kmp_function function);
 typedef struct kmp_expr {
     kmp_expr_kind kind;
     kmp_function function;
-    int index;
+    int index, number; /* number: from 0 */
     double value;
     kmp_dimension unit; /* of a number */
     const kmp_named_table *table;
@@ -65,6 +66,9 @@ typedef struct kmp_number {
     int symbol; /* what it is called where numbers are kept as symbols: 1, 2, ... as they were read; 0: nothing */
 } kmp_number;
 
+/** What a name in an expression may be of. */
+typedef enum kmp_expr_symbol { KMP_SYMBOL_PARAMETER, KMP_SYMBOL_COORDINATE, KMP_SYMBOL_CLOSURE } kmp_expr_symbol;
+
 /** Where an expression stands in its file, and how its symbols are resolved. A NULL resolver, or -1 from
  *  one, means that such a symbol is not known here. `suggest`, if not NULL, ends the sentence that says so
  *  (with the nearest known name). */
@@ -76,8 +80,9 @@ typedef struct kmp_expr_scope {
     void *user;
     int (*parameter)(void *user, const char *name);
     int (*coordinate)(void *user, const char *name);
+    int (*closure)(void *user, const char *name);                  /* whose multipliers may stand here */
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
-    void (*suggest)(void *user, const char *name, bool coordinate, kmp_text *sentence);
+    void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time; /* t is allowed */
     int place; /* so many of x, y, z mean a place, whatever parameters are called */
 } kmp_expr_scope;
@@ -87,13 +92,14 @@ typedef struct kmp_expr_names {
     const void *user;
     const char *(*parameter)(const void *user, int index);
     const char *(*coordinate)(const void *user, int index);
+    const char *(*closure)(const void *user, int index);
 } kmp_expr_names;
 
 /** NULL after a complaint (with the column inside the expression), or when the arena has failed for want of
  *  memory. */
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 
-/** Value with the given parameter values; t, q and qd must not occur (NaN then). */
+/** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);
 
 /** The same at a time. */
@@ -115,6 +121,9 @@ kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dime
 
 /** Appends the sentence that belongs to a fault. */
 void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
+
+/** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
+const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
 
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);

@@ -71,6 +71,9 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
     case KMP_EXPR_QD:
         kmp_text_printf(text, "qd(%s)", names->coordinate(names->user, expr->index));
         break;
+    case KMP_EXPR_LAMBDA:
+        kmp_text_printf(text, "lambda(%s.%d)", names->closure(names->user, expr->index), expr->number + 1);
+        break;
     case KMP_EXPR_NEG:
         print_negative(text, expr, names, place);
         break;

@@ -56,6 +56,7 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return t;
     case KMP_EXPR_Q:
     case KMP_EXPR_QD:
+    case KMP_EXPR_LAMBDA:
     case KMP_EXPR_PLACE:
         break;
     }
@@ -67,10 +68,19 @@ double kmp_expr_value(const kmp_expr *expr, const double *parameters)
     return kmp_expr_value_at(expr, parameters, NAN);
 }
 
+const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
+{
+    if (!expr || expr->kind == KMP_EXPR_LAMBDA)
+        return expr;
+    const kmp_expr *found = kmp_expr_lambda(expr->a);
+    found = found ? found : kmp_expr_lambda(expr->b);
+    return found ? found : kmp_expr_lambda(expr->c);
+}
+
 bool kmp_expr_is_constant(const kmp_expr *expr)
 {
     if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
-        expr->kind == KMP_EXPR_PLACE)
+        expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_PLACE)
         return false;
     const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
     for (int k = 0; k < 3; k++)

@@ -144,6 +144,7 @@ typedef struct kmp_start {
 typedef struct kmp_sensor {
     const char *name;
     const kmp_expr *expr;
+    kmp_place place;
 } kmp_sensor;
 
 /* The rows of outputs.def. */
@@ -209,6 +210,12 @@ struct kempe_model {
 
 /** Whether it says what a coordinate is, a drive or a lock. */
 bool kmp_closure_is_drive(const kmp_closure *closure);
+
+/** The first multiplier in the expressions of a force, NULL when there is none. */
+const kmp_expr *kmp_force_lambda(const kmp_force *force);
+
+/** Whether a force or a sensor may depend on multipliers of the closures. */
+bool kmp_model_has_loads(const kempe_model *model);
 
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);

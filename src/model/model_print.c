@@ -14,9 +14,15 @@ static const char *coordinate_name(const void *user, int index)
     return model->motions[index].name;
 }
 
+static const char *closure_name(const void *user, int index)
+{
+    const kempe_model *model = user;
+    return model->closures[index].name;
+}
+
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
 {
-    const kmp_expr_names names = {model, parameter_name, coordinate_name};
+    const kmp_expr_names names = {model, parameter_name, coordinate_name, closure_name};
     kmp_expr_print(text, expr, &names);
 }
 

@@ -234,7 +234,7 @@ static bool has_rate(const kmp_expr *e)
 static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "constraint");
-    closure->function = kmp_read_effort(r, node, what, KMP_DIM_ANY);
+    closure->function = kmp_read_state(r, node, what, KMP_DIM_ANY);
     if (has_rate(closure->function))
         kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
     read_power(r, map, what, closure);

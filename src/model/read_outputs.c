@@ -17,6 +17,7 @@ void kmp_read_sensors(kmp_reader *r)
         kmp_sensor *sensor = &model->sensors[i];
         kmp_read_name(r, map->keys[i], "a sensor");
         sensor->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        sensor->place = map->keys[i]->place;
         if (!sensor->name)
             return;
         model->sensor_count++;

@@ -106,16 +106,44 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
         kmp_nearest_suggest(&nearest, sentence);
 }
 
-static void suggest(void *user, const char *name, bool coordinate, kmp_text *sentence)
+/* Drives among them. */
+static int find_closure(void *user, const char *name)
 {
-    if (coordinate)
+    kmp_reader *r = user;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int k = 0; k < r->model->closure_count; k++)
+        if (strcmp(r->model->closures[k].name, name) == 0)
+            return k;
+    return -1;
+}
+
+static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sentence)
+{
+    if (kmp_linkage_find(r, name) == KMP_LINKED_TREE || find_joint(r->model, name)) {
+        kmp_text_printf(sentence,
+                        "; joint '%s' is in the tree and has no multipliers: only a loop, a cut joint or a "
+                        "drive has",
+                        name);
+        return;
+    }
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    for (int k = 0; k < r->model->closure_count; k++)
+        kmp_nearest_offer(&nearest, r->model->closures[k].name);
+    kmp_nearest_suggest(&nearest, sentence);
+}
+
+static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence)
+{
+    if (symbol == KMP_SYMBOL_COORDINATE)
         suggest_coordinate(user, name, sentence);
+    else if (symbol == KMP_SYMBOL_CLOSURE)
+        suggest_closure(user, name, sentence);
     else
         suggest_parameter(user, name, sentence);
 }
 
 /* What may stand in an expression beside parameters. */
-typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_X, OF_PLACE } symbols;
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, OF_X, OF_PLACE } symbols;
 
 static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
 {
@@ -135,7 +163,8 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *wh
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = allowed == OF_STATE ? find_in_expression : NULL,
+                            .coordinate = allowed == OF_STATE || allowed == OF_LOADS ? find_in_expression : NULL,
+                            .closure = allowed == OF_LOADS ? find_closure : NULL,
                             .table = find_table,
                             .suggest = suggest,
                             .time = allowed != CONSTANT,
@@ -274,9 +303,14 @@ static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const 
     return expr;
 }
 
-const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
+const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
 {
     return read_variable(r, node, what, wanted, OF_STATE);
+}
+
+const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
+{
+    return read_variable(r, node, what, wanted, OF_LOADS);
 }
 
 const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place)

@@ -130,6 +130,9 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, 
                          kmp_dimension wanted, kmp_dimension *dimension);
 
 /** An expression of parameters, t, q and qd; NULL after a complaint. */
+const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
+
+/** The same with multipliers of the closures, which have been read. */
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
 
 /** An expression of parameters, t and the first `place` of x, y, z; NULL after a complaint. */

@@ -35,7 +35,8 @@ def schema_words(node):
 def expression():
     functions = [name + "(" for name in rows("src/model/functions.def", "KMP_FUNCTION")]
     units = [" " + name for name in rows("src/model/units.def", "KMP_UNIT")]
-    return functions + units + ["q(A)", "qd(B)", "q(J.1)", "t", "pi", "L1", "if(a < ", ">=", "<=", "^-", "^2", ")^("]
+    return functions + units + ["q(A)", "qd(B)", "q(J.1)", "lambda(A)", "lambda(B.2)"] + [
+        "t", "pi", "L1", "if(a < ", ">=", "<=", "^-", "^2", ")^("]
 
 
 def model():

@@ -8,7 +8,7 @@
 
 static const char *const parameters[] = {"a", "b", "L1"};
 static const double values[] = {0.3, -2, 1.5};
-static const char *const coordinates[] = {"A", "B"};
+static const char *const coordinates[] = {"A", "B"}, *const closures[] = {"A", "B"};
 
 static int find(const char *const *names, int count, const char *name)
 {
@@ -28,6 +28,18 @@ static int find_coordinate(void *user, const char *name)
 {
     (void)user;
     return find(coordinates, 2, name);
+}
+
+static int find_closure(void *user, const char *name)
+{
+    (void)user;
+    return find(closures, 2, name);
+}
+
+static const char *closure_name(const void *user, int index)
+{
+    (void)user;
+    return closures[index];
 }
 
 static const char *parameter_name(const void *user, int index)
@@ -52,6 +64,7 @@ static const kmp_expr *parse(kmp_arena *arena, const char *text)
                             .column = 1,
                             .parameter = find_parameter,
                             .coordinate = find_coordinate,
+                            .closure = find_closure,
                             .time = true};
     const kmp_expr *expr = kmp_expr_parse(&scope, text);
     fuzz_promise(!arena->failed, "there is memory");
@@ -62,7 +75,7 @@ static const kmp_expr *parse(kmp_arena *arena, const char *text)
 
 static char *text_of(const kmp_expr *expr)
 {
-    static const kmp_expr_names names = {NULL, parameter_name, coordinate_name};
+    static const kmp_expr_names names = {NULL, parameter_name, coordinate_name, closure_name};
     kmp_text text = {0};
     kmp_expr_print(&text, expr, &names);
     char *s = kmp_text_take(&text);

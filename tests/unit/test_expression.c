@@ -7,7 +7,7 @@
 static kempe_context *context;
 static const char *const parameter_names[] = {"crank", "half", "g"};
 static const double parameter_values[] = {0.3, 0.15, 9.81};
-static const char *const coordinate_names[] = {"A", "B.2"};
+static const char *const coordinate_names[] = {"A", "B.2"}, *const closure_names[] = {"loop", "D"};
 
 static int find(const char *const *names, int n, const char *name)
 {
@@ -27,6 +27,18 @@ static int find_coordinate(void *user, const char *name)
 {
     (void)user;
     return find(coordinate_names, 2, name);
+}
+
+static int find_closure(void *user, const char *name)
+{
+    (void)user;
+    return find(closure_names, 2, name);
+}
+
+static const char *closure_name(const void *user, int index)
+{
+    (void)user;
+    return closure_names[index];
 }
 
 static const char *parameter_name(const void *user, int index)
@@ -50,6 +62,7 @@ static const kmp_expr *parse(kmp_arena *arena, const char *text, bool constant)
                             .column = 1,
                             .parameter = find_parameter,
                             .coordinate = constant ? NULL : find_coordinate,
+                            .closure = constant ? NULL : find_closure,
                             .time = !constant};
     kmp_context_clear(context);
     return kmp_expr_parse(&scope, text);
@@ -134,6 +147,13 @@ static void complaints(void)
     complains("qd(C)", false, "f:1:4: unknown coordinate 'C'");
     complains("q + 1", false, "f:1:1: 'q' wants a coordinate in parentheses");
     complains("q(A.)", false, "f:1:4: ')' is wanted here");
+    complains("1 + lambda(loop)", true, "f:1:5: lambda is not allowed here: a constant is wanted");
+    complains("lambda(lop)", false, "f:1:8: unknown loop 'lop'");
+    complains("lambda(D.0)", false, "f:1:10: the number of a multiplier is wanted here: lambda(D.1) is the first one");
+    complains("lambda(D.2", false, "f:1:11: ')' is wanted, but the expression ends");
+    complains("lambda(2)", false, "f:1:8: the name of a loop is wanted here, not '2'");
+    complains("lambda + 1", false, "f:1:1: unknown parameter 'lambda'");
+    complains("2^lambda(D)", false, "f:1:3: an exponent must be constant");
     complains("2^t", false, "f:1:3: an exponent must be constant");
     complains("crank(2)", true, "f:1:1: 'crank' is a parameter, not a function");
     complains("\xc3\xa4\xc3\xb6 + \xe2\x82\xac", true, "f:1:1: unknown parameter");
@@ -157,7 +177,7 @@ static void limits(void)
 
 static void prints(const char *text, const char *expected)
 {
-    const kmp_expr_names names = {NULL, parameter_name, coordinate_name};
+    const kmp_expr_names names = {NULL, parameter_name, coordinate_name, closure_name};
     kmp_arena arena = {0};
     kmp_text first = {0}, second = {0};
     const kmp_expr *expr = parse(&arena, text, false);
@@ -179,6 +199,7 @@ static void prints(const char *text, const char *expected)
 static void printing(void)
 {
     prints("0.2-0.01 * qd(A)", "0.2 - 0.01*qd(A)");
+    prints("0.3*abs( lambda(loop) )+lambda( D.2)", "0.3*abs(lambda(loop.1)) + lambda(D.2)");
     prints("1-(2-3)", "1 - (2 - 3)");
     prints("(1-2)-3", "1 - 2 - 3");
     prints("6/(3*2)", "6/(3*2)");
