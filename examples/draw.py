@@ -598,9 +598,33 @@ def quarter_car():
     return p
 
 
+def round_about(x, y, rx, ry, n=48):
+    """A polygon for an ellipse."""
+    return [(x + rx * math.cos(2 * math.pi * k / n), y + ry * math.sin(2 * math.pi * k / n)) for k in range(n)]
+
+
+def restrained_wheelset():
+    """From above, x to the right and y upwards: turned and shifted a little; springs to the frame that runs along."""
+    p = Picture("A wheelset on springs from above, shifted and turned")
+    turned, shift = 0.07, (0, 0.05)
+    put = lambda point: at(shift, turned, point)
+    for y in (0.75, -0.75):
+        p.guide((-1.15, y), (1.15, y))
+    for side in (1, -1):
+        small, wide = 0.42, 0.46                               # cones: narrower towards the outside
+        p.body("", *(put((x, side * y)) for x, y in ((-wide, 0.69), (wide, 0.69), (small, 0.83), (-small, 0.83))), colour=1)
+        p.spring(put((0, side * 1.0)), (0.95, side * 1.0))
+        p.pivot((0.95, side * 1.0), None, True)
+    p.body("wheelset", put((0, -1.0)), put((0, 1.0)), colour=0, other_side=True, shift=(8, 60))
+    p.spring(put((0, 1.0)), (0, 1.45))
+    p.pivot((0, 1.45), "ky", True, (14, 8))
+    p.pivot(put((0, 0)), "y, psi", shift=(10, 4))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car)
+            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car, restrained_wheelset)
 
 if __name__ == "__main__":
     for make in PICTURES:

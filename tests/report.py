@@ -44,7 +44,7 @@ CASES = {
 MODES = {
     "quarter_car": ("examples/quarter_car/quarter_car.yaml", ["--vary", "damper=0:4000:21", "--orders", "0.01"], 2, 0, 4, 0),
     "car": ("examples/suspension/suspension.yaml", [], 15, 4, 0, 0),
-    "wheelset": ("tests/models/wheelset.yaml", ["--vary", "V=40:140:11"], 2, 0, 4, 1),
+    "wheelset": ("examples/restrained_wheelset/restrained_wheelset.yaml", ["--vary", "V=40:140:11"], 2, 0, 4, 1),
 }
 
 

@@ -546,7 +546,7 @@ class Linear(Case):
 class Modes(Case):
     """Eigenvalues and shapes near a state, and over a parameter: text, JSON, CSV, pictures, mistakes."""
 
-    CAR, WHEELSET = ROOT / "examples/quarter_car/quarter_car.yaml", ROOT / "tests/models/wheelset.yaml"
+    CAR, WHEELSET = ROOT / "examples/quarter_car/quarter_car.yaml", ROOT / "examples/restrained_wheelset/restrained_wheelset.yaml"
 
     def test_modes(self):
         text, one = self.expect(0, "modes", self.CAR).stdout, self.object(0, "modes", self.CAR)
@@ -575,6 +575,18 @@ class Modes(Case):
         self.assertEqual(len(found), 4)
         for s in wanted:
             self.assertLess(min(abs(s - root) for root in found), 1e-12 * abs(s))
+
+    def test_critical_speed(self):
+        """The closed form that the wheelset's reference.py computes. The fastest eigenvalue grows with f, and rounding of it
+        with that: 1e-10 of the speed at f = 1e7 N."""
+        with open(self.WHEELSET.parent / "reference.csv", newline="") as file:
+            rows = [row for row in csv.DictReader(line for line in file if line[0] != "#") if row["f"] != "inf"]
+        self.assertEqual(len(rows), 3)
+        for row in rows:
+            critical, = self.object(0, "modes", self.WHEELSET, "--set", f"f={row['f']}", "--vary", "V=90:115:3")["locus"]["critical"]
+            close = 1e-17 * float(row["f"])
+            self.assertLess(abs(critical["value"] / float(row["speed"]) - 1), close)
+            self.assertLess(abs(2 * math.pi * critical["frequency"] / float(row["rate"]) - 1), close)
 
     def test_table(self):
         self.expect(0, "modes", self.CAR, "-o", "modes.csv")

@@ -317,7 +317,7 @@ static void a_wheelset_hunts_above_its_critical_speed(void)
     double m = 1250, I_z = 700, b = 0.75, cone = 0.05, r0 = 0.45, f = 1e7, ky = 2.5e5, kpsi = 2e6;
     double A = I_z + m * b * b, B = kpsi + ky * b * b, cross = I_z * ky - m * kpsi;
     double speed = sqrt(4 * f * f * b * b * A * B / (4 * f * f * A * A * b * cone / r0 - b * b * cross * cross));
-    loaded w = load("tests/models/wheelset.yaml");
+    loaded w = load("examples/restrained_wheelset/restrained_wheelset.yaml");
     kempe_modes *modes = modes_of(&w, (kempe_modes_ask){.vary = "V=40:140:6"});
     CHECK_NEAR(speed, 103.91441171838, 1e-12);
     CHECK(kempe_modes_critical_count(modes) == 1 && kempe_modes_value_count(modes) == 6);
