@@ -20,7 +20,4 @@ typedef struct kmp_forces {
 bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, bool energy);
 void kmp_forces_free(kmp_forces *forces);
 
-/** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory. */
-struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
-
 #endif

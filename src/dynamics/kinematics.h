@@ -173,6 +173,16 @@ kmp_matrix kmp_link_matrix_to_parent(const kmp_tree *tree, int i, kmp_matrix m);
 /** The displacement of a translation along its axis, link axes; zero for a rotation (z^i of the paper). */
 kmp_vec kmp_link_slide(const kmp_tree *tree, int i);
 
+/** v of an ancestor's axes in link's. */
+kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v);
+
+/** The angular velocity of what is fixed to a link against the axes of an ancestor, which may stay behind its body, in
+ *  these axes. */
+kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
+
+/** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory. */
+struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
+
 /** v of a body's axes in the axes of its link. */
 kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v);
 

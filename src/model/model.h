@@ -12,12 +12,6 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-/** Where something stands, for later complaints. */
-typedef struct kmp_place {
-    int line, column;
-    int file; /* of the model's files */
-} kmp_place;
-
 typedef struct kmp_parameter {
     const char *name;
     kmp_number number;

@@ -427,7 +427,7 @@ void kmp_read_closures(kmp_reader *r)
     bool has_loops = loops && kmp_read_map(r, loops, "loops", NULL);
     bool has_drives = drives && kmp_read_map(r, drives, "drives", NULL);
     int count = (has_loops ? loops->count : 0) + (cuts ? cuts->count : 0) + (has_drives ? drives->count : 0) +
-                count_screws(r->model);
+                count_screws(r->model) + kmp_count_rigid_wheels(r->model);
     r->model->closures = KMP_ARENA_NEW(&r->model->arena, kmp_closure, count);
     if (!r->model->closures)
         return;
@@ -438,4 +438,5 @@ void kmp_read_closures(kmp_reader *r)
     if (has_drives)
         read_drives(r, drives);
     add_screws(r);
+    kmp_add_wheel_closures(r);
 }

@@ -276,10 +276,11 @@ void kmp_read_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
     const kmp_yaml *map = kmp_yaml_get(r->root, "forces");
-    if (!map || !kmp_read_map(r, map, "forces", NULL))
+    int count = map && kmp_read_map(r, map, "forces", NULL) ? map->count : 0;
+    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, count + model->wheel_count);
+    if (!model->forces)
         return;
-    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, map->count);
-    for (int i = 0; model->forces && i < map->count; i++) {
+    for (int i = 0; i < count; i++) {
         kmp_force *force = &model->forces[i];
         kmp_read_name(r, map->keys[i], "a force");
         force->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);
@@ -291,4 +292,5 @@ void kmp_read_forces(kmp_reader *r)
         element e = {r, map->items[i], kmp_reader_say(r, "force '%s'", force->name), force};
         read_force(&e);
     }
+    kmp_add_wheel_forces(r);
 }

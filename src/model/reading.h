@@ -199,6 +199,12 @@ bool kmp_read_points(kmp_points *p);
 /** By its name: NULL after a complaint. */
 const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what);
 
+/* -- what wheels are made of (read_wheels.c), after loops and after forces --------------------------- */
+
+int kmp_count_rigid_wheels(const kempe_model *model);
+void kmp_add_wheel_closures(kmp_reader *r);
+void kmp_add_wheel_forces(kmp_reader *r);
+
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
 void kmp_read_parameters(kmp_reader *r);
@@ -208,6 +214,7 @@ void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *node, kmp_body *body);
 void kmp_read_tracks(kmp_reader *r);
+void kmp_read_wheels(kmp_reader *r);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);

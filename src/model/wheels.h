@@ -9,9 +9,15 @@
 
 struct kmp_table;
 
-enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8 };
+enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 10 };
 
 typedef enum kmp_track_side { KMP_TRACK_LEFT, KMP_TRACK_RIGHT } kmp_track_side;
+
+/** Where something stands, for later complaints. */
+typedef struct kmp_place {
+    int line, column;
+    int file; /* of the model's files */
+} kmp_place;
 
 /** A cross-section: the height of a surface over its lateral coordinate, m, upwards and outwards. Of a wheel, both from
  * the point where the radius is the nominal one, the wheel standing: the flange has negative lateral coordinates and
@@ -63,6 +69,7 @@ typedef enum kmp_creep_law {
 /** A wheel on a rail. */
 typedef struct kmp_wheel {
     const char *name;
+    kmp_place place;
     int track; /* of the model's */
     kmp_track_side side;
     int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
@@ -70,6 +77,7 @@ typedef struct kmp_wheel {
     kmp_number radius;
     int zone_count;
     double zone[KMP_WHEEL_ZONES][2]; /* pieces of the profile that can touch the rail, one contact in each */
+    bool zones_given;                /* in the file; otherwise found */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

@@ -34,11 +34,15 @@ typedef struct kmp_patch {
 bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
                      kmp_patch *patch);
 
+/** The same of the zone that is nearest of all, by conditions of the wheel; its weight is 1. */
+bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch);
+
 /** What the wheel slips by there, over its rolling speed. */
 typedef struct kmp_slip {
     kmp_ref along, across, spin; /* spin in 1/m */
     kmp_ref speed;               /* rolling speed, regularised */
     kmp_vec velocity;            /* of the wheel's material point against the rail, m/s */
+    kmp_vec turn;                /* angular velocity of the wheel */
 } kmp_slip;
 
 bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,

@@ -17,13 +17,6 @@ typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_f
 #undef KMP_FORCE
 #undef KMP_FIELD
 
-/** v of an ancestor's axes in link's. */
-kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v);
-
-/** The angular velocity of what is fixed to a link against the axes of an ancestor, which may stay behind its body, in
- *  these axes. */
-kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
-
 /** A force at a point, given in the axes of an ancestor link, onto the point's link. */
 void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied);
 

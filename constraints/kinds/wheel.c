@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A rigid wheel on a rigid rail: h is the gap along the normal where they come nearest; lambda is the normal force. */
+#include "constraints/kinds/kind.h"
+#include "wheel/patch.h"
+
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+{
+    const kmp_wheel *wheel = &tree->model->wheels[closure->wheel];
+    kmp_wheel_pose pose;
+    kmp_patch patch;
+    *frame = 0;
+    h[0] = KMP_ZERO;
+    if (kmp_wheel_find(tree, wheel, &pose) && kmp_wheel_touch(tree, wheel, &pose, &patch))
+        h[0] = patch.gap;
+    else
+        kmp_graph_fail(tree->graph);
+}
+
+static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    (void)tree, (void)closure;
+    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
+}
+
+const kmp_closure_kind kmp_kind_wheel = {"wheel", 1, 1, residual, reaction, NULL, 0};

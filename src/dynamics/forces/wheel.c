@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A wheel on its rail: of an elastic one the normal force and the creep force in each zone, of a rigid one the creep
+ * force alone, which goes with the multiplier of the wheel's closure. Power counts what has no potential, all of it. An
+ * output shows the force on the wheel and its moment about the wheel's centre in the track's axes: forwards, left, up.
+ */
+#include "dynamics/forces/law.h"
+#include "wheel/contact.h"
+
+/* Onto the wheel's link: a force at a place given from the centre, and a moment, ground axes. */
+static void push(kmp_forces *forces, const kmp_tree *tree, int point, kmp_vec arm, kmp_vec force, kmp_vec moment)
+{
+    kmp_graph *g = tree->graph;
+    int link = kmp_point_link(tree, point);
+    kmp_vec turn = kmp_from_ancestor(tree, link, 0, kmp_vec_add(g, moment, kmp_vec_cross(g, arm, force)));
+    kmp_apply_at(tree, point, 0, force, forces->applied);
+    forces->applied[link].moment = kmp_vec_add(g, forces->applied[link].moment, turn);
+}
+
+static void show(kmp_graph *g, const kmp_wheel_pose *pose, const kmp_contact *c, kmp_vec arm, kmp_ref *value)
+{
+    kmp_vec force = kmp_vec_add(g, c->force, c->pressed);
+    kmp_vec moment = kmp_vec_add(g, c->moment, kmp_vec_cross(g, arm, force));
+    for (int k = 0; k < 3; k++) {
+        value[k] = kmp_add(g, value[k], kmp_vec_dot(g, pose->place.axis[k], force));
+        value[3 + k] = kmp_add(g, value[3 + k], kmp_vec_dot(g, pose->place.axis[k], moment));
+    }
+}
+
+bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_wheel *wheel = &tree->model->wheels[force->wheel];
+    bool rigid = wheel->form == KMP_CONTACT_RIGID;
+    kmp_wheel_pose pose;
+    if (!kmp_wheel_find(tree, wheel, &pose))
+        return false;
+    for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
+        kmp_contact c;
+        if (!kmp_wheel_contact(tree, wheel, &pose, k, &c))
+            return false;
+        kmp_vec arm = kmp_vec_sub(g, c.patch.point, pose.centre);
+        kmp_vec applied = rigid ? c.force : kmp_vec_add(g, c.force, c.pressed);
+        push(forces, tree, wheel->point, arm, applied, c.moment);
+        show(g, &pose, &c, arm, value);
+        if (energy) {
+            kmp_ref power = kmp_vec_dot(g, applied, c.slip.velocity);
+            kmp_ref turning = kmp_vec_dot(g, c.moment, c.slip.turn);
+            forces->power = kmp_add(g, forces->power, kmp_add(g, power, turning));
+        }
+    }
+    return true;
+}

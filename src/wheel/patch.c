@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a wheel comes nearest to its rail.
+ *
+ * In the cross-section of the track at the wheel's centre (x forwards, y outwards, z up) the axle is e = (e1, e2, e3),
+ * and r(s) is the radius of the wheel at s along it. Of the circle at s only the point whose normal has no x component
+ * can touch a rail that is drawn along x (Wang 1984, "the trace line"): with c^2 = e2^2 + e3^2 its direction from the
+ * axle is
+ *
+ *     u = sin(b) l + cos(b) k,     sin(b) = r' e1 / c,     l = (x - e1 e) / c,     k = (0, e3, -e2) / c
+ *
+ * so that, with a = (e1 / c)^2 and cos(b) = sqrt(1 - a r'^2), it is from the wheel's centre at
+ *
+ *     x = (s + r r') e1,     y = t e2 + w e3,     z = t e3 - w e2,     t = s - a r r',     w = r cos(b) / c
+ *
+ * The vertical gap over the rail's height g is D(s) = zc + z(s) - g(yc + y(s)); both come nearest where it is least:
+ * there D' = 0, and the gap along the common normal is D cos(contact angle). A zone ends smoothly: beyond its border a
+ * cubic is added to D that brings the least back, and the zone's weight falls from 1 to 0 around the border as the next
+ * zone's rises. */
+#include "wheel/patch.h"
+#include "base/memory.h"
+#include "symbolic/derivative.h"
+#include "symbolic/implicit.h"
+#include "symbolic/table.h"
+#include <math.h>
+
+/* Of candidates for the nearest point, m apart at most. */
+#define SPACING 0.004
+enum { FEWEST = 5, MOST = 24, ARGUMENTS = 5 };
+
+/* Beyond a border, m: where a slope of 10 is balanced. */
+#define GIVE 1e-3
+
+/* A wheel against a rail in one graph. */
+typedef struct pair {
+    kmp_graph *g;
+    int wheel, rail; /* tables: both heights */
+    kmp_ref radius, out, axle[3];
+} pair;
+
+/* A point of the trace line, from the wheel's centre. */
+typedef struct trace {
+    kmp_ref radius, slope; /* r and r' */
+    kmp_ref x, y, z;
+} trace;
+
+static trace trace_at(const pair *p, kmp_ref s)
+{
+    kmp_graph *g = p->g;
+    const kmp_ref *e = p->axle;
+    trace t;
+    t.radius = kmp_sub(g, p->radius, kmp_table_at(g, p->wheel, s));
+    t.slope = kmp_neg(kmp_table_derivative_at(g, p->wheel, 1, s));
+    kmp_ref c2 = kmp_add(g, kmp_mul(g, e[1], e[1]), kmp_mul(g, e[2], e[2]));
+    kmp_ref a = kmp_div(g, kmp_mul(g, e[0], e[0]), c2), rise = kmp_mul(g, t.radius, t.slope);
+    /* a wheel turned so far that no point of the circle has such a normal has left the rail long ago */
+    kmp_ref inside = kmp_sub(g, KMP_ONE, kmp_mul(g, a, kmp_mul(g, t.slope, t.slope)));
+    kmp_ref cosine = a == KMP_ZERO ? KMP_ONE : kmp_sqrt(g, kmp_binary(g, KMP_OP_MAX, inside, kmp_const(g, 1e-4)));
+    kmp_ref along = kmp_sub(g, s, kmp_mul(g, a, rise));
+    kmp_ref down = kmp_div(g, kmp_mul(g, t.radius, cosine), kmp_sqrt(g, c2));
+    t.x = kmp_mul(g, kmp_add(g, s, rise), e[0]);
+    t.y = kmp_add(g, kmp_mul(g, along, e[1]), kmp_mul(g, down, e[2]));
+    t.z = kmp_sub(g, kmp_mul(g, along, e[2]), kmp_mul(g, down, e[1]));
+    return t;
+}
+
+/* D less the height of the wheel's centre. */
+static kmp_ref drop(const pair *p, const trace *t)
+{
+    return kmp_sub(p->g, t->z, kmp_table_at(p->g, p->rail, kmp_add(p->g, p->out, t->y)));
+}
+
+/* dx/ds */
+static kmp_ref slope_of(kmp_graph *g, kmp_ref x, kmp_ref s)
+{
+    kmp_ref one = KMP_ONE, slope = KMP_ZERO;
+    kmp_derivative *d = kmp_derivative_new(g, 1, &s, &one);
+    if (d)
+        slope = kmp_derivative_of(d, x);
+    else
+        kmp_graph_fail(g);
+    kmp_derivative_free(d);
+    return slope;
+}
+
+/* -- zones ------------------------------------------------------------------------------------------- */
+
+/* Half of the way on which one zone's weight falls and the next one's rises. */
+static double border_of(const kmp_wheel *wheel)
+{
+    double border = GIVE;
+    for (int k = 0; k < wheel->zone_count; k++)
+        border = fmin(border, (wheel->zone[k][1] - wheel->zone[k][0]) / 4);
+    return border;
+}
+
+/* How far s is beyond a border, outside of it: side 0 the lower one. */
+static kmp_ref beyond(kmp_graph *g, const kmp_wheel *wheel, int zone, int side, kmp_ref s)
+{
+    double border = border_of(wheel), end = wheel->zone[zone][side] + (side ? border : -border);
+    kmp_ref over = kmp_sub(g, s, kmp_const(g, end));
+    return kmp_binary(g, KMP_OP_MAX, side ? over : kmp_neg(over), KMP_ZERO);
+}
+
+static kmp_ref penalty(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s)
+{
+    kmp_ref sum = KMP_ZERO;
+    for (int side = 0; side < 2; side++)
+        sum = kmp_add(g, sum, kmp_power(g, beyond(g, wheel, zone, side, s), 3));
+    return kmp_mul(g, kmp_const(g, 10 / (3 * GIVE * GIVE)), sum);
+}
+
+/* 1 within, 0 beyond, 6 x^5 - 15 x^4 + 10 x^3 between. */
+static kmp_ref weight_at(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s)
+{
+    double border = border_of(wheel);
+    kmp_ref weight = KMP_ONE;
+    for (int side = 0; side < 2; side++) {
+        kmp_ref way = kmp_sub(g, s, kmp_const(g, wheel->zone[zone][side]));
+        kmp_ref x = kmp_add(g, kmp_mul(g, kmp_const(g, (side ? -0.5 : 0.5) / border), way), kmp_const(g, 0.5));
+        x = kmp_binary(g, KMP_OP_MIN, kmp_binary(g, KMP_OP_MAX, x, KMP_ZERO), KMP_ONE);
+        kmp_ref inner = kmp_sub(g, kmp_mul(g, kmp_const(g, 6), x), kmp_const(g, 15));
+        inner = kmp_add(g, kmp_mul(g, inner, x), kmp_const(g, 10));
+        weight = kmp_mul(g, weight, kmp_mul(g, kmp_power(g, x, 3), inner));
+    }
+    return weight;
+}
+
+/* -- the nearest point ------------------------------------------------------------------------------- */
+
+static int candidates_of(const double zone[2], double *candidate)
+{
+    double length = zone[1] - zone[0];
+    int count = (int)fmin(MOST, fmax(FEWEST, ceil(length / SPACING) + 1));
+    for (int k = 0; k < count; k++)
+        candidate[k] = zone[0] + length * k / (count - 1);
+    return count;
+}
+
+/* Numbers become numbers of the local graph, everything else an argument. */
+static kmp_ref argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *list, int *count)
+{
+    double value;
+    if (kmp_is_const(g, x, &value))
+        return kmp_const(local, value);
+    list[*count] = x;
+    return kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(*count)++);
+}
+
+static pair in_block(const pair *p, kmp_graph *local, kmp_ref *list, int *count)
+{
+    pair in = {.g = local};
+    in.wheel = kmp_graph_add_table(local, kmp_graph_table(p->g, p->wheel));
+    in.rail = kmp_graph_add_table(local, kmp_graph_table(p->g, p->rail));
+    in.radius = argument(p->g, local, p->radius, list, count);
+    in.out = argument(p->g, local, p->out, list, count);
+    for (int k = 0; k < 3; k++)
+        in.axle[k] = argument(p->g, local, p->axle[k], list, count);
+    return in;
+}
+
+/* s where D is least; false: no memory. */
+static bool nearest(const pair *p, const kmp_wheel *wheel, int zone, kmp_ref *s)
+{
+    kmp_ref list[ARGUMENTS], guess = KMP_ZERO;
+    double candidate[MOST];
+    int count = 0;
+    kmp_graph *local = kmp_graph_new();
+    if (!local)
+        return false;
+    pair in = in_block(p, local, list, &count);
+    kmp_ref unknown = kmp_input(local, KMP_IN_Q, 0);
+    trace t = trace_at(&in, unknown);
+    kmp_ref merit = kmp_add(local, drop(&in, &t), penalty(local, wheel, zone, unknown));
+    kmp_ref residual = slope_of(local, merit, unknown);
+    if (kmp_graph_failed(local)) {
+        kmp_graph_free(local);
+        return false;
+    }
+    kmp_implicit *made = kmp_implicit_new_among(local, 1, count, &residual, &guess,
+                                                candidates_of(wheel->zone[zone], candidate), candidate, merit);
+    int block = made ? kmp_graph_add_implicit(p->g, made) : -1;
+    if (block < 0)
+        return false;
+    kmp_implicit_at(p->g, block, list, s);
+    return true;
+}
+
+/* Relative curvature of both profiles in the plane of their normals: D'' by y along the slope, and never flatter than
+ * a hundredth of the curvature along, smoothly: Hertz' theory ends there. */
+static kmp_ref curvature_across(const pair *p, kmp_ref s, kmp_ref slope, kmp_ref along)
+{
+    kmp_graph *g = p->g;
+    kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
+    trace t = trace_at(p, place);
+    kmp_ref bend[2] = {slope_of(g, slope_of(g, drop(p, &t), place), place), slope_of(g, t.y, place)};
+    for (int k = 0; k < 2; k++)
+        bend[k] = kmp_graph_replace(g, 1, &place, &s, bend[k]);
+    kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, slope, slope)), 1.5);
+    kmp_ref x = kmp_div(g, bend[0], kmp_mul(g, kmp_mul(g, bend[1], bend[1]), steep));
+    kmp_ref least = kmp_mul(g, kmp_const(g, 0.02), along), half = kmp_const(g, 0.5);
+    kmp_ref root = kmp_sqrt(g, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, least, least)));
+    return kmp_mul(g, half, kmp_add(g, x, root));
+}
+
+/* -- in space ---------------------------------------------------------------------------------------- */
+
+static kmp_vec combine(kmp_graph *g, const kmp_vec axis[3], kmp_ref x, kmp_ref y, kmp_ref z)
+{
+    kmp_vec sum = kmp_vec_scale(g, x, axis[0]);
+    sum = kmp_vec_add(g, sum, kmp_vec_scale(g, y, axis[1]));
+    return kmp_vec_add(g, sum, kmp_vec_scale(g, z, axis[2]));
+}
+
+bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose)
+{
+    static const double leftwards[3] = {0, 1, 0};
+    kmp_graph *g = tree->graph;
+    bool left = wheel->side == KMP_TRACK_LEFT;
+    pose->centre = kmp_point_position(tree, wheel->point, 0);
+    if (!kmp_track_at(tree, &tree->model->tracks[wheel->track], pose->centre, &pose->place))
+        return false;
+    const kmp_track_place *place = &pose->place;
+    kmp_vec axle = kmp_point_direction(tree, wheel->point, leftwards, 0), way = pose->centre;
+    pose->axis[0] = place->axis[0];
+    pose->axis[1] = left ? place->axis[1] : kmp_vec_sub(g, kmp_vec_zero(), place->axis[1]);
+    pose->axis[2] = place->axis[2];
+    way = kmp_vec_sub(g, way, place->origin);
+    axle = left ? axle : kmp_vec_sub(g, kmp_vec_zero(), axle);
+    pose->out = kmp_sub(g, kmp_vec_dot(g, way, pose->axis[1]), place->outwards[wheel->side]);
+    pose->up = kmp_sub(g, kmp_vec_dot(g, way, pose->axis[2]), place->upwards[wheel->side]);
+    for (int k = 0; k < 3; k++)
+        pose->axle[k] = kmp_vec_dot(g, axle, pose->axis[k]);
+    return !kmp_graph_failed(g);
+}
+
+static bool pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, pair *p)
+{
+    *p = (pair){.g = tree->graph, .radius = kmp_tree_number(tree, &wheel->radius), .out = pose->out};
+    for (int k = 0; k < 3; k++)
+        p->axle[k] = pose->axle[k];
+    p->wheel = kmp_graph_add_table(tree->graph, wheel->profile->height);
+    p->rail = kmp_track_rail_table(tree, &tree->model->tracks[wheel->track]);
+    return p->wheel >= 0 && p->rail >= 0;
+}
+
+/* Everything about the contact at s. */
+static void fill(const pair *p, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_ref s, kmp_patch *patch)
+{
+    kmp_graph *g = p->g;
+    trace t = trace_at(p, s);
+    patch->s = s;
+    patch->y = kmp_add(g, p->out, t.y);
+    patch->slope = kmp_table_derivative_at(g, p->rail, 1, patch->y);
+    kmp_ref steep = kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, patch->slope, patch->slope)));
+    kmp_ref cosine = kmp_div(g, KMP_ONE, steep), sine = kmp_mul(g, patch->slope, cosine);
+    bool left = wheel->side == KMP_TRACK_LEFT;
+    patch->gap = kmp_mul(g, cosine, kmp_add(g, pose->up, drop(p, &t)));
+    patch->point = kmp_vec_add(g, pose->centre, combine(g, pose->axis, t.x, t.y, t.z));
+    patch->normal = combine(g, pose->axis, KMP_ZERO, kmp_neg(sine), cosine);
+    patch->side = combine(g, pose->axis, KMP_ZERO, left ? cosine : kmp_neg(cosine), left ? sine : kmp_neg(sine));
+    kmp_ref lean = kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, t.slope, t.slope)));
+    patch->along = kmp_div(g, KMP_ONE, kmp_mul(g, t.radius, lean));
+    patch->across = curvature_across(p, s, patch->slope, patch->along);
+    patch->weight = KMP_ONE;
+}
+
+bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
+                     kmp_patch *patch)
+{
+    pair p;
+    kmp_ref s;
+    if (!pair_of(tree, wheel, pose, &p) || !nearest(&p, wheel, zone, &s))
+        return false;
+    fill(&p, wheel, pose, s, patch);
+    patch->weight = weight_at(tree->graph, wheel, zone, s);
+    return !kmp_graph_failed(tree->graph);
+}
+
+bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)
+{
+    kmp_graph *g = tree->graph;
+    pair p;
+    kmp_ref s = KMP_ZERO, least = KMP_ZERO;
+    if (!pair_of(tree, wheel, pose, &p))
+        return false;
+    for (int zone = 0; zone < wheel->zone_count; zone++) {
+        kmp_ref other;
+        if (!nearest(&p, wheel, zone, &other))
+            return false;
+        trace t = trace_at(&p, other);
+        kmp_ref gap = kmp_add(g, drop(&p, &t), penalty(g, wheel, zone, other));
+        kmp_ref nearer = KMP_ONE;
+        if (zone > 0)
+            nearer = kmp_tree_condition(tree, wheel, zone, kmp_sub(g, gap, least), "wheel '%s': contact in zone %d",
+                                        wheel->name, zone + 1);
+        s = kmp_select(g, nearer, other, s);
+        least = kmp_select(g, nearer, gap, least);
+    }
+    fill(&p, wheel, pose, s, patch);
+    return !kmp_graph_failed(g);
+}
+
+bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
+                    kmp_slip *slip)
+{
+    kmp_graph *g = tree->graph;
+    kmp_vec centre;
+    kmp_derivative *dt = kmp_time_derivative(tree);
+    for (int k = 0; dt && k < 3; k++)
+        centre.x[k] = kmp_derivative_of(dt, pose->centre.x[k]);
+    kmp_derivative_free(dt);
+    if (!dt)
+        return false;
+    kmp_vec spin = kmp_link_spin(tree, kmp_point_link(tree, wheel->point), 0);
+    slip->turn = spin;
+    slip->velocity = kmp_vec_add(g, centre, kmp_vec_cross(g, spin, kmp_vec_sub(g, patch->point, pose->centre)));
+    kmp_ref forwards = kmp_vec_dot(g, centre, pose->axis[0]), least = kmp_tree_number(tree, &wheel->speed);
+    slip->speed = kmp_sqrt(g, kmp_add(g, kmp_mul(g, forwards, forwards), kmp_mul(g, least, least)));
+    slip->along = kmp_div(g, kmp_vec_dot(g, slip->velocity, pose->axis[0]), slip->speed);
+    slip->across = kmp_div(g, kmp_vec_dot(g, slip->velocity, patch->side), slip->speed);
+    slip->spin = kmp_div(g, kmp_vec_dot(g, spin, patch->normal), slip->speed);
+    return !kmp_graph_failed(g);
+}
