@@ -435,6 +435,7 @@ void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model)
     json_tables(text, model);
     kmp_model_json_tracks(text, model);
     json_bodies(text, model);
+    kmp_model_json_wheels(text, model);
     json_closures(text, model);
     json_cuts(text, model);
     json_forces(text, model);

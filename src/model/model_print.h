@@ -16,6 +16,10 @@ void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model);
 void kmp_model_show_tracks(kmp_text *text, const kempe_model *model);
 void kmp_model_json_tracks(kmp_text *text, const kempe_model *model);
 
+/** Wheels likewise (model_wheels.c). */
+void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
+void kmp_model_json_wheels(kmp_text *text, const kempe_model *model);
+
 /** "C: revolute, cut as revolute of 5 rows, loop coupler - .. - rocker: it comes after B". */
 void kmp_cut_print(kmp_text *text, const kmp_cut *cut);
 

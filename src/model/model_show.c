@@ -228,7 +228,9 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
 {
     const char *word = kmp_force_rows[force->kind].word;
     kmp_text_printf(text, "  %s: ", force->name);
-    if (!word) {
+    if (force->kind == KMP_FORCE_WHEEL) {
+        kmp_text_put(text, "wheel");
+    } else if (!word) {
         kmp_text_printf(text, "%s ", kmp_force_rows[force->kind].place);
         kmp_model_put_point(text, model, force->point[0]);
         kmp_text_put(text, " - ");
@@ -351,6 +353,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     show_tables(text, model);
     kmp_model_show_tracks(text, model);
     show_bodies(text, model);
+    kmp_model_show_wheels(text, model);
     show_closures(text, model);
     show_cuts(text, model);
     show_forces(text, model);

@@ -11,17 +11,24 @@
 #define GRID   2.5e-4 /* m, of the wheel's points */
 #define FINE   1e-4   /* of the rail's */
 #define SHIFT  2.5e-4 /* from one place of the wheel to the next */
-#define JUMP   2e-3   /* what is never touched between two zones, at least */
+#define JUMP   2e-3   /* shorter ones are none */
 #define BEYOND 2e-3   /* a zone goes on so far after the last point that touches */
-enum { BISECTIONS = 10, MOST_POINTS = 4000 };
+enum { BISECTIONS = 10, MOST_POINTS = 4000, MOST_JUMPS = 64 };
 
-static const double rolls[] = {-0.03, 0, 0.03};
+static const double rolls[] = {-0.01, 0, 0.01};
+
+/* From one point of the wheel to another one, with nothing that touches between them. */
+typedef struct jump {
+    int first, last;
+} jump;
 
 typedef struct scan {
     int count; /* points of the wheel */
     double first, step;
     double *radius;
-    bool *touched;
+    int lowest, highest; /* of those that touch anywhere */
+    int jump_count;
+    jump jump[MOST_JUMPS];
     int rail_count;
     double rail_first, rail_step;
     double *rail;
@@ -58,10 +65,10 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
     s->rail_step = head / (s->rail_count - 1);
     s->radius = sample(height, s->first, s->step, s->count);
     s->rail = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
-    s->touched = KMP_NEW(bool, s->count);
+    s->lowest = s->count - 1;
     for (int k = 0; s->radius && k < s->count; k++)
         s->radius[k] = wheel->radius.value - s->radius[k];
-    return s->radius && s->rail && s->touched;
+    return s->radius && s->rail;
 }
 
 /* The rail's height; far away a slope that nothing touches. */
@@ -91,33 +98,27 @@ static int touching(const scan *s, double out)
     return best;
 }
 
-static void mark(scan *s, int a, int b)
+static void note_jump(scan *s, int a, int b)
 {
-    for (int k = a < b ? a : b; k <= (a < b ? b : a); k++)
-        s->touched[k] = true;
+    if (s->jump_count < MOST_JUMPS)
+        s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
 
-/* From one place to the next: what is between two points that touch is touched too, but for a jump that stays one
- * however near both places are. */
-static void follow(scan *s, double out, int k, double next, int l)
+/* From one place, where k touches, to the next one, where l does: what stays a jump however near both places are. */
+static void follow(scan *s, double out, int k, double next, int l, int depth)
 {
-    for (int i = 0; i < BISECTIONS && abs(l - k) * s->step > JUMP; i++) {
-        double middle = (out + next) / 2;
-        int m = touching(s, middle);
-        if (abs(m - k) < abs(l - m)) {
-            mark(s, k, m);
-            out = middle;
-            k = m;
-        } else {
-            mark(s, m, l);
-            next = middle;
-            l = m;
-        }
-    }
+    s->lowest = k < s->lowest ? k : s->lowest;
+    s->highest = k > s->highest ? k : s->highest;
     if (abs(l - k) * s->step <= JUMP)
-        mark(s, k, l);
-    mark(s, k, k);
-    mark(s, l, l);
+        return;
+    if (depth == 0) {
+        note_jump(s, k, l);
+        return;
+    }
+    double middle = (out + next) / 2;
+    int m = touching(s, middle);
+    follow(s, out, k, middle, m, depth - 1);
+    follow(s, middle, m, next, l, depth - 1);
 }
 
 /* The rail's middle goes under the wheel from one end of its profile to the other. */
@@ -130,54 +131,56 @@ static void roll_over(scan *s, double middle, double roll)
     int k = touching(s, out);
     while (out < last) {
         int l = touching(s, out + SHIFT);
-        follow(s, out, k, out + SHIFT, l);
+        follow(s, out, k, out + SHIFT, l, BISECTIONS);
         out += SHIFT;
         k = l;
     }
 }
 
-/* The k-th of the pieces that are touched begins at *first and ends at *last; false: there is none from `from` on. */
-static bool next_piece(const scan *s, int from, int *first, int *last)
+static int by_end(const void *a, const void *b)
 {
-    while (from < s->count && !s->touched[from])
-        from++;
-    if (from == s->count)
-        return false;
-    *first = *last = from;
-    for (int k = from; k < s->count && (k - *last) * s->step <= JUMP; k++)
-        if (s->touched[k])
-            *last = k;
-    return true;
+    const jump *x = a, *y = b;
+    return x->last != y->last ? (x->last > y->last) - (x->last < y->last)
+                              : (x->first > y->first) - (x->first < y->first);
 }
 
-/* One zone more; of too many the two with the narrowest way between them are one. */
-static void add_zone(double (*zone)[2], int *count, double first, double last)
+/* What jumps have in common that overlap becomes one: as few borders as leave none without one. */
+static int join_jumps(scan *s)
 {
-    zone[*count][0] = first;
-    zone[*count][1] = last;
-    if (++*count <= KMP_WHEEL_ZONES)
-        return;
-    int narrow = 1;
-    for (int k = 2; k < *count; k++)
-        if (zone[k][0] - zone[k - 1][1] < zone[narrow][0] - zone[narrow - 1][1])
-            narrow = k;
-    zone[narrow - 1][1] = zone[narrow][1];
-    --*count;
-    memmove(zone + narrow, zone + narrow + 1, (size_t)(*count - narrow) * sizeof *zone);
-}
-
-static void collect(const scan *s, kmp_wheel *wheel)
-{
-    double zone[KMP_WHEEL_ZONES + 1][2], end = s->first + s->step * (s->count - 1);
     int count = 0;
-    for (int from = 0, first, last; next_piece(s, from, &first, &last); from = last + 1)
-        add_zone(zone, &count, s->first + s->step * first, s->first + s->step * last);
-    zone[0][0] = fmax(s->first, zone[0][0] - BEYOND);
-    zone[count - 1][1] = fmin(end, zone[count - 1][1] + BEYOND);
-    for (int k = 1; k < count; k++)
-        zone[k - 1][1] = zone[k][0] = (zone[k - 1][1] + zone[k][0]) / 2;
-    memcpy(wheel->zone, zone, (size_t)count * sizeof *zone);
-    wheel->zone_count = count;
+    qsort(s->jump, (size_t)s->jump_count, sizeof(jump), by_end);
+    for (int k = 0; k < s->jump_count; k++) {
+        jump next = s->jump[k], *before = count > 0 ? &s->jump[count - 1] : NULL;
+        if (before && next.first < before->last)
+            before->first = next.first > before->first ? next.first : before->first;
+        else
+            s->jump[count++] = next;
+    }
+    return count;
+}
+
+/* Of more than there is room for the smallest are passed over. */
+static int drop_smallest(scan *s, int count)
+{
+    while (count > KMP_WHEEL_ZONES - 1) {
+        int least = 0;
+        for (int k = 1; k < count; k++)
+            if (s->jump[k].last - s->jump[k].first < s->jump[least].last - s->jump[least].first)
+                least = k;
+        memmove(s->jump + least, s->jump + least + 1, (size_t)(--count - least) * sizeof(jump));
+    }
+    return count;
+}
+
+static void collect(scan *s, kmp_wheel *wheel)
+{
+    int borders = drop_smallest(s, join_jumps(s));
+    double end = s->first + s->step * (s->count - 1);
+    wheel->zone[0][0] = fmax(s->first, s->first + s->step * s->lowest - BEYOND);
+    for (int k = 0; k < borders; k++)
+        wheel->zone[k][1] = wheel->zone[k + 1][0] = s->first + s->step * (s->jump[k].first + s->jump[k].last) / 2;
+    wheel->zone[borders][1] = fmin(end, s->first + s->step * s->highest + BEYOND);
+    wheel->zone_count = borders + 1;
 }
 
 bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
@@ -190,6 +193,5 @@ bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
         collect(&s, wheel);
     kmp_free(s.radius);
     kmp_free(s.rail);
-    kmp_free(s.touched);
     return ok;
 }

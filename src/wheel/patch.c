@@ -84,10 +84,11 @@ static kmp_ref slope_of(kmp_graph *g, kmp_ref x, kmp_ref s)
 
 /* -- zones ------------------------------------------------------------------------------------------- */
 
-/* Half of the way on which one zone's weight falls and the next one's rises. */
+/* Half of the way on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone: there
+ * the border is sharp, or both zones were equally near around it. */
 static double border_of(const kmp_wheel *wheel)
 {
-    double border = GIVE;
+    double border = wheel->form == KMP_CONTACT_RIGID ? 0 : GIVE;
     for (int k = 0; k < wheel->zone_count; k++)
         border = fmin(border, (wheel->zone[k][1] - wheel->zone[k][0]) / 4);
     return border;
