@@ -29,7 +29,7 @@ static void follow(kmp_plant *plant)
         bool same = true;
         const double *change = kmp_machine_run(plant->changes, 1);
         for (int k = 0; k < count; k++) {
-            double mode = change[k] < 0 ? 1 : 0;
+            double mode = change[k] < 0 && !plant->system->events.condition[k].ends ? 1 : 0;
             same = same && mode == plant->mode[k];
             plant->mode[k] = mode;
         }
@@ -61,6 +61,25 @@ const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, con
     kmp_machine_set(plant->changes, KMP_IN_Q, q);
     kmp_machine_set(plant->changes, KMP_IN_QD, qd);
     return kmp_machine_run(plant->changes, 1);
+}
+
+void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+                           const double *lambda, double *change)
+{
+    const kmp_events *events = &plant->system->events;
+    const double *now = kmp_plant_changes(plant, t, q, qd), *late = NULL;
+    for (int k = 0; k < events->count; k++)
+        change[k] = now[k];
+    for (int k = 0; k < events->count; k++) {
+        if (!events->condition[k].late)
+            continue;
+        if (!late) {
+            kmp_machine_set(plant->changes, KMP_IN_QDD, qdd);
+            kmp_machine_set(plant->changes, KMP_IN_LAMBDA, lambda);
+            late = kmp_machine_run(plant->changes, 2);
+        }
+        change[k] = *late++;
+    }
 }
 
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd)

@@ -64,6 +64,11 @@ void kmp_plant_set_charts(kmp_plant *plant, const double *chart);
  * negative. */
 const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, const double *qd);
 
+/** The same with those that depend on accelerations and multipliers, which are zero there; `change`: one a condition.
+ */
+void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
+                           const double *lambda, double *change);
+
 /** Holds the conditions as they are at (t, q, qd), whatever state is evaluated later; and lets them follow again.
  *  kmp_plant_set_mode changes one that is held. */
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);

@@ -29,6 +29,7 @@ struct kmp_crossing {
     int *repeats;
     double instant; /* of the run: nothing that moves does so in less */
     long count;
+    int end; /* the condition that ends the run there; -1: none */
     kmp_journal *journal;
 };
 
@@ -57,7 +58,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
     kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span};
+    *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .end = -1};
     bool ok = kmp_crossing_move(c, road, kind, solver);
     c->change = KMP_NEW(double, 2 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
@@ -103,12 +104,30 @@ static int first_changed(const kmp_crossing *c)
     return -1;
 }
 
+/* First one that others do not follow but that ends the run, -1 for none. */
+static int first_end(const kmp_crossing *c)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (c->s->events.condition[k].ends && has_changed(c, k))
+            return k;
+    return -1;
+}
+
+/* First one that changes what the equations are, -1 for none. */
+static int first_switched(const kmp_crossing *c)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (!c->s->events.condition[k].ends && has_changed(c, k))
+            return k;
+    return -1;
+}
+
 /* The state in c->y completed, and the conditions there. */
 static kempe_status complete(kmp_crossing *c, double t)
 {
     if (c->road->row(c->road, t, c->y, c->yp, c->q, c->qd, c->qdd, c->lambda, &c->work) != KMP_GO)
         return KEMPE_E_FAILED;
-    memcpy(c->change, kmp_plant_changes(c->plant, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
+    kmp_plant_all_changes(c->plant, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
 }
 
@@ -185,6 +204,7 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
 {
     double from = c->kind->t_old(c->solver), end = c->kind->t(c->solver), low = from;
     *found = false;
+    c->end = -1;
     for (int i = 1; i <= POINTS && end > from; i++) {
         double high = i == POINTS ? end : from + (end - from) * i / POINTS;
         kempe_status status = look(c, high);
@@ -193,12 +213,32 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
         if (first_changed(c) >= 0) {
             *found = true;
             status = find_earliest(c, low, &high);
+            c->end = status == KEMPE_OK ? first_end(c) : -1;
             *t = high;
             return status;
         }
         low = high;
     }
     return KEMPE_OK;
+}
+
+int kmp_crossing_end(const kmp_crossing *c)
+{
+    return c->end;
+}
+
+kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
+{
+    bool any = false;
+    for (int k = 0; k < c->s->events.count; k++)
+        any = any || c->s->events.condition[k].ends;
+    *ends = false;
+    if (!any)
+        return KEMPE_OK;
+    kempe_status status = look(c, t);
+    c->end = status == KEMPE_OK ? first_end(c) : -1;
+    *ends = c->end >= 0;
+    return status;
 }
 
 /* -- passing ----------------------------------------------------------------------------------------- */
@@ -226,18 +266,27 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
 static kempe_status change_conditions(kmp_crossing *c, double t)
 {
     kempe_status status = KEMPE_OK;
-    for (int pass = 0; pass < MOST_REPEATS && first_changed(c) >= 0; pass++) {
+    for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; status == KEMPE_OK && k < c->s->events.count; k++)
-            if (has_changed(c, k))
+            if (!c->s->events.condition[k].ends && has_changed(c, k))
                 status = change_condition(c, k, t);
         if (status != KEMPE_OK)
             return status;
         memcpy(c->change, kmp_plant_changes(c->plant, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
     }
-    int k = first_changed(c);
+    int k = first_switched(c);
     return k < 0 ? KEMPE_OK
                  : kmp_fail(c->s->context, KEMPE_E_FAILED, "%s contradicts another condition at t = %.9g",
                             c->s->event_text[k], t);
+}
+
+kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, const double *qd, bool *changed)
+{
+    memcpy(c->q, q, (size_t)c->s->n * sizeof *q);
+    memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
+    memcpy(c->change, kmp_plant_changes(c->plant, t, q, qd), (size_t)c->s->events.count * sizeof(double));
+    *changed = first_switched(c) >= 0;
+    return change_conditions(c, t);
 }
 
 kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)

@@ -21,9 +21,18 @@ bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_
  */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
 
+/** The condition that ends the run at what was found last, -1: none does. */
+int kmp_crossing_end(const kmp_crossing *crossing);
+
+/** The same at a start, where the integrator is. */
+kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
+
 /** Changes the conditions at such a t, closes the state and puts it into y (and yp): the new start. KEMPE_E_FAILED with
  * a message when conditions change back and forth without end. */
 kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, double *y, double *yp);
+
+/** Changes the conditions where the closed state at such a t is (q, qd). *changed: one did. */
+kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double *q, const double *qd, bool *changed);
 
 /** Events so far. */
 long kmp_crossing_count(const kmp_crossing *crossing);

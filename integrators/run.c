@@ -27,6 +27,10 @@ static kempe_status begin(kmp_runner *run)
 {
     kempe_status status = run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->spec.t_end,
                                            kmp_runner_first_step(run));
+    if (status == KEMPE_OK && run->crossing) {
+        status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
+        run->event_t = run->spec.t_start;
+    }
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
 }
 
@@ -94,6 +98,11 @@ double kmp_runner_t(const kmp_runner *run)
     if (run->at_event)
         return run->event_t;
     return run->solver ? run->kind->t(run->solver) : run->work_t;
+}
+
+bool kmp_runner_ended(const kmp_runner *run)
+{
+    return run->ended;
 }
 
 double kmp_runner_t_old(const kmp_runner *run)
@@ -167,6 +176,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
     report->cut = run->cut;
+    report->ended = run->ended;
     report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
@@ -176,20 +186,25 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
 
-/* Rows due within the last step. */
-static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
+static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_fn *take, void *user)
 {
     int n = run->s->n;
-    double t = kmp_runner_t(run), work;
-    for (; *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next) {
-        double at = run->spec.times[*next];
-        kempe_status status = kmp_runner_row(run, at, row, row + n, row + 2 * n, row + 3 * n, &work);
-        if (status != KEMPE_OK)
-            return status;
-        if (take(user, at, row, row + n, row + 2 * n, row + 3 * n, work))
-            return kmp_fail_memory(run->s->context);
-    }
-    return KEMPE_OK;
+    double work;
+    kempe_status status = kmp_runner_row(run, t, row, row + n, row + 2 * n, row + 3 * n, &work);
+    if (status != KEMPE_OK)
+        return status;
+    return take(user, t, row, row + n, row + 2 * n, row + 3 * n, work) ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+}
+
+/* Rows due within the last step, and where a condition has ended the run. */
+static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
+{
+    double t = kmp_runner_t(run);
+    kempe_status status = KEMPE_OK;
+    for (; status == KEMPE_OK && *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
+        status = deliver_at(run, run->spec.times[*next], row, take, user);
+    bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
+    return status == KEMPE_OK && run->ended && more ? deliver_at(run, t, row, take, user) : status;
 }
 
 /* Steps between two looks at the clock of the processor, which costs as much as a short step. */

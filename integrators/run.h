@@ -35,6 +35,7 @@ typedef struct kmp_run_report {
     double rate_scale; /* 1/s: how the absolute tolerance of rates follows from that of coordinates */
     long steps, rejected, refused, rhs, newton, jacobians, factorizations, exchanges, centrings, events;
     bool cut;              /* given up for limit_s */
+    bool ended;            /* a condition has ended it */
     bool by_bodies;        /* it went by articulated bodies, where the road was not M and C's own */
     double cpu_s, build_s; /* integration alone; preparing this run (deriving for the dae road included) */
 } kmp_run_report;
@@ -43,8 +44,9 @@ typedef struct kmp_run_report {
  * and integrators. KEMPE_E_ARGUMENT: which name is unknown, and what there is. */
 kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec);
 
-/** Runs. KEMPE_OK, KEMPE_STOPPED or KEMPE_E_FAILED with report->reason; other errors by message. `start` may be given
- * (an assembly made before), else the model is assembled here. */
+/** Runs. Where a condition ends it, the last row is there. KEMPE_OK, KEMPE_STOPPED or KEMPE_E_FAILED with
+ * report->reason; other errors by message. `start` may be given (an assembly made before), else the model is assembled
+ * here. */
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report);
 
@@ -63,6 +65,9 @@ kempe_status kmp_runner_step(kmp_runner *runner);
 /** Ends of the last step; equal at the start. */
 double kmp_runner_t(const kmp_runner *runner);
 double kmp_runner_t_old(const kmp_runner *runner);
+
+/** Whether a condition has ended the run, where the last step ends. */
+bool kmp_runner_ended(const kmp_runner *runner);
 
 /** Row at a time within the last step, rows of one step in ascending order: q, qd, qdd (n), lambda (m), work. */
 kempe_status kmp_runner_row(kmp_runner *runner, double t, double *q, double *qd, double *qdd, double *lambda,

@@ -46,7 +46,8 @@ struct kmp_runner {
     double rescue_t;
     char *reason;
     bool locks;
-    bool cut; /* given up for spec.limit_s */
+    bool cut;   /* given up for spec.limit_s */
+    bool ended; /* a condition has */
 };
 
 /* runner_start.c */

@@ -10,6 +10,8 @@
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
+/* Changes of conditions by rates that jump, at one time. */
+enum { MOST_MEETINGS = 20 };
 /* Part of the run that must lie between two rescues of an implicit integrator. */
 #define RESCUE_WAY 1e-5
 /* The margin, of the start's, at which a run leaves the zone. */
@@ -199,12 +201,79 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
+/* Rates that fit the closures as they are now: of all that do the nearest ones in the kinetic energy, which is what
+ * impulses along the rows' forces leave that take no energy but what they must: a plastic impact. Conditions may hang
+ * on rates, so that these change some more. *energy: kinetic, J, gained. */
+static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
+{
+    double *q = run->state, *qd = q + run->s->n, before = 0;
+    kempe_status status = KEMPE_OK;
+    bool changed = true;
+    kmp_plant_take(run->plant, false);
+    for (int pass = 0; status == KEMPE_OK && changed && pass < MOST_MEETINGS; pass++) {
+        status = kmp_crossing_change(run->crossing, t, q, qd, &changed);
+        if (status == KEMPE_OK && (changed || pass == 0))
+            status = choose_again(run, t, q);
+        if (status == KEMPE_OK && pass == 0) {
+            kmp_plant_mass(run->plant);
+            before = kmp_plant_kinetic(run->plant, qd);
+        }
+        if (status == KEMPE_OK && changed)
+            status = kmp_runner_project(run, t, q, qd);
+    }
+    if (status == KEMPE_OK && changed)
+        return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                        "at t = %.9g closures that switch and conditions of rates contradict each other", t);
+    if (status == KEMPE_OK)
+        status = kmp_runner_accelerate(run, t, q, qd);
+    if (status == KEMPE_OK)
+        *energy = kmp_plant_kinetic(run->plant, qd) - before;
+    return status;
+}
+
+/* Closures switch: the state as it was, then the rates that fit. What the impact takes is work. */
+static kempe_status pass_switch(kmp_runner *run, double t)
+{
+    double *q = run->state, h = t - run->kind->t_old(run->solver), work, energy = 0;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status == KEMPE_OK)
+        status = meet_closures(run, t, &energy);
+    if (status != KEMPE_OK)
+        return status;
+    double after = kmp_plant_kinetic(run->plant, q + run->s->n), before = after - energy;
+    if (-energy > run->spec.rtol * before)
+        kmp_journal_note(run->journal, "impact", t, before, after,
+                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
+    return kmp_runner_take_up(run, t, false, work + energy, fmin(h, run->spec.t_end - t));
+}
+
+/* What a condition says that ends the run. */
+static kempe_status end_run(kmp_runner *run, double t, int condition)
+{
+    const char *advice = run->s->events.condition[condition].advice;
+    kmp_text text = {0};
+    run->ended = true;
+    if (run->reason)
+        return KEMPE_STOPPED;
+    kmp_text_printf(&text, "%s at t = %.9g s%s%s", run->s->event_text[condition], t, advice ? ": " : "",
+                    advice ? advice : "");
+    run->reason = kmp_text_take(&text);
+    return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
+}
+
 /* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
 static kempe_status pass_event(kmp_runner *run, double t)
 {
     double h = run->kind->t(run->solver) - run->kind->t_old(run->solver);
     if (!run->at_event)
         return KEMPE_OK;
+    if (kmp_crossing_end(run->crossing) >= 0)
+        return end_run(run, t, kmp_crossing_end(run->crossing));
+    if (run->s->switches) {
+        kempe_status passed = pass_switch(run, t);
+        run->at_event = passed != KEMPE_OK;
+        return passed;
+    }
     kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
     if (status == KEMPE_OK)
         status = run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,

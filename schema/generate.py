@@ -142,7 +142,8 @@ def definitions():
     run = {key: ref("number") for key in keys("read_run.c", "run_keys")}
     run.update({key: ref("word") for key in ("road", "form", "integrator")},
                dynamics={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
-               change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]}, u=words, outputs=words)
+               change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]}, u=words, outputs=words,
+               until={"anyOf": [ref("word"), words]})
     return {
         "number": {"description": "a number, or an expression of numbers with units and parameters",
                    "type": ["number", "string"]},

@@ -244,7 +244,7 @@ static bool add_events(gather *g)
     g->of_count = g->s->system->events.count;
     g->of = KMP_NEW(kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->of_count; i++)
-        if (!kmp_tree_event(&g->eq.tree, i, &g->of[i]))
+        if (!g->s->system->events.condition[i].ends && !kmp_tree_event(&g->eq.tree, i, &g->of[i]))
             return false;
     return add_values(g, &g->s->events);
 }

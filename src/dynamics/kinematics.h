@@ -51,6 +51,9 @@ typedef struct kmp_condition {
     int number;
     const kmp_expr *expr; /* NULL: of an element */
     char *text;           /* of an element: what the journal calls it */
+    bool ends;            /* where its value becomes negative runs end; no input stands for it */
+    bool late;            /* such a one, and the value depends on accelerations or multipliers */
+    const char *advice;   /* of such a one; NULL: none */
 } kmp_condition;
 
 /** The conditions of a model, numbered in the order in which they are met: comparisons and signs of what moves. A
@@ -145,6 +148,11 @@ kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_
 kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
                            ...) __attribute__((format(printf, 5, 6)));
 
+/** Runs end where `value` becomes negative, and say: TEXT at t = .. s: ADVICE ("wheel 'L' left its rail", and what may
+ * be wrong or can be done; NULL: nothing). `of` and `number` as above. The value may depend on multipliers too
+ * (KMP_IN_LAMBDA), and on accelerations. Nothing happens where conditions are evaluated where they stand. */
+void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
+                  const char *format, ...) __attribute__((format(printf, 6, 7)));
 /** The multiplier of a closure's declared row, an input KMP_IN_LAMBDA; zero for one that is not kept, and before the
  *  closures' rows are derived. */
 kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);

@@ -51,13 +51,19 @@ static bool moves(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & ~(1u << KMP_IN_PARAMETER);
 }
 
+/* Whether an input may stand for it: not where multipliers decide, which change with the accelerations. */
+static bool can_stand(const kmp_tree *tree, kmp_ref less)
+{
+    unsigned depends = kmp_graph_node(tree->graph, kmp_id(less))->depends;
+    return tree->events && moves(tree->graph, less) && !(depends & 1u << KMP_IN_LAMBDA);
+}
+
 /* -- of expressions ---------------------------------------------------------------------------------- */
 
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_ref less = kmp_less(tree->graph, a, b);
-    bool pressed = kmp_graph_node(tree->graph, kmp_id(less))->depends & 1u << KMP_IN_LAMBDA;
-    if (!tree->events || !moves(tree->graph, less) || pressed) /* multipliers change with the accelerations */
+    if (!can_stand(tree, less))
         return less;
     int k = find(tree->events, e, 0);
     if (k < 0)
@@ -84,26 +90,46 @@ static bool note(kmp_noted *noted, int k, kmp_ref value)
     return true;
 }
 
+/* The number of a condition whose value is noted; -1 when there is no memory. */
+static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, const char *format, va_list arguments)
+{
+    int k = find(tree->events, condition.of, condition.number);
+    if (k < 0) {
+        kmp_text text = {0};
+        kmp_text_vprintf(&text, format, arguments);
+        condition.text = kmp_text_take(&text);
+        k = add(tree->events, condition);
+    }
+    if (k >= 0 && note(tree->noted, k, value))
+        return k;
+    kmp_graph_fail(tree->graph);
+    return -1;
+}
+
 kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
                            ...)
 {
     kmp_graph *g = tree->graph;
     kmp_ref less = kmp_less(g, difference, KMP_ZERO);
-    if (!tree->events || !moves(g, less))
+    if (!can_stand(tree, less))
         return less;
-    int k = find(tree->events, of, number);
-    if (k < 0) {
-        kmp_text text = {0};
-        va_list arguments;
-        va_start(arguments, format);
-        kmp_text_vprintf(&text, format, arguments);
-        va_end(arguments);
-        k = add(tree->events, (kmp_condition){.of = of, .number = number, .text = kmp_text_take(&text)});
-    }
-    bool ok = k >= 0 && note(tree->noted, k, difference);
-    if (!ok)
-        kmp_graph_fail(g);
-    return ok ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
+    va_list arguments;
+    va_start(arguments, format);
+    int k = meet(tree, (kmp_condition){.of = of, .number = number}, difference, format, arguments);
+    va_end(arguments);
+    return k >= 0 ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
+}
+
+void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
+                  const char *format, ...)
+{
+    if (!tree->events || !moves(tree->graph, value))
+        return;
+    const kmp_condition condition = {.of = of, .number = number, .ends = true, .advice = advice};
+    va_list arguments;
+    va_start(arguments, format);
+    (void)meet(tree, condition, value, format, arguments);
+    va_end(arguments);
 }
 
 bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)

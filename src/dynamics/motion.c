@@ -73,8 +73,10 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 {
     kmp_ref *entry = KMP_NEW(kmp_ref, s->m * s->n);
     bool ok = entry && kmp_pattern_init(&s->jacobian, s->m, s->n, eq->jacobian, entry);
-    for (int r = 0; r < s->m; r++)
+    for (int r = 0; r < s->m; r++) {
         s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
+        s->switches = s->switches || kmp_graph_node(eq->graph, kmp_id(eq->h[r]))->depends & (1u << KMP_IN_MODE);
+    }
     kmp_free(entry);
     return ok;
 }

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "dynamics/closures.h"
 #include "dynamics/newton_euler.h"
+#include "model/model_print.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
 
@@ -92,9 +93,34 @@ static bool derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_ou
     }
 }
 
+/* Negative where the comparison holds. */
+static kmp_ref compared(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_ref a = kmp_tree_expression(tree, e->a), b = kmp_tree_expression(tree, e->b);
+    bool less = e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST;
+    return less ? kmp_sub(tree->graph, a, b) : kmp_sub(tree->graph, b, a);
+}
+
+/* Where the user wants runs to end. */
+static bool derive_until(const kmp_tree *tree)
+{
+    const kmp_run_settings *run = &tree->model->run;
+    bool ok = true;
+    for (int k = 0; ok && k < run->until_count; k++) {
+        kmp_text text = {0};
+        kmp_model_put_expr(&text, tree->model, run->until[k]);
+        ok = !text.failed;
+        if (ok)
+            kmp_tree_end(tree, run->until[k], 0, compared(tree, run->until[k]), NULL, "the run ends as asked: %s",
+                         text.s);
+        kmp_text_free(&text);
+    }
+    return ok;
+}
+
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
-    bool ok = true;
+    bool ok = derive_until(&eq->tree);
     for (int o = 0; ok && o < eq->model->output_count; o++) {
         const kmp_output *output = &eq->model->outputs[o];
         kmp_vec x = kmp_vec_zero();

@@ -145,7 +145,7 @@ static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
     int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count};
     const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, eq->shown};
-    s->has_power = eq->power != KMP_ZERO || s->rheonomic;
+    s->has_power = eq->power != KMP_ZERO || s->rheonomic || s->switches;
     s->dissipative = s->has_power;
     s->judge = kmp_program_new(eq->graph, 5, count, groups);
     return s->judge;
@@ -194,22 +194,34 @@ static char *text_of_event(const kempe_model *model, const kmp_condition *condit
     return condition->expr ? text_of_expression(model, condition->expr) : kmp_strdup(condition->text);
 }
 
+static bool is_late(const kmp_graph *g, kmp_ref value)
+{
+    return kmp_graph_node(g, kmp_id(value))->depends & (1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA);
+}
+
 /* All conditions are known when the other programs have been derived; the equations at hand have all laws and rows. */
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
     int count = s->events.count;
     if (count == 0)
         return KEMPE_OK;
-    kmp_ref *out = KMP_NEW(kmp_ref, count);
-    const kmp_ref *group = out;
+    kmp_ref *out = KMP_NEW(kmp_ref, 2 * count);
+    const kmp_ref *group[2] = {out, out + count};
+    int counts[2] = {count, 0};
     bool known = true, ok = out && (s->event_text = KMP_NEW(char *, count));
     for (int k = 0; ok && known && k < count; k++) {
+        kmp_condition *condition = &s->events.condition[k];
         known = kmp_tree_event(&eq->tree, k, &out[k]);
-        s->event_text[k] = text_of_event(s->model, &s->events.condition[k]);
+        condition->late = condition->ends && is_late(eq->graph, out[k]);
+        if (condition->late) {
+            out[count + counts[1]++] = out[k];
+            out[k] = KMP_ZERO;
+        }
+        s->event_text[k] = text_of_event(s->model, condition);
         ok = s->event_text[k];
     }
     if (ok && known)
-        s->changes = kmp_program_new(eq->graph, 1, &count, &group);
+        s->changes = kmp_program_new(eq->graph, 2, counts, group);
     kmp_free(out);
     if (!known)
         return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is not among those of its law");

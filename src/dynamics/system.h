@@ -48,13 +48,15 @@ struct kempe_system {
     kmp_pattern pressing;             /* coordinate and row: dC/dlambda */
     kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J. Of `articulated` */
     bool rheonomic;                   /* h depends on t */
-    bool dissipative;                 /* some force is not conservative, or a closure that moves does work */
-    bool has_power;                   /* so it is without the user's force */
-    kmp_dynamics dynamics;            /* as asked for */
+    bool switches;                    /* h depends on conditions: J may jump where they change, and rates with it */
+    bool dissipative;      /* some force is not conservative, or a closure that moves or switches does work */
+    bool has_power;        /* so it is without the user's force */
+    kmp_dynamics dynamics; /* as asked for */
     kmp_program *motion, *judge;
     kmp_program *articulated; /* motion by articulated bodies; NULL: runs take M and C */
     kmp_events events;        /* conditions: inputs KMP_IN_MODE of all programs */
-    kmp_program *changes;     /* stage 1: first - second of each condition at (t, q, qd); NULL without conditions */
+    kmp_program *changes;     /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2:
+                               * those, at qdd and lambda too; NULL without conditions */
     kmp_program *goals;       /* of points that goals are about (dynamics/goals.h); NULL without them */
     char **event_text;        /* events.count: "'motor': q(A) < 0.2" */
     int chart_count;          /* joints with inputs KMP_IN_CHART, nine each */

@@ -535,7 +535,7 @@ static const kmp_expr *parse_sum(parser *p)
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
 {
     parser p = {.scope = scope, .text = text, .at = text};
-    const kmp_expr *expr = parse_sum(&p);
+    const kmp_expr *expr = scope->compares ? parse_comparison(&p) : parse_sum(&p);
     skip_space(&p);
     if (!expr || *p.at == '\0')
         return expr;

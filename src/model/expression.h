@@ -83,8 +83,9 @@ typedef struct kmp_expr_scope {
     int (*closure)(void *user, const char *name);                  /* whose multipliers may stand here */
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
-    bool time; /* t is allowed */
-    int place; /* so many of x, y, z mean a place, whatever parameters are called */
+    bool time;     /* t is allowed */
+    bool compares; /* a comparison is wanted: a < b */
+    int place;     /* so many of x, y, z mean a place, whatever parameters are called */
 } kmp_expr_scope;
 
 /** How the symbols of an expression are called. */

@@ -92,5 +92,5 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
 
 void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names)
 {
-    print_within(text, expr, names, BIND_SUM);
+    print_within(text, expr, names, BIND_COMPARISON);
 }

@@ -160,7 +160,9 @@ typedef struct kmp_run_settings {
     const char *road, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;
     kmp_change_points change_points;
-    int *u, u_count; /* coordinates asked for as independent */
+    int *u, u_count;        /* coordinates asked for as independent */
+    const kmp_expr **until; /* comparisons: where one comes to hold a run ends */
+    int until_count;
 } kmp_run_settings;
 
 struct kempe_model {

@@ -416,6 +416,11 @@ static void json_run(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, i > 0 ? ", " : "");
         kmp_text_quote(text, model->motions[run->u[i]].name);
     }
+    kmp_text_put(text, "], \"until\": [");
+    for (int i = 0; i < run->until_count; i++) {
+        kmp_text_put(text, i > 0 ? ", " : "");
+        kmp_model_put_quoted_expr(text, model, run->until[i]);
+    }
     kmp_text_put(text, "], \"outputs\": [");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, i > 0 ? ", \"" : "\"");

@@ -336,6 +336,10 @@ static void show_run(kmp_text *text, const kempe_model *model)
         kmp_text_printf(text, " change_points %s", kmp_change_points_word(run->change_points));
     for (int i = 0; i < run->u_count; i++)
         kmp_text_printf(text, "%s%s", i == 0 ? " u " : ", ", model->motions[run->u[i]].name);
+    for (int i = 0; i < run->until_count; i++) {
+        kmp_text_put(text, i == 0 ? " until " : ", ");
+        kmp_model_put_expr(text, model, run->until[i]);
+    }
     kmp_text_put(text, "\noutputs:");
     for (int i = 0; i < model->output_count; i++) {
         kmp_text_put(text, " ");

@@ -64,8 +64,8 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {"t_end",      "rtol",     "atol",          "every", "road",    "form",
-                                       "integrator", "dynamics", "change_points", "u",     "outputs", NULL};
+static const char *const run_keys[] = {"t_end",    "rtol",          "atol", "every",   "road",  "form", "integrator",
+                                       "dynamics", "change_points", "u",    "outputs", "until", NULL};
 
 static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {
@@ -131,6 +131,21 @@ static void read_u(kmp_reader *r, const kmp_yaml *list)
     }
 }
 
+/* One condition, or a list of them. */
+static void read_until(kmp_reader *r, const kmp_yaml *node)
+{
+    kmp_run_settings *run = &r->model->run;
+    bool several = node && node->kind == KMP_YAML_LIST;
+    int count = !node ? 0 : several ? node->count : 1;
+    run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
+    for (int i = 0; run->until && i < count; i++) {
+        const kmp_yaml *item = several ? node->items[i] : node;
+        const kmp_expr *e = kmp_read_comparison(r, item, "run until");
+        if (e)
+            run->until[run->until_count++] = e;
+    }
+}
+
 void kmp_read_run(kmp_reader *r)
 {
     kmp_run_settings *run = &r->model->run;
@@ -148,4 +163,5 @@ void kmp_read_run(kmp_reader *r)
     read_dynamics(r, kmp_yaml_get(map, "dynamics"));
     read_change_points(r, kmp_yaml_get(map, "change_points"));
     read_u(r, kmp_yaml_get(map, "u"));
+    read_until(r, kmp_yaml_get(map, "until"));
 }

@@ -143,7 +143,7 @@ static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_te
 }
 
 /* What may stand in an expression beside parameters. */
-typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, OF_X, OF_PLACE } symbols;
+typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, COMPARISON_OF_LOADS, OF_X, OF_PLACE } symbols;
 
 static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
 {
@@ -156,6 +156,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *wh
                                                           : "a mapping");
         return NULL;
     }
+    bool of_loads = allowed == OF_LOADS || allowed == COMPARISON_OF_LOADS;
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
                             .file = r->model->files[node->text_place.file],
@@ -163,11 +164,12 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *wh
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = allowed == OF_STATE || allowed == OF_LOADS ? find_in_expression : NULL,
-                            .closure = allowed == OF_LOADS ? find_closure : NULL,
+                            .coordinate = allowed == OF_STATE || of_loads ? find_in_expression : NULL,
+                            .closure = of_loads ? find_closure : NULL,
                             .table = find_table,
                             .suggest = suggest,
                             .time = allowed != CONSTANT,
+                            .compares = allowed == COMPARISON_OF_LOADS,
                             .place = allowed == OF_X       ? 1
                                      : allowed == OF_PLACE ? 3
                                                            : 0};
@@ -311,6 +313,11 @@ const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
 {
     return read_variable(r, node, what, wanted, OF_LOADS);
+}
+
+const kmp_expr *kmp_read_comparison(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    return read_variable(r, node, what, KMP_DIM_ANY, COMPARISON_OF_LOADS);
 }
 
 const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place)

@@ -135,6 +135,9 @@ const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *
 /** The same with multipliers of the closures, which have been read. */
 const kmp_expr *kmp_read_effort(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted);
 
+/** A comparison of two such. */
+const kmp_expr *kmp_read_comparison(kmp_reader *r, const kmp_yaml *node, const char *what);
+
 /** An expression of parameters, t and the first `place` of x, y, z; NULL after a complaint. */
 const kmp_expr *kmp_read_curve(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, int place);
 

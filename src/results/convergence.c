@@ -31,9 +31,11 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 {
     beside *b = user;
     kmp_convergence *c = b->found;
-    const double *first = kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row++);
     double worst = 0;
     (void)qd, (void)qdd, (void)lambda, (void)work;
+    if (t != kmp_samples_time(b->table, b->row))
+        return 0; /* where a condition ends it */
+    const double *first = kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row++);
     for (int k = 0; k < b->system->n; k++) {
         double e = fabs(q[k] - first[k]) / fmax(fabs(first[k]), b->system->scale[k]);
         worst = fmax(worst, e);
@@ -67,7 +69,7 @@ static kempe_status run_beside(const kempe_system *system, const kmp_run_spec *s
     if (status == KEMPE_E_MEMORY)
         return status;
     kmp_context_clear(system->context); /* of what the other run complained */
-    if (status == KEMPE_STOPPED)
+    if (status == KEMPE_STOPPED && !report.ended)
         return KEMPE_OK; /* the user has had enough: nothing more is known */
     if (status != KEMPE_OK)
         found.stopped = report.t;

@@ -106,9 +106,10 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
     while (status == KEMPE_OK && kmp_runner_t(s->runner) < t)
         status = kmp_runner_step(s->runner);
-    if (status == KEMPE_OK)
-        status = stand_at(s, t);
-    return settle(s, status);
+    kempe_status stood = status == KEMPE_OK            ? stand_at(s, t)
+                         : kmp_runner_ended(s->runner) ? stand_at(s, kmp_runner_t(s->runner))
+                                                       : status;
+    return settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
 }
 
 double kempe_stepper_t(const kempe_stepper *stepper)

@@ -4,6 +4,7 @@
  * output shows the force on the wheel and its moment about the wheel's centre in the track's axes: forwards, left, up.
  */
 #include "dynamics/forces/law.h"
+#include "symbolic/table.h"
 #include "wheel/contact.h"
 
 /* Onto the wheel's link: a force at a place given from the centre, and a moment, ground axes. */
@@ -26,6 +27,23 @@ static void show(kmp_graph *g, const kmp_wheel_pose *pose, const kmp_contact *c,
     }
 }
 
+/* Where runs end: the middle of the rail is no longer under the wheel, or a rigid contact would have to pull. */
+static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose)
+{
+    enum { OFF = KMP_WHEEL_ZONES, PULLED };
+    kmp_graph *g = tree->graph;
+    const kmp_table *height = wheel->profile->height;
+    kmp_ref under = kmp_sub(g, kmp_const(g, tree->model->tracks[wheel->track].rail_at), pose->out);
+    kmp_ref inner = kmp_sub(g, under, kmp_const(g, height->x[0]));
+    kmp_ref outer = kmp_sub(g, kmp_const(g, height->x[height->count - 1]), under);
+    kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer),
+                 "the middle of the rail is beside the wheel's profile", "wheel '%s' left its rail", wheel->name);
+    if (wheel->form == KMP_CONTACT_RIGID)
+        kmp_tree_end(tree, wheel, PULLED, kmp_tree_multiplier(tree, wheel->closure, 0),
+                     "a rail does not pull; with 'contact: elastic' the wheel lifts off", "wheel '%s' is unloaded",
+                     wheel->name);
+}
+
 bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -34,6 +52,7 @@ bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
     kmp_wheel_pose pose;
     if (!kmp_wheel_find(tree, wheel, &pose))
         return false;
+    add_ends(tree, wheel, &pose);
     for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
         kmp_contact c;
         if (!kmp_wheel_contact(tree, wheel, &pose, k, &c))
