@@ -247,6 +247,7 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
  *     inverse.h       the efforts that a motion takes
  *     linearize.h     state spaces near a state; response.h: answers to what swings
  *     modes.h         eigenvalues and shapes, and what becomes of them when a parameter varies
+ *     contact.h       rolling contact: ellipses and laws of creep, by themselves
  *     sensitivity.h   how results move with parameters; gradient.h: the same for optimisers */
 
 /** Writes text to a file whole or not at all (a temporary beside it, then renamed). */
@@ -259,6 +260,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/branches.h>
 #include <kempe/build.h>
 #include <kempe/compare.h>
+#include <kempe/contact.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/extend.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pieces in powers of the distance to their left knot. The slopes of the spline come from one tridiagonal system
- * (de Boor, A Practical Guide to Splines, 1978, chapter IV), which needs no exchange of rows. */
+/* Pieces in powers of the distance to their left knot. */
 #include "symbolic/table.h"
 #include "base/memory.h"
+#include "base/spline.h"
 #include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
@@ -36,62 +36,10 @@ static double secant(const kmp_table *t, int k)
     return (t->y[k + 1] - t->y[k]) / (t->x[k + 1] - t->x[k]);
 }
 
-/* The end that begins with steps h, g and secants m, n: (g, h + g) slopes = *right. */
-static double end_row(double h, double g, double m, double n)
-{
-    double d = h + g;
-    return ((h + 2 * d) * g * m + h * h * n) / d;
-}
-
-/* Slopes at the knots of four or more; `pivot` and `upper` are room for the elimination. */
-static void spline_slopes(const kmp_table *t, double *slope, double *pivot, double *upper)
-{
-    int n = t->count;
-    const double *x = t->x;
-    pivot[0] = x[2] - x[1];
-    upper[0] = x[2] - x[0];
-    slope[0] = end_row(x[1] - x[0], x[2] - x[1], secant(t, 0), secant(t, 1));
-    for (int k = 1; k < n; k++) {
-        double lower, h = x[k] - x[k - 1];
-        if (k < n - 1) {
-            double g = x[k + 1] - x[k];
-            lower = g;
-            pivot[k] = 2 * (h + g);
-            upper[k] = h;
-            slope[k] = 3 * (g * secant(t, k - 1) + h * secant(t, k));
-        } else {
-            double g = x[k - 1] - x[k - 2];
-            lower = h + g;
-            pivot[k] = g;
-            slope[k] = end_row(h, g, secant(t, k - 1), secant(t, k - 2));
-        }
-        double factor = lower / pivot[k - 1];
-        pivot[k] -= factor * upper[k - 1];
-        slope[k] -= factor * slope[k - 1];
-    }
-    slope[n - 1] /= pivot[n - 1];
-    for (int k = n - 2; k >= 0; k--)
-        slope[k] = (slope[k] - upper[k] * slope[k + 1]) / pivot[k];
-}
-
-/* The parabola through three points. */
-static void parabola_slopes(const kmp_table *t, double *slope)
-{
-    double h = t->x[1] - t->x[0], g = t->x[2] - t->x[1], m = secant(t, 0), n = secant(t, 1);
-    double bend = (n - m) / (h + g);
-    slope[0] = m - h * bend;
-    slope[1] = m + h * bend;
-    slope[2] = n + g * bend;
-}
-
 static void cubic_pieces(kmp_table *t, const double *slope)
 {
-    for (int k = 0; k < t->count - 1; k++) {
-        double h = t->x[k + 1] - t->x[k], m = secant(t, k), bend = (slope[k] + slope[k + 1] - 2 * m) / h;
-        t->piece[k][1] = slope[k];
-        t->piece[k][2] = (m - slope[k]) / h - bend;
-        t->piece[k][3] = bend / h;
-    }
+    for (int k = 0; k < t->count - 1; k++)
+        kmp_spline_piece(t->x[k + 1] - t->x[k], t->y[k], t->y[k + 1], slope[k], slope[k + 1], t->piece[k]);
 }
 
 static bool make_pieces(kmp_table *t)
@@ -105,10 +53,7 @@ static bool make_pieces(kmp_table *t)
     double *work = KMP_NEW(double, 3 * t->count);
     if (!work)
         return false;
-    if (t->count == 3)
-        parabola_slopes(t, work);
-    else
-        spline_slopes(t, work, work + t->count, work + 2 * t->count);
+    kmp_spline_slopes(t->count, t->x, t->y, work, work + t->count);
     cubic_pieces(t, work);
     kmp_free(work);
     return true;

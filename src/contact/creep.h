@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* FASTSIM for numbers that are known to be good. */
+#ifndef KMP_CONTACT_CREEP_H
+#define KMP_CONTACT_CREEP_H
+
+#include <kempe/contact.h>
+
+void kmp_fastsim_flexibilities(const kempe_creep *creep, const kempe_kalker *coefficients, double flexibility[3]);
+
+/** *force is zero before. */
+void kmp_fastsim(const kempe_creep *creep, const double flexibility[3], kempe_creep_force *force);
+
+#endif

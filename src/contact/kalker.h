@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Kalker's creepage coefficients: one interpolation for numbers and expressions. */
+#ifndef KMP_CONTACT_KALKER_H
+#define KMP_CONTACT_KALKER_H
+
+enum {
+    KMP_KALKER_ROWS = 10,   /* of the table, on either side of the circle */
+    KMP_KALKER_BEYOND = 12, /* points of the asymptotes there */
+    KMP_KALKER_POINTS = 2 * (KMP_KALKER_ROWS + KMP_KALKER_BEYOND) - 1,
+    KMP_KALKER_COEFFICIENTS = 4 /* c11, c22, c23, c33 */
+};
+
+/** What a cubic spline goes through: x = log(a/b), increasing, and the logarithms of the coefficients. Poisson's ratio
+ *  is from 0 to 0.5. */
+void kmp_kalker_points(double poisson, double x[KMP_KALKER_POINTS],
+                       double y[KMP_KALKER_COEFFICIENTS][KMP_KALKER_POINTS]);
+
+#endif
