@@ -1,5 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The laws of rolling contact (kempe/contact.h) as expressions, with all derivatives. */
+/* The laws of rolling contact (kempe/contact.h) as expressions, with all derivatives.
+ *
+ * They are smooth and finite everywhere, without creep and without a normal force, too: sizes of creepages have a floor
+ * of 1e-15, sizes of forces one of 1e-12 of friction times normal force, and the normal force in a power one of 1e-14
+ * G* / (along + across)^2, which is some 1e-4 N of a wheel on a rail. With a negative normal force the size of the ellipse
+ * is that of its modulus, and the forces turn. Polach's law has kinks where y and y + a spin are equal in size. */
 #ifndef KMP_WHEEL_LAWS_H
 #define KMP_WHEEL_LAWS_H
 
@@ -10,7 +15,7 @@
 typedef struct kmp_touch {
     kmp_ref along, across; /* curvature in the direction of rolling, and lateral */
     kmp_ref shear_modulus; /* of both */
-    double poisson;
+    double poisson;        /* 0 to 0.5 */
 } kmp_touch;
 
 /** Hertz: N = stiffness * penetration^1.5, and the semi-axes a (along) and b (across) for N. */
@@ -20,9 +25,9 @@ void kmp_hertz_axes(kmp_graph *g, const kmp_touch *touch, kmp_ref normal, kmp_re
 typedef struct kmp_creep {
     kmp_touch touch;
     kmp_ref normal;        /* N, not negative */
-    kmp_ref friction;      /* coefficient */
+    kmp_ref friction;      /* coefficient, not negative */
     kmp_ref slip[2], spin; /* creepages along and across, and spin in 1/m: of the wheel against the rail, over the
-                            * rolling speed */
+                            * rolling speed; axes along, across, normal are right-handed */
 } kmp_creep;
 
 /** The force on the wheel along and across, N, and its moment about the normal, N m. */
