@@ -2,6 +2,7 @@
 #include "constraints/plant.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/pressing.h"
 #include <math.h>
 #include <string.h>
 
@@ -139,6 +140,13 @@ static bool prepare(kmp_plant *plant, const kmp_backend *backend)
     plant->chart = KMP_NEW(double, KMP_CHART_SIZE * plant->system->chart_count);
     if (!plant->motion || !plant->judge || !plant->mode || !plant->chart || (plant->system->changes && !plant->changes))
         return false;
+    if (plant->system->pressed_count > 0) {
+        plant->nu = KMP_NEW(double, plant->m);
+        plant->press = kmp_press_work_new(plant->system);
+        if (!plant->nu || !plant->press)
+            return false;
+        set_all(plant, KMP_IN_LAMBDA, plant->nu);
+    }
     set_all(plant, KMP_IN_PARAMETER, plant->system->parameters);
     set_modes(plant);
     kmp_charts_reset(plant->system, plant->chart);
@@ -208,6 +216,8 @@ void kmp_plant_free(kmp_plant *plant)
     kmp_free(plant->q);
     kmp_free(plant->with_force);
     kmp_free(plant->effort);
+    kmp_free(plant->nu);
+    kmp_press_work_free(plant->press);
     kmp_free(plant);
 }
 
@@ -255,6 +265,32 @@ static void accelerate_bodies(kmp_plant *plant, const double *effort)
     plant->drift = plant->free_qdd + plant->n;
 }
 
+/* By M and C; `effort`: the user's, NULL: none. */
+static void run_bias(kmp_plant *plant, const double *effort)
+{
+    if (plant->nu)
+        kmp_machine_set(plant->motion, KMP_IN_LAMBDA, plant->nu);
+    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
+    plant->jdqd = plant->bias + plant->n;
+    if (!effort)
+        return;
+    for (int i = 0; i < plant->n; i++)
+        plant->with_force[i] = plant->bias[i] - effort[i];
+    plant->bias = plant->with_force;
+}
+
+void kmp_plant_bias_with(kmp_plant *plant, const double *nu)
+{
+    memmove(plant->nu, nu, (size_t)plant->m * sizeof *nu);
+    run_bias(plant, plant->system->force ? plant->effort : NULL);
+}
+
+void kmp_plant_pressing(kmp_plant *plant)
+{
+    plant->pressing =
+        plant->system->pressing.count > 0 ? kmp_machine_run(plant->motion, KMP_STAGE_PRESSING) : plant->nu;
+}
+
 void kmp_plant_bias(kmp_plant *plant, const double *qd)
 {
     visit(plant, NULL, NULL, qd);
@@ -264,13 +300,7 @@ void kmp_plant_bias(kmp_plant *plant, const double *qd)
         accelerate_bodies(plant, effort);
         return;
     }
-    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
-    plant->jdqd = plant->bias + plant->n;
-    if (!effort)
-        return;
-    for (int i = 0; i < plant->n; i++)
-        plant->with_force[i] = plant->bias[i] - effort[i];
-    plant->bias = plant->with_force;
+    run_bias(plant, effort);
 }
 
 const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd)
@@ -306,12 +336,15 @@ double kmp_plant_potential(kmp_plant *plant, double t, const double *q)
     return *kmp_machine_run(plant->judge, KMP_STAGE_POTENTIAL);
 }
 
-/* Stages build on each other: the later ones need the potential's. */
+/* Stages build on each other: the later ones need the potential's. Power is of the multipliers that C was last
+ * evaluated with. */
 double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd)
 {
     visit(plant, &t, q, qd);
     (void)kmp_plant_potential(plant, t, q);
     kmp_machine_set(plant->judge, KMP_IN_QD, qd);
+    if (plant->nu)
+        kmp_machine_set(plant->judge, KMP_IN_LAMBDA, plant->nu);
     double power = *kmp_machine_run(plant->judge, KMP_STAGE_POWER);
     const double *effort = kmp_plant_effort(plant, t, q, qd);
     for (int i = 0; effort && i < plant->n; i++)
@@ -322,8 +355,8 @@ double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda)
 {
     (void)kmp_plant_potential(plant, t, q);
-    (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
     kmp_machine_set(plant->judge, KMP_IN_LAMBDA, lambda);
+    (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
     return kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
 }
 

@@ -31,6 +31,9 @@ typedef struct kmp_plant {
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
     double *with_force;       /* n: bias less the user's efforts */
     double *effort;           /* n */
+    double *nu;               /* m: multipliers that C was evaluated with (constraints/pressing.h); NULL: C has none */
+    const double *pressing;   /* system->pressing.count values: dC/dlambda, since kmp_plant_pressing */
+    struct kmp_press_work *press; /* of kmp_press */
 } kmp_plant;
 
 /** NULL after a message (unknown back end, no memory). */
@@ -48,6 +51,11 @@ void kmp_plant_take(kmp_plant *plant, bool by_bodies);
 void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
+
+/** C and jdqd anew with other multipliers, and dC/dlambda at the last ones. After kmp_plant_bias, of systems with
+ * forces that depend on them (system->pressed_count), by M and C. */
+void kmp_plant_bias_with(kmp_plant *plant, const double *nu);
+void kmp_plant_pressing(kmp_plant *plant);
 
 /** The system's parameters have other values now; what was evaluated before no longer holds. */
 void kmp_plant_renew_parameters(kmp_plant *plant);

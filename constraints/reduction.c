@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/reduction.h"
 #include "base/memory.h"
+#include "constraints/pressing.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
@@ -32,8 +33,9 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->mx = KMP_NEW(double, n *(p > 0 ? p : 1)); /* it also holds one qdd */
     red->mr = KMP_NEW(double, p *p);
     red->dv = KMP_NEW(double, r);
+    red->answer = KMP_NEW(double, p);
     return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->u_of && red->jv &&
-           red->bvu && red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv;
+           red->bvu && red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv && red->answer;
 }
 
 /* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
@@ -110,6 +112,7 @@ void kmp_reduction_free(kmp_reduction *red)
     kmp_free(red->mx);
     kmp_free(red->mr);
     kmp_free(red->dv);
+    kmp_free(red->answer);
     *red = (kmp_reduction){0};
 }
 
@@ -236,6 +239,66 @@ static int solve_reduced(kmp_reduction *red, double *udd)
     return fault;
 }
 
+/* lambda from Jv' lambda = (force)_v, `force` being M qdd + C. */
+static void take_multipliers(kmp_reduction *red, double *lambda)
+{
+    memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = red->force[red->part->v[i]];
+    kmp_block_solve_transposed(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        lambda[red->part->rows[i]] = red->dv[i];
+}
+
+static int fail(int p, double *out)
+{
+    for (int k = 0; k < p; k++)
+        out[k] = NAN;
+    return 0;
+}
+
+/* What forces that depend on multipliers ask, with the factors of the reduced mass. */
+static void answer_moving(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_reduction *red = self;
+    int n = red->n;
+    double *qdd = red->mx;
+    memcpy(red->force, bias, (size_t)n * sizeof *red->force);
+    if (!change)
+        add_mass_times(red->plant, red->a0, red->force);
+    for (int k = 0; k < red->p; k++)
+        red->answer[k] = -kmp_dot(n, red->x + k * n, red->force);
+    kmp_cholesky_solve(red->p, red->mr, red->answer);
+    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    spread(red, red->answer, qdd, qdd);
+    add_mass_times(red->plant, qdd, red->force);
+    take_multipliers(red, lambda);
+}
+
+/* The same where the accelerations are given: those in mx. */
+static void answer_given(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_reduction *red = self;
+    memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
+    if (!change)
+        add_mass_times(red->plant, red->mx, red->force);
+    take_multipliers(red, lambda);
+}
+
+/* C at the multipliers that follow from it, and accelerations with it. */
+static int accelerate_pressed(kmp_reduction *red, double *udd)
+{
+    const kmp_answer answer = {red, answer_moving};
+    if (!kmp_press(red->plant, &answer))
+        return fail(red->p, udd);
+    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
+    add_mass_times(red->plant, red->a0, red->force);
+    for (int k = 0; k < red->p; k++)
+        udd[k] = -kmp_dot(red->n, red->x + k * red->n, red->force);
+    kmp_cholesky_solve(red->p, red->mr, udd);
+    return 0;
+}
+
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
 {
     int n = red->n, p = red->p;
@@ -251,7 +314,8 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
         for (int i = k; i < p; i++)
             red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
     }
-    return solve_reduced(red, udd);
+    int fault = solve_reduced(red, udd);
+    return fault || !red->plant->press ? fault : accelerate_pressed(red, udd);
 }
 
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
@@ -260,6 +324,11 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
     double *qdd = red->mx;
     bias_force(red);
     spread(red, udd, red->a0, qdd);
+    const kmp_answer answer = {red, answer_given};
+    if (red->r > 0 && !kmp_press(red->plant, &answer)) {
+        (void)fail(red->p, out);
+        return;
+    }
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
     add_mass_times(red->plant, qdd, red->force);
     for (int k = 0; k < red->p; k++) {
@@ -269,6 +338,18 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
     }
 }
 
+bool kmp_reduction_press_factor(kmp_reduction *red, bool moving)
+{
+    const kmp_answer answer = {red, moving ? answer_moving : answer_given};
+    return kmp_press_factor(red->plant, &answer);
+}
+
+void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias)
+{
+    const kmp_answer answer = {red, moving ? answer_moving : answer_given};
+    kmp_press_change(red->plant, &answer, bias);
+}
+
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
 {
     memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
@@ -276,11 +357,7 @@ void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *la
         return;
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
     add_mass_times(red->plant, qdd, red->force);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = red->force[red->part->v[i]];
-    kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        lambda[red->part->rows[i]] = red->dv[i];
+    take_multipliers(red, lambda);
 }
 
 /* -- closure ----------------------------------------------------------------------------------------- */

@@ -28,6 +28,7 @@ typedef struct kmp_reduction {
     double *mx;                      /* n x p, or n: M X, or qdd */
     double *mr;                      /* p x p: reduced mass, then its Cholesky factor */
     double *dv;                      /* r: the last correction or right-hand side */
+    double *answer;                  /* p: of the multipliers that forces depend on */
     long newton, factorizations;
 } kmp_reduction;
 
@@ -48,14 +49,23 @@ void kmp_reduction_rates(const kmp_reduction *red, const double *ud, double *qd)
 void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd);
 
 /** Reduced accelerations at qd from the plant's M, C, jdqd: eq. (46). 0, or 1 + k when the reduced mass is not positive
- * for u[k]. */
+ * for u[k]. Forces that depend on multipliers are brought to them (constraints/pressing.h): not finite where that
+ * fails.
+ */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
 
-/** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd: no mass is reduced. */
+/** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd: no mass is reduced. Forces that depend on
+ *  multipliers are brought to those of these accelerations: not finite where that fails. */
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
+
+/** Small changes of C beside a state where it is at its multipliers (kmp_press_factor, kmp_press_change); `moving`:
+ *  accelerations change with it, as after kmp_reduction_accelerate, otherwise they stay, as after
+ *  kmp_reduction_residual. `bias` may be red->force. */
+bool kmp_reduction_press_factor(kmp_reduction *red, bool moving);
+void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias);
 
 /** lambda (m; zero for dropped rows) from Jv' lambda = (M qdd + C)_v. */
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda);

@@ -3,7 +3,7 @@
  * are independent at the state at hand (complete pivoting of the scaled J), with D = M for accelerations and D = the
  * geometric metric for closing. */
 #include "base/memory.h"
-#include "constraints/plant.h"
+#include "constraints/pressing.h"
 #include "linalg/dense.h"
 #include <kempe/workspace.h>
 #include <math.h>
@@ -29,7 +29,8 @@ struct kempe_workspace {
     double *trial;        /* n: q while closing, then qd */
     int *row, *col, *pivot;
     double kinetic, potential;
-    char message[200];
+    const double *given; /* efforts of forward dynamics; NULL: none */
+    char message[400];
 };
 
 static kempe_status fail(kempe_workspace *ws, const char *sentence, double x)
@@ -125,6 +126,7 @@ kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const do
     keep_state(ws, q, qd);
     evaluate_closure(ws, t, ws->q);
     kmp_plant_mass(ws->plant);
+    kmp_press_forget(ws->plant);
     kmp_plant_bias(ws->plant, ws->qd);
     kmp_plant_dense_mass(ws->plant, ws->mass);
     memcpy(ws->bias, ws->plant->bias, (size_t)ws->n * sizeof *ws->bias);
@@ -232,6 +234,39 @@ kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double 
     return KEMPE_OK;
 }
 
+/* With the factors at hand, into rhs; `change`: of C alone. */
+static void solve(kempe_workspace *ws, const double *bias, bool change)
+{
+    for (int i = 0; i < ws->n; i++)
+        ws->rhs[i] = (ws->given && !change ? ws->given[i] : 0) - bias[i];
+    for (int r = 0; r < ws->rank; r++)
+        ws->rhs[ws->n + r] = change ? 0 : -ws->jdqd[ws->row[r]];
+    kmp_lu_solve(ws->n + ws->rank, ws->matrix, ws->pivot, 1, ws->rhs);
+}
+
+static void take_multipliers(const kempe_workspace *ws, double *lambda)
+{
+    memset(lambda, 0, (size_t)ws->m * sizeof *lambda);
+    for (int r = 0; r < ws->rank; r++)
+        lambda[ws->row[r]] = ws->rhs[ws->n + r];
+}
+
+/* For forces that depend on multipliers. */
+static void multipliers(void *self, const double *bias, bool change, double *lambda)
+{
+    solve(self, bias, change);
+    take_multipliers(self, lambda);
+}
+
+static kempe_status fail_unsettled(kempe_workspace *ws)
+{
+    kmp_text text = {0};
+    kmp_put_unsettled(ws->plant, &text);
+    (void)snprintf(ws->message, sizeof ws->message, "%s", text.s ? text.s : "");
+    kmp_text_free(&text);
+    return KEMPE_E_FAILED;
+}
+
 kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
                                     double *qdd, double *lambda)
 {
@@ -241,19 +276,18 @@ kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double 
         return status;
     if (!factor(ws, ws->mass, NULL))
         return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
-    for (int i = 0; i < n; i++)
-        ws->rhs[i] = (Q ? Q[i] : 0) - ws->bias[i];
-    for (int r = 0; r < ws->rank; r++)
-        ws->rhs[n + r] = -ws->jdqd[ws->row[r]];
-    kmp_lu_solve(n + ws->rank, ws->matrix, ws->pivot, 1, ws->rhs);
+    const kmp_answer answer = {ws, multipliers};
+    ws->given = Q;
+    if (!kmp_press(ws->plant, &answer))
+        return fail_unsettled(ws);
+    memcpy(ws->bias, ws->plant->bias, (size_t)n * sizeof *ws->bias);
+    solve(ws, ws->bias, false);
     if (!all_finite(n + ws->rank, ws->rhs))
         return fail(ws, "the accelerations are not finite at t = %.9g", t);
     memcpy(qdd, ws->rhs, (size_t)n * sizeof *qdd);
     if (!lambda)
         return KEMPE_OK;
-    memset(lambda, 0, (size_t)ws->m * sizeof *lambda);
-    for (int r = 0; r < ws->rank; r++)
-        lambda[ws->row[r]] = ws->rhs[n + r];
+    take_multipliers(ws, lambda);
     return KEMPE_OK;
 }
 

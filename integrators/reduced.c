@@ -565,10 +565,11 @@ static void log_exchange(const reduced *d, double t, const kmp_partition *before
     kmp_text_free(&in);
 }
 
-/* Without a reduced mass there is nothing to write out; the power of a drive needs multipliers. */
+/* Without a reduced mass there is nothing to write out; the power of a drive needs multipliers, and so do forces that
+ * depend on them, by iteration. */
 static bool can_fuse(const reduced *d)
 {
-    return d->carried && !d->by_saddle && !(d->has_work && d->s->rheonomic);
+    return d->carried && !d->by_saddle && !(d->has_work && d->s->rheonomic) && d->s->pressed_count == 0;
 }
 
 /* For the choice of u at hand, whose factors are, too. */

@@ -72,11 +72,12 @@ static void project(const kmp_reduction *red, double *out)
     }
 }
 
-/* What the motion (dq, dqd) takes from Mr udd, into `out` (p). */
-static void pull(kmp_reduced_jacobian *jacobian, const double *d, const double *dq, const double *dqd, double *out)
+/* What the motion (dq, dqd) takes from Mr udd, into `out` (p); `moving`: accelerations follow, otherwise they stay. */
+static void pull(kmp_reduced_jacobian *jacobian, const double *d, const double *dq, const double *dqd, bool moving,
+                 double *out)
 {
     const kmp_tangents *t = &jacobian->tangents;
-    const kmp_reduction *red = jacobian->red;
+    kmp_reduction *red = jacobian->red;
     double *force = red->force;
     clear_rows(jacobian);
     kmp_tangents_add(t, KMP_CURVE_Q, d, 1, dq, jacobian->rows);
@@ -86,6 +87,7 @@ static void pull(kmp_reduced_jacobian *jacobian, const double *d, const double *
     kmp_tangents_add(t, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(t, KMP_R_QD, d, 1, dqd, force);
     kmp_tangents_add(t, KMP_M, d, 1, jacobian->da, force);
+    kmp_reduction_press_change(red, moving, force);
     project(red, out);
 }
 
@@ -118,13 +120,14 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
     const kmp_tangents *tangents = &jacobian->tangents;
     int p = red->p;
     const double *d = derive(jacobian, t, q, qd, udd);
+    (void)kmp_reduction_press_factor(red, true); /* the state was come to with the same */
     for (int c = 0; c < 2 * p; c++) {
         const double *dq = c < p ? jacobian->dq : jacobian->zero;
         const double *dqd = c < p ? move(jacobian, d, c) : red->x + (c - p) * red->n;
         double *column = j + c * size;
         if (c >= p)
             column[c - p] = 1;
-        pull(jacobian, d, dq, dqd, column + p);
+        pull(jacobian, d, dq, dqd, true, column + p);
         kmp_cholesky_solve(p, red->mr, column + p);
         if (size > 2 * p) {
             kmp_tangents_add(tangents, KMP_POWER_Q, d, 1, dq, column + 2 * p);
@@ -141,12 +144,13 @@ void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, 
     const kmp_tangents *tangents = &jacobian->tangents;
     int p = red->p;
     const double *d = derive(jacobian, t, q, qd, udd);
+    (void)kmp_reduction_press_factor(red, false);
     for (int c = 0; c < 2 * p; c++) {
         const double *dq = c < p ? jacobian->dq : jacobian->zero;
         const double *dqd = c < p ? move(jacobian, d, c) : red->x + (c - p) * red->n;
         double *column = j + c * size;
         column[c % p] = c < p ? cj : -1;
-        pull(jacobian, d, dq, dqd, column + p);
+        pull(jacobian, d, dq, dqd, false, column + p);
         for (int k = 0; k < p; k++)
             column[p + k] = -column[p + k];
         if (size > 2 * p) {
@@ -157,6 +161,7 @@ void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, 
             continue;
         memset(red->force, 0, (size_t)red->n * sizeof *red->force);
         kmp_tangents_add(tangents, KMP_M, d, -cj, red->x + (c - p) * red->n, red->force);
+        kmp_reduction_press_change(red, false, red->force);
         for (int k = 0; k < p; k++)
             for (int i = 0; i < red->n; i++)
                 column[p + k] -= red->x[i + k * red->n] * red->force[i];

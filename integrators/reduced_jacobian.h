@@ -19,8 +19,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
 void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian);
 
 /** j = d(ud, udd[, power]) / d(u, ud[, work]), column-major of leading dimension `size`, zeroed before, at a state
- * where the reduction has factors, tangent and the accelerations udd. The power of moving closures is left out of the
- * last row. No allocation. */
+ * where the reduction has factors, tangent and the accelerations udd. The power of moving closures, and what
+ * multipliers change of the power of forces, is left out of the last row. No allocation. */
 void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const double *q, const double *qd,
                                const double *udd, int size, double *j);
 

@@ -121,7 +121,8 @@ int kmp_saddle_factor(kmp_saddle *saddle);
 /** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);
 
-/** qdd and lambda (m; zero for dropped rows) from the plant's last bias. */
+/** qdd and lambda (m; zero for dropped rows) from the plant's last bias, which forces that depend on multipliers bring
+ *  to them (constraints/pressing.h): not finite where that fails. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
 /** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */

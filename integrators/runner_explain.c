@@ -2,6 +2,7 @@
 /* Why a run ended, in a sentence. */
 #include "base/memory.h"
 #include "constraints/angles.h"
+#include "constraints/pressing.h"
 #include "integrators/runner.h"
 
 /* The coordinate that a row alone prescribes, NULL when it has several. */
@@ -64,6 +65,8 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         kmp_text_put(text, run->road->reason.s);
     else if (!locks && *said)
         kmp_text_put(text, said);
+    else if (!locks && kmp_is_unsettled(run->plant))
+        kmp_put_unsettled(run->plant, text);
     else if (!locks)
         kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
     explain_angles(run, text);

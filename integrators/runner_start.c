@@ -2,6 +2,7 @@
 /* The start of a run: independent rows and coordinates, rates and accelerations that fit, a road and an integrator. */
 #include "base/memory.h"
 #include "constraints/massless.h"
+#include "constraints/pressing.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
@@ -30,7 +31,7 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     kmp_plant_closure(run->plant, t, q);
     kempe_status status = kmp_partition_of_rank(&run->part, s, run->plant->jacobian, rank, wish, wish_count);
     run->has_part = status == KEMPE_OK;
-    return status;
+    return status == KEMPE_OK ? kmp_pressing_check(run->plant, &run->part) : status;
 }
 
 /* Brings q and qd onto the rows that are now independent: those before closed their own alone, and what that left of
@@ -101,6 +102,8 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
         status = kmp_explain_massless(run->plant, &run->part, t, q);
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
+    if (status == KEMPE_OK && kmp_is_unsettled(run->plant))
+        status = kmp_fail_unsettled(run->plant);
     kmp_saddle_free(&saddle);
     return status;
 }

@@ -2,14 +2,15 @@
 /* Work of non-conservative forces where it is not an unknown of the road. */
 #include "integrators/runner.h"
 
-/* At the dense state in run->y; closures that move do work too. */
+/* At the dense state in run->y; closures that move do work too. Where multipliers are asked for the row brings them. */
 static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
     double *q = run->moved, *lambda = run->moved + 3 * n, work;
+    bool asked = run->s->rheonomic || run->s->pressed_count > 0;
+    asked = asked && run->road->row(run->road, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) == KMP_GO;
     double power = kmp_plant_power(run->plant, t, run->y, run->y + n);
-    if (!run->s->rheonomic ||
-        run->road->row(run->road, t, run->y, run->yp, q, q + n, q + 2 * n, lambda, &work) != KMP_GO)
+    if (!asked || !run->s->rheonomic)
         return power;
     kmp_plant_closure(run->plant, t, run->y);
     return power + kmp_plant_drive_power(run->plant, lambda);

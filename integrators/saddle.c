@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/memory.h"
+#include "constraints/pressing.h"
 #include "integrators/road.h"
 #include "linalg/dense.h"
+#include <math.h>
 #include <string.h>
 
 /* Beyond this size, and with fewer than one in so many places taken, sparse. */
@@ -205,10 +207,31 @@ static void spread(const kmp_saddle *saddle, const double *x, double *lambda)
         lambda[saddle->part->rows[k]] = x[k];
 }
 
+/* With M, for forces that depend on multipliers. */
+static void multipliers(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_saddle *saddle = self;
+    int n = saddle->n;
+    for (int i = 0; i < n; i++)
+        saddle->x[i] = -bias[i];
+    for (int k = 0; k < saddle->r; k++)
+        saddle->x[n + k] = change || is_out(saddle, k) ? 0 : -saddle->plant->jdqd[saddle->part->rows[k]];
+    solve(saddle);
+    spread(saddle, saddle->x + n, lambda);
+}
+
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
 {
-    const kmp_plant *plant = saddle->plant;
+    kmp_plant *plant = saddle->plant;
     int n = saddle->n, r = saddle->r;
+    const kmp_answer pressed = {saddle, multipliers};
+    if (!kmp_press(plant, &pressed)) {
+        for (int i = 0; i < n; i++)
+            qdd[i] = NAN;
+        for (int k = 0; lambda && k < plant->m; k++)
+            lambda[k] = NAN;
+        return;
+    }
     if (saddle->by_bodies) {
         memcpy(qdd, plant->free_qdd, (size_t)n * sizeof *qdd);
         answer(saddle, plant->drift, qdd);

@@ -13,6 +13,7 @@
  * and the saddle system of the others is solved, sparse: the same equations on the rows that stay. */
 #include "base/memory.h"
 #include "constraints/pick.h"
+#include "constraints/pressing.h"
 #include "integrators/closing.h"
 #include "integrators/road.h"
 #include "integrators/watched.h"
@@ -51,6 +52,7 @@ typedef struct zone {
     double *rr;     /* r x r, upper */
     int *pivot;     /* column of A in each place */
     double *lambda; /* m: where closures move */
+    double *none;   /* m zeros */
     double *x, *y, *z, *dx;
     kmp_saddle saddle; /* of a large mechanism, in place of l, a, full, rr, pivot, z */
     kmp_order *order;
@@ -216,20 +218,10 @@ static void least_change(zone *d, const double *b, double *w)
             w[i] += d->z[k] * d->a[i + k * n];
 }
 
-static void accelerations(zone *d, double *qdd, double *lambda)
+/* From z. */
+static void take_multipliers(zone *d, double *lambda)
 {
-    int n = d->n, r = d->r;
-    if (d->large) {
-        kmp_saddle_accelerations(&d->saddle, qdd, lambda);
-        return;
-    }
-    for (int i = 0; i < n; i++)
-        qdd[i] = -d->plant->bias[i];
-    forward(d, qdd);
-    least_change(d, d->plant->jdqd, qdd);
-    backward(d, qdd);
-    if (!lambda)
-        return;
+    int r = d->r;
     memset(lambda, 0, (size_t)d->m * sizeof *lambda);
     for (int k = d->kept - 1; k >= 0; k--) {
         for (int j = k + 1; j < d->kept; j++)
@@ -237,6 +229,35 @@ static void accelerations(zone *d, double *qdd, double *lambda)
         d->z[k] /= d->rr[k + k * r];
         lambda[d->part->rows[d->pivot[k]]] = d->z[k];
     }
+}
+
+/* For forces that depend on multipliers. */
+static void multipliers(void *self, const double *bias, bool change, double *lambda)
+{
+    zone *d = self;
+    for (int i = 0; i < d->n; i++)
+        d->dx[i] = -bias[i];
+    forward(d, d->dx);
+    least_change(d, change ? d->none : d->plant->jdqd, d->dx);
+    take_multipliers(d, lambda);
+}
+
+static void accelerations(zone *d, double *qdd, double *lambda)
+{
+    int n = d->n;
+    const kmp_answer pressed = {d, multipliers};
+    if (d->large) {
+        kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+        return;
+    }
+    bool settled = kmp_press(d->plant, &pressed);
+    for (int i = 0; i < n; i++)
+        qdd[i] = settled ? -d->plant->bias[i] : NAN;
+    forward(d, qdd);
+    least_change(d, d->plant->jdqd, qdd);
+    backward(d, qdd);
+    if (lambda)
+        take_multipliers(d, lambda);
 }
 
 /* Mass-orthogonal dx with J dx = -violation on the kept directions. */
@@ -399,8 +420,8 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
-    void *arrays[] = {road->y, road->atol, d->l, d->a,  d->full,      d->rr,        d->lambda,
-                      d->x,    d->y,       d->z, d->dx, d->entry_row, d->entry_col, d->entry};
+    void *arrays[] = {road->y, road->atol, d->l,  d->a,         d->full,      d->rr,    d->lambda, d->x,
+                      d->y,    d->z,       d->dx, d->entry_row, d->entry_col, d->entry, d->none};
     kmp_saddle_free(&d->saddle);
     kmp_order_free(d->order);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
@@ -441,7 +462,8 @@ static bool allocate(zone *d)
     d->y = KMP_NEW(double, d->m);
     d->dx = KMP_NEW(double, d->n);
     d->lambda = KMP_NEW(double, d->m);
-    return d->road.y && d->road.atol && d->x && d->y && d->dx && d->lambda &&
+    d->none = KMP_NEW(double, d->m);
+    return d->road.y && d->road.atol && d->x && d->y && d->dx && d->lambda && d->none &&
            (d->large ? allocate_large(d) : allocate_small(d));
 }
 

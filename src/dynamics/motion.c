@@ -302,12 +302,25 @@ static kempe_status try_articulated(kempe_system *s)
     return KEMPE_OK;
 }
 
+/* Their recursion has the forces in it. */
+static kempe_status refuse_pressed(const kempe_system *s)
+{
+    const char *loop = s->model->closures[s->rows[s->pressed[0]].closure].name;
+    return kmp_fail(s->context, KEMPE_E_FAILED,
+                    "dynamics articulated: some force depends on what '%s' transmits, lambda(%s), which articulated "
+                    "bodies do not go with; take dynamics composite",
+                    loop, loop);
+}
+
 kempe_status kmp_motion_add_articulated(kempe_system *s)
 {
+    bool pressed = s->pressed_count > 0;
     if (s->dynamics == KMP_DYNAMICS_AUTO)
-        return try_articulated(s);
+        return pressed ? KEMPE_OK : try_articulated(s);
     if (s->dynamics != KMP_DYNAMICS_ARTICULATED)
         return KEMPE_OK;
+    if (pressed)
+        return refuse_pressed(s);
     if ((double)s->m * s->n > MOST_ENTRIES)
         return kmp_fail(
             s->context, KEMPE_E_FAILED,

@@ -1,64 +1,391 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forces that depend on what closures transmit. */
-#include "dynamics/system.h"
+/* Forces that depend on what closures transmit: M qdd + C(lambda) = J' lambda, against formulas and an integration of
+ * its own, on all roads. */
+#include "base/memory.h"
+#include "constraints/pressing.h"
+#include "constraints/reduction.h"
+#include "integrators/reduced_jacobian.h"
+#include "integrators/road.h"
 #include "loaded.h"
+#include "results/trajectory.h"
+#include <kempe/workspace.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-/* A block that may turn and slide in the plane, held to an incline by two rollers. */
-static const char block[] = "kempe: 1\n"
-                            "name: block\n"
-                            "gravity: [0, 0, -9.81]\n"
-                            "ground: {points: {O: [0, 0, 0]}}\n"
-                            "bodies:\n"
-                            "  block: {joint: {planar: y, at: ground}, mass: 2, inertia: {yy: 0.1},\n"
-                            "          points: {A: [-0.1, 0, -0.05], B: [0.1, 0, -0.05]}}\n"
-                            "loops:\n"
-                            "  A: {point_on_plane: [ground.O, block.A], axis: z}\n"
-                            "  B: {point_on_plane: [ground.O, block.B], axis: z}\n"
-                            "forces:\n"
-                            "  rub: {at: block.A, force: [\"-0.3*abs(lambda(A))\", 0, 0]}\n"
-                            "sensors: {load: lambda(A) + lambda(B.1)}\n"
-                            "run: {t_end: 1, outputs: [sensor(load), lambda]}\n";
+/* A block in the plane on two feet under a slope of gravity; `FORCES` follow. */
+#define BLOCK                                                                                                          \
+    "kempe: 1\n"                                                                                                       \
+    "name: block\n"                                                                                                    \
+    "gravity: [5, 0, -9.81]\n"                                                                                         \
+    "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
+    "bodies:\n"                                                                                                        \
+    "  block: {joint: {planar: y, at: ground}, mass: 2, inertia: {yy: 0.1},\n"                                         \
+    "          points: {A: [-0.1, 0, -0.05], B: [0.1, 0, -0.05]}}\n"                                                   \
+    "loops:\n"                                                                                                         \
+    "  A: {point_on_plane: [ground.O, block.A], axis: z}\n"                                                            \
+    "  B: {point_on_plane: [ground.O, block.B], axis: z}\n"
+
+static const char rough[] =
+    BLOCK "forces:\n"
+          "  a: {at: block.A, force: [\"-0.3*abs(lambda(A))*tanh(qd(block.2)/0.01)\", 0, 0]}\n"
+          "  b: {at: block.B, force: [\"-0.3*abs(lambda(B.1))*tanh(qd(block.2)/0.01)\", 0, 0]}\n"
+          "sensors: {load: lambda(A) + lambda(B)}\n"
+          "start: {qd: {block.2: 1}}\n"
+          "run: {t_end: 1, every: 0.25, outputs: [qd, sensor(load), lambda]}\n";
 
 static void equations(void)
 {
-    loaded l = load_text(block);
+    loaded l = load_text(rough);
     if (l.system) {
-        CHECK(l.system->m == 2);
-        CHECK(l.system->pressed_count == 1);
-        CHECK(l.system->pressed[0] == 0);
-        CHECK(l.system->pressing.count >= 1 && l.system->pressing.col[0] == 0);
+        CHECK(l.system->m == 2 && l.system->pressed_count == 2);
+        CHECK(l.system->pressed[0] == 0 && l.system->pressed[1] == 1);
+        CHECK(l.system->pressing.count >= 2);
         CHECK(l.system->motion->stages == KMP_STAGE_PRESSING + 1);
     }
     unload(&l);
 }
 
-static void absent_row(void)
+/* -- complaints -------------------------------------------------------------------------------------- */
+
+static void complains(const char *text, const char *sentence)
 {
-    static const char text[] = "kempe: 1\n"
-                               "bodies:\n"
-                               "  a: {joint: {revolute: y, at: ground}, mass: 1, points: {P: [1, 0, 0]}}\n"
-                               "  b: {joint: {revolute: y, at: ground}, mass: 1, points: {P: [1, 0, 0]}}\n"
-                               "loops:\n"
-                               "  close: {ball: [a.P, b.P]}\n"
-                               "forces:\n"
-                               "  f: {joint: a, torque: \"lambda(close.3)\"}\n";
     kempe_context *context = kempe_context_new();
     kempe_model *model = NULL;
     kempe_system *system = NULL;
-    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_OK);
-    CHECK(kempe_system_new(model, &system) == KEMPE_E_INPUT);
-    CHECK_TEXT(kempe_context_message(context),
-               "model.yaml:8:3: force 'f' depends on lambda(close.3), but 'close' has 2 multipliers: rows that no "
-               "coordinate moves have none");
+    kempe_trajectory *trajectory = NULL;
+    kempe_run run = kempe_run_default();
+    run.t_end = 1;
+    kempe_status status = kempe_model_read_text(context, text, "model.yaml", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = kempe_simulate(system, &run, &trajectory);
+    CHECK(status != KEMPE_OK);
+    const char *said = trajectory ? kempe_trajectory_reason(trajectory) : kempe_context_message(context);
+    CHECK(strstr(said, sentence) != NULL);
+    if (!strstr(said, sentence))
+        printf("%s\n", said);
+    kempe_trajectory_free(trajectory);
+    kempe_system_free(system);
     kempe_model_free(model);
     kempe_context_free(context);
+}
+
+static void absent_row(void)
+{
+    complains("kempe: 1\n"
+              "bodies:\n"
+              "  a: {joint: {revolute: y, at: ground}, mass: 1, points: {P: [1, 0, 0]}}\n"
+              "  b: {joint: {revolute: y, at: ground}, mass: 1, points: {P: [1, 0, 0]}}\n"
+              "loops:\n"
+              "  close: {ball: [a.P, b.P]}\n"
+              "forces:\n"
+              "  f: {joint: a, torque: \"lambda(close.3)\"}\n",
+              "model.yaml:8:3: force 'f' depends on lambda(close.3), but 'close' has 2 multipliers: rows that no "
+              "coordinate moves have none");
+}
+
+/* The same plane twice: who carries the load? */
+static void shared_load(void)
+{
+    complains(BLOCK "  C: {point_on_plane: [ground.O, block.A], axis: z}\n"
+                    "forces:\n"
+                    "  f: {at: block.A, force: [\"0.1*lambda(A)\", 0, 0]}\n",
+              "force 'f' depends on the multiplier of closure row 'A.1', which is not determined: it and row 'C.1' are "
+              "redundant beside each other");
+    complains(BLOCK "  C: {point_on_plane: [ground.O, block.A], axis: z}\n"
+                    "forces:\n"
+                    "  f: {at: block.A, force: [\"0.1*lambda(C)\", 0, 0]}\n",
+              "force 'f' depends on the multiplier of closure row 'C.1', which is not determined: it and row 'A.1' are "
+              "redundant beside each other");
+}
+
+/* The load is what the force takes from it: N = W + N. */
+static void no_solution(void)
+{
+    complains(BLOCK "forces:\n"
+                    "  lift: {at: block.A, force: [0, 0, \"-lambda(A)\"]}\n",
+              "force 'lift' depends on the multiplier of closure row 'A.1', and at t = 0 no value of it is found that "
+              "the force itself leads to");
+}
+
+static void articulated(void)
+{
+    loaded l = {.context = kempe_context_new()};
+    kempe_system *system = NULL;
+    CHECK(kempe_model_read_text(l.context, rough, "model.yaml", &l.model) == KEMPE_OK);
+    CHECK(kempe_system_new_by(l.model, "articulated", &system) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "some force depends on what 'A' transmits, lambda(A)") != NULL);
+    unload(&l);
+}
+
+/* -- runs -------------------------------------------------------------------------------------------- */
+
+typedef struct way {
+    const char *road, *form, *integrator;
+} way;
+
+static kempe_trajectory *simulate(const kempe_system *system, const way *by, double rtol)
+{
+    kempe_trajectory *trajectory = NULL;
+    kempe_run run = kempe_run_default();
+    run.road = by->road;
+    run.form = by->form;
+    run.integrator = by->integrator;
+    run.rtol = rtol;
+    run.t_end = system->model->run.t_end;
+    run.every = system->model->run.every;
+    run.once = 1;
+    CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
+    return trajectory;
+}
+
+/* On an incline of slope 5/9.81 with friction 0.3 the block is accelerated by 5 - 0.3 * 9.81, and its feet carry what
+ * keeps it from tipping: 0.05 m above the plane its weight and friction make a moment. */
+static void rough_incline(void)
+{
+    static const way ways[] = {{"reduced", "carried", "dop853"}, {"reduced", "closed", "dop853"},
+                               {"reduced", "closed", "radau5"},  {"projected", "none", "dop853"},
+                               {"reduced", "closed", "ida"},     {"dae", "ah", "ida"}};
+    loaded l = load_text(rough);
+    for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
+        kempe_trajectory *run = simulate(l.system, &ways[k], 1e-10);
+        int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
+        CHECK(last == 4);
+        for (int row = 0; row <= last && run; row++) {
+            double t = kempe_trajectory_time(run, row);
+            const double *lambda = kempe_trajectory_lambda(run, row);
+            CHECK_NEAR(kempe_trajectory_qd(run, row)[1], 1 + (5 - 0.3 * 9.81) * t, 1e-9);
+            CHECK_NEAR(kempe_trajectory_qdd(run, row)[1], 5 - 0.3 * 9.81, 1e-12);
+            CHECK_NEAR(lambda[0] + lambda[1], 2 * 9.81, 1e-12);
+            /* about the centre of mass: 0.1 (B - A) = 0.05 * friction */
+            CHECK_NEAR(0.1 * (lambda[1] - lambda[0]), 0.05 * 0.3 * 2 * 9.81, 1e-12);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* -- a slider-crank whose guide rubs, integrated here ------------------------------------------------- */
+
+enum { STEPS = 400000 };
+
+typedef struct crank {
+    double phi, rate; /* of the crank; the rod follows */
+} crank;
+
+/* Lagrange's equations of both bars by their absolute angles a and b, clockwise from x, with the friction of the one
+ * sign of the load that fits it. Returns the load. */
+static double accelerate(double phi, double rate, double *crank_acceleration)
+{
+    const double r = 0.3, l = 0.7, m1 = 2, m2 = 1.5, g = 9.81, mu = 0.2;
+    double b = asin(-r * sin(phi) / l), bd = -r * cos(phi) * rate / (l * cos(b)), load = 0;
+    double aa = 0.02 + m1 * r * r / 4 + m2 * r * r, bb = 0.07 + m2 * l * l / 4, h = m2 * r * l / 2;
+    double c = cos(phi - b), s = sin(phi - b);
+    double v = -r * sin(phi) * rate - l * sin(b) * bd, rub = mu * tanh(v / 0.05);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        /* unknowns: both accelerations and the load N, which pushes up; friction is -rub |N| along x */
+        double m[3][4] = {
+            {aa, h * c, r * cos(phi) - r * sin(phi) * rub * sign,
+             6 - 0.5 * rate + (m1 / 2 + m2) * g * r * cos(phi) - h * s * bd * bd},
+            {h * c, bb, l * cos(b) - l * sin(b) * rub * sign, m2 * g * l / 2 * cos(b) + h * s * rate * rate},
+            {r * cos(phi), l * cos(b), 0, r * sin(phi) * rate * rate + l * sin(b) * bd * bd}};
+        for (int k = 0; k < 3; k++)
+            for (int i = 0; i < 3; i++) {
+                double f = i == k ? 0 : m[i][k] / m[k][k];
+                for (int j = k; j < 4; j++)
+                    m[i][j] -= f * m[k][j];
+            }
+        double n = m[2][3] / m[2][2];
+        if (n * sign >= 0) {
+            load = n;
+            *crank_acceleration = m[0][3] / m[0][0];
+        }
+    }
+    return load;
+}
+
+static void step(crank *x, double dt)
+{
+    double k[4], d[4];
+    d[0] = x->rate;
+    (void)accelerate(x->phi, d[0], &k[0]);
+    for (int i = 1; i < 4; i++) {
+        double part = i == 3 ? dt : dt / 2;
+        d[i] = x->rate + part * k[i - 1];
+        (void)accelerate(x->phi + part * d[i - 1], d[i], &k[i]);
+    }
+    x->phi += dt / 6 * (d[0] + 2 * d[1] + 2 * d[2] + d[3]);
+    x->rate += dt / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]);
+}
+
+static void guide(void)
+{
+    static const way ways[] = {{"reduced", "carried", "dop853"}, {"reduced", "closed", "dop853"},
+                               {"projected", "none", "dop853"},  {"reduced", "closed", "radau9"},
+                               {"reduced", "closed", "ida"},     {"dae", "ah", "ida"}};
+    loaded l = load("tests/models/guide_friction.yaml");
+    crank x = {0.3, 4};
+    double acceleration;
+    for (int k = 0; k < STEPS; k++)
+        step(&x, 2.0 / STEPS);
+    for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
+        bool sharp = strcmp(ways[k].integrator, "dop853") == 0; /* which steps best over kinks of |N| */
+        kempe_trajectory *run = simulate(l.system, &ways[k], sharp ? 1e-12 : 1e-10);
+        int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
+        if (run) {
+            CHECK_NEAR(kempe_trajectory_q(run, last)[0], x.phi, sharp ? 1e-9 : 1e-6);
+            CHECK_NEAR(kempe_trajectory_qd(run, last)[0], x.rate, sharp ? 1e-9 : 1e-6);
+            CHECK_NEAR(kempe_trajectory_lambda(run, last)[0], accelerate(x.phi, x.rate, &acceleration),
+                       sharp ? 1e-8 : 1e-5);
+            CHECK(run->verdict.drift_rel < 1e-7);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* -- Newton ------------------------------------------------------------------------------------------ */
+
+typedef struct bench {
+    kmp_plant *plant;
+    kmp_partition part;
+    kmp_reduction red;
+} bench;
+
+/* At a closed state of the slider-crank. */
+static void set_up(bench *b, const loaded *l, double phi, double rate)
+{
+    double rod = asin(-0.3 * sin(phi) / 0.7), q[2] = {phi, rod - phi}, qd[2], ud = rate;
+    b->plant = kmp_plant_new(l->system, "tape");
+    kmp_plant_closure(b->plant, 0, q);
+    CHECK(kmp_partition_init(&b->part, l->system, b->plant->jacobian, (int[]){0}, 1) == KEMPE_OK);
+    CHECK(kmp_reduction_init(&b->red, b->plant, &b->part) == KEMPE_OK);
+    CHECK(kmp_reduction_factor(&b->red) == 0);
+    kmp_reduction_tangent(&b->red);
+    kmp_reduction_rates(&b->red, &ud, qd);
+    kmp_plant_mass(b->plant);
+    kmp_plant_bias(b->plant, qd);
+}
+
+static void take_down(bench *b)
+{
+    kmp_reduction_free(&b->red);
+    kmp_partition_free(&b->part);
+    kmp_plant_free(b->plant);
+}
+
+/* Whatever it begins with, and by reduction or by the saddle system. */
+static void same_root(void)
+{
+    static const double from[] = {0, 1, -1, 30, -1e6, 1e9, 1e-300};
+    loaded l = load("tests/models/guide_friction.yaml");
+    for (double phi = 0.1; l.system && phi < 6; phi += 0.7) {
+        bench b;
+        double expected, load = accelerate(phi, 5, &expected), udd;
+        set_up(&b, &l, phi, 5);
+        for (size_t k = 0; k < sizeof from / sizeof *from; k++) {
+            kmp_plant_bias_with(b.plant, &from[k]);
+            CHECK(kmp_reduction_accelerate(&b.red, &udd) == 0);
+            CHECK_NEAR(udd, expected, 1e-12);
+            CHECK_NEAR(b.plant->nu[0], load, 1e-12);
+            kmp_saddle saddle;
+            double qdd[2], lambda;
+            CHECK(kmp_saddle_init(&saddle, b.plant, &b.part) && kmp_saddle_factor(&saddle) == 0);
+            kmp_plant_bias_with(b.plant, &from[k]);
+            kmp_saddle_accelerations(&saddle, qdd, &lambda);
+            CHECK_NEAR(qdd[0], expected, 1e-12);
+            CHECK_NEAR(lambda, load, 1e-12);
+            kmp_saddle_free(&saddle);
+        }
+        take_down(&b);
+    }
+    unload(&l);
+}
+
+/* A force that is no multiple of the load, on a floor that carries a weight. */
+static void not_linear(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [0, 0, -9.81]\n"
+                         "bodies:\n"
+                         "  a: {joint: {prismatic: z, at: ground}, mass: 2, points: {P: [0, 0, 0]}}\n"
+                         "ground: {points: {O: [0, 0, 0]}}\n"
+                         "loops: {floor: {point_on_plane: [ground.O, a.P], axis: z}}\n"
+                         "forces: {soft: {joint: a, force: \"-0.02*lambda(floor)^2 - 3*lambda(floor)\"}}\n");
+    /* N = W + 0.02 N^2 + 3 N is solved by two numbers; both lead to themselves */
+    double w = 2 * 9.81, q = 0, qd = 0, qdd, lambda = 0;
+    kempe_workspace *ws = NULL;
+    if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
+        CHECK(kempe_forward_dynamics(ws, 0, &q, &qd, NULL, &qdd, &lambda) == KEMPE_OK);
+        CHECK_NEAR(qdd, 0, 1e-12);
+        CHECK_NEAR(w + 0.02 * lambda * lambda + 3 * lambda - lambda, 0, 1e-12);
+    }
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
+/* -- the Jacobian of the reduced equations ------------------------------------------------------------ */
+
+static double reduced(bench *b, double u, double ud, bool given, double udd)
+{
+    double q[2] = {u, asin(-0.3 * sin(u) / 0.7) - u}, qd[2], out = udd;
+    kmp_plant_closure(b->plant, 0, q);
+    CHECK(kmp_reduction_factor(&b->red) == 0);
+    kmp_reduction_tangent(&b->red);
+    kmp_reduction_rates(&b->red, &ud, qd);
+    kmp_plant_mass(b->plant);
+    kmp_plant_bias(b->plant, qd);
+    if (given)
+        kmp_reduction_residual(&b->red, &udd, &out);
+    else
+        CHECK(kmp_reduction_accelerate(&b->red, &out) == 0);
+    return out;
+}
+
+static void jacobian(void)
+{
+    loaded l = load("tests/models/guide_friction.yaml");
+    for (double phi = 0.4; l.system && phi < 6; phi += 1.1) {
+        const double e = 1e-5, rate = 0.2, given = 3;
+        bench b;
+        kmp_reduced_jacobian j;
+        double m[4] = {0}, q[2] = {phi, asin(-0.3 * sin(phi) / 0.7) - phi}, qd[2];
+        set_up(&b, &l, phi, rate);
+        CHECK(kmp_reduced_jacobian_init(&j, &b.red, false) == KEMPE_OK);
+        double by_u = (reduced(&b, phi + e, rate, false, 0) - reduced(&b, phi - e, rate, false, 0)) / (2 * e);
+        double by_ud = (reduced(&b, phi, rate + e, false, 0) - reduced(&b, phi, rate - e, false, 0)) / (2 * e);
+        double udd = reduced(&b, phi, rate, false, 0);
+        kmp_reduction_rates(&b.red, &rate, qd);
+        kmp_reduced_jacobian_eval(&j, 0, q, qd, &udd, 2, m);
+        CHECK_NEAR(m[1], by_u, 1e-6);
+        CHECK_NEAR(m[3], by_ud, 1e-6);
+        by_u = (reduced(&b, phi + e, rate, true, given) - reduced(&b, phi - e, rate, true, given)) / (2 * e);
+        by_ud = (reduced(&b, phi, rate + e, true, given) - reduced(&b, phi, rate - e, true, given)) / (2 * e);
+        double by_udd = (reduced(&b, phi, rate, true, given + e) - reduced(&b, phi, rate, true, given - e)) / (2 * e);
+        (void)reduced(&b, phi, rate, true, given);
+        memset(m, 0, sizeof m);
+        kmp_reduced_jacobian_of_residual(&j, 0, 7, q, qd, &given, 2, m);
+        CHECK_NEAR(m[1], by_u, 1e-6);
+        CHECK_NEAR(m[3], by_ud + 7 * by_udd, 1e-6);
+        kmp_reduced_jacobian_free(&j);
+        take_down(&b);
+    }
+    unload(&l);
 }
 
 int main(void)
 {
     TEST(equations);
     TEST(absent_row);
+    TEST(shared_load);
+    TEST(no_solution);
+    TEST(articulated);
+    TEST(rough_incline);
+    TEST(guide);
+    TEST(same_root);
+    TEST(not_linear);
+    TEST(jacobian);
     return check_report();
 }

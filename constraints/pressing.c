@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/pressing.h"
+#include "base/memory.h"
+#include "constraints/reduction.h"
+#include "linalg/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
+/* A residual that is rounding, in parts of what the multipliers are made from, and one that is when Newton makes it no
+ * smaller. */
+#define ROUNDING       (8 * DBL_EPSILON)
+#define MOSTLY_ROUNDED 1e-11
+/* A step that makes the residual smaller by less is halved. */
+#define DESCENT 0.1
+/* Share of a dropped row that another one carries from which on its multiplier is not determined. */
+#define SHARED 1e-9
+
+typedef struct kmp_press_work {
+    int count;                /* unknowns */
+    double *lambda, *changed; /* m */
+    double *column;           /* n */
+    double *matrix;           /* count x count: dLambda/dnu - 1 */
+    double *residual, *step;  /* count: Lambda(nu) - nu */
+    double *from;             /* m: nu before the step */
+    int *pivot;
+    int worst; /* row of the largest residual where Newton failed; -1: it did not */
+} kmp_press_work;
+
+struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
+{
+    kmp_press_work *w = KMP_NEW(kmp_press_work, 1);
+    int count = s->pressed_count;
+    if (!w)
+        return NULL;
+    *w = (kmp_press_work){.count = count,
+                          .lambda = KMP_NEW(double, s->m),
+                          .changed = KMP_NEW(double, s->m),
+                          .column = KMP_NEW(double, s->n),
+                          .matrix = KMP_NEW(double, count *count),
+                          .residual = KMP_NEW(double, count),
+                          .step = KMP_NEW(double, count),
+                          .from = KMP_NEW(double, s->m),
+                          .pivot = KMP_NEW(int, count),
+                          .worst = -1};
+    if (w->lambda && w->changed && w->column && w->matrix && w->residual && w->step && w->from && w->pivot)
+        return w;
+    kmp_press_work_free(w);
+    return NULL;
+}
+
+void kmp_press_work_free(struct kmp_press_work *w)
+{
+    if (!w)
+        return;
+    kmp_free(w->lambda);
+    kmp_free(w->changed);
+    kmp_free(w->column);
+    kmp_free(w->matrix);
+    kmp_free(w->residual);
+    kmp_free(w->step);
+    kmp_free(w->from);
+    kmp_free(w->pivot);
+    kmp_free(w);
+}
+
+/* -- Newton ------------------------------------------------------------------------------------------ */
+
+/* Lambda(nu) - nu at the plant's bias; its largest entry as part of what the multipliers are made from, all times the
+ * scale of their row or coordinate, which makes them energies. Not finite where something is not. */
+static double look(const kmp_plant *plant, const kmp_answer *answer)
+{
+    const kempe_system *s = plant->system;
+    kmp_press_work *w = plant->press;
+    double size = 0, worst = 0;
+    answer->multipliers(answer->self, plant->bias, false, w->lambda);
+    for (int r = 0; r < s->m; r++)
+        size = fmax(size, fmax(fabs(w->lambda[r]), fabs(plant->nu[r])) * s->row_scale[r]);
+    for (int i = 0; i < s->n; i++)
+        size = fmax(size, fabs(plant->bias[i]) * s->scale[i]);
+    w->worst = s->pressed[0];
+    for (int k = 0; k < w->count; k++) {
+        int r = s->pressed[k];
+        w->residual[k] = w->lambda[r] - plant->nu[r];
+        double part = fabs(w->residual[k]) * s->row_scale[r];
+        if (!isfinite(part))
+            return INFINITY;
+        w->worst = part > worst ? r : w->worst;
+        worst = fmax(worst, part);
+    }
+    return worst > 0 ? worst / size : 0;
+}
+
+/* dLambda/dnu - 1. */
+static void fill_matrix(kmp_plant *plant, const kmp_answer *answer)
+{
+    const kempe_system *s = plant->system;
+    const kmp_pattern *pressing = &s->pressing;
+    kmp_press_work *w = plant->press;
+    kmp_plant_pressing(plant);
+    for (int k = 0; k < w->count; k++) {
+        memset(w->column, 0, (size_t)s->n * sizeof *w->column);
+        for (int e = 0; e < pressing->count; e++)
+            if (pressing->col[e] == s->pressed[k])
+                w->column[pressing->row[e]] = plant->pressing[e];
+        answer->multipliers(answer->self, w->column, true, w->changed);
+        for (int i = 0; i < w->count; i++)
+            w->matrix[i + k * w->count] = w->changed[s->pressed[i]] - (i == k);
+    }
+}
+
+bool kmp_press_factor(kmp_plant *plant, const kmp_answer *answer)
+{
+    kmp_press_work *w = plant->press;
+    if (!w)
+        return true;
+    fill_matrix(plant, answer);
+    return kmp_lu_factor(w->count, w->matrix, w->pivot) == 0;
+}
+
+/* step = -(dLambda/dnu - 1)^-1 rhs */
+static void solve(kmp_press_work *w)
+{
+    for (int k = 0; k < w->count; k++)
+        w->step[k] = -w->step[k];
+    kmp_lu_solve(w->count, w->matrix, w->pivot, 1, w->step);
+}
+
+void kmp_press_change(const kmp_plant *plant, const kmp_answer *answer, double *bias)
+{
+    const kempe_system *s = plant->system;
+    const kmp_pattern *pressing = &s->pressing;
+    kmp_press_work *w = plant->press;
+    if (!w)
+        return;
+    memcpy(w->column, bias, (size_t)s->n * sizeof *bias); /* bias may be scratch of what answers */
+    answer->multipliers(answer->self, w->column, true, w->changed);
+    for (int k = 0; k < w->count; k++)
+        w->step[k] = w->changed[s->pressed[k]];
+    solve(w);
+    for (int k = 0; k < w->count; k++)
+        w->changed[s->pressed[k]] = w->step[k];
+    memcpy(bias, w->column, (size_t)s->n * sizeof *bias);
+    for (int e = 0; e < pressing->count; e++)
+        bias[pressing->row[e]] += plant->pressing[e] * w->changed[pressing->col[e]];
+}
+
+/* The step; false: it is not determined. */
+static bool find_step(kmp_plant *plant, const kmp_answer *answer)
+{
+    kmp_press_work *w = plant->press;
+    if (!kmp_press_factor(plant, answer))
+        return false;
+    memcpy(w->step, w->residual, (size_t)w->count * sizeof *w->step);
+    solve(w);
+    return true;
+}
+
+/* The step, or as much of it as makes the residual smaller; the residual there. */
+static double go(kmp_plant *plant, const kmp_answer *answer, double before)
+{
+    const kempe_system *s = plant->system;
+    kmp_press_work *w = plant->press;
+    double part = 1, now = INFINITY;
+    memcpy(w->from, plant->nu, (size_t)s->m * sizeof *w->from);
+    for (int half = 0; half <= MAX_HALVINGS; half++, part /= 2) {
+        for (int k = 0; k < w->count; k++)
+            w->changed[s->pressed[k]] = w->from[s->pressed[k]] + part * w->step[k];
+        for (int r = 0, k = 0; r < s->m; r++) {
+            bool pressed = k < w->count && s->pressed[k] == r;
+            w->changed[r] = pressed ? w->changed[r] : 0;
+            k += pressed;
+        }
+        kmp_plant_bias_with(plant, w->changed);
+        now = look(plant, answer);
+        if (now <= (1 - DESCENT * part) * before || (half == 0 && now <= MOSTLY_ROUNDED))
+            return now;
+    }
+    return now;
+}
+
+/* From the nu at hand. */
+static bool settle(kmp_plant *plant, const kmp_answer *answer)
+{
+    double now = look(plant, answer);
+    for (int k = 0; k < MAX_NEWTON; k++) {
+        if (now <= ROUNDING)
+            return true;
+        if (!(now < INFINITY) || !find_step(plant, answer))
+            return false;
+        double next = go(plant, answer, now);
+        if (next <= MOSTLY_ROUNDED && !(next < 0.5 * now))
+            return true;
+        now = next;
+    }
+    return false;
+}
+
+bool kmp_press(kmp_plant *plant, const kmp_answer *answer)
+{
+    kmp_press_work *w = plant->press;
+    if (!w)
+        return true;
+    bool settled = settle(plant, answer);
+    if (!settled) { /* what was found before may be far away */
+        memset(w->changed, 0, (size_t)plant->m * sizeof *w->changed);
+        kmp_plant_bias_with(plant, w->changed);
+        settled = settle(plant, answer);
+    }
+    if (!settled) {
+        memset(plant->nu, 0, (size_t)plant->m * sizeof *plant->nu);
+        return false;
+    }
+    w->worst = -1;
+    return true;
+}
+
+void kmp_press_forget(kmp_plant *plant)
+{
+    if (plant->nu)
+        memset(plant->nu, 0, (size_t)plant->m * sizeof *plant->nu);
+}
+
+/* -- sentences --------------------------------------------------------------------------------------- */
+
+static bool depends_on(const kmp_expr *e, int closure)
+{
+    if (!e || e->kind == KMP_EXPR_LAMBDA)
+        return e && e->index == closure;
+    return depends_on(e->a, closure) || depends_on(e->b, closure) || depends_on(e->c, closure);
+}
+
+const char *kmp_pressed_force(const kempe_system *s, int row)
+{
+    const kempe_model *model = s->model;
+    int closure = s->rows[row].closure;
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *f = &model->forces[k];
+        if (depends_on(f->effort, closure) || depends_on(f->vector[0], closure) || depends_on(f->vector[1], closure) ||
+            depends_on(f->vector[2], closure))
+            return f->name;
+    }
+    return model->closures[closure].name; /* that of its own kind */
+}
+
+bool kmp_is_unsettled(const kmp_plant *plant)
+{
+    return plant->press && plant->press->worst >= 0;
+}
+
+void kmp_put_unsettled(const kmp_plant *plant, kmp_text *text)
+{
+    const kempe_system *s = plant->system;
+    int row = plant->press->worst;
+    kmp_text_printf(text,
+                    "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no value of it is found "
+                    "that the force itself leads to: such friction locks or has more solutions than one; make it "
+                    "weaker, or its regularisation wider",
+                    kmp_pressed_force(s, row), s->row_names[row], plant->t);
+}
+
+kempe_status kmp_fail_unsettled(const kmp_plant *plant)
+{
+    kmp_text text = {0};
+    kmp_put_unsettled(plant, &text);
+    kempe_status status = text.failed ? kmp_fail_memory(plant->system->context)
+                                      : kmp_fail(plant->system->context, KEMPE_E_FAILED, "%s", text.s);
+    kmp_text_free(&text);
+    return status;
+}
+
+/* -- rows that share their load ---------------------------------------------------------------------- */
+
+static kempe_status complain_shared(const kempe_system *s, int row, int other)
+{
+    return kmp_fail(
+        s->context, KEMPE_E_FAILED,
+        "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row '%s' "
+        "are redundant beside each other, and nothing says how they share the load; leave one of them out",
+        kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
+}
+
+/* Jv' a = the dropped row's v columns: a (r) are the shares of the kept rows in it. */
+static void shares_of(const kmp_reduction *red, int dropped, double *a)
+{
+    const kmp_pattern *jac = &red->plant->system->jacobian;
+    memset(a, 0, (size_t)red->r * sizeof *a);
+    for (int e = 0; e < jac->count; e++)
+        for (int i = 0; jac->row[e] == dropped && i < red->r; i++)
+            if (red->part->v[i] == jac->col[e])
+                a[i] = red->plant->jacobian[e];
+    kmp_block_solve_transposed(red->block, 1, a);
+}
+
+static double share_of(const kmp_reduction *red, int row, int dropped)
+{
+    const double *scale = red->plant->system->row_scale;
+    return red->row_of[row] < 0 ? 0 : fabs(red->dv[red->row_of[row]]) * scale[row] / scale[dropped];
+}
+
+static kempe_status check_row(const kmp_reduction *red, int dropped)
+{
+    const kempe_system *s = red->plant->system;
+    int most = red->part->rows[0];
+    shares_of(red, dropped, red->dv);
+    for (int i = 1; i < red->r; i++)
+        if (share_of(red, red->part->rows[i], dropped) > share_of(red, most, dropped))
+            most = red->part->rows[i];
+    for (int k = 0; k < s->pressed_count; k++)
+        if (s->pressed[k] == dropped || share_of(red, s->pressed[k], dropped) > SHARED)
+            return complain_shared(s, s->pressed[k], s->pressed[k] == dropped ? most : dropped);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part)
+{
+    kmp_reduction red;
+    if (!plant->press || part->r == part->m || part->r == 0)
+        return KEMPE_OK;
+    kempe_status status = kmp_reduction_init(&red, plant, part);
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_reduction_factor(&red))
+        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", plant->t);
+    for (int k = 0; status == KEMPE_OK && k < part->m - part->r; k++)
+        status = check_row(&red, part->redundant[k]);
+    kmp_reduction_free(&red);
+    return status;
+}
