@@ -120,9 +120,17 @@ def profile():
     return closed({"y": either, "z": either, "csv": ref("word"), "unit": ref("word")}, ["y", "z"])
 
 
+def piece():
+    """Of the course of a track."""
+    names = keys("read_course.c", "piece_keys")
+    kinds = [name for name in names if name not in ("radius", "cant")]
+    return dict(closed({key: ref("number") for key in names}),
+                oneOf=[{"required": [kind] + (["radius"] if kind in ("left", "right") else [])} for kind in kinds])
+
+
 def track():
-    properties = {key: ref({"at": "word", "rail": "word"}.get(key, "number")) for key in keys("read_tracks.c", "track_keys")}
-    return closed(properties, ["at", "rail", "gauge"])
+    own = {"at": ref("word"), "rail": ref("word"), "course": {"type": "array", "items": ref("piece")}}
+    return closed({key: own.get(key, ref("number")) for key in keys("read_tracks.c", "track_keys")}, ["at", "rail", "gauge"])
 
 
 def definitions():
@@ -163,6 +171,7 @@ def definitions():
         "force": force(),
         "table": table(),
         "profile": profile(),
+        "piece": piece(),
         "track": track(),
         "include": closed(include, ["file"]),
         "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),

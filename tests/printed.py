@@ -77,6 +77,7 @@ def rewritten(printed):
     made = {"kempe": 1, "name": printed["name"], "gravity": printed["gravity"], "tables": printed["tables"],
             "parameters": printed["parameters"], "ground": {"points": points(printed["ground"])}, "bodies": bodies,
             "loops": loops, "start": start}
+    made.update({key: printed[key] for key in ("profiles", "tracks") if key in printed})
     return {key: value for key, value in made.items() if value}
 
 
@@ -102,9 +103,9 @@ class Printed(unittest.TestCase):
                 copy = pathlib.Path(folder) / "copy.yaml"
                 copy.write_text(json.dumps(made))
                 again = json.loads(kempe("show", copy, "--model", "--json", "-"))
-                for key in ("bodies", "ground", "coordinates", "closures", "start"):
+                for key in ("bodies", "ground", "coordinates", "closures", "start", "profiles", "tracks"):
                     with self.subTest(f"{path.relative_to(ROOT)}: {key}"):
-                        self.assertEqual(differences(again[key], printed[key]), [])
+                        self.assertEqual(differences(again.get(key), printed.get(key)), [])
                 self.assertEqual(again["cuts"], [])
                 count += 1
         self.assertGreaterEqual(count, 20)

@@ -3,6 +3,8 @@
 #include "model/model_print.h"
 #include "symbolic/table.h"
 
+static const char *const course_words[] = {"straight", "transition", "left", "right"};
+
 /* -- the summary --------------------------------------------------------------------------------- */
 
 static void show_profile(kmp_text *text, const kmp_profile *profile)
@@ -18,6 +20,15 @@ static void show_track(kmp_text *text, const kempe_model *model, const kmp_track
     kmp_model_put_point(text, model, track->point);
     kmp_text_printf(text, ", rail %s, gauge %.9g at %.9g below the top, inclination %.9g\n", track->profile->name,
                     track->gauge, track->gauge_depth, track->inclination);
+    for (int k = 0; k < track->course_count; k++) {
+        const kmp_course_piece *piece = &track->course[k];
+        kmp_text_printf(text, "    %s %.9g", course_words[piece->kind], piece->length);
+        if (piece->radius > 0)
+            kmp_text_printf(text, ", radius %.9g", piece->radius);
+        if (piece->cant != 0)
+            kmp_text_printf(text, ", cant %.9g", piece->cant);
+        kmp_text_put(text, "\n");
+    }
 }
 
 void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
@@ -57,6 +68,22 @@ static void put_size(kmp_text *text, const char *key, double value)
     kmp_text_number(text, value);
 }
 
+static void json_course(kmp_text *text, const kmp_track *track)
+{
+    kmp_text_put(text, ", \"course\": [");
+    for (int k = 0; k < track->course_count; k++) {
+        const kmp_course_piece *piece = &track->course[k];
+        kmp_text_printf(text, "%s{\"%s\": ", k > 0 ? ", " : "", course_words[piece->kind]);
+        kmp_text_number(text, piece->length);
+        if (piece->radius > 0)
+            put_size(text, "radius", piece->radius);
+        if (piece->cant != 0)
+            put_size(text, "cant", piece->cant);
+        kmp_text_put(text, "}");
+    }
+    kmp_text_put(text, "]");
+}
+
 static void json_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
 {
     kmp_text_put(text, "\"at\": \"");
@@ -66,6 +93,8 @@ static void json_track(kmp_text *text, const kempe_model *model, const kmp_track
     put_size(text, "gauge", track->gauge);
     put_size(text, "gauge_depth", track->gauge_depth);
     put_size(text, "inclination", track->inclination);
+    if (track->course_count > 0)
+        json_course(text, track);
 }
 
 void kmp_model_json_tracks(kmp_text *text, const kempe_model *model)

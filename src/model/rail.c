@@ -150,9 +150,11 @@ void kmp_profile_free(kmp_profile *profile)
 
 void kmp_track_free(kmp_track *track)
 {
-    kmp_table **tables[] = {&track->rail, &track->x, &track->y, &track->heading, &track->cant, &track->height};
+    kmp_table **tables[] = {&track->rail, &track->x, &track->y, &track->cant};
     for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
         kmp_table_free(*tables[k]);
         *tables[k] = NULL;
     }
+    kmp_free(track->candidate);
+    track->candidate = NULL;
 }

@@ -4,7 +4,7 @@
 #include "model/reading.h"
 #include <math.h>
 
-static const char *const track_keys[] = {"at", "rail", "gauge", "gauge_depth", "inclination", NULL};
+static const char *const track_keys[] = {"at", "rail", "gauge", "gauge_depth", "inclination", "course", NULL};
 
 static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
 
@@ -108,6 +108,9 @@ static void read_track(kmp_reader *r, const kmp_yaml *map, kmp_track *track)
         (void)read_at(r, at, what, &track->point);
     if (read_rails(r, map, what, track))
         place_rails(r, map, what, track);
+    const kmp_yaml *course = kmp_yaml_get(map, "course");
+    if (course)
+        kmp_read_course(r, course, what, track);
 }
 
 void kmp_read_tracks(kmp_reader *r)

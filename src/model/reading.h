@@ -207,6 +207,8 @@ const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const c
 int kmp_count_rigid_wheels(const kempe_model *model);
 void kmp_add_wheel_closures(kmp_reader *r);
 void kmp_add_wheel_forces(kmp_reader *r);
+/** The course of a track whose rails are placed. */
+void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);
 
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 

@@ -35,6 +35,18 @@ typedef struct kmp_irregularities {
     const struct kmp_table *gauge;     /* wider */
 } kmp_irregularities;
 
+typedef enum kmp_course_kind {
+    KMP_COURSE_STRAIGHT,
+    KMP_COURSE_TRANSITION, /* curvature and cant go from what is before it to what is behind it */
+    KMP_COURSE_LEFT,
+    KMP_COURSE_RIGHT
+} kmp_course_kind;
+
+typedef struct kmp_course_piece {
+    kmp_course_kind kind;
+    double length, radius, cant; /* m; of a curve: cant is how much the outer rail is above the inner one */
+} kmp_course_piece;
+
 /** A track. Its axes, x forwards, y left and z up, begin at a point of the ground and are those of the point; z = 0 is
  * the plane on top of both rails. */
 typedef struct kmp_track {
@@ -45,9 +57,13 @@ typedef struct kmp_track {
     struct kmp_table *rail; /* height of an inclined rail over the lateral coordinate from the track's middle */
     double rail_at;         /* where the profile's origin is there */
     bool curved;            /* otherwise it is straight, level, and what follows is NULL */
-    struct kmp_table *x, *y, *heading; /* of the middle line over its arc length */
-    struct kmp_table *cant;            /* angle about the middle line's direction; NULL: none */
-    struct kmp_table *height;          /* of the middle line; NULL: it stays level */
+    kmp_course_piece *course;
+    int course_count;
+    struct kmp_table *x, *y; /* of the middle line over its arc length; its direction is their derivative */
+    struct kmp_table *cant;  /* angle about that direction; NULL: none */
+    double *candidate; /* arc lengths, ascending: whatever is beside the track is nearest to one of them, and there
+                        * between its neighbours */
+    int candidate_count;
     kmp_irregularities irregularities;
     double length; /* of what was described; beyond, it goes on straight */
 } kmp_track;

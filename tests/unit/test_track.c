@@ -1,12 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tracks: rails as the model has them, and where a cross-section is. */
-#include "backend/machine.h"
-#include "base/memory.h"
-#include "check.h"
-#include "model/model.h"
-#include "symbolic/table.h"
-#include "wheel/track.h"
-#include <stdlib.h>
+#include "sections.h"
 
 static kempe_context *context;
 
@@ -106,51 +100,17 @@ static void large_sheet(void)
 
 /* -- places -------------------------------------------------------------------------------------- */
 
-static void values_at(const kempe_model *model, const kmp_track *track, const double point[3], double out[17])
-{
-    kmp_graph *g = kmp_graph_new();
-    kmp_tree tree;
-    kmp_track_place place;
-    kmp_vec p;
-    CHECK(kmp_tree_init(&tree, g, model, KMP_KEEP_NOTHING, false));
-    for (unsigned k = 0; k < 3; k++)
-        p.x[k] = kmp_input(g, KMP_IN_Q, k);
-    CHECK(kmp_track_at(&tree, track, p, &place));
-    CHECK(kmp_graph_table(g, kmp_track_rail_table(&tree, track)) != NULL);
-    kmp_ref list[17] = {place.along};
-    const kmp_ref *lists[1] = {list};
-    int count = 17;
-    for (int k = 0; k < 3; k++) {
-        list[1 + k] = place.origin.x[k];
-        for (int i = 0; i < 3; i++)
-            list[4 + 3 * i + k] = place.axis[i].x[k];
-    }
-    for (int side = 0; side < 2; side++) {
-        list[13 + 2 * side] = place.outwards[side];
-        list[14 + 2 * side] = place.upwards[side];
-    }
-    kmp_program *program = kmp_program_new(g, 1, &count, lists);
-    kmp_machine *machine = program ? kmp_machine_new(program, kmp_backend_find("tape")) : NULL;
-    CHECK(machine != NULL);
-    if (machine) {
-        kmp_machine_set(machine, KMP_IN_Q, point);
-        (void)kmp_machine_run(machine, 0);
-        memcpy(out, kmp_machine_run(machine, 1), 17 * sizeof *out);
-    }
-    kmp_machine_free(machine);
-    kmp_program_free(program);
-    kmp_tree_free(&tree);
-    kmp_graph_free(g);
-}
-
 static void straight(void)
 {
     kempe_model *m = read_rails("tracks:\n  line: {at: ground.O, rail: up, gauge: 1435 mm}\n");
     if (!m)
         return;
-    double v[17];
+    section s;
     const double p[3] = {4, 7, 1}, z[3] = {0.6, 0, 0.8}, left[3] = {-0.8, 0, 0.6};
-    values_at(m, &m->tracks[0], p, v);
+    if (!section_init(&s, m, &m->tracks[0]))
+        return;
+    section_at(&s, p);
+    const double *v = s.value;
     CHECK_NEAR(v[0], 5, 1e-15);
     const double origin[3] = {1, 7, 3};
     for (int k = 0; k < 3; k++) {
@@ -161,6 +121,7 @@ static void straight(void)
     }
     for (int k = 13; k < 17; k++)
         CHECK(v[k] == 0);
+    section_free(&s);
     kempe_model_free(m);
 }
 
@@ -168,7 +129,9 @@ static void straight(void)
 
 static void printed(void)
 {
-    kempe_model *m = read_rails("tracks:\n  line: {at: ground.O, rail: sheet, gauge: 1435 mm, inclination: 1/40}\n");
+    kempe_model *m = read_rails("tracks:\n  line: {at: ground.O, rail: sheet, gauge: 1435 mm, inclination: 1/40}\n"
+                                "  bent: {at: ground.O, rail: sheet, gauge: 1, course: [{straight: 5}, {transition: 3},"
+                                " {right: 5, radius: 9, cant: 0.1}, {transition: 1}]}\n");
     char *text = NULL;
     if (!m)
         return;
