@@ -133,6 +133,19 @@ def track():
     return closed({key: own.get(key, ref("number")) for key in keys("read_tracks.c", "track_keys")}, ["at", "rail", "gauge"])
 
 
+def words(source, array):
+    return {"enum": keys(source, array)}
+
+
+def wheel():
+    properties = {key: ref({"on": "word", "at": "word", "profile": "word"}.get(key, "number"))
+                  for key in keys("read_wheels.c", "wheel_keys")}
+    zone = {"type": "array", "items": ref("number"), "minItems": 2, "maxItems": 2}
+    properties.update(contact=words("read_wheels.c", "form_words"), creep=words("read_wheels.c", "law_words"),
+                      zones={"type": "array", "items": zone, "minItems": 1})
+    return closed(properties, ["on", "at", "profile", "radius"])
+
+
 def definitions():
     words = {"type": "array", "items": ref("word")}
     vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
@@ -173,6 +186,7 @@ def definitions():
         "profile": profile(),
         "piece": piece(),
         "track": track(),
+        "wheel": wheel(),
         "include": closed(include, ["file"]),
         "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),
         "run": closed(run),
@@ -184,7 +198,8 @@ def schema():
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
              "tables": named(ref("table")), "profiles": named(ref("profile")), "tracks": named(ref("track")),
              "ground": closed({"points": named(ref("point"))}),
-             "bodies": dict(named(ref("body")), minProperties=1), "joints": named(ref("edge")),
+             "bodies": dict(named(ref("body")), minProperties=1), "wheels": named(ref("wheel")),
+             "joints": named(ref("edge")),
              "loops": named(ref("loop")),
              "drives": named(ref("drive")), "forces": named(ref("force")), "sensors": named(ref("number")),
              "start": ref("start"), "run": ref("run")}

@@ -6,6 +6,7 @@
 #include "model/model_print.h"
 #include "model/output_table.h"
 #include "symbolic/derivative.h"
+#include "wheel/contact.h"
 
 bool kmp_outputs_need_forces(const kempe_model *model)
 {
@@ -118,12 +119,32 @@ static bool derive_until(const kmp_tree *tree)
     return ok;
 }
 
+/* Of each contact of a wheel. */
+static bool show_contacts(kmp_equations *eq, int number)
+{
+    const kmp_wheel *wheel = &eq->model->wheels[number];
+    kmp_wheel_pose pose;
+    bool ok = kmp_wheel_find(&eq->tree, wheel, &pose);
+    for (int k = 0; ok && k < kmp_wheel_contacts(wheel); k++) {
+        kmp_contact contact;
+        ok = kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
+        if (ok)
+            kmp_contact_values(eq->graph, &contact, eq->shown + eq->shown_count);
+        eq->shown_count += KMP_CONTACT_SHOWN;
+    }
+    return ok;
+}
+
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
     bool ok = derive_until(&eq->tree);
     for (int o = 0; ok && o < eq->model->output_count; o++) {
         const kmp_output *output = &eq->model->outputs[o];
         kmp_vec x = kmp_vec_zero();
+        if (output->kind == KMP_OUTPUT_CONTACT) {
+            ok = show_contacts(eq, output->index);
+            continue;
+        }
         ok = derive_one(eq, forces, output, &x);
         const kmp_ref *values =
             output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;

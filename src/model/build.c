@@ -372,7 +372,8 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
 static const char *kind_of(const char *section)
 {
     static const char *const words[][2] = {{"bodies", "body"},  {"joints", "joint"}, {"loops", "loop"},
-                                           {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"}};
+                                           {"forces", "force"}, {"drives", "drive"}, {"parameters", "parameter"},
+                                           {"wheels", "wheel"}};
     for (size_t k = 0; k < sizeof words / sizeof *words; k++)
         if (strcmp(words[k][0], section) == 0)
             return words[k][1];
@@ -437,6 +438,8 @@ static void forget_places(kempe_model *model)
         model->closures[i].place = (kmp_place){0};
     for (int i = 0; i < model->force_count; i++)
         model->forces[i].place = (kmp_place){0};
+    for (int i = 0; i < model->wheel_count; i++)
+        model->wheels[i].place = (kmp_place){0};
 }
 
 kempe_status kempe_model_finish(kempe_model *model)

@@ -10,6 +10,8 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 
 int kmp_output_width(const kempe_model *model, const kmp_output *output)
 {
+    if (output->kind == KMP_OUTPUT_CONTACT)
+        return KMP_CONTACT_SHOWN * kmp_wheel_contacts(&model->wheels[output->index]);
     return output->kind == KMP_OUTPUT_FORCE ? kmp_force_rows[model->forces[output->index].kind].width
                                             : kmp_output_rows[output->kind].width;
 }
@@ -47,6 +49,9 @@ static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_out
     case KMP_OUTPUT_OF_SENSOR:
         kmp_text_put(text, model->sensors[output->index].name);
         break;
+    case KMP_OUTPUT_OF_WHEEL:
+        kmp_text_put(text, model->wheels[output->index].name);
+        break;
     }
     return true;
 }
@@ -66,10 +71,14 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
+    static const char *const contact[KMP_CONTACT_SHOWN] = {
+        "s", "y", "angle", "N", "creep_along", "creep_across", "spin", "along", "across", "moment"};
     kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
     (void)put_argument(text, model, output);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_put(text, energies[k]);
+    else if (output->kind == KMP_OUTPUT_CONTACT)
+        kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact[k % KMP_CONTACT_SHOWN]);
     else if (kmp_output_width(model, output) > 1)
         kmp_text_printf(text, ".%s", components[k]);
 }

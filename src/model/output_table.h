@@ -12,7 +12,8 @@ typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_LOOP,
     KMP_OUTPUT_OF_POINT,
     KMP_OUTPUT_OF_FORCE,
-    KMP_OUTPUT_OF_SENSOR
+    KMP_OUTPUT_OF_SENSOR,
+    KMP_OUTPUT_OF_WHEEL
 } kmp_output_argument;
 
 typedef struct kmp_output_row {

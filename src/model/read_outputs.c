@@ -49,6 +49,11 @@ static const char *sensor_name(const kempe_model *model, int k)
     return model->sensors[k].name;
 }
 
+static const char *wheel_name(const kempe_model *model, int k)
+{
+    return model->wheels[k].name;
+}
+
 static int find_thing(kmp_reader *r, const kmp_yaml *node, const char *word, things list, const char *name)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -95,6 +100,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return find_force(r, node, row->word, name);
     case KMP_OUTPUT_OF_SENSOR:
         return find_thing(r, node, row->word, (things){"sensor", model->sensor_count, sensor_name}, name);
+    case KMP_OUTPUT_OF_WHEEL:
+        return find_thing(r, node, row->word, (things){"wheel", model->wheel_count, wheel_name}, name);
     case KMP_OUTPUT_OF_NOTHING:
         break;
     }
@@ -122,7 +129,8 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
     kmp_reader_complain_near(r, node->place, &nearest,
                              "unknown output '%s'; there are q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), "
                              "qd(JOINT), qdd(JOINT), lambda(LOOP), reaction(LOOP), position(BODY.POINT), "
-                             "velocity(BODY.POINT), acceleration(BODY.POINT), force(FORCE), sensor(SENSOR)",
+                             "velocity(BODY.POINT), acceleration(BODY.POINT), force(FORCE), sensor(SENSOR), "
+                             "contact(WHEEL)",
                              node->text);
 }
 

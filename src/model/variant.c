@@ -68,8 +68,8 @@ static bool copy_model(kmp_variant *v, const kempe_model *base, int more)
     int n = m->motion_count;
     return (m->parameters = COPY(v, m->parameters, m->parameter_count, more)) &&
            (m->bodies = COPY(v, m->bodies, m->body_count, 0)) && (m->points = COPY(v, m->points, m->point_count, 0)) &&
-           (m->forces = COPY(v, m->forces, m->force_count, 0)) && copy_closures(v) &&
-           (m->start.q = COPY(v, m->start.q, n, 0)) && (m->start.qd = COPY(v, m->start.qd, n, 0)) &&
+           (m->forces = COPY(v, m->forces, m->force_count, 0)) && (m->wheels = COPY(v, m->wheels, m->wheel_count, 0)) &&
+           copy_closures(v) && (m->start.q = COPY(v, m->start.q, n, 0)) && (m->start.qd = COPY(v, m->start.qd, n, 0)) &&
            (m->start.q_given = COPY(v, m->start.q_given, n, 0)) &&
            (m->start.qd_given = COPY(v, m->start.qd_given, n, 0)) &&
            (m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0));
@@ -246,6 +246,12 @@ static bool follow_closure(kmp_variant *v, kmp_closure *c)
     return ok && (!c->constant || follow(v, 1, (kmp_number *)c->constant)); /* its own copy */
 }
 
+static bool follow_wheel(kmp_variant *v, kmp_wheel *w)
+{
+    return follow(v, 1, &w->radius) && follow(v, 1, &w->shear_modulus) && follow(v, 1, &w->friction) &&
+           follow(v, 1, &w->stiffness) && follow(v, 1, &w->damping) && follow(v, 1, &w->speed);
+}
+
 static bool find_followers(kmp_variant *v)
 {
     kempe_model *m = &v->model;
@@ -263,6 +269,8 @@ static bool find_followers(kmp_variant *v)
         for (int f = 0; ok && f < kmp_force_field_count; f++)
             if (kmp_force_fields[f].kind == m->forces[k].kind)
                 ok = follow(v, kmp_force_fields[f].size, kmp_force_number(&m->forces[k], f));
+    for (int k = 0; ok && k < m->wheel_count; k++)
+        ok = follow_wheel(v, &m->wheels[k]);
     for (int k = 0; ok && k < m->start.goal_count; k++)
         ok = follow(v, 3, m->start.goals[k].value) && follow(v, 3, m->start.goals[k].weight);
     return ok;

@@ -105,4 +105,7 @@ typedef struct kmp_wheel {
     kmp_number speed;   /* below it creepages are regularised, m/s */
 } kmp_wheel;
 
+/** How many contacts a wheel has: an elastic one each zone, a rigid one alone. */
+int kmp_wheel_contacts(const kmp_wheel *wheel);
+
 #endif

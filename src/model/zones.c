@@ -195,3 +195,8 @@ bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
     kmp_free(s.rail);
     return ok;
 }
+
+int kmp_wheel_contacts(const kmp_wheel *wheel)
+{
+    return wheel->form == KMP_CONTACT_RIGID ? 1 : wheel->zone_count;
+}

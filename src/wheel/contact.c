@@ -4,11 +4,6 @@
 #include "wheel/contact.h"
 #include "symbolic/derivative.h"
 
-int kmp_wheel_contacts(const kmp_wheel *wheel)
-{
-    return wheel->form == KMP_CONTACT_RIGID ? 1 : wheel->zone_count;
-}
-
 static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {
     return (kmp_touch){.along = patch->along,

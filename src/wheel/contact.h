@@ -16,10 +16,7 @@ typedef struct kmp_contact {
     kmp_vec pressed; /* N along the normal */
 } kmp_contact;
 
-/** How many contacts a wheel has: an elastic one each zone, a rigid one alone. */
-int kmp_wheel_contacts(const kmp_wheel *wheel);
-
-/** Number k of them. false: no memory. */
+/** Number k of its contacts (kmp_wheel_contacts). false: no memory. */
 bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
                        kmp_contact *contact);
 
