@@ -86,6 +86,8 @@ class Tables(unittest.TestCase):
         cells = first_cells(page)[1:]
         self.assertEqual(len({re.search(r"`(\w+):", cell).group(1) for cell in cells}), len(cells))
         for kind, name, place, word, *_ in generate.rows("forces.def", "KMP_FORCE"):
+            if place == "wheel":
+                continue  # of a section of its own
             with self.subTest(name):
                 wanted = [place, *{"NULL": [], "effort": ["torque"]}.get(word, [word])]
                 self.assertTrue(any(all(f"{key}:" in cell for key in wanted) for cell in cells), wanted)

@@ -285,7 +285,9 @@ static void json_force(kmp_text *text, const kempe_model *model, const kmp_force
     put_string(text, true, "name", force->name);
     put_string(text, false, "kind",
                word ? kmp_force_key(model, force->motion, word) : kmp_force_rows[force->kind].place);
-    if (force->motion >= 0)
+    if (force->kind == KMP_FORCE_WHEEL)
+        put_string(text, false, "wheel", model->wheels[force->wheel].name);
+    else if (force->motion >= 0)
         put_string(text, false, "coordinate", model->motions[force->motion].name);
     else if (force->kind == KMP_FORCE_BODY)
         put_string(text, false, "body", model->bodies[force->body].name);

@@ -88,7 +88,7 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
 
 /* -- numbers ------------------------------------------------------------------------------------- */
 
-/* `least`: the number must exceed it, or with `equal` be it. */
+/* A positive one, or with `zero` one that is not negative. */
 static bool read_number(const reading *w, const char *key, kmp_dimension dimension, bool zero, kmp_number *number)
 {
     const kmp_yaml *node = kmp_yaml_get(w->map, key);
@@ -156,7 +156,7 @@ static bool check_form(const reading *w)
 
 /* -- zones --------------------------------------------------------------------------------------- */
 
-static bool read_zone(const reading *w, const kmp_yaml *node, int k, double *zone)
+static bool read_zone(const reading *w, const kmp_yaml *node, int k, double (*zone)[2])
 {
     const char *what = kmp_reader_say(w->r, "zone %d of %s", k + 1, w->what);
     if (!kmp_read_list(w->r, node, what, 2))
@@ -166,12 +166,12 @@ static bool read_zone(const reading *w, const kmp_yaml *node, int k, double *zon
         if (!kmp_read_number(w->r, node->items[i], what, KMP_DIM_LENGTH, &number))
             return false;
         kmp_reader_fix(w->r, &number);
-        zone[i] = number.value;
+        zone[k][i] = number.value;
     }
-    if (zone[0] < zone[1] && (k == 0 || zone[0] >= zone[-1]))
+    if (zone[k][0] < zone[k][1] && (k == 0 || zone[k][0] >= zone[k - 1][1]))
         return true;
-    kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones ascend, one after the other", what, zone[0],
-                        zone[1]);
+    kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones ascend, one after the other", what,
+                        zone[k][0], zone[k][1]);
     return false;
 }
 
@@ -190,7 +190,7 @@ static bool read_zones(const reading *w)
     }
     bool good = true;
     for (int k = 0; k < list->count; k++)
-        good = read_zone(w, list->items[k], k, wheel->zone[k]) && good;
+        good = read_zone(w, list->items[k], k, wheel->zone) && good;
     wheel->zone_count = list->count;
     return good;
 }
