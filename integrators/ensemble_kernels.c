@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/ensemble_kernels.h"
-#include "backend/clones.h"
+#include "base/clones.h"
 #include "backend/lanes.h"
 #include "integrators/dop853_table.h"
 #include "integrators/rk_method.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Complete pivoting in lanes: each lane has its own pivots, so that rows and columns are not exchanged but set to zero
  * once they are used. */
-#include "backend/clones.h"
+#include "base/clones.h"
 #include "integrators/ensemble_inside.h"
 #include <math.h>
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/frame.h"
 #include "base/memory.h"
+#include "symbolic/table.h"
 
 void kmp_frame_free(kmp_frame *f)
 {
@@ -58,6 +59,12 @@ static void run_special(const kmp_frame *f, const kmp_special *s, double *v)
     }
     if (s->op == KMP_OP_IMPLICIT) {
         v[s->d] = run_implicit(f, s);
+        return;
+    }
+    if (s->op == KMP_OP_TABLE) {
+        const kmp_instruction *in = &f->program->instruction[s->instruction];
+        v[s->d] =
+            kmp_table_value(f->program->table[in->b], (int)in->c, s->minus[0] ? -v[s->operand[0]] : v[s->operand[0]]);
         return;
     }
     for (int k = 0; k < 3; k++)

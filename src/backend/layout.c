@@ -211,7 +211,7 @@ static bool allocate_blocks(kmp_layout *l)
     f->solving = KMP_NEW(kmp_solving *, p->block_count);
     bool ok = f->items && f->solving;
     for (int k = 0; ok && k < p->block_count; k++)
-        ok = (f->solving[k] = kmp_solving_new(&p->block[k])) != NULL;
+        ok = (f->solving[k] = kmp_solving_new(&p->block[k], f->runner.run ? &f->runner : NULL)) != NULL;
     return ok;
 }
 
@@ -318,9 +318,11 @@ static bool begin(kmp_layout *l)
 }
 
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
-                     bool (*straight)(const kmp_instruction *in), uint32_t extra)
+                     bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks)
 {
     *frame = (kmp_frame){.program = program};
+    if (blocks)
+        frame->runner = (kmp_runner){blocks->prepare, blocks->release, blocks->set, blocks->run, blocks->outputs};
     *l = (kmp_layout){.frame = frame,
                       .program = program,
                       .straight = straight,

@@ -35,8 +35,8 @@ static void release(void *code)
 static bool make(native *n, const kmp_program *p)
 {
     kmp_layout layout = {0};
-    bool ok = kmp_layout_init(&layout, &n->frame, p, kmp_code_is_straight, 0) && kmp_code_list(&n->code, &layout) &&
-              kmp_code_write(&n->code, &layout, KMP_X86_ONE);
+    bool ok = kmp_layout_init(&layout, &n->frame, p, kmp_code_is_straight, 0, &kmp_backend_native) &&
+              kmp_code_list(&n->code, &layout) && kmp_code_write(&n->code, &layout, KMP_X86_ONE);
     kmp_layout_free(&layout);
     kmp_code_drop_list(&n->code);
     return ok;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One clone of the lane loop a width of vectors, the same bits from each. */
 #include "backend/sincos.h"
-#include "backend/clones.h"
+#include "base/clones.h"
 
 #include <kempe/runtime.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Blocks in the graph: their local equations are derived once; a derivative brings them into the graph around with the
- * unknowns and arguments put in, and solves the linear system for one unknown by a quotient, for more by a
+ * unknowns and arguments put in, and solves the linear system for one or two unknowns by quotients, for more by a
  * linear block. Arguments travel as a chain of LIST nodes. */
 #include "symbolic/implicit.h"
 #include "base/memory.h"
@@ -275,6 +275,17 @@ static int linear_block(kmp_graph *g, int n)
     return kmp_graph_add_implicit(g, b);
 }
 
+/* Cramer's rule, which for two unknowns is as good as elimination (Higham, Accuracy and Stability of Numerical
+ * Algorithms, 2002, section 1.10). */
+static kmp_ref derivative_of_two(kmp_graph *g, const kmp_ref *equations, int component)
+{
+    const kmp_ref *a = equations, *b = equations + 4;
+    kmp_ref det = kmp_sub(g, kmp_mul(g, a[0], a[3]), kmp_mul(g, a[1], a[2]));
+    kmp_ref top = component == 0 ? kmp_sub(g, kmp_mul(g, a[1], b[1]), kmp_mul(g, a[3], b[0]))
+                                 : kmp_sub(g, kmp_mul(g, a[2], b[0]), kmp_mul(g, a[0], b[1]));
+    return kmp_div(g, top, det);
+}
+
 kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
 {
     const kmp_implicit *b = kmp_graph_implicit(g, block);
@@ -297,6 +308,8 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
     kmp_free(p);
     if (ok && n == 1)
         return kmp_neg(kmp_div(g, equations[1], equations[0]));
+    if (ok && n == 2)
+        return derivative_of_two(g, equations, component);
     int linear = ok ? linear_block(g, n) : -1;
     if (linear < 0)
         return KMP_ZERO;

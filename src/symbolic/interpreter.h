@@ -17,4 +17,10 @@ void kmp_interpreter_set(kmp_interpreter *interpreter, kmp_input_kind kind, cons
 /** Outputs of a stage, whose earlier stages are up to date; valid until it runs again. No allocation. */
 const double *kmp_interpreter_run(kmp_interpreter *interpreter, int stage);
 
+/** The outputs of a stage when it last ran. */
+const double *kmp_interpreter_outputs(const kmp_interpreter *interpreter, int stage);
+
+/** All values, numbered as in the program. */
+const double *kmp_interpreter_values(const kmp_interpreter *interpreter);
+
 #endif

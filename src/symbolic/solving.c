@@ -6,6 +6,7 @@
 #include "linalg/dense.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"
+#include "symbolic/scan.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -14,21 +15,65 @@ enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12 };
 
 struct kmp_solving {
     const kmp_block *block;
-    kmp_interpreter *run;
+    const kmp_runner *runner;
+    void *code;         /* the runner's */
+    kmp_scan *scan;     /* of candidates, if there are some */
     double *p, *solved; /* arguments: at hand, and those of y */
     double y[MOST], merit;
     bool known;
 };
 
-kmp_solving *kmp_solving_new(const kmp_block *block)
+/* The interpreter as a runner. */
+static void *prepare(const kmp_program *program)
+{
+    return kmp_interpreter_new(program);
+}
+
+static void release(void *code)
+{
+    kmp_interpreter_free(code);
+}
+
+static void set(void *code, kmp_input_kind kind, const double *values)
+{
+    kmp_interpreter_set(code, kind, values);
+}
+
+static void run(void *code, int stage)
+{
+    kmp_interpreter_run(code, stage);
+}
+
+static const double *outputs(const void *code, int stage)
+{
+    return kmp_interpreter_outputs(code, stage);
+}
+
+static const kmp_runner interpreted = {prepare, release, set, run, outputs};
+
+static const double *run_stage(kmp_solving *s, int stage)
+{
+    s->runner->run(s->code, stage);
+    return s->runner->outputs(s->code, stage);
+}
+
+static void set_unknowns(kmp_solving *s)
+{
+    s->runner->set(s->code, KMP_IN_Q, s->y);
+}
+
+kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_runner *runner)
 {
     kmp_solving *s = KMP_NEW(kmp_solving, 1);
     if (!s)
         return NULL;
     s->block = block;
-    s->run = kmp_interpreter_new(block->program);
+    s->runner = runner ? runner : &interpreted;
+    s->code = s->runner->prepare(block->program);
     s->p = KMP_NEW(double, 2 * block->arguments);
-    if (!s->run || !s->p) {
+    if (block->candidates > 0)
+        s->scan = kmp_scan_new(block);
+    if (!s->code || !s->p || (block->candidates > 0 && !s->scan)) {
         kmp_solving_free(s);
         return NULL;
     }
@@ -40,7 +85,9 @@ void kmp_solving_free(kmp_solving *s)
 {
     if (!s)
         return;
-    kmp_interpreter_free(s->run);
+    if (s->code)
+        s->runner->release(s->code);
+    kmp_scan_free(s->scan);
     kmp_free(s->p);
     kmp_free(s);
 }
@@ -61,12 +108,23 @@ static double largest(int n, const double *x)
 /* Residuals and slopes at y. What the guesses and the merit have in common with them was computed elsewhere. */
 static const double *equations(kmp_solving *s)
 {
-    kmp_interpreter_set(s->run, KMP_IN_Q, s->y);
+    set_unknowns(s);
     if (s->block->candidates > 0) {
-        (void)kmp_interpreter_run(s->run, 1);
-        s->merit = *kmp_interpreter_run(s->run, 2);
+        if (s->block->unknowns > 1)
+            (void)run_stage(s, 1);
+        s->merit = *run_stage(s, 2);
     }
-    return kmp_interpreter_run(s->run, s->block->program->stages - 1);
+    return run_stage(s, s->block->program->stages - 1);
+}
+
+/* Two unknowns: Gauss with the larger pivot. */
+static void direction_of_two(const double *f, double *dy)
+{
+    const double *a = f + 2;
+    int p = fabs(a[0]) >= fabs(a[2]) ? 0 : 1, r = 1 - p; /* rows: of the pivot, the other */
+    double factor = a[2 * r] / a[2 * p];
+    dy[1] = -(f[r] - factor * f[p]) / (a[2 * r + 1] - factor * a[2 * p + 1]);
+    dy[0] = -(f[p] + a[2 * p + 1] * dy[1]) / a[2 * p];
 }
 
 /* dy = -A^-1 F. false: singular. */
@@ -74,14 +132,20 @@ static bool direction(int n, const double *f, double *dy)
 {
     double a[MOST * MOST];
     int pivot[MOST];
-    for (int i = 0; i < n; i++) {
-        dy[i] = -f[i];
-        for (int j = 0; j < n; j++)
-            a[i + j * n] = f[n + i * n + j];
+    if (n == 1) {
+        dy[0] = -f[0] / f[1];
+    } else if (n == 2) {
+        direction_of_two(f, dy);
+    } else {
+        for (int i = 0; i < n; i++) {
+            dy[i] = -f[i];
+            for (int j = 0; j < n; j++)
+                a[i + j * n] = f[n + i * n + j];
+        }
+        if (kmp_lu_factor(n, a, pivot))
+            return false;
+        kmp_lu_solve(n, a, pivot, 1, dy);
     }
-    if (kmp_lu_factor(n, a, pivot))
-        return false;
-    kmp_lu_solve(n, a, pivot, 1, dy);
     return isfinite(largest(n, dy));
 }
 
@@ -110,6 +174,14 @@ static bool is_last(double step, double before, double size)
     return step <= 2 * DBL_EPSILON * size || (step <= 1e-9 * size && step >= 0.5 * before);
 }
 
+/* Whether Newton's step is the last one, as far as the one before it says: what is left after it is rounding. */
+static bool is_final(double step, double before, double size)
+{
+    double rate = step / before;
+    bool quadratic = isfinite(before) && step <= 1e-8 * size && step * rate * rate <= DBL_EPSILON / 4 * size;
+    return quadratic || is_last(step, before, size);
+}
+
 /* From y on. */
 static bool descend(kmp_solving *s)
 {
@@ -117,46 +189,45 @@ static bool descend(kmp_solving *s)
     double dy[MOST], before = INFINITY, size = largest(n, s->y);
     const double *f = equations(s);
     for (int k = 0; k < MOST_STEPS; k++) {
+        double residual = largest(n, f);
         if (!direction(n, f, dy))
             return false;
-        f = advance(s, dy, largest(n, f));
         double step = largest(n, dy);
+        if (is_final(step, before, size)) {
+            for (int i = 0; i < n; i++)
+                s->y[i] += dy[i];
+            return true;
+        }
+        f = advance(s, dy, residual);
+        bool whole = largest(n, dy) == step;
         size = fmax(size, largest(n, s->y));
-        if (!isfinite(step))
+        if (!isfinite(size))
             return false;
-        if (is_last(step, before, size))
-            return isfinite(largest(n, f));
-        before = step;
+        before = whole ? step : INFINITY;
     }
     return false;
 }
 
-static double guess_at(kmp_solving *s, double candidate)
+/* What a candidate begins with. */
+static void begin_at(kmp_solving *s, double candidate)
 {
     int n = s->block->unknowns;
     memset(s->y, 0, sizeof s->y);
     s->y[0] = candidate;
-    kmp_interpreter_set(s->run, KMP_IN_Q, s->y);
-    const double *guess = kmp_interpreter_run(s->run, 1);
-    if (n > 1) {
-        memcpy(s->y + 1, guess + 1, (size_t)(n - 1) * sizeof(double));
-        kmp_interpreter_set(s->run, KMP_IN_Q, s->y);
-    }
-    return *kmp_interpreter_run(s->run, 2);
+    set_unknowns(s);
+    memcpy(s->y + 1, run_stage(s, 1) + 1, (size_t)(n - 1) * sizeof(double));
 }
 
 /* The candidate with the least merit; -1: none has one. */
-static int best_candidate(kmp_solving *s)
+static int best_candidate(const kmp_block *block, const double *merit)
 {
     int best = -1;
     double least = INFINITY;
-    for (int k = 0; k < s->block->candidates; k++) {
-        double merit = guess_at(s, s->block->candidate[k]);
-        if (merit < least && isfinite(merit)) {
-            least = merit;
+    for (int k = 0; k < block->candidates; k++)
+        if (merit[k] < least && merit[k] > -INFINITY) {
+            least = merit[k];
             best = k;
         }
-    }
     return best;
 }
 
@@ -211,19 +282,26 @@ static void go(kmp_solving *s, valley *v, double y)
         v->low = y;
 }
 
-/* Whether Newton's step is the last one, as far as the one before it says: what is left after it is rounding. */
-static bool is_final(double step, double before, double size)
+/* The lowest point of the parabola through the merits of a candidate and its neighbours; the candidate itself where
+ * there is none. */
+static double lowest(const kmp_block *b, const double *merit, int best)
 {
-    double rate = step / before;
-    return is_last(step, before, size) || (step <= 1e-8 * size && step * rate * rate <= DBL_EPSILON / 4 * size);
+    const double *c = b->candidate + best, *m = merit + best;
+    if (best == 0 || best == b->candidates - 1)
+        return *c;
+    double left = (m[0] - m[-1]) / (c[0] - c[-1]), right = (m[1] - m[0]) / (c[1] - c[0]);
+    double bend = (right - left) / (c[1] - c[-1]), y = c[0] - (left + bend * (c[0] - c[-1])) / (2 * bend);
+    return y > c[-1] && y < c[1] ? y : *c;
 }
 
-/* One unknown, from its best candidate. */
-static bool descend_among(kmp_solving *s, int best)
+/* One unknown, from near its best candidate. */
+static bool descend_among(kmp_solving *s, const double *merit, int best)
 {
     valley v = valley_of(s->block, best);
-    double before = INFINITY;
-    if (!look(s, s->block->candidate[best], &v))
+    double before = INFINITY, candidate = s->block->candidate[best], begin = lowest(s->block, merit, best);
+    double least = merit[best];
+    bool good = look(s, begin, &v) && v.merit <= least;
+    if (!good && (begin == candidate || !look(s, candidate, &v)))
         return false;
     if (!isfinite(v.spacing))
         v.spacing = fabs(v.residual / v.slope);
@@ -251,18 +329,25 @@ static bool descend_among(kmp_solving *s, int best)
     return false;
 }
 
+static bool solve_among(kmp_solving *s)
+{
+    const double *merit = kmp_scan_run(s->scan, s->p);
+    int best = best_candidate(s->block, merit);
+    if (best < 0)
+        return false;
+    if (s->block->unknowns == 1)
+        return descend_among(s, merit, best);
+    begin_at(s, s->block->candidate[best]);
+    return descend(s);
+}
+
 static bool solve(kmp_solving *s)
 {
-    int n = s->block->unknowns;
-    kmp_interpreter_set(s->run, KMP_IN_PARAMETER, s->p);
-    (void)kmp_interpreter_run(s->run, 0);
-    if (s->block->candidates > 0) {
-        int best = best_candidate(s);
-        if (best >= 0 && n == 1)
-            return descend_among(s, best);
-        return best >= 0 && isfinite(guess_at(s, s->block->candidate[best])) && descend(s);
-    }
-    memcpy(s->y, kmp_interpreter_run(s->run, 1), (size_t)n * sizeof(double));
+    s->runner->set(s->code, KMP_IN_PARAMETER, s->p);
+    (void)run_stage(s, 0);
+    if (s->block->candidates > 0)
+        return solve_among(s);
+    memcpy(s->y, run_stage(s, 1), (size_t)s->block->unknowns * sizeof(double));
     return descend(s);
 }
 

@@ -75,6 +75,7 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
     }
     memcpy(t->x, x, (size_t)count * sizeof *x);
     memcpy(t->y, y, (size_t)count * sizeof *y);
+    t->per_piece = (count - 1) / (x[count - 1] - x[0]);
     if (!make_pieces(t)) {
         kmp_table_free(t);
         return NULL;
@@ -101,7 +102,20 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b)
 
 /* -- reading --------------------------------------------------------------------------------------- */
 
+/* The last knot but one that is not right of x, which is between the ends. */
+static int find_piece(const kmp_table *t, double x)
+{
+    int last = t->count - 2;
+    double far = (x - t->x[0]) * t->per_piece;
+    int k = far < last ? (int)far : last;
+    return t->x[k] <= x && (k == last || x < t->x[k + 1]) ? k : kempe_find_piece_(t->count, t->x, x);
+}
+
 double kmp_table_value(const kmp_table *t, int derivative, double x)
 {
+    if (x >= t->x[0] && x <= t->x[t->count - 1]) {
+        int k = find_piece(t, x);
+        return kempe_piece_(t->piece[k], derivative, x - t->x[k]);
+    }
     return kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
 }

@@ -235,7 +235,7 @@ static double solve_waves(int sign, int candidates, const double *candidate, dou
 {
     kmp_graph *g = kmp_graph_new();
     int block = waves_block(g, sign, candidates, candidate);
-    kmp_solving *s = kmp_solving_new(kmp_implicit_block(kmp_graph_implicit(g, block)));
+    kmp_solving *s = kmp_solving_new(kmp_implicit_block(kmp_graph_implicit(g, block)), NULL);
     *kmp_solving_arguments(s) = p;
     double y = kmp_solving_value(s, 0);
     kmp_solving_free(s);
