@@ -24,8 +24,8 @@
 #include <math.h>
 
 /* Of candidates for the nearest point, m apart at most. */
-#define SPACING 0.004
-enum { FEWEST = 5, MOST = 24, ARGUMENTS = 5 };
+#define SPACING 0.001
+enum { FEWEST = 5, MOST = 128, ARGUMENTS = 5 };
 
 /* Beyond a border, m: where a slope of 10 is balanced. */
 #define GIVE 1e-3
@@ -277,6 +277,22 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
     return !kmp_graph_failed(tree->graph);
 }
 
+/* Whether `gap` of a zone is less than the least before it. During a step that stands still, and a change has to be by
+ * a tenth of a nanometre for a metre of radius: both are equally near where it happens, and rounding would turn it
+ * back. */
+static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone, kmp_ref gap, kmp_ref least)
+{
+    static const char *const what = "wheel '%s': contact in zone %d";
+    kmp_graph *g = tree->graph;
+    kmp_ref difference = kmp_sub(g, gap, least);
+    kmp_ref nearer = kmp_tree_condition(tree, wheel, zone, difference, what, wheel->name, zone + 1);
+    if (kmp_graph_node(g, kmp_id(nearer))->op != KMP_OP_INPUT)
+        return nearer;
+    kmp_ref lag = kmp_const(g, 1e-10 * wheel->radius.value);
+    kmp_ref with_lag = kmp_add(g, difference, kmp_select(g, nearer, kmp_neg(lag), lag));
+    return kmp_tree_condition(tree, wheel, zone, with_lag, what, wheel->name, zone + 1);
+}
+
 bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
@@ -292,8 +308,7 @@ bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
         kmp_ref gap = kmp_add(g, drop(&p, &t), penalty(g, wheel, zone, other));
         kmp_ref nearer = KMP_ONE;
         if (zone > 0)
-            nearer = kmp_tree_condition(tree, wheel, zone, kmp_sub(g, gap, least), "wheel '%s': contact in zone %d",
-                                        wheel->name, zone + 1);
+            nearer = is_nearer(tree, wheel, zone, gap, least);
         s = kmp_select(g, nearer, other, s);
         least = kmp_select(g, nearer, gap, least);
     }
