@@ -258,8 +258,7 @@ static void tangents_by_differences(void)
     /* within a step there may be a knot of a profile, where the derivative of the curvature jumps */
     CHECK(few <= 2 && worst < 1e-2);
     if (!(few <= 2 && worst < 1e-2))
-        printf("tangents %.3g, %d poses
-", worst, few);
+        printf("tangents %.3g, %d poses\n", worst, few);
     derived_free(&d);
     kempe_model_free(m);
 }
