@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Balance of what is not held: a roller on an elastic floor, dropped from above it, against its closed form. */
+#include "analysis/held.h"
+#include "base/memory.h"
+#include "loaded.h"
+
+/* A roller that is pushed along, presses the floor by its weight and is dragged round by it against a brake: the floor
+ * gives K d^1.5, and a traction of f (slip). */
+static const char roller[] = "kempe: 1\n"
+                             "gravity: [0, 0, -10]\n"
+                             "parameters: {K: 1e9, f: 2e4, b: 3}\n"
+                             "bodies:\n"
+                             "  roller:\n"
+                             "    joint: {name: go, planar: y, at: ground}\n"
+                             "    mass: 100\n"
+                             "    inertia: {xx: 1, yy: 1, zz: 1}\n"
+                             "forces:\n"
+                             "  floor: {joint: go.1, force: \"K*max(0.5-q(go.1), 0)^1.5\"}\n"
+                             "  drag: {joint: go.3, torque: \"-0.5*f*(0.5*qd(go.3)-qd(go.2)) - b*qd(go.3)\"}\n"
+                             "  pull: {joint: go.2, force: \"f*(0.5*qd(go.3)-qd(go.2))\"}\n"
+                             "start: {q: {go.1: 0.7}, qd: {go.2: 4, go.3: 1}}\n";
+
+static int coordinate(const loaded *l, const char *name)
+{
+    for (int k = 0; k < l->system->n; k++)
+        if (strcmp(l->system->model->motions[k].name, name) == 0)
+            return k;
+    CHECK(!"a coordinate of that name");
+    return 0;
+}
+
+static void a_roller_sinks_in_and_turns(void)
+{
+    loaded l = load_text(roller);
+    kmp_linear linear;
+    int x = coordinate(&l, "go.2"), z = coordinate(&l, "go.1"), spin = coordinate(&l, "go.3");
+    kmp_hold hold[] = {{x, false}, {spin, true}};
+    kmp_steady rates[] = {{x, 4}, {spin, 1}};
+    kmp_held held = {.count = 2, .hold = hold, .rates = rates};
+    double q[3] = {0};
+    q[x] = 2;
+    q[z] = 0.7;
+    CHECK(kmp_linear_init(&linear, l.system, "tape") == KEMPE_OK);
+    CHECK(kmp_held_find(&linear, 0, q, &held) == KEMPE_OK);
+    CHECK_NEAR(q[x], 2, 0);
+    CHECK_NEAR(0.5 - q[z], pow(1000 / 1e9, 2.0 / 3), 1e-14);
+    CHECK_NEAR(rates[1].rate, 4 * 0.5 * 2e4 / (0.25 * 2e4 + 3), 1e-13);
+    CHECK_NEAR(rates[0].rate, 4, 0);
+    CHECK_NEAR(linear.qd[spin], rates[1].rate, 0);
+    CHECK(held.residual < 1e-10);
+    CHECK(held.iterations < 60);
+    kmp_linear_free(&linear);
+    unload(&l);
+}
+
+/* What is held by nothing falls: a sentence with its name, and nothing is changed. */
+static void what_nothing_carries_is_named(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [0, 0, -10]\n"
+                         "bodies:\n"
+                         "  stone: {joint: {name: down, prismatic: z, at: ground}, mass: 1}\n");
+    kmp_linear linear;
+    kmp_hold none;
+    kmp_steady rates;
+    kmp_held held = {.count = 0, .hold = &none, .rates = &rates};
+    double q = 3;
+    CHECK(kmp_linear_init(&linear, l.system, "tape") == KEMPE_OK);
+    CHECK(kmp_held_find(&linear, 0, &q, &held) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "'down'") != NULL);
+    CHECK_NEAR(q, 3, 0);
+    kmp_linear_free(&linear);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(a_roller_sinks_in_and_turns);
+    TEST(what_nothing_carries_is_named);
+    return check_report();
+}
