@@ -244,6 +244,7 @@ KEMPE_API kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajec
  *     ensemble.h      many instances of one mechanism with different parameters
  *     kinematics.h    coordinates led through a range
  *     equilibrium.h   where a mechanism stays at rest or moves on steadily
+ *     contact_table.h wheels on their rails over a range
  *     inverse.h       the efforts that a motion takes
  *     linearize.h     state spaces near a state; response.h: answers to what swings
  *     modes.h         eigenvalues and shapes, and what becomes of them when a parameter varies
@@ -260,6 +261,7 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/branches.h>
 #include <kempe/build.h>
 #include <kempe/compare.h>
+#include <kempe/contact_table.h>
 #include <kempe/contact.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>

@@ -41,6 +41,7 @@ typedef struct cli_settings {
     kempe_generation generation;
     kempe_equilibrium_ask equilibrium;
     kempe_kinematics_ask kinematics;
+    kempe_contact_ask contact;
     kempe_inverse_ask inverse; /* beside what is in `run` */
     kempe_sensitivity_ask sensitivity;
     kempe_modes_ask modes;

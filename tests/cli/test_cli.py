@@ -299,6 +299,63 @@ class Kinematics(Case):
         self.assertIn("drive or hold 1 more", none["reason"])
 
 
+class Contact(Case):
+    """Wheels on rails over a shift: table, picture, what follows, mistakes."""
+
+    MODEL = ROOT / "examples/manchester/manchester.yaml"
+    WHEELSET = ROOT / "examples/manchester/wheelset.yaml"
+    RANGE = ("--over", "shift=0:10 mm:5", "--law", "fastsim")
+
+    def test_table(self):
+        result = self.object(0, "contact", self.MODEL, *self.RANGE, "-o", "c.csv", "--svg", "c.svg")
+        self.assertKeys(result, "model status reason build_s over unit law residual iterations cpu_s rows")
+        self.assertEqual((result["status"], result["over"], result["law"], len(result["rows"])), ("ok", "shift", "fastsim", 5))
+        last = result["rows"][-1]
+        self.assertKeys(last, "value q qd wheels")
+        touching = [patch for patch in last["wheels"]["R"] if patch["touches"]]
+        self.assertEqual(len(touching), 1)
+        self.assertKeys(touching[0], "touches s y angle radius normal slip spin force moment a b by_law")
+        self.assertAlmostEqual(touching[0]["y"], 0.721088, delta=1e-5)
+        with open(self.folder / "c.csv", newline="") as file:
+            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+        patches = [(row["value"], wheel, patch) for row in result["rows"] for wheel in "LR" for patch in row["wheels"][wheel]]
+        self.assertEqual(len(rows), len(patches))
+        for row, (value, wheel, patch) in zip(rows, patches):
+            self.assertEqual((float(row["shift"]), row["wheel"], float(row["normal"])), (value, wheel, patch["normal"]))
+        picture = ElementTree.parse(self.folder / "c.svg").getroot()
+        drawn = [path.get("class") for path in picture.iter("{http://www.w3.org/2000/svg}path")]
+        self.assertEqual((drawn.count("wheel"), drawn.count("rail")), (2, 2))
+        self.assertEqual(drawn.count("join"), sum(patch["touches"] for _, _, patch in patches))
+        again = self.object(0, "contact", self.MODEL, *self.RANGE, "-o", "again.csv", "--svg", "again.svg")
+        self.assertEqual(without_times(result), without_times(again))
+        for ending in "svg", "csv":
+            self.assertEqual((self.folder / f"c.{ending}").read_bytes(), (self.folder / f"again.{ending}").read_bytes())
+
+    def test_what_follows(self):
+        """Both wheels carry the load, nothing drives the axle, and left is right the other way round."""
+        rows = {}
+        for way in "", "-":
+            result = self.object(0, "contact", self.WHEELSET, "--over", f"axle.3=0:{way}6 mm:4", "--hold", "axle.4")
+            rows[way] = result["rows"]
+        for here, there in zip(rows[""], rows["-"]):
+            self.assertAlmostEqual(here["q"]["axle.1"], there["q"]["axle.1"], delta=1e-12)
+            self.assertAlmostEqual(here["q"]["axle.5"], -there["q"]["axle.5"], delta=1e-12)
+            self.assertAlmostEqual(here["qd"]["axle.6"], there["qd"]["axle.6"], delta=1e-9)
+            forces = [patch for wheel in "LR" for patch in here["wheels"][wheel] if patch["touches"]]
+            drive = sum(patch["force"][0] * patch["radius"] for patch in forces)
+            self.assertLess(abs(drive), 1e-3 * sum(abs(patch["force"][0]) * patch["radius"] for patch in forces) + 1e-6)
+        self.assertNotEqual(rows[""][0]["qd"]["axle.6"], rows[""][-1]["qd"]["axle.6"])
+
+    def test_mistakes(self):
+        self.assertIn("--over NAME=A:B:N", self.expect(3, "contact", self.MODEL).stderr)
+        self.assertIn("did you mean 'left.1'", self.expect(3, "contact", self.MODEL, "--over", "lft.1=0:1").stderr)
+        self.assertIn("no wheels", self.expect(3, "contact", FOUR_BAR, "--over", "crank=0:1").stderr)
+        self.assertIn("there is no law", self.expect(3, "contact", self.MODEL, *self.RANGE[:2], "--law", "dry").stderr)
+        tipped = self.object(0, "contact", self.WHEELSET, "--over", "axle.3=-6 mm:-7 mm:3", "--hold", "axle.4")
+        self.assertEqual((tipped["status"], len(tipped["rows"])), ("stopped", 1))
+        self.assertIn("no balance is found", tipped["reason"])
+
+
 class Ensembles(Case):
     """Many instances: tables in and out, the same numbers however they are run, mistakes with their place."""
 

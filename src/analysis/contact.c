@@ -1,0 +1,390 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From value to value, each state from the last one; where that is too far, by halves of the way. */
+#include "analysis/contact.h"
+#include "backend/machine.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "constraints/charts.h"
+#include "model/check_mass.h"
+#include "model/coordinates.h"
+#include "model/output_table.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_HALVES = 6 };
+
+typedef struct job {
+    kempe_contact_table *t;
+    kmp_linear linear;
+    kmp_operating *start;
+    double *q, *before;             /* n: the last state, in the charts of the plant */
+    double *here, *there, *between; /* values of what leads */
+    double *parameters;
+    int shown; /* where the outputs of wheels begin among all that are shown */
+} job;
+
+static kempe_context *context_of(const job *j)
+{
+    return j->t->given->context;
+}
+
+/* -- the system ---------------------------------------------------------------------------------------- */
+
+/* The model's outputs stay away: those of its wheels are all that is shown. */
+static kempe_status add_outputs(kempe_model *copy)
+{
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, copy->wheel_count);
+    if (!outputs)
+        return kmp_fail_memory(copy->context);
+    for (int k = 0; k < copy->wheel_count; k++)
+        outputs[k] = (kmp_output){KMP_OUTPUT_CONTACT, k};
+    copy->outputs = outputs;
+    copy->output_count = copy->wheel_count;
+    return KEMPE_OK;
+}
+
+static kempe_status make_system(kempe_contact_table *t)
+{
+    const char **names = KMP_NEW(const char *, t->over.count);
+    if (!names)
+        return kmp_fail_memory(t->given->context);
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].parameter >= 0)
+            names[t->lead[k].parameter] = t->over.range[k].name;
+    kempe_status status = kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant);
+    if (status == KEMPE_OK)
+        status = add_outputs(kmp_variant_model(t->variant));
+    if (status == KEMPE_OK)
+        status = kempe_system_new(kmp_variant_model(t->variant), &t->system);
+    kmp_free(names);
+    return status;
+}
+
+static kempe_status make_table(kempe_contact_table *t)
+{
+    const kempe_model *model = t->system->model;
+    size_t rows = (size_t)t->asked, n = (size_t)t->system->n;
+    t->wheel_count = model->wheel_count;
+    t->first = KMP_NEW(int, t->wheel_count + 1);
+    if (!t->first)
+        return kmp_fail_memory(t->given->context);
+    for (int k = 0; k < t->wheel_count; k++)
+        t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
+    t->patch = KMP_NEW(kempe_contact_patch, rows * (size_t)t->first[t->wheel_count]);
+    t->value = KMP_NEW(double, rows);
+    t->q = KMP_NEW(double, rows *n);
+    t->qd = KMP_NEW(double, rows *n);
+    return t->patch && t->value && t->q && t->qd ? KEMPE_OK : kmp_fail_memory(t->given->context);
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+static kempe_status set_parameters(job *j, const double *point)
+{
+    kempe_contact_table *t = j->t;
+    kmp_text why = {0};
+    if (t->parameter_count == 0)
+        return KEMPE_OK;
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].parameter >= 0)
+            j->parameters[t->lead[k].parameter] = point[k];
+    kempe_status status = kmp_variant_set(t->variant, j->parameters, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(t->system))
+        status = kmp_fail_memory(context_of(j));
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(t->variant));
+    if (status == KEMPE_E_INPUT)
+        status = why.s ? kmp_fail(context_of(j), KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
+    kmp_text_free(&why);
+    if (status == KEMPE_OK && j->linear.plant)
+        kmp_linear_renew_parameters(&j->linear);
+    return status;
+}
+
+static int hold_of(const kempe_contact_table *t, int coordinate)
+{
+    for (int k = 0; k < t->hold_count; k++)
+        if (t->hold[k].coordinate == coordinate)
+            return k;
+    return -1;
+}
+
+/* What moves and is not decided by closures moves on. */
+static kempe_status hold_what_moves(job *j)
+{
+    kempe_contact_table *t = j->t;
+    kempe_status status = kmp_linear_choose(&j->linear, 0, j->q, NULL, 0);
+    for (int k = 0; status == KEMPE_OK && k < j->linear.p; k++) {
+        int c = j->linear.part.u[k];
+        if (j->start->inner_qd[c] != 0 && hold_of(t, c) < 0)
+            t->hold[t->hold_count++] = (kmp_hold){c, t->system->model->motions[c].rotation};
+    }
+    t->rates = status == KEMPE_OK ? KMP_NEW(kmp_steady, t->hold_count) : NULL;
+    if (status == KEMPE_OK && !t->rates)
+        return kmp_fail_memory(context_of(j));
+    for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
+        t->rates[k] = (kmp_steady){t->hold[k].coordinate, j->start->inner_qd[t->hold[k].coordinate]};
+    return status;
+}
+
+static kempe_status read_freed(job *j, const char *words)
+{
+    kempe_contact_table *t = j->t;
+    const kempe_model *model = t->system->model;
+    int *list = KMP_NEW(int, t->system->n), count = 0;
+    if (!list)
+        return kmp_fail_memory(context_of(j));
+    kempe_status status =
+        strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count);
+    for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
+        t->hold[k].freed = false;
+    for (int k = 0; status == KEMPE_OK && k < count; k++) {
+        int hold = hold_of(t, list[k]);
+        if (hold < 0 || t->rates[hold].rate == 0)
+            status = kmp_fail(context_of(j), KEMPE_E_ARGUMENT,
+                              "freed: '%s' does not move at the start, or the closures move it: give it a rate there "
+                              "(start: qd)",
+                              model->motions[list[k]].name);
+        else
+            t->hold[hold].freed = true;
+    }
+    kmp_free(list);
+    return status;
+}
+
+static bool make_room(job *j)
+{
+    size_t n = (size_t)j->t->system->n, leads = (size_t)j->t->over.count;
+    j->q = KMP_NEW(double, n);
+    j->before = KMP_NEW(double, n);
+    j->here = KMP_NEW(double, leads);
+    j->there = KMP_NEW(double, leads);
+    j->between = KMP_NEW(double, leads *(MOST_HALVES + 1));
+    j->parameters = KMP_NEW(double, leads);
+    return j->q && j->before && j->here && j->there && j->between && j->parameters;
+}
+
+static kempe_status begin(job *j, const kempe_contact_ask *ask)
+{
+    kempe_contact_table *t = j->t;
+    if (!make_room(j))
+        return kmp_fail_memory(context_of(j));
+    for (int k = 0; k < t->over.count; k++)
+        j->here[k] = t->over.range[k].from;
+    kempe_status status = set_parameters(j, j->here);
+    if (status == KEMPE_OK)
+        status = kmp_operating_new(t->system, "start", NULL, &j->start);
+    if (status == KEMPE_OK)
+        status = kmp_linear_init(&j->linear, t->system, ask->backend ? ask->backend : kmp_backend_default());
+    if (status != KEMPE_OK)
+        return status;
+    if (j->start->chart)
+        kmp_plant_set_charts(j->linear.plant, j->start->chart);
+    memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
+    status = hold_what_moves(j);
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].hold >= 0)
+            j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
+    return status == KEMPE_OK && ask->freed ? read_freed(j, ask->freed) : status;
+}
+
+/* -- from value to value --------------------------------------------------------------------------------- */
+
+static kempe_status try_point(job *j, const double *point)
+{
+    kempe_contact_table *t = j->t;
+    size_t size = (size_t)t->system->n * sizeof(double);
+    kmp_held held = {.count = t->hold_count, .hold = t->hold, .rates = t->rates};
+    kempe_status status = set_parameters(j, point);
+    memcpy(j->before, j->q, size);
+    for (int k = 0; k < t->over.count; k++)
+        if (t->lead[k].hold >= 0)
+            j->q[t->hold[t->lead[k].hold].coordinate] = point[k];
+    if (status == KEMPE_OK)
+        status = kmp_held_find(&j->linear, 0, j->q, &held);
+    t->iterations += held.iterations;
+    if (status == KEMPE_OK) {
+        t->residual = fmax(t->residual, held.residual);
+        memmove(j->here, point, (size_t)t->over.count * sizeof *point);
+    } else {
+        memcpy(j->q, j->before, size);
+    }
+    return status;
+}
+
+static kempe_status go(job *j, const double *point, int depth)
+{
+    kempe_status status = try_point(j, point);
+    if (status != KEMPE_E_FAILED || depth == MOST_HALVES)
+        return status;
+    double *half = j->between + (size_t)depth * (size_t)j->t->over.count;
+    bool way = false;
+    for (int k = 0; k < j->t->over.count; k++) {
+        half[k] = (j->here[k] + point[k]) / 2;
+        way = way || j->here[k] != point[k];
+    }
+    if (!way)
+        return status;
+    kmp_context_clear(context_of(j));
+    status = go(j, half, depth + 1);
+    return status == KEMPE_OK ? go(j, point, depth + 1) : status;
+}
+
+static void take_row(job *j)
+{
+    kempe_contact_table *t = j->t;
+    const kmp_linear *l = &j->linear;
+    size_t n = (size_t)t->system->n, row = (size_t)t->count++;
+    double *q = t->q + row * n, *qd = t->qd + row * n;
+    t->value[row] = j->here[0];
+    memcpy(q, l->q, n * sizeof *q);
+    memcpy(qd, l->qd, n * sizeof *qd);
+    if (t->system->chart_count > 0)
+        kmp_charts_show(t->system, l->plant->chart, l->q, q, qd);
+    const double *shown = kmp_plant_shown(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+    kempe_contact_patch *patch = t->patch + row * (size_t)t->first[t->wheel_count];
+    for (int w = 0; w < t->wheel_count; w++)
+        for (int z = t->first[w]; z < t->first[w + 1]; z++)
+            kmp_contact_patch(t, w, shown + (ptrdiff_t)KMP_CONTACT_SHOWN * z, &patch[z]);
+}
+
+/* What is kept of a table that did not come to its end. */
+static kempe_status give_reason(job *j, kempe_status status)
+{
+    kempe_contact_table *t = j->t;
+    kmp_text reason = {0};
+    if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
+        return status;
+    kmp_text_printf(&reason, "'%s' came from %g to %g: %s", t->over.range[0].name, t->value[0], t->value[t->count - 1],
+                    status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
+    t->reason = kmp_text_take(&reason);
+    return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
+}
+
+static kempe_status run(job *j, const kempe_contact_ask *ask)
+{
+    kempe_contact_table *t = j->t;
+    kempe_status status = begin(j, ask);
+    for (int row = 0; status == KEMPE_OK && row < t->asked; row++) {
+        for (int k = 0; k < t->over.count; k++)
+            j->there[k] = kmp_range_value(&t->over.range[k], row, t->asked);
+        status = go(j, j->there, 0);
+        if (status == KEMPE_OK)
+            take_row(j);
+    }
+    return give_reason(j, status);
+}
+
+static void release(job *j)
+{
+    double *rooms[] = {j->q, j->before, j->here, j->there, j->between, j->parameters};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_operating_free(j->start);
+    if (j->linear.plant)
+        kmp_linear_free(&j->linear);
+}
+
+kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_ask *ask,
+                                     kempe_contact_table **table)
+{
+    double begun = kmp_cpu_now();
+    kempe_contact_table *t = KMP_NEW(kempe_contact_table, 1);
+    kmp_context_clear(system->context);
+    if (!t)
+        return kmp_fail_memory(system->context);
+    t->given = system;
+    job j = {.t = t};
+    kempe_status status = kmp_contact_ask(t, ask);
+    if (status == KEMPE_OK)
+        status = make_system(t);
+    if (status == KEMPE_OK)
+        status = make_table(t);
+    if (status == KEMPE_OK)
+        status = run(&j, ask);
+    release(&j);
+    t->status = status;
+    t->cpu_s = kmp_cpu_now() - begun;
+    if (status >= 0)
+        *table = t;
+    else
+        kempe_contact_table_free(t);
+    return status;
+}
+
+void kempe_contact_table_free(kempe_contact_table *t)
+{
+    if (!t)
+        return;
+    kempe_system_free(t->system);
+    kmp_variant_free(t->variant);
+    kmp_ranges_free(&t->over);
+    void *rooms[] = {t->reason, t->lead, t->hold, t->rates, t->value, t->q, t->qd, t->first, t->patch};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_free(t);
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+const char *kempe_contact_table_status(const kempe_contact_table *t)
+{
+    return t->status == KEMPE_OK ? "ok" : "stopped";
+}
+
+const char *kempe_contact_table_reason(const kempe_contact_table *t)
+{
+    return t->reason ? t->reason : "";
+}
+
+int kempe_contact_table_count(const kempe_contact_table *t)
+{
+    return t->count;
+}
+
+static bool is_row(const kempe_contact_table *t, int k)
+{
+    return k >= 0 && k < t->count;
+}
+
+double kempe_contact_table_value(const kempe_contact_table *t, int k)
+{
+    return is_row(t, k) ? t->value[k] : NAN;
+}
+
+const double *kempe_contact_table_q(const kempe_contact_table *t, int k)
+{
+    return is_row(t, k) ? t->q + (ptrdiff_t)k * t->system->n : NULL;
+}
+
+const double *kempe_contact_table_qd(const kempe_contact_table *t, int k)
+{
+    return is_row(t, k) ? t->qd + (ptrdiff_t)k * t->system->n : NULL;
+}
+
+int kempe_contact_table_wheel_count(const kempe_contact_table *t)
+{
+    return t->wheel_count;
+}
+
+static bool is_wheel(const kempe_contact_table *t, int wheel)
+{
+    return wheel >= 0 && wheel < t->wheel_count;
+}
+
+const char *kempe_contact_table_wheel(const kempe_contact_table *t, int wheel)
+{
+    return is_wheel(t, wheel) ? t->system->model->wheels[wheel].name : NULL;
+}
+
+int kempe_contact_table_zone_count(const kempe_contact_table *t, int wheel)
+{
+    return is_wheel(t, wheel) ? t->first[wheel + 1] - t->first[wheel] : 0;
+}
+
+const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *t, int k, int wheel, int zone)
+{
+    if (!is_row(t, k) || zone < 0 || zone >= kempe_contact_table_zone_count(t, wheel))
+        return NULL;
+    return t->patch + (ptrdiff_t)k * t->first[t->wheel_count] + t->first[wheel] + zone;
+}

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a table of contacts is (kempe/contact_table.h): which values, and the states and patches at each. */
+#ifndef KMP_ANALYSIS_CONTACT_H
+#define KMP_ANALYSIS_CONTACT_H
+
+#include "analysis/held.h"
+#include "analysis/operating.h"
+#include "model/ranges.h"
+#include "model/variant.h"
+#include "model/wheels.h"
+#include <kempe/contact.h>
+
+/** A range of `over`: a parameter of the variant, or a coordinate that is held. */
+typedef struct kmp_contact_lead {
+    int parameter, hold; /* one of them is -1 */
+} kmp_contact_lead;
+
+struct kempe_contact_table {
+    const kempe_system *given;
+    kmp_variant *variant; /* what varies, and the outputs of wheels */
+    kempe_system *system; /* of the variant */
+    kempe_status status;
+    char *reason; /* NULL: none */
+    kmp_ranges over;
+    kmp_contact_lead *lead;
+    int parameter_count;
+    kmp_hold *hold;
+    kmp_steady *rates;
+    int hold_count;
+    bool has_law;
+    kempe_creep_law law;
+    int asked, count;
+    double *value; /* of the first range */
+    double *q, *qd;
+    double residual; /* the largest, relative */
+    int iterations;
+    int wheel_count;
+    int *first; /* wheel_count + 1: patches of a value, before each wheel's */
+    kempe_contact_patch *patch;
+    double cpu_s;
+};
+
+/** Reads what is asked into a table that has its system: leads, holds, law, values. */
+kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_ask *ask);
+
+/** A patch from the ten values that the wheel's output has of a zone; the rest from the profiles. */
+void kmp_contact_patch(const kempe_contact_table *table, int wheel, const double *shown, kempe_contact_patch *patch);
+
+/** The height of a wheel's or a rail's surface over its lateral coordinate, its slope and second derivative. */
+void kmp_contact_surface(const struct kmp_table *height, double s, double out[3]);
+
+#endif

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of contacts: the places against a search over the surfaces in space, the normal force against Hertz at the
+ * depth that is found so, and what is told of words that are wrong. */
+#include "analysis/contact.h"
+#include "loaded.h"
+#include "model/model.h"
+#include "symbolic/table.h"
+#include <stdlib.h>
+
+static const char manchester[] = "examples/manchester/manchester.yaml";
+
+/* -- a wheel in space ------------------------------------------------------------------------------------- */
+
+/* Axes: forwards, left, up. */
+typedef struct pose {
+    const kmp_wheel *wheel;
+    const kmp_track *track;
+    double side; /* +1: outwards is left */
+    double centre[3], axle[3], down[3], ahead[3];
+} pose;
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int i = 0; i < 3; i++)
+        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* The wheel of a half of the model: its joint has z, x, y, yaw and roll in this order. */
+static pose pose_of(const loaded *l, int wheel, const double *q)
+{
+    const kmp_wheel *w = &l->system->model->wheels[wheel];
+    pose p = {.wheel = w, .track = &l->system->model->tracks[w->track], .side = w->side == KMP_TRACK_LEFT ? 1 : -1};
+    q += 6 * wheel;
+    double sy = sin(q[3]), cy = cos(q[3]), sr = sin(q[4]), cr = cos(q[4]);
+    const double axle[3] = {-sy * cr, cy * cr, sr}, origin[3] = {q[1], q[2], q[0]}, up[3] = {0, 0, 1};
+    for (int k = 0; k < 3; k++) {
+        p.axle[k] = p.side * axle[k];
+        p.centre[k] = origin[k] + 0.75 * p.axle[k];
+    }
+    cross(axle, up, p.ahead);
+    double length = sqrt(p.ahead[0] * p.ahead[0] + p.ahead[1] * p.ahead[1]);
+    for (int k = 0; k < 3; k++)
+        p.ahead[k] /= length;
+    cross(axle, p.ahead, p.down);
+    return p;
+}
+
+/* Of the point of the wheel at s and at an angle from its lowest one: how far above the rail, and where laterally. */
+static double height(const pose *p, double s, double angle, double *y)
+{
+    double r = p->wheel->radius.value - kmp_table_value(p->wheel->profile->height, 0, s), at[3];
+    for (int k = 0; k < 3; k++)
+        at[k] = p->centre[k] + s * p->axle[k] + r * (cos(angle) * p->down[k] + sin(angle) * p->ahead[k]);
+    *y = p->side * at[1];
+    return at[2] - kmp_table_value(p->track->rail, 0, *y);
+}
+
+/* The least over the angle, by golden sections. */
+static double lowest(const pose *p, double s, double *y)
+{
+    double a = -0.1, b = 0.1, part = (sqrt(5) - 1) / 2;
+    for (int k = 0; k < 60; k++) {
+        double c = b - part * (b - a), d = a + part * (b - a), unused;
+        if (height(p, s, c, &unused) < height(p, s, d, &unused))
+            b = d;
+        else
+            a = c;
+    }
+    return height(p, s, (a + b) / 2, y);
+}
+
+/* The least near s: over a fine grid, and then between its points. */
+static double nearest(const pose *p, double near, double reach, double *s, double *y)
+{
+    enum { GRID = 300 };
+    double best = HUGE_VAL, at = near, step = 2 * reach / GRID;
+    for (int k = 0; k <= GRID; k++) {
+        double here = near - reach + k * step, h = lowest(p, here, y);
+        if (h < best) {
+            best = h;
+            at = here;
+        }
+    }
+    double a = at - step, b = at + step, part = (sqrt(5) - 1) / 2;
+    for (int k = 0; k < 40; k++) {
+        double c = b - part * (b - a), d = a + part * (b - a);
+        if (lowest(p, c, y) < lowest(p, d, y))
+            b = d;
+        else
+            a = c;
+    }
+    *s = (a + b) / 2;
+    return lowest(p, *s, y);
+}
+
+static double bend(const kmp_table *t, double x)
+{
+    double slope = kmp_table_value(t, 1, x);
+    return kmp_table_value(t, 2, x) / pow(1 + slope * slope, 1.5);
+}
+
+/* The force of Hertz at a depth along the normal. */
+static double press(const pose *p, double s, double y, double depth)
+{
+    double slope = kmp_table_value(p->wheel->profile->height, 1, s);
+    double r = p->wheel->radius.value - kmp_table_value(p->wheel->profile->height, 0, s);
+    kempe_touch touch = {1 / (r * sqrt(1 + slope * slope)),
+                         bend(p->wheel->profile->height, s) - bend(p->track->rail, y), p->wheel->shear_modulus.value,
+                         p->wheel->poisson};
+    kempe_ellipse ellipse = {.stiffness = NAN};
+    CHECK(kempe_contact_hertz(&touch, 1, &ellipse) == KEMPE_OK);
+    return ellipse.stiffness * pow(depth, 1.5);
+}
+
+static void contacts_are_where_surfaces_are_nearest(void)
+{
+    loaded l = load(manchester);
+    kempe_contact_table *table = NULL;
+    const kempe_contact_ask ask = {.over = "shift=0:10 mm:6"};
+    CHECK(l.system && kempe_contact_table_new(l.system, &ask, &table) == KEMPE_OK);
+    int seen = 0;
+    for (int row = 0; table && row < kempe_contact_table_count(table); row++)
+        for (int w = 0; w < 2; w++)
+            for (int z = 0; z < kempe_contact_table_zone_count(table, w); z++) {
+                const kempe_contact_patch *c = kempe_contact_table_patch(table, row, w, z);
+                pose p = pose_of(&l, w, kempe_contact_table_q(table, row));
+                double s, y, depth;
+                if (!c->touches)
+                    continue;
+                depth = -nearest(&p, c->s, 0.3e-3, &s, &y) * cos(c->angle);
+                CHECK(fabs(s - c->s) < 2e-7);
+                CHECK(fabs(y - c->y) < 2e-7);
+                CHECK(fabs(press(&p, s, y, depth) / c->normal - 1) < 5e-3); /* curvatures without yaw and roll */
+                CHECK(fabs(tan(c->angle) - kmp_table_value(p.track->rail, 1, y)) < 1e-4);
+                seen++;
+            }
+    CHECK(seen >= 12);
+    kempe_contact_table_free(table);
+    unload(&l);
+}
+
+/* -- words ---------------------------------------------------------------------------------------------------- */
+
+static void refuses(const loaded *l, kempe_contact_ask ask, const char *words)
+{
+    kempe_contact_table *table = NULL;
+    CHECK(kempe_contact_table_new(l->system, &ask, &table) == KEMPE_E_ARGUMENT);
+    CHECK(table == NULL);
+    if (!strstr(kempe_context_message(l->context), words))
+        CHECK_TEXT(kempe_context_message(l->context), words);
+}
+
+static void wrong_words_are_told(void)
+{
+    loaded l = load(manchester), without = load("examples/four_bar/four_bar.yaml");
+    refuses(&without, (kempe_contact_ask){.over = "A=0:1"}, "the model has no wheels");
+    refuses(&l, (kempe_contact_ask){.over = NULL}, "over what?");
+    refuses(&l, (kempe_contact_ask){.over = "shaft=0:1"}, "shaft");
+    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .hold = "nothing"}, "hold");
+    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .law = "coulomb"}, "there is no law 'coulomb'");
+    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .freed = "left.1"}, "freed: 'left.1' does not move");
+    refuses(&l, (kempe_contact_ask){.over = "shift=0:1 mm", .points = 1}, "1 values");
+    refuses(&l, (kempe_contact_ask){.over = "left.1=0:1,left.1=0:2"}, "stands twice");
+    refuses(&l, (kempe_contact_ask){.over = "left.1=0:1 rad"}, "left.1");
+    unload(&l);
+    unload(&without);
+}
+
+int main(void)
+{
+    TEST(contacts_are_where_surfaces_are_nearest);
+    TEST(wrong_words_are_told);
+    return check_report();
+}
