@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The Manchester contact benchmark, case A-2.2, against what CONTACT gives for it (examples/manchester): where wheels
+ * touch, normal forces, creepages, and creep forces by the wheel's law and by FASTSIM. Rows where a contact goes over
+ * from one place to another are told apart by what is seen in them, not by how well they do. */
+#include "check.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+enum { VALUES = 21, WHEELS = 2 };
+
+typedef struct contact {
+    double y, angle, normal, slip[2], spin, force[2];
+} contact;
+
+static contact reference[VALUES][WHEELS];
+static kempe_context *context;
+static kempe_model *model;
+static kempe_system *system_;
+static kempe_contact_table *table;
+
+static void read_reference(void)
+{
+    FILE *f = fopen(KEMPE_ROOT "/examples/manchester/reference.csv", "r");
+    char line[512];
+    int count = 0;
+    CHECK(f != NULL);
+    while (f && fgets(line, sizeof line, f)) {
+        contact c;
+        double shift;
+        char wheel;
+        if (sscanf(line, "%lf,%c,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", &shift, &wheel, &c.y, &c.angle, &c.normal,
+                   &c.slip[0], &c.slip[1], &c.spin, &c.force[0], &c.force[1]) != 10)
+            continue;
+        reference[(int)(shift * 2000 + 0.5)][wheel == 'R'] = c;
+        count++;
+    }
+    if (f)
+        fclose(f);
+    CHECK(count == VALUES * WHEELS);
+}
+
+static void begin(void)
+{
+    const kempe_contact_ask ask = {.over = "shift=0:10 mm:21", .law = "fastsim"};
+    read_reference();
+    context = kempe_context_new();
+    CHECK(kempe_model_read(context, KEMPE_ROOT "/examples/manchester/manchester.yaml", &model) == KEMPE_OK);
+    CHECK(model && kempe_system_new(model, &system_) == KEMPE_OK);
+    CHECK(system_ && kempe_contact_table_new(system_, &ask, &table) == KEMPE_OK);
+    printf("%s", table ? "" : kempe_context_message(context));
+    CHECK(table && kempe_contact_table_count(table) == VALUES && kempe_contact_table_wheel_count(table) == WHEELS);
+}
+
+/* The one that carries most. */
+static const kempe_contact_patch *main_patch(int row, int wheel)
+{
+    const kempe_contact_patch *best = NULL;
+    for (int z = 0; z < kempe_contact_table_zone_count(table, wheel); z++) {
+        const kempe_contact_patch *p = kempe_contact_table_patch(table, row, wheel, z);
+        if (p->touches && (!best || p->normal > best->normal))
+            best = p;
+    }
+    CHECK(best != NULL);
+    return best;
+}
+
+/* Centred, and at 0.5 mm on the right, the reference's patch has two lobes, one on the rail's arc of 300 mm and one on
+ * that of 80 mm; at 5 mm the right wheel touches at two places, on its tread and at the root of its flange. */
+static bool goes_over(int row, int wheel)
+{
+    return row == 0 || (wheel == 1 && (row == 1 || row == 10));
+}
+
+/* Just beyond, the reference's patch is an egg: curvatures change within it, and it is at another place than where
+ * rigid surfaces touch, by 0.41 and 0.37 mm. */
+static bool is_egg(int row, int wheel)
+{
+    return wheel == 0 ? row == 1 : row == 2;
+}
+
+static bool on_flange(int row, int wheel)
+{
+    return wheel == 1 && row >= 13;
+}
+
+static double size(const double x[2])
+{
+    return hypot(x[0], x[1]);
+}
+
+static double apart(const double a[2], const double b[2])
+{
+    return hypot(a[0] - b[0], a[1] - b[1]) / size(b);
+}
+
+static void wheels_touch_where_they_should(void)
+{
+    for (int row = 0; row < VALUES; row++)
+        for (int w = 0; w < WHEELS; w++) {
+            const kempe_contact_patch *p = main_patch(row, w);
+            const contact *r = &reference[row][w];
+            if (goes_over(row, w))
+                continue;
+            CHECK(fabs(p->y - r->y) <= (is_egg(row, w) ? 0.5e-3 : 0.3e-3));
+            CHECK(fabs(p->angle / r->angle - 1) <= (is_egg(row, w) ? 0.07 : 0.05));
+            CHECK(fabs(p->normal / r->normal - 1) <= 0.02);
+        }
+}
+
+static void creepages_agree(void)
+{
+    for (int row = 0; row < VALUES; row++)
+        for (int w = 0; w < WHEELS; w++) {
+            const kempe_contact_patch *p = main_patch(row, w);
+            const contact *r = &reference[row][w];
+            if (goes_over(row, w) || is_egg(row, w))
+                continue;
+            CHECK(fabs(p->slip[0] - r->slip[0]) <= 0.02 * size(r->slip));
+            CHECK(fabs(p->slip[1] - r->slip[1]) <= 0.02 * size(r->slip));
+            CHECK(fabs(p->spin / r->spin - 1) <= 0.06);
+        }
+}
+
+/* Their size within 2 %, where the wheel turns to its flange with the direction off by 6 degrees at most. */
+static void forces_agree(void)
+{
+    for (int row = 0; row < VALUES; row++)
+        for (int w = 0; w < WHEELS; w++) {
+            const kempe_contact_patch *p = main_patch(row, w);
+            const contact *r = &reference[row][w];
+            if (goes_over(row, w))
+                continue;
+            CHECK(fabs(size(p->force) / size(r->force) - 1) <= (is_egg(row, w) ? 0.03 : 0.02));
+            CHECK(apart(p->force, r->force) <= (on_flange(row, w) ? 0.12 : 0.04));
+            CHECK(apart(p->by_law, r->force) <= (on_flange(row, w) || is_egg(row, w) ? 0.07 : 0.04));
+        }
+}
+
+/* At what the reference says of the contact: with three flexibilities, and with Kalker's one (1982), their mean weighed
+ * by what each makes. The latter is nearly exact: where all slips, three turn the force away from the creepage. */
+static void fastsim_agrees_at_the_given_contact(void)
+{
+    for (int row = 0; row < VALUES; row++)
+        for (int w = 0; w < WHEELS; w++) {
+            const kempe_contact_patch *p = main_patch(row, w);
+            const contact *r = &reference[row][w];
+            const kempe_creep creep = {.a = p->a,
+                                       .b = p->b,
+                                       .shear_modulus = 82e9,
+                                       .poisson = 0.28,
+                                       .normal = r->normal,
+                                       .friction = 0.3,
+                                       .slip = {r->slip[0], r->slip[1]},
+                                       .spin = r->spin,
+                                       .strips = 100};
+            const double weight[3] = {fabs(r->slip[0]), fabs(r->slip[1]), fabs(r->spin) * sqrt(p->a * p->b)};
+            double each[3], mean = 0, whole = 0;
+            kempe_creep_force three, one;
+            if (goes_over(row, w) || is_egg(row, w))
+                continue;
+            CHECK(kempe_contact_flexibilities(&creep, each) == KEMPE_OK);
+            for (int k = 0; k < 3; k++) {
+                mean += weight[k] * each[k];
+                whole += weight[k] * weight[k];
+            }
+            mean /= sqrt(whole);
+            CHECK(kempe_contact_creep(KEMPE_CREEP_FASTSIM, &creep, &three) == KEMPE_OK);
+            CHECK(kempe_contact_fastsim(&creep, (const double[]){mean, mean, mean}, &one) == KEMPE_OK);
+            CHECK(apart(three.force, r->force) <= (on_flange(row, w) ? 0.07 : 0.04));
+            CHECK(apart(one.force, r->force) <= (row == 2 ? 0.05 : 0.01));
+        }
+}
+
+int main(void)
+{
+    begin();
+    if (check_failures == 0) {
+        TEST(wheels_touch_where_they_should);
+        TEST(creepages_agree);
+        TEST(forces_agree);
+        TEST(fastsim_agrees_at_the_given_contact);
+    }
+    kempe_contact_table_free(table);
+    kempe_system_free(system_);
+    kempe_model_free(model);
+    kempe_context_free(context);
+    return check_failures > 0 || check_report();
+}
