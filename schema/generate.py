@@ -148,6 +148,7 @@ def wheel():
 
 def definitions():
     words = {"type": "array", "items": ref("word")}
+    numbers = {"type": "array", "items": ref("number"), "minItems": 1}
     vector = {"type": "array", "items": ref("number"), "minItems": 3, "maxItems": 3}
     body = {"joint": ref("joint"), "mass": ref("number"), "com": ref("vector"), "points": named(ref("point")),
             "inertia": closed({key: ref("yes" if key == "as_given" else "number")
@@ -187,6 +188,8 @@ def definitions():
         "piece": piece(),
         "track": track(),
         "wheel": wheel(),
+        "unknowns": {"anyOf": [ref("number"), closed({"of": dict(named(ref("number")), minProperties=1, maxProperties=6),
+                                                      "zero": {"anyOf": [ref("number"), dict(numbers, maxItems=6)]}}, ["of", "zero"])]},
         "include": closed(include, ["file"]),
         "start": closed({"q": values, "qd": values, "hold": words, "goals": goals}),
         "run": closed(run),
@@ -197,6 +200,7 @@ def schema():
     parts = {"kempe": {"enum": [1, "1"]}, "name": ref("word"), "gravity": ref("vector"),
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
              "tables": named(ref("table")), "profiles": named(ref("profile")), "tracks": named(ref("track")),
+             "unknowns": named(ref("unknowns")),
              "ground": closed({"points": named(ref("point"))}),
              "bodies": dict(named(ref("body")), minProperties=1), "wheels": named(ref("wheel")),
              "joints": named(ref("edge")),

@@ -318,7 +318,10 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
     tree->links = KMP_NEW(kmp_link, tree->count);
     tree->mounts = KMP_NEW(kmp_mount, model->body_count);
     tree->symbols = KMP_NEW(double, kmp_tree_symbol_count(tree));
-    if (!tree->links || !tree->mounts || !tree->symbols || !kmp_tree_place_charts(tree)) {
+    tree->unknown = KMP_NEW(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count);
+    tree->solved = KMP_NEW(bool, model->unknowns_count);
+    if (!tree->links || !tree->mounts || !tree->symbols || !tree->unknown || !tree->solved ||
+        !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }
@@ -370,6 +373,10 @@ void kmp_tree_free(kmp_tree *tree)
     kmp_free(tree->links);
     kmp_free(tree->mounts);
     kmp_free(tree->symbols);
+    kmp_free(tree->unknown);
+    kmp_free(tree->solved);
+    tree->unknown = NULL;
+    tree->solved = NULL;
     tree->links = NULL;
     tree->mounts = NULL;
     tree->symbols = NULL;

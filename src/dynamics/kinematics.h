@@ -98,6 +98,9 @@ typedef struct kmp_tree {
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
     const kmp_ref *place; /* 3: what x, y, z of expressions mean; NULL: they have none */
+    kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each of the model's: their values, once asked for; NULL: not kept */
+    bool *solved;         /* of each: they are there */
+    int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated where they stand */
     kmp_noted *noted;     /* of the graph; there when `events` are */
     const int *row;       /* KMP_CLOSURE_ROWS a closure: the number of each declared row among those that are kept, -1
@@ -153,6 +156,9 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
  * (KMP_IN_LAMBDA), and on accelerations. Nothing happens where conditions are evaluated where they stand. */
 void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
                   const char *format, ...) __attribute__((format(printf, 6, 7)));
+/** One of the model's unknowns, or what a name stands for (KMP_EXPR_UNKNOWN). */
+kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *expr);
+
 /** The multiplier of a closure's declared row, an input KMP_IN_LAMBDA; zero for one that is not kept, and before the
  *  closures' rows are derived. */
 kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);

@@ -69,6 +69,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
     case KMP_EXPR_LAMBDA:
         return kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
+    case KMP_EXPR_UNKNOWN:
+        return kmp_tree_unknown(tree, e);
     case KMP_EXPR_PLACE:
         return tree->place[e->index];
     case KMP_EXPR_TABLE:
@@ -113,6 +115,7 @@ static double constant_value(const kmp_tree *tree, const kmp_expr *e)
     kmp_tree folded = *tree;
     double value = NAN;
     folded.keep = KMP_KEEP_NOTHING;
+    folded.unknown = NULL;
     kmp_ref r = kmp_tree_expression(&folded, e);
     return kmp_is_const(tree->graph, r, &value) ? value : NAN;
 }

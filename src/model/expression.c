@@ -5,6 +5,7 @@
 #include "model/expression.h"
 #include "model/limits.h"
 #include "model/nearest.h"
+#include "model/unknowns.h"
 #include "symbolic/table.h"
 #include <math.h>
 #include <stdarg.h>
@@ -333,6 +334,22 @@ static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
 }
 
+/* One of the model's unknowns, where coordinates may stand. */
+static const kmp_expr *parse_unknown(parser *p, const char *where, kmp_expr made)
+{
+    const kmp_unknowns *u = made.unknowns;
+    const char *name = u->count ? u->unknown[made.number] : u->name;
+    if (*p->at == '(')
+        return complain(p, where, "'%s' is one of the unknowns, not a function", name);
+    if (!p->scope->coordinate)
+        return complain(p, where, "%s is not allowed here: %s is wanted", name, allowed_here(p->scope));
+    if (u->late && !u->zero[0])
+        return complain(p, where, "%s depends on multipliers, which is not allowed here", name);
+    made.kind = KMP_EXPR_UNKNOWN;
+    made.a = u->leaves;
+    return make(p, where, made);
+}
+
 /* x, y or z. */
 static const kmp_expr *parse_place(parser *p, const char *where, int index)
 {
@@ -367,6 +384,11 @@ static const kmp_expr *parse_word(parser *p)
     const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
     if (table)
         return parse_table(p, where, table);
+    const kmp_unknowns *unknowns = NULL;
+    int number = 0;
+    index = p->scope->unknown ? p->scope->unknown(p->scope->user, name, &unknowns, &number) : -1;
+    if (index >= 0)
+        return parse_unknown(p, where, (kmp_expr){.index = index, .number = number, .unknowns = unknowns});
     if (*p->at == '(' && strcmp(name, "lambda") == 0)
         return parse_multiplier(p, where);
     if (*p->at == '(' || find_function(name) >= 0)

@@ -28,6 +28,7 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_GREATER,  /* a > b */
     KMP_EXPR_AT_LEAST, /* a >= b */
     KMP_EXPR_TABLE,    /* table(a) */
+    KMP_EXPR_UNKNOWN,  /* index of the model's unknowns, number among them; a: what its value depends on */
     KMP_EXPR_PLACE     /* x, y, z: index 0, 1, 2 of a place that its user gives */
 } kmp_expr_kind;
 
@@ -54,6 +55,7 @@ typedef struct kmp_expr {
     double value;
     kmp_dimension unit; /* of a number */
     const kmp_named_table *table;
+    const struct kmp_unknowns *unknowns;
     int column; /* where it stands; of an operation, its sign */
     const struct kmp_expr *a, *b, *c;
 } kmp_expr;
@@ -82,6 +84,8 @@ typedef struct kmp_expr_scope {
     int (*coordinate)(void *user, const char *name);
     int (*closure)(void *user, const char *name);                  /* whose multipliers may stand here */
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
+    /* The unknowns that a name is one of: their index, and which; -1: there are none. */
+    int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
     bool compares; /* a comparison is wanted: a < b */

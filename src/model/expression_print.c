@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions as text that reads back to the same tree, with no more parentheses than that takes. */
 #include "model/expression.h"
+#include "model/unknowns.h"
 #include <math.h>
 
 /* How tightly a node binds: what binds less than its place asks for is put in parentheses. */
@@ -73,6 +74,9 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         break;
     case KMP_EXPR_LAMBDA:
         kmp_text_printf(text, "lambda(%s.%d)", names->closure(names->user, expr->index), expr->number + 1);
+        break;
+    case KMP_EXPR_UNKNOWN:
+        kmp_text_put(text, expr->unknowns->count ? expr->unknowns->unknown[expr->number] : expr->unknowns->name);
         break;
     case KMP_EXPR_NEG:
         print_negative(text, expr, names, place);

@@ -57,6 +57,7 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
     case KMP_EXPR_Q:
     case KMP_EXPR_QD:
     case KMP_EXPR_LAMBDA:
+    case KMP_EXPR_UNKNOWN:
     case KMP_EXPR_PLACE:
         break;
     }
@@ -80,7 +81,7 @@ const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
 bool kmp_expr_is_constant(const kmp_expr *expr)
 {
     if (expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
-        expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_PLACE)
+        expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE)
         return false;
     const kmp_expr *operands[] = {expr->a, expr->b, expr->c};
     for (int k = 0; k < 3; k++)

@@ -8,6 +8,7 @@
 #include "model/change_points.h"
 #include "model/dynamics.h"
 #include "model/expression.h"
+#include "model/unknowns.h"
 #include "model/wheels.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -178,6 +179,8 @@ struct kempe_model {
     int parameter_count;
     kmp_named_table *tables;
     int table_count;
+    kmp_unknowns *unknowns;
+    int unknowns_count;
     kmp_profile *profiles;
     int profile_count;
     kmp_track *tracks;

@@ -75,6 +75,29 @@ static void json_tables(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "}");
 }
 
+static void json_unknowns(kmp_text *text, const kempe_model *model)
+{
+    kmp_text_put(text, ",\n\"unknowns\": {");
+    for (int i = 0; i < model->unknowns_count; i++) {
+        const kmp_unknowns *u = &model->unknowns[i];
+        put_key(text, i == 0, u->name);
+        if (u->count == 0) {
+            kmp_model_put_quoted_expr(text, model, u->zero[0]);
+            continue;
+        }
+        kmp_text_put(text, "{\"of\": {");
+        for (int k = 0; k < u->count; k++)
+            put_number(text, k == 0, u->unknown[k], u->guess[k].value);
+        kmp_text_put(text, "}, \"zero\": [");
+        for (int k = 0; k < u->count; k++) {
+            kmp_text_put(text, k ? ", " : "");
+            kmp_model_put_quoted_expr(text, model, u->zero[k]);
+        }
+        kmp_text_put(text, "]}");
+    }
+    kmp_text_put(text, "}");
+}
+
 static void json_axes(kmp_text *text, bool first, const char *key, double m[3][3])
 {
     put_key(text, first, key);
@@ -441,6 +464,8 @@ void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model)
     json_parameters(text, model);
     json_tables(text, model);
     kmp_model_json_tracks(text, model);
+    if (model->unknowns_count > 0)
+        json_unknowns(text, model);
     json_bodies(text, model);
     kmp_model_json_wheels(text, model);
     json_closures(text, model);

@@ -39,6 +39,23 @@ static void show_tables(kmp_text *text, const kempe_model *model)
     }
 }
 
+static void show_unknowns(kmp_text *text, const kempe_model *model)
+{
+    if (model->unknowns_count > 0)
+        kmp_text_put(text, "unknowns\n");
+    for (int i = 0; i < model->unknowns_count; i++) {
+        const kmp_unknowns *u = &model->unknowns[i];
+        kmp_text_printf(text, "  %s%s", u->name, u->count ? ":" : " = ");
+        for (int k = 0; k < u->count; k++)
+            kmp_text_printf(text, "%s %s from %.9g", k ? "," : "", u->unknown[k], u->guess[k].value);
+        for (int k = 0; k < (u->count ? u->count : 1); k++) {
+            kmp_text_put(text, u->count ? "\n    0 = " : "");
+            kmp_model_put_expr(text, model, u->zero[k]);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
 /* R3, -T1, or R[0, 0.6, 0.8] */
 static void show_motion(kmp_text *text, const kmp_motion *motion)
 {
@@ -356,6 +373,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     show_parameters(text, model);
     show_tables(text, model);
     kmp_model_show_tracks(text, model);
+    show_unknowns(text, model);
     show_bodies(text, model);
     kmp_model_show_wheels(text, model);
     show_closures(text, model);

@@ -52,7 +52,7 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
         r->scratch.failed = true;
 }
 
-static bool is_taken(const kmp_reader *r, const char *name)
+bool kmp_name_means_something(const kmp_reader *r, const char *name)
 {
     for (int k = 0; k < (int)KMP_FUNCTION_COUNT; k++)
         if (strcmp(kmp_function_name((kmp_function)k), name) == 0)
@@ -73,7 +73,7 @@ void kmp_read_tables(kmp_reader *r)
     for (int i = 0; model->tables && i < map->count; i++) {
         kmp_named_table *table = &model->tables[i];
         const char *name = kmp_read_name(r, map->keys[i], "a table");
-        if (name && is_taken(r, name))
+        if (name && kmp_name_means_something(r, name))
             kmp_reader_complain(r, map->keys[i]->place, "a table cannot be called '%s', which has a meaning already",
                                 name);
         table->name = kmp_arena_strdup(&model->arena, map->keys[i]->text);

@@ -94,12 +94,38 @@ static const kmp_named_table *find_table(void *user, const char *name)
     return NULL;
 }
 
+static int find_unknown(void *user, const char *name, const kmp_unknowns **unknowns, int *number)
+{
+    kmp_reader *r = user;
+    const kempe_model *model = r->model;
+    name = kmp_reader_name(r, r->scope, name);
+    for (int i = 0; i < model->unknowns_count; i++) {
+        const kmp_unknowns *u = *unknowns = &model->unknowns[i];
+        *number = 0;
+        if (u->count == 0 && strcmp(u->name, name) == 0)
+            return i;
+        for (int k = 0; k < u->count; k++)
+            if (u->unknown[k] && strcmp(u->unknown[k], name) == 0) {
+                *number = k;
+                return i;
+            }
+    }
+    return -1;
+}
+
 static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "pi");
     for (int i = 0; i < r->model->parameter_count; i++)
         kmp_nearest_offer(&nearest, r->model->parameters[i].name);
+    for (int i = 0; i < r->model->unknowns_count; i++) {
+        const kmp_unknowns *u = &r->model->unknowns[i];
+        for (int k = 0; k < u->count; k++)
+            kmp_nearest_offer(&nearest, u->unknown[k]);
+        if (u->count == 0)
+            kmp_nearest_offer(&nearest, u->name);
+    }
     if (!nearest.best && find_joint(r->model, name))
         kmp_text_printf(sentence, "; the coordinate of joint '%s' is q(%s)", name, name);
     else
@@ -167,6 +193,7 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *wh
                             .coordinate = allowed == OF_STATE || of_loads ? find_in_expression : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .table = find_table,
+                            .unknown = find_unknown,
                             .suggest = suggest,
                             .time = allowed != CONSTANT,
                             .compares = allowed == COMPARISON_OF_LOADS,

@@ -12,9 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kmp_model_keys[] = {"kempe",  "include", "name",   "gravity", "parameters", "tables", "profiles",
-                                      "tracks", "ground",  "bodies", "wheels",  "joints",     "loops",  "drives",
-                                      "forces", "sensors", "start",  "run",     NULL};
+const char *const kmp_model_keys[] = {"kempe",  "include",  "name",    "gravity", "parameters", "tables", "profiles",
+                                      "tracks", "unknowns", "ground",  "bodies",  "wheels",     "joints", "loops",
+                                      "drives", "forces",   "sensors", "start",   "run",        NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -66,7 +66,9 @@ static void read_parts(kmp_reader *r)
     kmp_read_bodies(r);
     kmp_read_tracks(r);
     kmp_read_wheels(r);
+    kmp_read_unknowns(r);
     kmp_read_closures(r);
+    kmp_read_late_unknowns(r);
     kmp_read_forces(r);
     kmp_read_start(r);
     kmp_read_sensors(r);

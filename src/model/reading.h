@@ -214,12 +214,16 @@ void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_
 
 void kmp_read_parameters(kmp_reader *r);
 void kmp_read_tables(kmp_reader *r);
+/** Whether expressions understand a name already: a function, a parameter, a symbol. */
+bool kmp_name_means_something(const kmp_reader *r, const char *name);
 void kmp_read_profiles(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *node, kmp_body *body);
 void kmp_read_tracks(kmp_reader *r);
 void kmp_read_wheels(kmp_reader *r);
+void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */
+void kmp_read_late_unknowns(kmp_reader *r);
 void kmp_read_closures(kmp_reader *r); /* drives too */
 void kmp_read_forces(kmp_reader *r);
 void kmp_read_start(kmp_reader *r);
