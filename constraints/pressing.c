@@ -2,6 +2,7 @@
 #include "constraints/pressing.h"
 #include "base/memory.h"
 #include "constraints/reduction.h"
+#include "dynamics/pressed.h"
 #include "linalg/dense.h"
 #include <float.h>
 #include <math.h>
@@ -223,26 +224,6 @@ void kmp_press_forget(kmp_plant *plant)
 }
 
 /* -- sentences --------------------------------------------------------------------------------------- */
-
-static bool depends_on(const kmp_expr *e, int closure)
-{
-    if (!e || e->kind == KMP_EXPR_LAMBDA)
-        return e && e->index == closure;
-    return depends_on(e->a, closure) || depends_on(e->b, closure) || depends_on(e->c, closure);
-}
-
-const char *kmp_pressed_force(const kempe_system *s, int row)
-{
-    const kempe_model *model = s->model;
-    int closure = s->rows[row].closure;
-    for (int k = 0; k < model->force_count; k++) {
-        const kmp_force *f = &model->forces[k];
-        if (depends_on(f->effort, closure) || depends_on(f->vector[0], closure) || depends_on(f->vector[1], closure) ||
-            depends_on(f->vector[2], closure))
-            return f->name;
-    }
-    return model->closures[closure].name; /* that of its own kind */
-}
 
 bool kmp_is_unsettled(const kmp_plant *plant)
 {

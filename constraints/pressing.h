@@ -38,9 +38,6 @@ kempe_status kmp_fail_unsettled(const kmp_plant *plant);
  *  closure. */
 kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part);
 
-/** The name of a force that depends on multipliers of a row's closure: what a refusal names. */
-const char *kmp_pressed_force(const kempe_system *system, int row);
-
 /** What a plant keeps for it. NULL: no memory. */
 struct kmp_press_work *kmp_press_work_new(const kempe_system *system);
 void kmp_press_work_free(struct kmp_press_work *work);

@@ -26,6 +26,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
                    {s->chart_count > 0, "spherical joints"},
                    {s->articulated != NULL, "dynamics by articulated bodies"},
                    {s->force != NULL, "forces by a function"},
+                   {s->pressed_count > 0, "forces that depend on multipliers"},
                    {s->motion->block_count > 0, "points on curves"},
                    {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
                    {e->p <= 0, "redundant closure rows"}};

@@ -37,7 +37,7 @@ static outputs find_outputs(const kempe_system *s)
 
 bool kmp_tangent_numbers_can(const kempe_system *system)
 {
-    return !system->force && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
+    return !system->force && system->pressed_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
 }
 
 /* -- what they are put together from ------------------------------------------------------------------- */

@@ -8,6 +8,8 @@
  *     const double *M = kempe_workspace_mass(ws);            n x n, column-major
  *     kempe_forward_dynamics(ws, t, q, qd, NULL, qdd, lambda);
  *
+ * Where forces of the model depend on multipliers, C is that without load until kempe_forward_dynamics has found them.
+ *
  * The law is  M(q) qdd + C(q, qd, t) = Q + J' lambda,  h(q, t) = 0; n coordinates (rad or m), m closure rows.
  *
  * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free them where

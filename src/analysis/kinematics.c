@@ -18,7 +18,7 @@
 bool kmp_kinematics_shows(const kempe_model *model, int output)
 {
     const kmp_output *o = &model->outputs[output];
-    if (kmp_output_width(model, o) == 0 || o->kind == KMP_OUTPUT_REACTION || o->kind == KMP_OUTPUT_MOMENT)
+    if (kmp_output_width(model, o) == 0 || kmp_output_has_loads(model, o))
         return false;
     for (int k = 0; k < output; k++)
         if (model->outputs[k].kind == o->kind && model->outputs[k].index == o->index)

@@ -2,6 +2,7 @@
 #include "analysis/linear.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "dynamics/pressed.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <string.h>
@@ -21,10 +22,11 @@ static bool make_room(kmp_linear *l)
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
 {
     *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
-    linear->plant = kmp_plant_new(system, backend);
+    kempe_status status = kmp_refuse_pressed(system, "what is linear near a state");
+    linear->plant = status == KEMPE_OK ? kmp_plant_new(system, backend) : NULL;
     if (!linear->plant)
-        return KEMPE_E_MEMORY;
-    kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
+        return status == KEMPE_OK ? KEMPE_E_MEMORY : status;
+    status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
         status = kmp_tangents_init_few(&linear->tangents, system, linear->plant->backend);
     if (status != KEMPE_OK)

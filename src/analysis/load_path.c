@@ -26,6 +26,7 @@ static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias
         kmp_machine_set(machine, KMP_IN_TIME, &l->t);
         kmp_machine_set(machine, KMP_IN_Q, l->q);
         kmp_machine_set(machine, KMP_IN_QD, l->qd);
+        kmp_machine_set(machine, KMP_IN_LAMBDA, l->lambda);
         memcpy(bias, kmp_machine_run(machine, 1), (size_t)l->n * sizeof *bias);
     }
     kmp_machine_free(machine);

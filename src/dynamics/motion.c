@@ -6,6 +6,7 @@
  * ahead of the other. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
+#include "dynamics/pressed.h"
 #include "linalg/dense.h"
 #include "linalg/sparse.h"
 #include "symbolic/partials.h"
@@ -305,11 +306,11 @@ static kempe_status try_articulated(kempe_system *s)
 /* Their recursion has the forces in it. */
 static kempe_status refuse_pressed(const kempe_system *s)
 {
-    const char *loop = s->model->closures[s->rows[s->pressed[0]].closure].name;
+    int row = s->pressed[0];
     return kmp_fail(s->context, KEMPE_E_FAILED,
-                    "dynamics articulated: some force depends on what '%s' transmits, lambda(%s), which articulated "
+                    "dynamics articulated: force '%s' depends on the multiplier of closure row '%s', which articulated "
                     "bodies do not go with; take dynamics composite",
-                    loop, loop);
+                    kmp_pressed_force(s, row), s->row_names[row]);
 }
 
 kempe_status kmp_motion_add_articulated(kempe_system *s)

@@ -2,6 +2,7 @@
 #include "generate/source.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "dynamics/pressed.h"
 #include "generate/symbols.h"
 #include "model/model_print.h"
 #include <ctype.h>
@@ -226,7 +227,9 @@ kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const
 {
     kmp_choice choice;
     *source = (kmp_source){.context = model->context, .model = model, .n = model->motion_count};
-    kempe_status status = read_form(source, g->form);
+    kempe_status status = kmp_refuse_pressed_model(model, "generate");
+    if (status == KEMPE_OK)
+        status = read_form(source, g->form);
     if (status == KEMPE_OK)
         status = kmp_choice_read(model, g, &choice);
     if (status != KEMPE_OK)

@@ -10,16 +10,38 @@ const kmp_expr *kmp_force_lambda(const kmp_force *force)
     return found;
 }
 
+/* An expression of its own, or a wheel's creep under its normal force. */
+static bool is_loaded(const kempe_model *model, int force)
+{
+    bool wheel = false;
+    for (int k = 0; k < model->wheel_count; k++)
+        wheel = wheel || (model->wheels[k].force == force && model->wheels[k].form == KMP_CONTACT_RIGID);
+    return wheel || kmp_force_lambda(&model->forces[force]);
+}
+
 bool kmp_model_has_loads(const kempe_model *model)
 {
     for (int k = 0; k < model->force_count; k++)
-        if (kmp_force_lambda(&model->forces[k]))
+        if (is_loaded(model, k))
             return true;
     for (int k = 0; k < model->sensor_count; k++)
         if (kmp_expr_lambda(model->sensors[k].expr))
             return true;
-    for (int k = 0; k < model->wheel_count; k++)
-        if (model->wheels[k].form == KMP_CONTACT_RIGID)
-            return true;
     return false;
+}
+
+bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
+{
+    switch (output->kind) {
+    case KMP_OUTPUT_LAMBDA:
+    case KMP_OUTPUT_REACTION:
+    case KMP_OUTPUT_MOMENT:
+        return true;
+    case KMP_OUTPUT_FORCE:
+        return is_loaded(model, output->index);
+    case KMP_OUTPUT_SENSOR:
+        return kmp_expr_lambda(model->sensors[output->index].expr);
+    default:
+        return false;
+    }
 }

@@ -216,6 +216,9 @@ const kmp_expr *kmp_force_lambda(const kmp_force *force);
 /** Whether a force or a sensor may depend on multipliers of the closures. */
 bool kmp_model_has_loads(const kempe_model *model);
 
+/** Whether an output shows multipliers, or what depends on them. */
+bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);
+
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);
 

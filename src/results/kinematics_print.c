@@ -22,8 +22,7 @@ static double value_at(const kempe_kinematics *k, double s)
 /* An output of the model that is in no row: it needs multipliers. */
 static bool is_left_out(const kempe_model *model, int output)
 {
-    kmp_output_kind kind = model->outputs[output].kind;
-    return kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT;
+    return kmp_output_has_loads(model, &model->outputs[output]);
 }
 
 /* Least and greatest of entry i of a table, finite values alone. */

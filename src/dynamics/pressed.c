@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which force it is that depends on multipliers, and what cannot go with one. */
+#include "dynamics/pressed.h"
+
+static bool depends_on(const kmp_expr *e, int closure)
+{
+    if (!e || e->kind == KMP_EXPR_LAMBDA)
+        return e && e->index == closure;
+    return depends_on(e->a, closure) || depends_on(e->b, closure) || depends_on(e->c, closure);
+}
+
+static bool force_depends_on(const kmp_force *force, int closure)
+{
+    bool any = depends_on(force->effort, closure);
+    for (int k = 0; k < 3; k++)
+        any = any || depends_on(force->vector[k], closure);
+    return any;
+}
+
+const char *kmp_pressed_force(const kempe_system *s, int row)
+{
+    const kempe_model *model = s->model;
+    int closure = s->rows[row].closure;
+    for (int k = 0; k < model->force_count; k++)
+        if (force_depends_on(&model->forces[k], closure))
+            return model->forces[k].name;
+    return model->closures[closure].name; /* a force of that name belongs to its kind */
+}
+
+kempe_status kmp_refuse_pressed(const kempe_system *s, const char *what)
+{
+    if (s->pressed_count == 0)
+        return KEMPE_OK;
+    return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                    "%s: force '%s' depends on the multiplier of closure row '%s', and what follows from that is not "
+                    "worked out there; give it a law without lambda",
+                    what, kmp_pressed_force(s, s->pressed[0]), s->row_names[s->pressed[0]]);
+}
+
+kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what)
+{
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_expr *lambda = kmp_force_lambda(&model->forces[k]);
+        if (lambda)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: force '%s' depends on lambda(%s), which these equations do not solve for; give it a "
+                            "law without lambda",
+                            what, model->forces[k].name, model->closures[lambda->index].name);
+    }
+    for (int k = 0; k < model->wheel_count; k++)
+        if (model->wheels[k].form == KMP_CONTACT_RIGID && model->wheels[k].law != KMP_CREEP_NONE)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: the creep forces of wheel '%s' depend on its normal force, lambda(%s), which these "
+                            "equations do not solve for; take elastic contact",
+                            what, model->wheels[k].name, model->wheels[k].name);
+    return KEMPE_OK;
+}

@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Forces that depend on multipliers, by name. */
+#ifndef KMP_DYNAMICS_PRESSED_H
+#define KMP_DYNAMICS_PRESSED_H
+
+#include "dynamics/system.h"
+
+/** The name of a force that depends on multipliers of a row's closure. */
+const char *kmp_pressed_force(const kempe_system *system, int row);
+
+/** KEMPE_E_ARGUMENT, with the force's name, where some force depends on multipliers and `what` cannot have that. */
+kempe_status kmp_refuse_pressed(const kempe_system *system, const char *what);
+
+/** The same of a model of which there is no system. */
+kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what);
+
+#endif
