@@ -265,13 +265,9 @@ static void accelerate_bodies(kmp_plant *plant, const double *effort)
     plant->drift = plant->free_qdd + plant->n;
 }
 
-/* By M and C; `effort`: the user's, NULL: none. */
-static void run_bias(kmp_plant *plant, const double *effort)
+/* The user's, NULL: none. */
+static void add_effort(kmp_plant *plant, const double *effort)
 {
-    if (plant->nu)
-        kmp_machine_set(plant->motion, KMP_IN_LAMBDA, plant->nu);
-    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
-    plant->jdqd = plant->bias + plant->n;
     if (!effort)
         return;
     for (int i = 0; i < plant->n; i++)
@@ -279,16 +275,29 @@ static void run_bias(kmp_plant *plant, const double *effort)
     plant->bias = plant->with_force;
 }
 
+/* C with the multipliers at hand, after jdqd. */
+static void run_pressed(kmp_plant *plant)
+{
+    kmp_machine_set(plant->motion, KMP_IN_LAMBDA, plant->nu);
+    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_PRESSING);
+    plant->pressing = plant->bias + plant->n;
+}
+
+/* By M and C. */
+static void run_bias(kmp_plant *plant, const double *effort)
+{
+    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
+    plant->jdqd = plant->nu ? plant->bias : plant->bias + plant->n;
+    if (plant->nu)
+        run_pressed(plant);
+    add_effort(plant, effort);
+}
+
 void kmp_plant_bias_with(kmp_plant *plant, const double *nu)
 {
     memmove(plant->nu, nu, (size_t)plant->m * sizeof *nu);
-    run_bias(plant, plant->system->force ? plant->effort : NULL);
-}
-
-void kmp_plant_pressing(kmp_plant *plant)
-{
-    plant->pressing =
-        plant->system->pressing.count > 0 ? kmp_machine_run(plant->motion, KMP_STAGE_PRESSING) : plant->nu;
+    run_pressed(plant);
+    add_effort(plant, plant->system->force ? plant->effort : NULL);
 }
 
 void kmp_plant_bias(kmp_plant *plant, const double *qd)

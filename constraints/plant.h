@@ -32,7 +32,7 @@ typedef struct kmp_plant {
     double *with_force;       /* n: bias less the user's efforts */
     double *effort;           /* n */
     double *nu;               /* m: multipliers that C was evaluated with (constraints/pressing.h); NULL: C has none */
-    const double *pressing;   /* system->pressing.count values: dC/dlambda, since kmp_plant_pressing */
+    const double *pressing;   /* system->pressing.count values: dC/dlambda, with C */
     struct kmp_press_work *press; /* of kmp_press */
 } kmp_plant;
 
@@ -52,10 +52,9 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
 
-/** C and jdqd anew with other multipliers, and dC/dlambda at the last ones. After kmp_plant_bias, of systems with
- * forces that depend on them (system->pressed_count), by M and C. */
+/** C anew with other multipliers, after kmp_plant_bias, of systems with forces that depend on them
+ * (system->pressed_count). */
 void kmp_plant_bias_with(kmp_plant *plant, const double *nu);
-void kmp_plant_pressing(kmp_plant *plant);
 
 /** The system's parameters have other values now; what was evaluated before no longer holds. */
 void kmp_plant_renew_parameters(kmp_plant *plant);

@@ -12,7 +12,7 @@ enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
 /* A residual that is rounding, in parts of what the multipliers are made from, and one that is when Newton makes it no
  * smaller. */
 #define ROUNDING       (8 * DBL_EPSILON)
-#define MOSTLY_ROUNDED 1e-11
+#define MOSTLY_ROUNDED 1e-8
 /* A step that makes the residual smaller by less is halved. */
 #define DESCENT 0.1
 /* Share of a dropped row that another one carries from which on its multiplier is not determined. */
@@ -94,12 +94,11 @@ static double look(const kmp_plant *plant, const kmp_answer *answer)
 }
 
 /* dLambda/dnu - 1. */
-static void fill_matrix(kmp_plant *plant, const kmp_answer *answer)
+static void fill_matrix(const kmp_plant *plant, const kmp_answer *answer)
 {
     const kempe_system *s = plant->system;
     const kmp_pattern *pressing = &s->pressing;
     kmp_press_work *w = plant->press;
-    kmp_plant_pressing(plant);
     for (int k = 0; k < w->count; k++) {
         memset(w->column, 0, (size_t)s->n * sizeof *w->column);
         for (int e = 0; e < pressing->count; e++)

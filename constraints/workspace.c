@@ -258,6 +258,44 @@ static void multipliers(void *self, const double *bias, bool change, double *lam
     take_multipliers(self, lambda);
 }
 
+/* Shares of the kept rows in dropped row r, as multipliers in rhs: M x - J' a = -J_r', J x = 0. */
+static void find_shares(kempe_workspace *ws, int r)
+{
+    memset(ws->rhs, 0, (size_t)(ws->n + ws->rank) * sizeof *ws->rhs);
+    for (int k = 0; k < ws->n; k++)
+        ws->rhs[k] = -ws->jacobian[r + k * ws->m];
+    kmp_lu_solve(ws->n + ws->rank, ws->matrix, ws->pivot, 1, ws->rhs);
+}
+
+/* A row whose multiplier a force depends on and which others are made from, or that is dropped itself: -1 when there is
+ * none. */
+static int find_shared(kempe_workspace *ws)
+{
+    const kempe_system *s = ws->system;
+    for (int d = ws->rank; s->pressed_count > 0 && d < ws->m; d++) {
+        int dropped = ws->row[d];
+        find_shares(ws, dropped);
+        for (int k = 0; k < s->pressed_count; k++) {
+            int row = s->pressed[k];
+            double share = row == dropped;
+            for (int i = 0; i < ws->rank; i++)
+                if (ws->row[i] == row)
+                    share = ws->rhs[ws->n + i] * s->row_scale[row] / s->row_scale[dropped];
+            if (fabs(share) > RANK_TOLERANCE)
+                return row;
+        }
+    }
+    return -1;
+}
+
+static kempe_status fail_shared(kempe_workspace *ws, int row)
+{
+    (void)snprintf(ws->message, sizeof ws->message,
+                   "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
+                   ws->system->row_names[row]);
+    return KEMPE_E_FAILED;
+}
+
 static kempe_status fail_unsettled(kempe_workspace *ws)
 {
     kmp_text text = {0};
@@ -277,6 +315,9 @@ kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double 
     if (!factor(ws, ws->mass, NULL))
         return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
     const kmp_answer answer = {ws, multipliers};
+    int shared = find_shared(ws);
+    if (shared >= 0)
+        return fail_shared(ws, shared);
     ws->given = Q;
     if (!kmp_press(ws->plant, &answer))
         return fail_unsettled(ws);

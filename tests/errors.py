@@ -49,6 +49,8 @@ run: {t_end: 0.1}
 
 # What stands in the model, what is written instead, and the exit code of `kempe simulate model.yaml`.
 CHANGES = [
+    ("forces:\n", "  E: {ball: [coupler.C, rocker.C]}\nforces:\n  rub: {joint: A, torque: 0.1*lambda(C)}\n", 1),
+    ("forces:\n", "drives: {m: {joint: A, angle: 90 deg + t}}\nforces:\n  lift: {joint: A, torque: -lambda(m)}\n", 1),
     ("mass: 1\n    com", "masse: 1\n    com", 2),
     ("at: crank.B", "at: crnak.B", 2),
     ("coupler.C, rocker.C", "coupler.C, rocker.c", 2),
@@ -86,6 +88,7 @@ CALLS = [
     ("simulate model.yaml --dynamics bodies", 3),
     ("simulate model.yaml --change-points skip", 3),
     (f"simulate {ROOT}/tests/models/rounded_inertia.yaml --dynamics articulated", 1),
+    (f"simulate {ROOT}/tests/models/guide_friction.yaml --dynamics articulated", 1),
     (f"modes {ROOT}/tests/models/half_turn.yaml --at start", 1),
     ("simulate model.yaml --rtol 1e-20", 3),
     ("simulate model.yaml --every 1e-12", 3),

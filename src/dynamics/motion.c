@@ -34,7 +34,7 @@ static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     int n = s->n, m = s->m;
     const kmp_pattern *jacobian = &s->jacobian;
-    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1) + n * s->pressed_count);
+    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1));
     if (!g->out)
         return false;
     memcpy(g->out, eq->h, (size_t)m * sizeof(kmp_ref));
@@ -82,6 +82,13 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
     return ok;
 }
 
+/* -- forces that depend on multipliers --------------------------------------------------------------- */
+
+static bool depends_on_loads(const kmp_graph *g, kmp_ref x)
+{
+    return kmp_graph_node(g, kmp_id(x))->depends & 1u << KMP_IN_LAMBDA;
+}
+
 /* dC/dlambda row by row (n x m), and which rows C depends on. NULL: no memory. */
 static kmp_ref *find_pressing(kempe_system *s, const kmp_equations *eq)
 {
@@ -106,38 +113,86 @@ static kmp_ref *find_pressing(kempe_system *s, const kmp_equations *eq)
     return NULL;
 }
 
-/* The last stage, when there is one. */
-static bool add_pressing(groups *g, kempe_system *s, const kmp_ref *entry)
+/* What expressions of multipliers are made from that does not depend on them, in the order of the graph: evaluated
+ * once, while they are looked for. `to` has room for a node each. false: no memory. */
+static bool list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_ref *to, int *found)
 {
-    if (s->pressed_count == 0)
-        return true;
-    if (!kmp_pattern_init(&s->pressing, s->n, s->m, entry, g->out + g->count[0] + g->count[1] + g->count[2]))
+    enum { NEEDED = 1, LISTED = 2 };
+    uint32_t nodes = kmp_graph_count(g);
+    uint8_t *mark = KMP_NEW(uint8_t, nodes);
+    *found = 0;
+    if (!mark)
         return false;
-    g->count[3] = s->pressing.count;
+    for (int k = 0; k < count; k++)
+        mark[kmp_id(of[k])] |= depends_on_loads(g, of[k]) ? NEEDED : LISTED;
+    for (uint32_t id = nodes; id-- > 0;) {
+        const kmp_node *node = kmp_graph_node(g, id);
+        for (int k = 0; mark[id] & NEEDED && k < kmp_op_arity((kmp_op)node->op); k++)
+            mark[kmp_id(kmp_operand(node, k))] |= depends_on_loads(g, kmp_operand(node, k)) ? NEEDED : LISTED;
+    }
+    for (uint32_t id = 0; id < nodes; id++)
+        if (mark[id] & LISTED && kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0)
+            to[(*found)++] = (kmp_ref)id << 1;
+    kmp_free(mark);
     return true;
+}
+
+/* The last two stages: jdqd and all that multipliers do not change, then C and dC/dlambda. */
+static bool finish_pressed(groups *g, kempe_system *s, const kmp_equations *eq, const kmp_ref *entry)
+{
+    int n = s->n, m = s->m, before = g->count[0] + g->count[1], found;
+    kmp_ref *last = KMP_NEW(kmp_ref, n + n * s->pressed_count);
+    kmp_ref *grown = kmp_realloc(
+        g->out, (size_t)before + (size_t)m + kmp_graph_count(eq->graph) + (size_t)(n + n * s->pressed_count),
+        sizeof *grown);
+    g->out = grown ? grown : g->out;
+    bool ok = last && grown && kmp_pattern_init(&s->pressing, n, m, entry, last + n);
+    if (ok) {
+        memcpy(last, eq->bias, (size_t)n * sizeof *last);
+        memcpy(g->out + before, eq->jdqd, (size_t)m * sizeof *last);
+        ok = list_unloaded(eq->graph, n + s->pressing.count, last, g->out + before + m, &found);
+    }
+    if (ok) {
+        g->count[2] = m + found;
+        g->count[3] = n + s->pressing.count;
+        memcpy(g->out + before + g->count[2], last, (size_t)g->count[3] * sizeof *last);
+    }
+    kmp_free(last);
+    return ok;
 }
 
 static bool is_pressed(const kmp_equations *eq)
 {
     bool found = false;
     for (int k = 0; k < eq->n; k++)
-        found = found || kmp_graph_node(eq->graph, kmp_id(eq->bias[k]))->depends & 1u << KMP_IN_LAMBDA;
+        found = found || depends_on_loads(eq->graph, eq->bias[k]);
     return found;
 }
+
+/* With the last stages. */
+static bool finish_motion(groups *g, kempe_system *s, const kmp_equations *eq)
+{
+    if (!is_pressed(eq)) {
+        finish(g, s->n, eq->bias, s->m, eq->jdqd);
+        return true;
+    }
+    kmp_ref *entry = find_pressing(s, eq);
+    bool ok = entry && finish_pressed(g, s, eq, entry);
+    kmp_free(entry);
+    return ok;
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
 
 bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
 {
     groups g = {0};
-    kmp_ref *entry = is_pressed(eq) ? find_pressing(s, eq) : NULL;
-    bool known = entry || !is_pressed(eq);
-    if (known && find_jacobian(s, eq) && begin(&g, s, eq) &&
+    if (find_jacobian(s, eq) && begin(&g, s, eq) &&
         kmp_pattern_init(&s->mass, s->n, s->n, eq->mass, g.out + g.count[0])) {
         g.count[1] = s->mass.count;
-        finish(&g, s->n, eq->bias, s->m, eq->jdqd);
-        s->motion = add_pressing(&g, s, entry) ? program_of(&g, s, eq) : NULL;
+        s->motion = finish_motion(&g, s, eq) ? program_of(&g, s, eq) : NULL;
     }
     kmp_free(g.out);
-    kmp_free(entry);
     return s->motion;
 }
 

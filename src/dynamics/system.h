@@ -24,9 +24,10 @@ enum {
     KMP_STAGE_CLOSURE,    /* t, q: h (m), J (jacobian.count), h_t (m, only when rheonomic); likewise */
     KMP_STAGE_MASS,       /* t, q: M, lower triangle (mass.count);
                              M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
-    KMP_STAGE_BIAS,       /* qd, lambda of the rows that forces depend on: C (n), jdqd (m);
+    KMP_STAGE_BIAS,       /* qd: C (n), jdqd (m);
                              qd, efforts: accelerations without closure forces (n), J of them and jdqd (m) */
-    KMP_STAGE_PRESSING    /* likewise: dC/dlambda (pressing.count); without such forces there is no such stage */
+    KMP_STAGE_PRESSING    /* where C depends on lambda, instead of that: jdqd (m) and what is not told, before;
+                             qd, lambda: C (n), dC/dlambda (pressing.count), here */
 };
 
 /* Stages of the judging program. */

@@ -12,7 +12,7 @@
 static const unsigned shown = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 
 static const char *const stage_names[2][5] = {
-    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "loads: dC/dlambda"},
+    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C"},
     {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", NULL}};
 
 /* That of the roads which can go by articulated bodies. */

@@ -169,40 +169,35 @@ static void rough_incline(void)
 
 /* -- a slider-crank whose guide rubs, integrated here ------------------------------------------------- */
 
-enum { STEPS = 400000 };
+enum { STEPS = 40000 };
 
 typedef struct crank {
     double phi, rate; /* of the crank; the rod follows */
 } crank;
 
-/* Lagrange's equations of both bars by their absolute angles a and b, clockwise from x, with the friction of the one
- * sign of the load that fits it. Returns the load. */
+/* Lagrange's equations of both bars by their absolute angles a and b, clockwise from x. Both accelerations and the load
+ * N, which pushes up, are linear in the friction F along -x: N = n0 + n1 F, and F = rub sqrt(N^2 + 1) makes it the root
+ * of (N - n0)^2 = (n1 rub)^2 (N^2 + 1) on the side where N - n0 has the sign of n1 rub. Returns the load. */
 static double accelerate(double phi, double rate, double *crank_acceleration)
 {
     const double r = 0.3, l = 0.7, m1 = 2, m2 = 1.5, g = 9.81, mu = 0.2;
-    double b = asin(-r * sin(phi) / l), bd = -r * cos(phi) * rate / (l * cos(b)), load = 0;
+    double b = asin(-r * sin(phi) / l), bd = -r * cos(phi) * rate / (l * cos(b));
     double aa = 0.02 + m1 * r * r / 4 + m2 * r * r, bb = 0.07 + m2 * l * l / 4, h = m2 * r * l / 2;
     double c = cos(phi - b), s = sin(phi - b);
-    double v = -r * sin(phi) * rate - l * sin(b) * bd, rub = mu * tanh(v / 0.05);
-    for (int sign = -1; sign <= 1; sign += 2) {
-        /* unknowns: both accelerations and the load N, which pushes up; friction is -rub |N| along x */
-        double m[3][4] = {
-            {aa, h * c, r * cos(phi) - r * sin(phi) * rub * sign,
-             6 - 0.5 * rate + (m1 / 2 + m2) * g * r * cos(phi) - h * s * bd * bd},
-            {h * c, bb, l * cos(b) - l * sin(b) * rub * sign, m2 * g * l / 2 * cos(b) + h * s * rate * rate},
-            {r * cos(phi), l * cos(b), 0, r * sin(phi) * rate * rate + l * sin(b) * bd * bd}};
-        for (int k = 0; k < 3; k++)
-            for (int i = 0; i < 3; i++) {
-                double f = i == k ? 0 : m[i][k] / m[k][k];
-                for (int j = k; j < 4; j++)
-                    m[i][j] -= f * m[k][j];
-            }
-        double n = m[2][3] / m[2][2];
-        if (n * sign >= 0) {
-            load = n;
-            *crank_acceleration = m[0][3] / m[0][0];
+    double rub = mu * tanh((-r * sin(phi) * rate - l * sin(b) * bd) / 0.05);
+    double m[3][5] = {
+        {aa, h * c, r * cos(phi), 6 - 0.5 * rate + (m1 / 2 + m2) * g * r * cos(phi) - h * s * bd * bd, r * sin(phi)},
+        {h * c, bb, l * cos(b), m2 * g * l / 2 * cos(b) + h * s * rate * rate, l * sin(b)},
+        {r * cos(phi), l * cos(b), 0, r * sin(phi) * rate * rate + l * sin(b) * bd * bd, 0}};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++) {
+            double f = i == k ? 0 : m[i][k] / m[k][k];
+            for (int j = k; j < 5; j++)
+                m[i][j] -= f * m[k][j];
         }
-    }
+    double n0 = m[2][3] / m[2][2], k = m[2][4] / m[2][2] * rub, k2 = k * k;
+    double root = sqrt(n0 * n0 * k2 + k2 - k2 * k2) * (k < 0 ? -1 : 1), load = (n0 + root) / (1 - k2);
+    *crank_acceleration = (m[0][3] + m[0][4] * rub * sqrt(load * load + 1)) / m[0][0];
     return load;
 }
 
@@ -231,7 +226,7 @@ static void guide(void)
     for (int k = 0; k < STEPS; k++)
         step(&x, 2.0 / STEPS);
     for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
-        bool sharp = strcmp(ways[k].integrator, "dop853") == 0; /* which steps best over kinks of |N| */
+        bool sharp = strcmp(ways[k].integrator, "dop853") == 0;
         kempe_trajectory *run = simulate(l.system, &ways[k], sharp ? 1e-12 : 1e-10);
         int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
         if (run) {
@@ -326,6 +321,41 @@ static void not_linear(void)
     unload(&l);
 }
 
+/* Forward dynamics for programs of users: with efforts of theirs, and where the load is shared. */
+static void workspace(void)
+{
+    loaded l = load("tests/models/guide_friction.yaml");
+    kempe_workspace *ws = NULL;
+    double q[2] = {0.4, asin(-0.3 * sin(0.4) / 0.7) - 0.4}, qd[2] = {3, 0}, qdd[2], lambda, expected, effort[2] = {0};
+    qd[1] = -0.3 * cos(0.4) * 3 / (0.7 * cos(q[0] + q[1])) - 3;
+    if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
+        CHECK(kempe_forward_dynamics(ws, 0, q, qd, effort, qdd, &lambda) == KEMPE_OK);
+        CHECK_NEAR(lambda, accelerate(0.4, 3, &expected), 1e-12);
+        CHECK_NEAR(qdd[0], expected, 1e-12);
+        const double *m = kempe_workspace_mass(ws), *c = kempe_workspace_bias(ws), *j = kempe_workspace_jacobian(ws);
+        for (int i = 0; i < 2; i++)
+            CHECK_NEAR(m[i] * qdd[0] + m[i + 2] * qdd[1] + c[i], j[i] * lambda, 1e-11);
+        effort[0] = 10; /* what the crank is turned by beside */
+        CHECK(kempe_forward_dynamics(ws, 0, q, qd, effort, qdd, &lambda) == KEMPE_OK);
+        CHECK(qdd[0] > expected + 10);
+        for (int i = 0; i < 2; i++)
+            CHECK_NEAR(m[i] * qdd[0] + m[i + 2] * qdd[1] + c[i], j[i] * lambda + effort[i], 1e-11);
+    }
+    kempe_workspace_free(ws);
+    unload(&l);
+    l = load_text(BLOCK "  C: {point_on_plane: [ground.O, block.A], axis: z}\n"
+                        "forces:\n"
+                        "  f: {at: block.A, force: [\"0.1*lambda(C)\", 0, 0]}\n");
+    double at[3] = {0.05, 0, 0}, still[3] = {0}, fall[3], loads[3];
+    ws = NULL;
+    if (l.system && kempe_workspace_new(l.system, &ws) == KEMPE_OK) {
+        CHECK(kempe_forward_dynamics(ws, 0, at, still, NULL, fall, loads) == KEMPE_E_FAILED);
+        CHECK(strstr(kempe_workspace_message(ws), "which redundant rows leave undetermined") != NULL);
+    }
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
 /* -- the Jacobian of the reduced equations ------------------------------------------------------------ */
 
 static double reduced(bench *b, double u, double ud, bool given, double udd)
@@ -386,6 +416,7 @@ int main(void)
     TEST(guide);
     TEST(same_root);
     TEST(not_linear);
+    TEST(workspace);
     TEST(jacobian);
     return check_report();
 }
