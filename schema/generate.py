@@ -128,8 +128,15 @@ def piece():
                 oneOf=[{"required": [kind] + (["radius"] if kind in ("left", "right") else [])} for kind in kinds])
 
 
+def irregularities():
+    own = {key: ref("word") for key in ("alignment", "level", "cross", "gauge")}
+    own.update(spectrum={"enum": [row[0] for row in rows("spectra.def", "KMP_SPECTRUM")]},
+               wavelengths={"type": "array", "items": ref("number"), "minItems": 2, "maxItems": 2})
+    return closed({key: own.get(key, ref("number")) for key in keys("read_irregularities.c", "irregularity_keys")})
+
+
 def track():
-    own = {"at": ref("word"), "rail": ref("word"), "course": {"type": "array", "items": ref("piece")}}
+    own = {"at": ref("word"), "rail": ref("word"), "irregularities": ref("irregularities"), "course": {"type": "array", "items": ref("piece")}}
     return closed({key: own.get(key, ref("number")) for key in keys("read_tracks.c", "track_keys")}, ["at", "rail", "gauge"])
 
 
@@ -186,6 +193,7 @@ def definitions():
         "table": table(),
         "profile": profile(),
         "piece": piece(),
+        "irregularities": irregularities(),
         "track": track(),
         "wheel": wheel(),
         "unknowns": {"anyOf": [ref("number"), closed({"of": dict(named(ref("number")), minProperties=1, maxProperties=6),

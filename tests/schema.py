@@ -71,8 +71,8 @@ class Schema(unittest.TestCase):
             ("read_forces.c", "force_keys", d["force"]), ("read_include.c", "include_keys", d["include"]),
             ("read_run.c", "start_keys", d["start"]), ("read_run.c", "run_keys", d["run"]),
             ("read_tables.c", "keys", d["table"]), ("read_profiles.c", "keys", d["profile"]),
-            ("read_tracks.c", "track_keys", d["track"]),
-            ("read_wheels.c", "wheel_keys", d["wheel"]), ("read_course.c", "piece_keys", d["piece"])):
+            ("read_tracks.c", "track_keys", d["track"]), ("read_course.c", "piece_keys", d["piece"]),
+            ("read_irregularities.c", "irregularity_keys", d["irregularities"]), ("read_wheels.c", "wheel_keys", d["wheel"])):
             self.assertEqual(set(generate.keys(source, array)), set(there["properties"]), array)
         self.assertEqual(set(generate.keys("read_linkage.c", "edge_keys")) - {"free"}, set(d["edge"]["properties"]))
 

@@ -11,8 +11,9 @@ enum {
     KMP_MOST_ANCHORS = 1000,  /* libyaml goes through all of them for each alias */
     KMP_MOST_ELEMENTS = 100,  /* of XML, one in the other */
     KMP_MOST_INCLUDE_LEVELS = 16,
-    KMP_MOST_INCLUDES = 1000,      /* each level may include the next one twice */
-    KMP_MOST_COURSE_KNOTS = 200000 /* of the middle line of a track */
+    KMP_MOST_INCLUDES = 1000,       /* each level may include the next one twice */
+    KMP_MOST_COURSE_KNOTS = 200000, /* of the middle line of a track */
+    KMP_MOST_SPECTRUM_KNOTS = 20000 /* of irregularities: time goes with their square */
 };
 
 #endif

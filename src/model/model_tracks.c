@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles and tracks, as they were understood, in both forms. */
 #include "model/model_print.h"
+#include "model/wave_spectrum.h"
 #include "symbolic/table.h"
 
+static const char *const irregularity_words[] = {"alignment", "level", "cross", "gauge"};
 static const char *const course_words[] = {"straight", "transition", "left", "right"};
 
 /* -- the summary --------------------------------------------------------------------------------- */
@@ -12,6 +14,17 @@ static void show_profile(kmp_text *text, const kmp_profile *profile)
     const kmp_table *height = profile->height;
     kmp_text_printf(text, "  %s: %d points, y from %.9g to %.9g\n", profile->name, height->count, height->x[0],
                     height->x[height->count - 1]);
+}
+
+static void show_irregularities(kmp_text *text, const kmp_irregularities *all)
+{
+    const kmp_wave_spectrum *s = &all->spectrum;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        if (all->named[k])
+            kmp_text_printf(text, "    %s by table %s\n", irregularity_words[k], all->named[k]->name);
+    if (s->kind >= 0)
+        kmp_text_printf(text, "    spectrum %s, seed %.9g, from %.9g to %.9g, wavelengths %.9g to %.9g, scale %.9g\n",
+                        kmp_wave_spectrum_word(s->kind), s->seed, s->from, s->to, s->shortest, s->longest, s->scale);
 }
 
 static void show_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
@@ -29,6 +42,7 @@ static void show_track(kmp_text *text, const kempe_model *model, const kmp_track
             kmp_text_printf(text, ", cant %.9g", piece->cant);
         kmp_text_put(text, "\n");
     }
+    show_irregularities(text, &track->irregularities);
 }
 
 void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
@@ -68,6 +82,31 @@ static void put_size(kmp_text *text, const char *key, double value)
     kmp_text_number(text, value);
 }
 
+static void json_irregularities(kmp_text *text, const kmp_irregularities *all)
+{
+    const kmp_wave_spectrum *s = &all->spectrum;
+    const char *between = ", \"irregularities\": {";
+    bool any = s->kind >= 0;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
+        if (!all->named[k])
+            continue;
+        kmp_text_printf(text, "%s\"%s\": ", between, irregularity_words[k]);
+        kmp_text_quote(text, all->named[k]->name);
+        between = ", ";
+        any = true;
+    }
+    if (s->kind >= 0) {
+        kmp_text_printf(text, "%s\"spectrum\": \"%s\"", between, kmp_wave_spectrum_word(s->kind));
+        put_size(text, "seed", s->seed);
+        put_size(text, "from", s->from);
+        put_size(text, "to", s->to);
+        kmp_text_put(text, ", ");
+        put_list(text, "wavelengths", 2, (const double[]){s->shortest, s->longest});
+        put_size(text, "scale", s->scale);
+    }
+    kmp_text_put(text, any ? "}" : "");
+}
+
 static void json_course(kmp_text *text, const kmp_track *track)
 {
     kmp_text_put(text, ", \"course\": [");
@@ -95,6 +134,7 @@ static void json_track(kmp_text *text, const kempe_model *model, const kmp_track
     put_size(text, "inclination", track->inclination);
     if (track->course_count > 0)
         json_course(text, track);
+    json_irregularities(text, &track->irregularities);
 }
 
 void kmp_model_json_tracks(kmp_text *text, const kempe_model *model)

@@ -155,6 +155,10 @@ void kmp_track_free(kmp_track *track)
         kmp_table_free(*tables[k]);
         *tables[k] = NULL;
     }
+    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
+        kmp_table_free(track->irregularities.made[k]);
+        track->irregularities.made[k] = NULL;
+    }
     kmp_free(track->candidate);
     track->candidate = NULL;
 }

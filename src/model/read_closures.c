@@ -112,22 +112,6 @@ static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
 }
 
-static const kmp_named_table *read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what)
-{
-    const char *name = kmp_read_word(r, node, what);
-    if (!name)
-        return NULL;
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    name = kmp_reader_name(r, node->place.file, name);
-    for (int k = 0; k < r->model->table_count; k++) {
-        kmp_nearest_offer(&nearest, r->model->tables[k].name);
-        if (strcmp(r->model->tables[k].name, name) == 0)
-            return &r->model->tables[k];
-    }
-    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown table '%s'", what, name);
-    return NULL;
-}
-
 static void add_curve(kmp_closure *closure, const kmp_expr *expr, int side)
 {
     if (!expr)
@@ -155,7 +139,7 @@ static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const cha
 static void read_curve_table(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_closure *closure)
 {
     kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    closure->table = read_table_name(r, node, what);
+    closure->table = kmp_read_table_name(r, node, what);
     if (!closure->table || !x || !of)
         return;
     *x = (kmp_expr){.kind = KMP_EXPR_PLACE};

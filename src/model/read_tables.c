@@ -83,3 +83,19 @@ void kmp_read_tables(kmp_reader *r)
         read_table(r, map->items[i], table);
     }
 }
+
+const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const char *name = kmp_read_word(r, node, what);
+    if (!name)
+        return NULL;
+    kmp_nearest nearest = kmp_nearest_begin(name);
+    name = kmp_reader_name(r, node->place.file, name);
+    for (int k = 0; k < r->model->table_count; k++) {
+        kmp_nearest_offer(&nearest, r->model->tables[k].name);
+        if (strcmp(r->model->tables[k].name, name) == 0)
+            return &r->model->tables[k];
+    }
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown table '%s'", what, name);
+    return NULL;
+}

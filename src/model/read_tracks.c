@@ -4,7 +4,8 @@
 #include "model/reading.h"
 #include <math.h>
 
-static const char *const track_keys[] = {"at", "rail", "gauge", "gauge_depth", "inclination", "course", NULL};
+static const char *const track_keys[] = {"at",          "rail",   "gauge",          "gauge_depth",
+                                         "inclination", "course", "irregularities", NULL};
 
 static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
 
@@ -111,6 +112,7 @@ static void read_track(kmp_reader *r, const kmp_yaml *map, kmp_track *track)
     const kmp_yaml *course = kmp_yaml_get(map, "course");
     if (course)
         kmp_read_course(r, course, what, track);
+    kmp_read_irregularities(r, kmp_yaml_get(map, "irregularities"), what, track);
 }
 
 void kmp_read_tracks(kmp_reader *r)

@@ -197,6 +197,9 @@ typedef struct kmp_points {
 /** Reads what is given up to `dimension`; false after a complaint. */
 bool kmp_read_points(kmp_points *p);
 
+/** A table of the model by its name; NULL after a complaint. */
+const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what);
+
 /* -- profiles and tracks (read_profiles.c, read_tracks.c) --------------------------------------------- */
 
 /** By its name: NULL after a complaint. */
@@ -207,6 +210,10 @@ const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const c
 int kmp_count_rigid_wheels(const kempe_model *model);
 void kmp_add_wheel_closures(kmp_reader *r);
 void kmp_add_wheel_forces(kmp_reader *r);
+
+/** The irregularities of a track. */
+void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track);
+
 /** The course of a track whose rails are placed. */
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);
 

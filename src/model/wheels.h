@@ -27,12 +27,25 @@ typedef struct kmp_profile {
     struct kmp_table *height; /* a cubic spline; NULL while something is wrong with it */
 } kmp_profile;
 
-/** What the rails' places are over the arc length, beside the ideal track, m: NULL where there is none. */
+/** What the rails are beside the ideal track, m, over the arc length. */
+typedef enum kmp_irregularity {
+    KMP_IRREGULARITY_ALIGNMENT, /* leftwards, of both rails */
+    KMP_IRREGULARITY_LEVEL,     /* upwards, of both rails */
+    KMP_IRREGULARITY_CROSS,     /* left rail above the right one */
+    KMP_IRREGULARITY_GAUGE,     /* wider */
+    KMP_IRREGULARITIES
+} kmp_irregularity;
+
+/** What is made of a spectral density (wave_spectrum.h). */
+typedef struct kmp_wave_spectrum {
+    int kind; /* row of spectra.def; -1: there is none */
+    double seed, from, to, shortest, longest, scale;
+} kmp_wave_spectrum;
+
 typedef struct kmp_irregularities {
-    const struct kmp_table *alignment; /* leftwards, of both rails */
-    const struct kmp_table *level;     /* upwards, of both rails */
-    const struct kmp_table *cross;     /* left rail above the right one */
-    const struct kmp_table *gauge;     /* wider */
+    const kmp_named_table *named[KMP_IRREGULARITIES]; /* of the model; NULL: none */
+    kmp_wave_spectrum spectrum;
+    struct kmp_table *made[KMP_IRREGULARITIES]; /* of the spectrum where nothing is named; NULL: none */
 } kmp_irregularities;
 
 typedef enum kmp_course_kind {

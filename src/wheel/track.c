@@ -102,6 +102,31 @@ static bool curved(const kmp_tree *tree, const kmp_track *track, const ground *a
     return true;
 }
 
+/* -- irregularities -------------------------------------------------------------------------------- */
+
+static kmp_ref irregularity(const kmp_tree *tree, const kmp_track *track, kmp_irregularity kind, kmp_ref along)
+{
+    const kmp_irregularities *all = &track->irregularities;
+    const kmp_table *table = all->named[kind] ? all->named[kind]->table : all->made[kind];
+    return table ? kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, table), along) : KMP_ZERO;
+}
+
+static void shift_rails(const kmp_tree *tree, const kmp_track *track, kmp_track_place *place)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref moved[KMP_IRREGULARITIES], half = kmp_const(g, 0.5);
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        moved[k] = irregularity(tree, track, (kmp_irregularity)k, place->along);
+    kmp_ref wider = kmp_mul(g, half, moved[KMP_IRREGULARITY_GAUGE]),
+            apart = kmp_mul(g, half, moved[KMP_IRREGULARITY_CROSS]);
+    for (int side = 0; side < KMP_TRACK_SIDES; side++) {
+        bool left = side == KMP_TRACK_LEFT;
+        kmp_ref aside = moved[KMP_IRREGULARITY_ALIGNMENT];
+        place->outwards[side] = kmp_add(g, wider, left ? aside : kmp_neg(aside));
+        place->upwards[side] = kmp_add(g, moved[KMP_IRREGULARITY_LEVEL], left ? apart : kmp_neg(apart));
+    }
+}
+
 /* -- all of it ------------------------------------------------------------------------------------- */
 
 bool kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
@@ -112,8 +137,7 @@ bool kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, k
         straight(tree, &at, point, place);
     else if (!curved(tree, track, &at, point, place))
         return false;
-    for (int side = 0; side < KMP_TRACK_SIDES; side++)
-        place->outwards[side] = place->upwards[side] = KMP_ZERO;
+    shift_rails(tree, track, place);
     return !kmp_graph_failed(tree->graph);
 }
 
