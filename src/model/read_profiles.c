@@ -2,6 +2,7 @@
 /* Profiles: cross-sections of wheels and rails, by points. */
 #include "model/reading.h"
 #include "symbolic/table.h"
+#include <math.h>
 #include <string.h>
 
 enum { LEAST_POINTS = 4 };
@@ -74,6 +75,33 @@ static bool check_points(const kmp_points *p)
     return check_order(p);
 }
 
+/* How far a piece of the spline is from the line between its points, at most about. */
+static double swing(const kmp_table *t, int k)
+{
+    double h = t->x[k + 1] - t->x[k], worst = 0;
+    for (int i = 1; i < 8; i++) {
+        double u = i / 8.0, line = (1 - u) * t->y[k] + u * t->y[k + 1];
+        worst = fmax(worst, fabs(kmp_table_value(t, 0, t->x[k] + u * h) - line));
+    }
+    return worst;
+}
+
+/* A spline that swings out between its points is no cross-section. */
+static bool check_spline(const kmp_points *p, const kmp_table *t)
+{
+    for (int k = 0; k + 1 < t->count; k++) {
+        double apart = hypot(t->x[k + 1] - t->x[k], t->y[k + 1] - t->y[k]), off = swing(t, k);
+        if (off <= apart / 4)
+            continue;
+        kmp_reader_complain(
+            p->r, p->place[k + 1],
+            "%s: between y = %.9g m and %.9g m the spline swings out, by %.3g m: more points are wanted there", p->what,
+            t->x[k], t->x[k + 1], off);
+        return false;
+    }
+    return true;
+}
+
 static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
 {
     static const char *const keys[] = {"y", "z", "csv", "unit", NULL};
@@ -98,8 +126,13 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
     if (bad >= 0)
         kmp_reader_complain(r, p.place[bad], "%s: (%.9g, %.9g) m is not finite or not apart from the point before it",
                             p.what, p.x[bad], p.y[bad]);
-    else if (!(profile->height = kmp_table_new(KMP_TABLE_CUBIC, p.count, p.x, p.y)))
+    kmp_table *height = bad >= 0 ? NULL : kmp_table_new(KMP_TABLE_CUBIC, p.count, p.x, p.y);
+    if (bad < 0 && !height)
         r->scratch.failed = true;
+    if (height && check_spline(&p, height))
+        profile->height = height;
+    else
+        kmp_table_free(height);
 }
 
 void kmp_read_profiles(kmp_reader *r)
