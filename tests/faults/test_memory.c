@@ -93,6 +93,21 @@ static kempe_status read_graph(scene *s)
     return status;
 }
 
+/* A track with a course and waves. */
+static kempe_status read_track(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\nprofiles: {head: {y: [-36 mm, -30 mm, -20 mm, 0, 20 mm, 30 mm], z: [-28 mm, -9 mm, -1 mm, 0, -1 mm, "
+        "-9 mm]}}\ntracks: {line: {at: ground.O, rail: head, gauge: 1, course: [{transition: 5}, {left: 9, radius: 90, "
+        "cant: 0.1}, {transition: 5}], irregularities: {spectrum: low, seed: 1, to: 20, wavelengths: [5, 9]}}}\n"
+        "ground: {points: {O: [0, 0, 0]}}\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n";
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "track.yaml", &model);
+    untouched(status, model);
+    kempe_model_free(model);
+    return status;
+}
+
 static kempe_status read_wrong_robotran(scene *s)
 {
     static const char text[] = "<mbsDescR7><bodytree><body/><body><bodyname>a b</bodyname><parent/></body></bodytree>"
@@ -794,6 +809,7 @@ static const struct {
     const char *name;
     stage_fn *stage;
 } stages[] = {{"read", read_model},
+              {"read a track", read_track},
               {"read mistakes", read_wrong_model},
               {"read ROBOTRAN", read_robotran},
               {"read its mistakes", read_wrong_robotran},
