@@ -84,6 +84,32 @@ static void clothoids(void)
                  1000, 200, 1500, 2199.9);
 }
 
+/* A course that is the same from both ends: its halves are mirror images, out of a transition as into one; and so are
+ * the same course to the left and to the right, with the other rail up. */
+static void mirrors(void)
+{
+    static const char *const courses[2] = {
+        "[{transition: 20}, {left: 30, radius: 40, cant: 80 mm}, {transition: 20}]",
+        "[{transition: 20}, {right: 30, radius: 40, cant: 80 mm}, {transition: 20}]"};
+    kempe_model *m[2] = {read_course(courses[0]), read_course(courses[1])};
+    if (!m[0] || !m[1])
+        return;
+    const kmp_track *t = &m[0]->tracks[0], *other = &m[1]->tracks[0];
+    double end[2] = {kmp_table_value(t->x, 0, 70), kmp_table_value(t->y, 0, 70)};
+    CHECK(angle_between(heading_at(t, 70), 50.0 / 40) < 1e-9);
+    for (double s = 0; s < 70; s += 0.61) {
+        double x = kmp_table_value(t->x, 0, s), y = kmp_table_value(t->y, 0, s);
+        CHECK_NEAR(hypot(x, y),
+                   hypot(kmp_table_value(t->x, 0, 70 - s) - end[0], kmp_table_value(t->y, 0, 70 - s) - end[1]), 1e-11);
+        CHECK_NEAR(kmp_table_value(t->cant, 0, s), kmp_table_value(t->cant, 0, 70 - s), 1e-9);
+        CHECK(kmp_table_value(other->x, 0, s) == x && kmp_table_value(other->y, 0, s) == -y);
+        CHECK(kmp_table_value(other->cant, 0, s) == -kmp_table_value(t->cant, 0, s));
+    }
+    CHECK_NEAR(kmp_table_value(t->cant, 0, 35), -asin(0.08 / (2 * t->rail_at)), 1e-12);
+    kempe_model_free(m[0]);
+    kempe_model_free(m[1]);
+}
+
 /* Where curvature would jump it goes over within 5 cm: the circle is then beside its place by curvature 0.05^2 / 24, as
  * any transition shifts it (the first term of its series). */
 static void jumps(void)
@@ -212,6 +238,7 @@ int main(void)
 {
     context = kempe_context_new();
     TEST(clothoids);
+    TEST(mirrors);
     TEST(jumps);
     TEST(finds_places);
     TEST(canted);
