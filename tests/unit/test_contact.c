@@ -193,6 +193,25 @@ static kempe_creep_force force_of(kempe_creep_law law, double x, double y, doubl
     return f;
 }
 
+/* The linear law, term by term: at a/b = 1 and nu = 1/4 the table has 4.12, 3.67, 1.47, 1.19. */
+static void test_linear(void)
+{
+    kempe_creep creep = {.a = 2e-3, .b = 2e-3, .shear_modulus = 1e11, .poisson = 0.25, .normal = 1, .slip = {1e-3, 0}};
+    kempe_creep_force f;
+    CHECK(kempe_contact_creep(KEMPE_CREEP_LINEAR, &creep, &f) == KEMPE_OK);
+    CHECK_NEAR(f.force[0], -4.12 * 4e5 * 1e-3, 1e-12);
+    CHECK(f.force[1] == 0 && f.moment == 0);
+    creep.slip[0] = 0, creep.slip[1] = 1e-3;
+    CHECK(kempe_contact_creep(KEMPE_CREEP_LINEAR, &creep, &f) == KEMPE_OK);
+    CHECK_NEAR(f.force[1], -3.67 * 4e5 * 1e-3, 1e-12);
+    CHECK_NEAR(f.moment, 1.47 * 4e5 * 2e-3 * 1e-3, 1e-12);
+    creep.slip[1] = 0, creep.spin = 0.5;
+    CHECK(kempe_contact_creep(KEMPE_CREEP_LINEAR, &creep, &f) == KEMPE_OK);
+    CHECK_NEAR(f.force[1], -1.47 * 4e5 * 2e-3 * 0.5, 1e-12);
+    CHECK_NEAR(f.moment, -1.19 * 4e5 * 4e-6 * 0.5, 1e-12);
+    CHECK(f.force[0] == 0);
+}
+
 /* Small creep: Kalker's linear theory, spin alone included. Polach's force goes along the creep. */
 static void test_small(void)
 {
@@ -396,6 +415,7 @@ int main(void)
     TEST(test_kalker_rows);
     TEST(test_slender);
     TEST(test_smooth);
+    TEST(test_linear);
     TEST(test_small);
     TEST(test_large);
     TEST(test_mirrored);
