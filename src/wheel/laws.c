@@ -35,14 +35,18 @@ static kmp_ref spline_of(kmp_graph *g, int count, const double *x, const double 
 
 typedef enum hertz_value { HERTZ_SIZE, HERTZ_RATIO, HERTZ_STIFFNESS } hertz_value;
 
+/* The ratio of the axes is odd in t, the rest is even. */
 static kmp_ref hertz_table(kmp_graph *g, hertz_value value, kmp_ref t)
 {
     double x[HERTZ_POINTS], y[HERTZ_POINTS];
-    for (int k = 0; k < HERTZ_POINTS; k++) {
-        x[k] = hertz_step * (k - HERTZ_SIDE);
-        kmp_hertz h = kmp_hertz_of(x[k]);
+    for (int k = 0; k <= HERTZ_SIDE; k++) {
+        kmp_hertz h = kmp_hertz_of(hertz_step * k);
         double size = log(h.axis) - 0.5 * h.ratio;
-        y[k] = value == HERTZ_SIZE ? size : value == HERTZ_RATIO ? h.ratio : log(h.stiffness);
+        double at = value == HERTZ_SIZE ? size : value == HERTZ_RATIO ? h.ratio : log(h.stiffness);
+        x[HERTZ_SIDE + k] = hertz_step * k;
+        x[HERTZ_SIDE - k] = -hertz_step * k;
+        y[HERTZ_SIDE + k] = at;
+        y[HERTZ_SIDE - k] = value == HERTZ_RATIO ? -at : at;
     }
     return spline_of(g, HERTZ_POINTS, x, y, t);
 }

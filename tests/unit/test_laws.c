@@ -135,6 +135,26 @@ static void test_numbers(void)
     }
 }
 
+/* All sizes of creep, and all ratios of curvatures that the splines are made for. */
+static void test_sweeps(void)
+{
+    for (int law = KMP_CREEP_LINEAR; law < KMP_CREEP_LAWS; law++) {
+        scene s = made((kmp_creep_law)law);
+        double at[INPUTS];
+        grid_point(3 + 6 * 3, at);
+        at[SPIN] = 0.1;
+        for (double slip = 1e-4; slip < 0.1; slip *= 1.01) {
+            at[SLIP_X] = 0.9 * slip, at[SLIP_Y] = -0.4 * slip;
+            compare(&s, (kmp_creep_law)law, at);
+        }
+        for (double t = -12; law == KMP_CREEP_POLACH && t <= 12; t += 0.023) {
+            at[ACROSS] = at[ALONG] * exp(t);
+            compare(&s, (kmp_creep_law)law, at);
+        }
+        release(&s);
+    }
+}
+
 /* Derivatives against central differences, each over the size that the output has near there. Polach's law has a kink
  * by spin where there is none. */
 static void check_slopes(const scene *s, const double at[INPUTS], int inputs)
@@ -223,6 +243,7 @@ static void test_none(void)
 int main(void)
 {
     TEST(test_numbers);
+    TEST(test_sweeps);
     TEST(test_derivatives);
     TEST(test_finite);
     TEST(test_none);
