@@ -87,7 +87,7 @@ def block(first):
 def write_page():
     page = (ROOT / "docs/contact_laws.md").read_text()
     for first in ("law ", "a/b, spin"):
-        page = re.sub(rf"^    {re.escape(first)}.*\n(?:    .*\n)*", lambda _: block(first), page, flags=re.M)
+        page = re.sub(rf"^    {re.escape(first.strip())}\b.*\n(?:    .*\n)*", lambda _: block(first), page, flags=re.M)
     (ROOT / "docs/contact_laws.md").write_text(page)
 
 
