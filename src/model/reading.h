@@ -205,17 +205,17 @@ const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, 
 /** By its name: NULL after a complaint. */
 const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what);
 
-/* -- what wheels are made of (read_wheels.c), after loops and after forces --------------------------- */
-
-int kmp_count_rigid_wheels(const kempe_model *model);
-void kmp_add_wheel_closures(kmp_reader *r);
-void kmp_add_wheel_forces(kmp_reader *r);
-
 /** The irregularities of a track. */
 void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track);
 
 /** The course of a track whose rails are placed. */
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);
+
+/* -- what wheels are made of (read_wheels.c), after loops and after forces --------------------------- */
+
+int kmp_count_rigid_wheels(const kempe_model *model);
+void kmp_add_wheel_closures(kmp_reader *r);
+void kmp_add_wheel_forces(kmp_reader *r);
 
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
