@@ -27,6 +27,7 @@ struct kmp_crossing {
     double *change; /* first - second at the last point that was looked at */
     double *last;   /* time of the last change of each condition */
     int *repeats;
+    bool *stays;    /* of each condition: it is not looked at until the next event */
     double instant; /* of the run: nothing that moves does so in less */
     long count;
     int end; /* the condition that ends the run there; -1: none */
@@ -62,7 +63,8 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
     bool ok = kmp_crossing_move(c, road, kind, solver);
     c->change = KMP_NEW(double, 2 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
-    if (!ok || !c->change || !c->repeats) {
+    c->stays = KMP_NEW(bool, system->events.count);
+    if (!ok || !c->change || !c->repeats || !c->stays) {
         kmp_crossing_free(c);
         return NULL;
     }
@@ -79,6 +81,7 @@ void kmp_crossing_free(kmp_crossing *c)
     kmp_free(c->y);
     kmp_free(c->change);
     kmp_free(c->repeats);
+    kmp_free(c->stays);
     kmp_free(c);
 }
 
@@ -113,11 +116,16 @@ static int first_end(const kmp_crossing *c)
     return -1;
 }
 
-/* First one that changes what the equations are, -1 for none. */
+/* Whether one has changed that changes what the equations are. */
+static bool has_switched(const kmp_crossing *c, int k)
+{
+    return !c->s->events.condition[k].ends && !c->stays[k] && has_changed(c, k);
+}
+
 static int first_switched(const kmp_crossing *c)
 {
     for (int k = 0; k < c->s->events.count; k++)
-        if (!c->s->events.condition[k].ends && has_changed(c, k))
+        if (has_switched(c, k))
             return k;
     return -1;
 }
@@ -268,7 +276,7 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
     kempe_status status = KEMPE_OK;
     for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; status == KEMPE_OK && k < c->s->events.count; k++)
-            if (!c->s->events.condition[k].ends && has_changed(c, k))
+            if (has_switched(c, k))
                 status = change_condition(c, k, t);
         if (status != KEMPE_OK)
             return status;
@@ -280,13 +288,19 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
                             c->s->event_text[k], t);
 }
 
-kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, const double *qd, bool *changed)
+kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, const double *qd, bool again,
+                                 bool *changed)
 {
+    int count = c->s->events.count;
     memcpy(c->q, q, (size_t)c->s->n * sizeof *q);
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
-    memcpy(c->change, kmp_plant_changes(c->plant, t, q, qd), (size_t)c->s->events.count * sizeof(double));
+    memcpy(c->change, kmp_plant_changes(c->plant, t, q, qd), (size_t)count * sizeof(double));
+    for (int k = 0; k < count; k++)
+        c->stays[k] = again && (c->stays[k] || c->last[k] == t);
     *changed = first_switched(c) >= 0;
-    return change_conditions(c, t);
+    kempe_status status = change_conditions(c, t);
+    memset(c->stays, 0, again && !*changed ? (size_t)count * sizeof *c->stays : 0);
+    return status;
 }
 
 kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)

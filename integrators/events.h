@@ -31,8 +31,10 @@ kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
  * a message when conditions change back and forth without end. */
 kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, double *y, double *yp);
 
-/** Changes the conditions where the closed state at such a t is (q, qd). *changed: one did. */
-kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double *q, const double *qd, bool *changed);
+/** Changes the conditions where the closed state at such a t is (q, qd). `again`: the same with other rates; what has
+ * changed before stays so, for positions that are closed anew differ by rounding. *changed: one did. */
+kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double *q, const double *qd, bool again,
+                                 bool *changed);
 
 /** Events so far. */
 long kmp_crossing_count(const kmp_crossing *crossing);

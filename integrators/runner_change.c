@@ -210,8 +210,8 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
     kempe_status status = KEMPE_OK;
     bool changed = true;
     kmp_plant_take(run->plant, false);
-    for (int pass = 0; status == KEMPE_OK && changed && pass < MOST_MEETINGS; pass++) {
-        status = kmp_crossing_change(run->crossing, t, q, qd, &changed);
+    for (int pass = 0; status == KEMPE_OK && changed; pass++) { /* each changes once at most */
+        status = kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed);
         if (status == KEMPE_OK && (changed || pass == 0))
             status = choose_again(run, t, q);
         if (status == KEMPE_OK && pass == 0) {
@@ -221,9 +221,6 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
         if (status == KEMPE_OK && changed)
             status = kmp_runner_project(run, t, q, qd);
     }
-    if (status == KEMPE_OK && changed)
-        return kmp_fail(run->s->context, KEMPE_E_FAILED,
-                        "at t = %.9g closures that switch and conditions of rates contradict each other", t);
     if (status == KEMPE_OK)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)

@@ -527,14 +527,46 @@ static void jump(forward *f, double integrand_before)
     }
 }
 
+static kempe_status end_at(forward *f, int condition, double t)
+{
+    kmp_text_printf(&f->reason, "%s at t = %.9g s", f->v->system->event_text[condition], t);
+    return KEMPE_STOPPED;
+}
+
+/* Conditions on multipliers and accelerations end it at the end of a step. */
+static kempe_status look_late(forward *f, double t)
+{
+    const kempe_system *s = f->v->system;
+    const kmp_linear *l = &f->v->linear;
+    bool any = false;
+    for (int k = 0; k < s->events.count; k++)
+        any = any || s->events.condition[k].late;
+    kempe_status status = any ? stand_at(f, t) : KEMPE_OK;
+    if (!any || status != KEMPE_OK)
+        return status;
+    kmp_plant_all_changes(l->plant, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
+    for (int k = 0; k < s->events.count; k++)
+        if (s->events.condition[k].late && f->changes[k] < 0)
+            return end_at(f, k, t);
+    return KEMPE_OK;
+}
+
 /* Condition k changes at t, just beyond its change. */
 static kempe_status pass(forward *f, int k, double t)
 {
     kmp_varied *v = f->v;
     f->at_once = t > f->event_t ? 0 : f->at_once + 1;
     f->event_t = t;
+    if (v->system->events.condition[k].ends)
+        return end_at(f, k, t);
     if (f->at_once > MOST_AT_ONCE)
         return too_many(f, k, t);
+    if (v->system->switches) {
+        kmp_text_printf(&f->reason,
+                        "closures switch where %s changes at t = %.9g: derivatives of rates that jump are not known",
+                        v->system->event_text[k], t);
+        return KEMPE_E_FAILED;
+    }
     kempe_status status = stand_at(f, t);
     if (status != KEMPE_OK)
         return status;
@@ -614,6 +646,8 @@ static kempe_status step(forward *f)
     if (f->ask->watch.step && f->ask->watch.step(f->ask->watch.user, from, t, unknowns_at, f))
         return kmp_fail_memory(f->v->system->context);
     status = deliver(f, t);
+    if (status == KEMPE_OK)
+        status = look_late(f, t);
     const char *joint = status == KEMPE_OK ? kmp_varied_singular(f->v) : NULL;
     if (joint) {
         kmp_text_printf(&f->reason,

@@ -4,7 +4,6 @@
 #include "analysis/slopes.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
-#include "dynamics/pressed.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <string.h>
@@ -345,12 +344,11 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
 kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
                             bool with_outputs, kmp_slopes **slopes)
 {
-    kempe_status status = kmp_refuse_pressed(system, "sensitivities");
-    kmp_slopes *s = status == KEMPE_OK ? KMP_NEW(kmp_slopes, 1) : NULL;
+    kmp_slopes *s = KMP_NEW(kmp_slopes, 1);
     if (!s)
-        return status == KEMPE_OK ? kmp_fail_memory(system->context) : status;
+        return kmp_fail_memory(system->context);
     *s = (kmp_slopes){.system = system, .n = system->n, .m = system->m, .count = count};
-    status = fill(s, backend, names, with_outputs);
+    kempe_status status = fill(s, backend, names, with_outputs);
     if (status != KEMPE_OK) {
         kmp_slopes_free(s);
         return status;

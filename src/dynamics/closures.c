@@ -153,6 +153,11 @@ static kempe_status check_multipliers(const kmp_equations *eq)
         if (absent)
             status = complain_absent(eq, force->place, "force", force->name, absent);
     }
+    for (int k = 0; status == KEMPE_OK && k < model->run.until_count; k++) {
+        const kmp_expr *absent = find_absent(eq, model->run.until[k]);
+        if (absent)
+            status = complain_absent(eq, model->run.until_place, "run", "until", absent);
+    }
     for (int k = 0; status == KEMPE_OK && k < model->sensor_count; k++) {
         const kmp_expr *absent = find_absent(eq, model->sensors[k].expr);
         if (absent)

@@ -164,6 +164,7 @@ typedef struct kmp_run_settings {
     int *u, u_count;        /* coordinates asked for as independent */
     const kmp_expr **until; /* comparisons: where one comes to hold a run ends */
     int until_count;
+    kmp_place until_place;
 } kmp_run_settings;
 
 struct kempe_model {

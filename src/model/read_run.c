@@ -137,6 +137,8 @@ static void read_until(kmp_reader *r, const kmp_yaml *node)
     kmp_run_settings *run = &r->model->run;
     bool several = node && node->kind == KMP_YAML_LIST;
     int count = !node ? 0 : several ? node->count : 1;
+    if (node)
+        run->until_place = node->place;
     run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
     for (int i = 0; run->until && i < count; i++) {
         const kmp_yaml *item = several ? node->items[i] : node;
