@@ -130,6 +130,13 @@ static bool add_closure(dae *d, const kmp_tangent *e, int at, int col, int order
     return ok;
 }
 
+/* Of C by a multiplier. */
+static bool add_load(dae *d, const kmp_tangent *e)
+{
+    int at = d->position[e->col];
+    return at < 0 || add_term(d, at_v(d) + e->row, at_lambda(d) + at, e->source, d->form.integrated, 1);
+}
+
 static bool add_entry(dae *d, const kmp_tangent *e)
 {
     bool closure = e->block == KMP_J || e->block == KMP_RATE_Q || e->block == KMP_CURVE_Q || e->block == KMP_CURVE_QD;
@@ -153,6 +160,8 @@ static bool add_entry(dae *d, const kmp_tangent *e)
         return add_closure(d, e, at, at_v(d) + e->col, 2);
     case KMP_J:
         return add_jacobian(d, e, at);
+    case KMP_C_LAMBDA:
+        return add_load(d, e);
     default:
         return true;
     }

@@ -151,6 +151,26 @@ static void add_mass_and_jacobian(gather *g)
                 add_entry(g, KMP_J, r, k, output_of(g, g->eq.jacobian[r * n + k]));
 }
 
+/* What forces make of multipliers. */
+static bool add_loads(gather *g, const kempe_system *system)
+{
+    if (system->pressed_count == 0)
+        return true;
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->eq.n, g->eq.inverse);
+    bool ok = partials;
+    for (int k = 0; ok && k < system->pressed_count; k++) {
+        const int *row;
+        const kmp_ref *value;
+        kmp_ref lambda = kmp_input(g->eq.graph, KMP_IN_LAMBDA, (uint32_t)system->pressed[k]);
+        int count = kmp_partials_along(partials, lambda, &row, &value);
+        for (int i = 0; i < count; i++)
+            add_entry(g, KMP_C_LAMBDA, row[i], system->pressed[k], output_of(g, value[i]));
+        ok = count >= 0;
+    }
+    kmp_partials_free(partials);
+    return ok;
+}
+
 /* -- ways to the same derivatives --------------------------------------------------------------------- */
 
 static int rows_of(const gather *g, int block)
@@ -251,7 +271,7 @@ static void add_effort(gather *g)
         add_entry(g, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
 }
 
-static kempe_status collect_tangents(gather *g)
+static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
     if (!make_room_for_matrices(g))
         return kmp_fail_memory(g->eq.context);
@@ -265,6 +285,7 @@ static kempe_status collect_tangents(gather *g)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
     kmp_partials_free(partials);
     add_mass_and_jacobian(g);
+    ok = ok && add_loads(g, system);
     add_matrices(g);
     add_effort(g);
     return g->failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
@@ -343,6 +364,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
+    sets |= system->pressed_count > 0 ? KMP_SET_INVERSE : 0;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has met all conditions: none is added */
@@ -355,7 +377,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     if (status != KEMPE_OK)
         return status;
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
-    if (ok && (status = collect_tangents(&g)) == KEMPE_OK) {
+    if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
         sort_entries(&g);
         ok = make_machines(&g, backend, system->parameters) && make_room(&g);
     }

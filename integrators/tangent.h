@@ -39,6 +39,7 @@ typedef enum kmp_tangent_block {
     KMP_POWER_QD,
     KMP_M, /* both triangles */
     KMP_J,
+    KMP_C_LAMBDA, /* n x m: R by lambda less -J', where forces depend on multipliers; with the programs alone */
     KMP_TANGENT_BLOCKS
 } kmp_tangent_block;
 

@@ -3,6 +3,7 @@
  * t_end - t. */
 #include "analysis/adjoint.h"
 #include "base/memory.h"
+#include "dynamics/pressed.h"
 #include <math.h>
 #include <string.h>
 
@@ -476,6 +477,11 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
     int *start_u = KMP_NEW(int, varied->n);
     kmp_forward motion = *ask;
     *report = (kmp_adjoint_report){0};
+    if (varied->system->pressed_count > 0) {
+        kmp_free(start);
+        kmp_free(start_u);
+        return kmp_refuse_pressed(varied->system, "the adjoint method");
+    }
     motion.time_count = 0;
     motion.integrand = integral ? target : NULL;
     motion.alone = true;

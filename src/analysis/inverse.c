@@ -2,6 +2,7 @@
 #include "analysis/inverse.h"
 #include "analysis/guide.h"
 #include "base/memory.h"
+#include "constraints/pressing.h"
 #include "dynamics/closures.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
@@ -25,6 +26,8 @@ static bool make_room(kmp_inverse *v)
     v->masked = KMP_NEW(double, v->system->jacobian.count);
     v->rest = KMP_NEW(double, v->n);
     v->sum = KMP_NEW(double, v->n);
+    if (v->system->pressed_count > 0 && !(v->inertia = KMP_NEW(double, v->n)))
+        return false;
     return v->actuator && v->weight && v->tau && v->lambda && v->left_out && v->masked && v->rest && v->sum;
 }
 
@@ -72,6 +75,7 @@ void kmp_inverse_free(kmp_inverse *inverse)
     kmp_free(v->left_out);
     kmp_free(v->masked);
     kmp_free(v->rest);
+    kmp_free(v->inertia);
     kmp_free(v->sum);
     *v = (kmp_inverse){0};
 }
@@ -291,6 +295,44 @@ static void judge(kmp_inverse *v)
     find_residual(v);
 }
 
+/* tau for the reduced M qdd + C, in v->red.force. false: it is not finite. */
+static bool find_efforts(kmp_inverse *v)
+{
+    project(v, v->red.force, v->reach);
+    for (int k = 0; k < v->p; k++)
+        v->reach[k] *= v->system->scale[v->part.u[k]];
+    solve_lower(v->p, v->gram, v->reach);
+    return least_norm(v);
+}
+
+/* What forces that depend on multipliers ask: those that go with the efforts. */
+static void answer(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_inverse *v = self;
+    double *force = v->red.force;
+    for (int i = 0; i < v->n; i++)
+        v->rest[i] = force[i] = bias[i] + (change ? 0 : v->inertia[i]);
+    bool found = find_efforts(v);
+    for (int j = 0; j < v->a; j++)
+        v->rest[v->actuator[j]] -= found ? v->tau[j] : NAN;
+    find_multipliers(v);
+    memcpy(lambda, v->lambda, (size_t)v->m * sizeof *lambda);
+}
+
+/* C at the multipliers that the efforts leave. */
+static bool press(kmp_inverse *v)
+{
+    if (!v->inertia)
+        return true;
+    for (int i = 0; i < v->n; i++)
+        v->inertia[i] = v->red.force[i] - v->plant->bias[i];
+    const kmp_answer with_efforts = {v, answer};
+    bool settled = kmp_press(v->plant, &with_efforts);
+    for (int i = 0; i < v->n; i++)
+        v->red.force[i] = v->plant->bias[i] + v->inertia[i];
+    return settled;
+}
+
 static kempe_status fail_at(const kmp_inverse *v, double t)
 {
     return kmp_fail(v->system->context, KEMPE_E_FAILED, "the equations are not finite at t = %.9g s", t);
@@ -308,13 +350,14 @@ kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, con
     for (int k = 0; k < v->p; k++)
         v->choice[k] = qdd[v->part.u[k]];
     kmp_reduction_residual(&v->red, v->choice, v->reach);
-    for (int k = 0; k < v->p; k++)
-        v->reach[k] *= v->system->scale[v->part.u[k]];
+    if (kmp_is_unsettled(v->plant))
+        return kmp_fail_unsettled(v->plant);
     if (!make_equations(v) || !kmp_singular_decompose(&v->svd, v->matrix))
         return fail_at(v, t);
-    solve_lower(v->p, v->gram, v->reach);
     find_rank(v);
-    if (!least_norm(v))
+    if (!press(v))
+        return kmp_fail_unsettled(v->plant);
+    if (!find_efforts(v))
         return fail_at(v, t);
     judge(v);
     return isfinite(v->unmet) && isfinite(v->residual) ? KEMPE_OK : fail_at(v, t);

@@ -8,7 +8,8 @@
  * characteristic length, where all efforts are in N m, and with N made orthonormal the equations are A tau = f, and the
  * singular values of A are the cosines between actuators and freedoms, whatever the units and the choice of u: 1 is the
  * most that there can be, 0 says that some freedom is out of reach. Of all tau that meet the equations best (least
- * squares), that of least sum of weight tau^2. The multipliers are those of the independent rows. */
+ * squares), that of least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend
+ * on them, C is at those that go with tau. */
 #ifndef KMP_ANALYSIS_INVERSE_H
 #define KMP_ANALYSIS_INVERSE_H
 
@@ -32,7 +33,7 @@ typedef struct kmp_inverse {
     kmp_singular svd;
     double *gram, *matrix, *reach; /* p x p, p x a, p: L of N'N = LL', A, f */
     double *inner, *choice;        /* p x p, p */
-    double *rest, *sum;            /* n */
+    double *rest, *sum, *inertia;  /* n; M qdd where forces depend on multipliers, otherwise NULL */
 
     double *tau;    /* a: N m or N; these of the last state */
     double *lambda; /* m; zero for rows of drives and those that are dropped */

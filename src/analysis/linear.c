@@ -2,7 +2,6 @@
 #include "analysis/linear.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "dynamics/pressed.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <string.h>
@@ -22,11 +21,10 @@ static bool make_room(kmp_linear *l)
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
 {
     *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
-    kempe_status status = kmp_refuse_pressed(system, "what is linear near a state");
-    linear->plant = status == KEMPE_OK ? kmp_plant_new(system, backend) : NULL;
+    linear->plant = kmp_plant_new(system, backend);
     if (!linear->plant)
-        return status == KEMPE_OK ? KEMPE_E_MEMORY : status;
-    status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
+        return KEMPE_E_MEMORY;
+    kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
         status = kmp_tangents_init_few(&linear->tangents, system, linear->plant->backend);
     if (status != KEMPE_OK)
@@ -40,7 +38,10 @@ static void forget_choice(kmp_linear *l)
     kmp_free(l->mass);
     kmp_free(l->damping);
     kmp_free(l->stiffness);
-    l->residual = l->mass = l->damping = l->stiffness = NULL;
+    kmp_free(l->pressed);
+    kmp_free(l->pivot);
+    l->residual = l->mass = l->damping = l->stiffness = l->pressed = NULL;
+    l->pivot = NULL;
     if (l->chosen)
         kmp_reduction_free(&l->red);
     kmp_partition_free(&l->part);
@@ -80,6 +81,12 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
     linear->stiffness = KMP_NEW(double, p *p);
     if (!linear->residual || !linear->mass || !linear->damping || !linear->stiffness)
         return kmp_fail_memory(s->context);
+    if (s->pressed_count > 0) {
+        linear->pressed = KMP_NEW(double, p *p);
+        linear->pivot = KMP_NEW(int, p);
+        if (!linear->pressed || !linear->pivot)
+            return kmp_fail_memory(s->context);
+    }
     status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;
@@ -138,8 +145,10 @@ static void complete(kmp_linear *l)
     if (l->plain)
         return;
     derive_when_worth(l);
+    (void)kmp_reduction_press_factor(&l->red, false); /* the state was come to with the same */
     kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
+    l->factored = false;
 }
 
 kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const double *ud, const double *udd)
@@ -217,6 +226,7 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
     kmp_tangents_add(t, KMP_R_Q, linear->d, 1, dq, force);
     kmp_tangents_add(t, KMP_R_QD, linear->d, 1, dqd, force);
     kmp_tangents_add(t, KMP_M, linear->d, 1, dqdd, force);
+    kmp_reduction_press_change(red, false, force);
     for (int k = 0; response->residual && k < linear->p; k++)
         response->residual[k] = kmp_dot(n, red->x + k * n, force);
     if (!response->lambda)
@@ -230,11 +240,32 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
         response->lambda[linear->part.rows[i]] = red->dv[i];
 }
 
-void kmp_linear_accelerate(const kmp_linear *linear, const double *residual, double *udd)
+/* Factors of Mr with what accelerations make of the multipliers. */
+static void press(kmp_linear *l)
+{
+    int p = l->p;
+    memset(l->unit, 0, (size_t)l->n * sizeof *l->unit);
+    for (int k = 0; k < p; k++) {
+        l->unit[k] = 1;
+        kmp_linear_follow(l, &(kmp_change){.udd = l->unit}, &(kmp_response){.residual = l->pressed + k * p});
+        l->unit[k] = 0;
+    }
+    if (kmp_lu_factor(p, l->pressed, l->pivot)) /* such a state has no accelerations */
+        for (int k = 0; k < p; k++)
+            l->pivot[k] = k;
+    l->factored = true;
+}
+
+void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd)
 {
     for (int k = 0; k < linear->p; k++)
         udd[k] = -residual[k];
-    kmp_cholesky_solve(linear->p, linear->red.mr, udd);
+    if (linear->pressed && !linear->factored)
+        press(linear);
+    if (linear->pressed)
+        kmp_lu_solve(linear->p, linear->pressed, linear->pivot, 1, udd);
+    else
+        kmp_cholesky_solve(linear->p, linear->red.mr, udd);
 }
 
 /* -- backwards --------------------------------------------------------------------------------------- */

@@ -5,9 +5,10 @@
  *     dR = Mr dudd + Gr dud + Kr du,     Mr = N' M N,     Gr = N' (C_qd N + M dqdd/dud),
  *     Kr = N' [(M qdd + C - J' lambda)_q N + C_qd dqd/du + M dqdd/du],
  *
- * the multipliers' share, lambda times the second derivatives of h, inside (reduction by Wehage and Haug 1982 and
- * Fisette and Samin 1996, eqs. 42-46; the geometric stiffness, d(N')/du F = -N' (J' lambda)_q N with lambda held). No
- * state needs to be an equilibrium. */
+ * and where forces depend on multipliers C moves with dlambda, itself of dR's force (constraints/pressing.h), so that
+ * Mr is neither N' M N nor symmetric. The multipliers' share, lambda times the second derivatives of h, inside
+ * (reduction by Wehage and Haug 1982 and Fisette and Samin 1996, eqs. 42-46; the geometric stiffness, d(N')/du F = -N'
+ * (J' lambda)_q N with lambda held). No state needs to be an equilibrium. */
 #ifndef KMP_ANALYSIS_LINEAR_H
 #define KMP_ANALYSIS_LINEAR_H
 
@@ -31,6 +32,9 @@ typedef struct kmp_linear {
     double *residual;                   /* p: R */
     double *mass, *damping, *stiffness; /* p x p, column-major: Mr, Gr, Kr, since kmp_linear_matrices */
     double *unit, *work;                /* n, 5 n + m */
+    double *pressed;                    /* p x p: LU of Mr, where forces depend on multipliers; otherwise NULL */
+    int *pivot;                         /* p */
+    bool factored;                      /* it has been, at the state */
 } kmp_linear;
 
 /** Makes room. The tangents are evaluated number by number at first, and derived when that has happened often. No
@@ -73,7 +77,7 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
 
 /** Puts into udd (p) the change of accelerations that leaves R = 0 with a change dR (may be the same array). After
  * kmp_linear_at_motion alone. */
-void kmp_linear_accelerate(const kmp_linear *linear, const double *residual, double *udd);
+void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd);
 
 /** Weights of what followed of a small change, each NULL for none. */
 typedef struct kmp_weights {

@@ -7,7 +7,6 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "dynamics/closures.h"
-#include "dynamics/pressed.h"
 #include "model/coordinates.h"
 #include "model/ranges.h"
 #include "results/print.h"
@@ -492,9 +491,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_a
     job j = {.system = system, .context = system->context, .ask = ask ? ask : &nothing, .r = result_new(system)};
     if (!j.r)
         return kmp_fail_memory(system->context);
-    kempe_status status = kmp_refuse_pressed(system, "inverse dynamics");
-    if (status == KEMPE_OK)
-        status = prepare(&j);
+    kempe_status status = prepare(&j);
     j.r->build_s += kmp_cpu_now() - begin;
     bool ready = status == KEMPE_OK;
     if (ready)

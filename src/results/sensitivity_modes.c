@@ -2,6 +2,7 @@
 /* Of modes: one row, with real and imaginary part, frequency and damping of each. */
 #include "analysis/mode_slopes.h"
 #include "base/memory.h"
+#include "dynamics/pressed.h"
 #include "results/sensitivity_state.h"
 #include <math.h>
 #include <string.h>
@@ -122,6 +123,8 @@ static kempe_status find(kempe_sensitivity *s)
                                                      "outputs are chosen there")
                                           : KEMPE_OK;
     x = (kmp_sensitivity_state){0};
+    if (status == KEMPE_OK)
+        status = kmp_refuse_pressed(s->system, "sensitivities of modes");
     if (status == KEMPE_OK)
         status = kmp_sensitivity_state_init(&x, s, false);
     if (status == KEMPE_OK)

@@ -253,7 +253,8 @@ static kempe_status find(kempe_sensitivity *s)
     kempe_status status = prepare(&w);
     s->build_s += kmp_cpu_now() - begin;
     const char *method = s->ask->method;
-    bool adjoint = method ? strcmp(method, "adjoint") == 0 : s->ask->integral && s->count >= WORTH_ADJOINT;
+    bool many = s->ask->integral && s->count >= WORTH_ADJOINT && s->system->pressed_count == 0;
+    bool adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     if (status == KEMPE_OK)
         status = adjoint || s->ask->integral ? find_scalars(&w, adjoint) : find_rows(&w);
     kmp_columns_free(&w.columns);

@@ -107,6 +107,13 @@ static void matrices_are_differences_of_the_residual(void)
     against_differences("tests/models/bushings.yaml");
 }
 
+/* Forces that go with the load of their joints: C is a function of lambda, and lambda of C. */
+static void so_they_are_where_forces_depend_on_multipliers(void)
+{
+    against_differences("tests/models/guide_friction.yaml");
+    against_differences("tests/models/guide_friction_carrier.yaml");
+}
+
 /* det Mr = det (N' M N) changes with u by det^2 of what leads from one to the other, and so does det Kr where R = 0:
  * their ratio for one freedom does not. */
 static void the_choice_of_u_does_not_matter(void)
@@ -200,6 +207,7 @@ static void backwards_is_the_transpose(void)
 int main(void)
 {
     TEST(matrices_are_differences_of_the_residual);
+    TEST(so_they_are_where_forces_depend_on_multipliers);
     TEST(the_choice_of_u_does_not_matter);
     TEST(backwards_is_the_transpose);
     return check_report();

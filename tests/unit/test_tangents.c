@@ -3,6 +3,7 @@
  * included. */
 #include "check.h"
 #include "integrators/road.h"
+#include "loaded.h"
 #include "random_model.h"
 
 enum { SIZE = 64, DOF = 32, MODELS = 40 };
@@ -146,8 +147,27 @@ static void test_tangents(void)
     CHECK(forms >= 5);
 }
 
+/* C by the multipliers that forces depend on. */
+static void test_loads(void)
+{
+    loaded s = load("tests/models/guide_friction_carrier.yaml");
+    random_model r = {.model = s.model};
+    for (int k = 0; kmp_road_get(k); k++) {
+        bench b;
+        if (!kmp_road_get(k)->dae)
+            continue;
+        CHECK(bench_open(&b, &r, kmp_road_get(k)));
+        CHECK(b.system->pressed_count == 3);
+        for (int n = 0; n < 5; n++)
+            check_matrix(n, &b.road->dae, 0.7);
+        bench_close(&b);
+    }
+    unload(&s);
+}
+
 int main(void)
 {
     TEST(test_tangents);
+    TEST(test_loads);
     return check_report();
 }
