@@ -619,12 +619,28 @@ def restrained_wheelset():
     p.spring(put((0, 1.0)), (0, 1.45))
     p.pivot((0, 1.45), "ky", True, (14, 8))
     p.pivot(put((0, 0)), "y, psi", shift=(10, 4))
+
+
+def wheelset():
+    half, r = 0.1506, 0.1                   # from behind; cones drawn steeper than they are
+    p = Picture("The wheelset on its rails")
+    p.see((-0.32, -0.16), (0.32, 0.1))
+    p.body("", (-0.23, 0.0), (0.23, 0.0), colour=6)
+    for s in (-1, 1):
+        p.body("", (s * (half - 0.03), r + 0.006), (s * (half + 0.03), r - 0.006), (s * (half + 0.03), -r + 0.006),
+               (s * (half - 0.03), -r - 0.006), colour=1)
+        p.body("", *((s * half + 0.06 * math.sin(a), -r - 0.06 + 0.06 * math.cos(a)) for a in
+                     [k * math.pi / 12 for k in range(-12, 12)]), colour=0)
+        p.spring((s * 0.32, 0), (s * 0.23, 0))
+        p.pivot((s * 0.32, 0), "", True)
+        p.pivot((s * half, -r), "L" if s > 0 else "R", shift=(-26, -2))
     return p
 
 
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car, restrained_wheelset)
+            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car, restrained_wheelset,
+            wheelset)
 
 if __name__ == "__main__":
     for make in PICTURES:
