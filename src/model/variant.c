@@ -142,10 +142,11 @@ bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
     if (found.parameter < 0 && found.motion < 0)
         say_unknown(m, start ? strchr(name, '.') + 1 : name, start, why);
     else if (found.parameter >= 0 && m->parameters[found.parameter].fixed)
-        kmp_text_printf(why,
-                        "parameter '%s' cannot vary: it decides an axis, a table, a power or a setting of the run, "
-                        "which no equations keep open; run a model for each of its values",
-                        name);
+        kmp_text_printf(
+            why,
+            "parameter '%s' cannot vary: it decides an axis, a table, a track, a power or a setting of the run, "
+            "which no equations keep open; run a model for each of its values",
+            name);
     return why->length == 0;
 }
 
