@@ -74,6 +74,7 @@ static void what_stands_still_is_compared(void)
 /* -- runs -------------------------------------------------------------------------------------------- */
 
 typedef struct last {
+    int n, m;
     double t, q[4], qd[4], lambda[4], work;
     int rows;
 } last;
@@ -86,9 +87,9 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     l->rows++;
     l->t = t;
     l->work = work;
-    memcpy(l->q, q, 2 * sizeof *q);
-    memcpy(l->qd, qd, 2 * sizeof *qd);
-    l->lambda[0] = lambda[0];
+    memcpy(l->q, q, (size_t)l->n * sizeof *q);
+    memcpy(l->qd, qd, (size_t)l->n * sizeof *qd);
+    memcpy(l->lambda, lambda, (size_t)l->m * sizeof *lambda);
     return 0;
 }
 
@@ -106,7 +107,7 @@ static kmp_run_report run(const loaded *s, const kmp_way *way, double t_end, kem
                          .t_end = t_end,
                          .times = times,
                          .time_count = (int)lround(100 * t_end) + 1};
-    *l = (last){0};
+    *l = (last){.n = s->system->n, .m = s->system->m};
     for (int k = 0; k < spec.time_count; k++)
         times[k] = t_end * k / (spec.time_count - 1);
     CHECK(kmp_run_resolve(s->system, &spec) == KEMPE_OK);
