@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/ensemble_kernels.h"
-#include "base/clones.h"
 #include "backend/lanes.h"
+#include "base/clones.h"
 #include "integrators/dop853_table.h"
 #include "integrators/rk_method.h"
 #include <math.h>
