@@ -10,7 +10,6 @@
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
-/* Changes of conditions by rates that jump, at one time. */
 /* Part of the run that must lie between two rescues of an implicit integrator. */
 #define RESCUE_WAY 1e-5
 /* The margin, of the start's, at which a run leaves the zone. */

@@ -345,12 +345,19 @@ kempe_status kempe_contact_table_write_svg(const kempe_contact_table *t, const c
     int height = lines * SECTION + (PANELS + 1 + PANELS_A_LINE - 1) / PANELS_A_LINE * PANEL;
     kmp_context_clear(context);
     kmp_svg_begin(&text, WIDTH, height, style);
-    for (int w = 0; w < t->wheel_count; w++)
-        put_section(&text, t, w, w % columns * (WIDTH / columns), w / columns * SECTION, WIDTH / (double)columns);
+    for (int w = 0; w < t->wheel_count; w++) {
+        int line = w / columns;
+        put_section(&text, t, w, w % columns * (WIDTH / (double)columns), line * SECTION, WIDTH / (double)columns);
+    }
     double width = WIDTH / (double)PANELS_A_LINE;
-    for (int k = 0; k < PANELS; k++)
-        put_panel(&text, t, &panels[k], k % PANELS_A_LINE * width, lines * SECTION + k / PANELS_A_LINE * PANEL, width);
-    put_legend(&text, t, PANELS % PANELS_A_LINE * width, lines * SECTION + PANELS / PANELS_A_LINE * PANEL);
+    for (int k = 0; k <= PANELS; k++) {
+        int line = k / PANELS_A_LINE;
+        double x = k % PANELS_A_LINE * width, y = lines * SECTION + line * PANEL;
+        if (k < PANELS)
+            put_panel(&text, t, &panels[k], x, y, width);
+        else
+            put_legend(&text, t, x, y);
+    }
     kmp_svg_end(&text);
     return kmp_file_write(context, path, &text);
 }

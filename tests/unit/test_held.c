@@ -25,7 +25,7 @@ static int coordinate(const loaded *l, const char *name)
     for (int k = 0; k < l->system->n; k++)
         if (strcmp(l->system->model->motions[k].name, name) == 0)
             return k;
-    CHECK(!"a coordinate of that name");
+    CHECK(name == NULL); /* there is none */
     return 0;
 }
 
