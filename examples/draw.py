@@ -637,10 +637,29 @@ def wheelset():
     return p
 
 
+def rolling_wheel():
+    """From above: the way of the middle over one wave, drawn wider, and the axle at five places of it."""
+    p = Picture("The wave of a wheelset from above, its amplitude drawn 300 times as large")
+    length, high = 11.65, 0.9                                  # half of the true length of the wave, to scale with the axle
+    for y in (0.75, -0.75):
+        p.guide((-0.8, y), (length + 0.8, y))
+    wave = [(length * k / 60, high * math.cos(2 * math.pi * k / 60)) for k in range(61)]
+    for a, b in zip(wave, wave[1:]):
+        p.guide(a, b)
+    for k in range(0, 61, 15):
+        x, y = wave[k]
+        angle = -0.5 * math.sin(2 * math.pi * k / 60)
+        put = lambda point: at((x, 0.12 * y / high), angle, point)
+        for side in (1, -1):
+            p.body("", *(put((u, side * w)) for u, w in ((-0.46, 0.69), (0.46, 0.69), (0.43, 0.83), (-0.43, 0.83))), colour=1)
+        p.body("", put((0, -0.9)), put((0, 0.9)), colour=0)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car, restrained_wheelset,
-            wheelset)
+            rolling_wheel, wheelset)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -82,6 +82,18 @@ function bodyGroup(m, b) {
     return group;
 }
 
+/* A wheel: a thin disc that one sees through, its rim and three spokes. */
+function discGroup(m, disc) {
+    const group = new THREE.Group(), material = solid(bodyColour(disc.body)), rim = discRim(disc);
+    const plate = new THREE.Mesh(new THREE.CylinderBufferGeometry(disc.radius, disc.radius, m.thick, 48),
+        new THREE.MeshPhongMaterial({ color: bodyColour(disc.body), transparent: true, opacity: 0.35, depthWrite: false }));
+    plate.position.copy(vector(disc.at));
+    plate.quaternion.copy(alongAxis([0, 1, 0], disc.axis));
+    group.add(plate, new THREE.Mesh(new THREE.TubeBufferGeometry(new THREE.CatmullRomCurve3(rim.map(vector), true), 96, 0.7 * m.thick, 6), material));
+    for (const end of discSpokes(rim)) group.add(barMesh(disc.at, end, 0.5 * m.thick, material));
+    return group;
+}
+
 function groundGroup(m) {
     const group = new THREE.Group(), material = solid(groundColour()), down = scaled(-1, m.basis.up), high = 6 * m.thick;
     for (const p of m.pins) {
@@ -90,6 +102,7 @@ function groundGroup(m) {
         cone.quaternion.copy(alongAxis([0, 1, 0], m.basis.up));
         group.add(cone, ballMesh(p, 1.75 * m.thick, solid(pinColour())));
     }
+    for (const rail of m.rails) rail.slice(1).forEach((p, k) => group.add(barMesh(rail[k], p, 0.8 * m.thick, material)));
     return group;
 }
 
@@ -104,6 +117,7 @@ function buildScene(m) {
         return line.rod ? barMesh([0, 0, -0.5], [0, 0, 0.5], 0.7 * m.thick, material) : springMesh(2.4 * m.thick, 0.4 * m.thick, material);
     });
     for (const guide of m.picture.guides) groups[guide.body].add(barMesh(...guideEnds(m, guide), 0.35 * m.thick, solid(groundColour())));
+    for (const disc of m.discs) groups[disc.body].add(discGroup(m, disc));
     for (const path of m.paths) {
         const geometry = new THREE.BufferGeometry().setFromPoints(path.points.map(vector));
         scene.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: bodyColour(path.b), transparent: true, opacity: 0.55 })));
@@ -214,6 +228,18 @@ function bodyJobs(m, b, pose, see, depth, scale) {
     return jobs;
 }
 
+/* Behind the bodies' bars, as far away as their middles. */
+function discJobs(m, poses, see, depth, scale) {
+    return m.discs.map((disc) => {
+        const rim = discRim(disc).map((p) => moved(poses[disc.body], p)), middle = moved(poses[disc.body], disc.at), colour = bodyColour(disc.body);
+        return { depth: depth(middle), draw: (c) => {
+            fillShape(c, rim.map(see), colour, 0.2);
+            strokeLine(c, [...rim, rim[0]].map(see), 1.4 * m.thick * scale, colour);
+            for (const end of discSpokes(rim)) strokeLine(c, [see(middle), see(end)], m.thick * scale, colour);
+        } };
+    });
+}
+
 function drawPins(c, m, see, scale) {
     const high = 6 * m.thick * scale;
     for (const p of m.pins) {
@@ -237,10 +263,12 @@ function canvasView(canvas, m) {
             c.scale(sharp, sharp);
             for (const guide of m.picture.guides) strokeLine(c, guideEnds(m, guide).map((p) => see(moved(poses[guide.body], p))), 0.7 * m.thick * scale, groundColour());
             drawPins(c, m, see, scale);
+            for (const rail of m.rails) strokeLine(c, rail.map(see), 1.6 * m.thick * scale, groundColour());
             c.globalAlpha = 0.55;
             for (const path of m.paths) strokeLine(c, path.points.map(see), 1, bodyColour(path.b));
             c.globalAlpha = 1;
             const jobs = poses.flatMap((pose, b) => (b === 0 ? [] : bodyJobs(m, b, pose, see, depth, scale)));
+            jobs.push(...discJobs(m, poses, see, depth, scale));
             for (const line of m.picture.lines) {
                 const ends = [0, 1].map((k) => moved(poses[line.body[k]], line.at[k]));
                 const path = line.rod ? ends.map(see) : zigzag(...ends.map(see), 2.4 * m.thick * scale);

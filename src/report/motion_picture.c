@@ -6,6 +6,7 @@
 #include "report/drawing.h"
 #include "report/encode.h"
 #include "report/pose.h"
+#include "report/railway.h"
 #include <math.h>
 #include <string.h>
 
@@ -199,6 +200,7 @@ bool kmp_motion_picture(kmp_text *text, const kempe_model *model, const kmp_samp
         put_marks(text, &p);
         put_lines(text, &p);
         put_guides(text, &p);
+        kmp_railway_put(text, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
         put_frames(text, &p);
         kmp_text_put(text, "}");
     }

@@ -140,6 +140,21 @@ function shapeOf(body) {
     return shape;
 }
 
+/* -- wheels ------------------------------------------------------------------------------------------------- */
+
+const RIM = 48;
+
+/* Points on a wheel's rim, axes of its body. */
+function discRim(disc) {
+    const axis = unit(disc.axis), side = unit(cross(axis, Math.abs(axis[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), up = cross(axis, side);
+    return Array.from({ length: RIM }, (_, k) => {
+        const angle = (2 * Math.PI * k) / RIM;
+        return add(disc.at, add(scaled(disc.radius * Math.cos(angle), side), scaled(disc.radius * Math.sin(angle), up)));
+    });
+}
+
+const discSpokes = (rim) => [0, 1, 2].map((k) => rim[(k * RIM) / 3]);
+
 /* Pins in the ground: where it is joined, and where springs and rods end. */
 function groundPoints(picture) {
     const pins = picture.bodies[0].points.filter((p) => p[3] & (MARK.joint | MARK.closure)).map((p) => p.slice(0, 3));
@@ -165,8 +180,8 @@ function pathsOf(picture) {
 
 /* -- from where --------------------------------------------------------------------------------------------- */
 
-/* World positions of all that is drawn, at some of the frames. */
-function samplePoints(picture, motion, shapes, pins) {
+/* World positions of all that is drawn, at some of the frames: of wheels a few points of their rims. */
+function samplePoints(picture, motion, shapes, pins, discs) {
     const tracks = [], shots = Math.min(picture.frames.count, 120);
     for (let f = 0; f < shots; f++) {
         const poses = motion((picture.frames.t_end * f) / Math.max(shots - 1, 1));
@@ -174,6 +189,7 @@ function samplePoints(picture, motion, shapes, pins) {
         shapes.forEach((shape, b) => {
             for (const p of b === 0 ? [] : shape.points) (tracks[k++] ||= []).push(moved(poses[b], p));
         });
+        for (const disc of discs) for (const p of discRim(disc).filter((_, i) => i % 6 === 0)) (tracks[k++] ||= []).push(moved(poses[disc.body], p));
     }
     return [...tracks, ...pins.map((p) => [p])];
 }
@@ -257,11 +273,12 @@ function extentOf(basis, tracks, pitch) {
 /* All that either way of drawing needs. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), shapes = picture.bodies.map(shapeOf), pins = groundPoints(picture);
-    const tracks = samplePoints(picture, motion, shapes, pins), basis = basisOf(picture, tracks);
+    const discs = picture.discs || [], rails = picture.rails || [];
+    const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
     const extent = extentOf(basis, tracks, home.pitch);
     const size = Math.max(extent.width, extent.height) || 1;
     const lengths = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
     const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
-    return { picture, motion, shapes, pins, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+    return { picture, motion, shapes, pins, discs, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
 }

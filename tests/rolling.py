@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Wheels on rails through the command, against formulas and equations that share nothing with it: Klingel's wave, wheels
+that turn by themselves; and what must end a run by name, never without a number.
+
+    python3 tests/rolling.py build/dev/kempe
+"""
+import csv
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROLLING, ONE = ROOT / "examples/rolling_wheel", ROOT / "tests/models/one_wheel.yaml"
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return [{key: float(x) for key, x in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
+
+
+def kempe(*words, status=0):
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "out.json"
+        done = subprocess.run([KEMPE, *map(str, words), "--json", str(path)], capture_output=True, text=True, timeout=250)
+        if done.returncode != status:
+            raise AssertionError(f"{words}: {done.returncode}\n{done.stdout}{done.stderr}")
+        return json.loads(path.read_text())
+
+
+def settings(**values):
+    return [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+
+
+def waves(model, **values):
+    """Eigenvalues above the real axis."""
+    modes = kempe("modes", model, "--at", "start", *settings(**values))["modes"]
+    return [complex(*mode["eigenvalue"]) for mode in modes if mode["eigenvalue"][1] > 0]
+
+
+class Klingel(unittest.TestCase):
+    def test_wave(self):
+        """Slow rolling hardly slips: the wavelength is that without any slip, and the formula's is off by the slope's share."""
+        off = []
+        for row in rows(ROLLING / "reference.csv"):
+            if row["rail"] != 0.08:
+                continue
+            with self.subTest(cone=row["cone"]):
+                wave, = waves(ROLLING / "rolling_wheel.yaml", cone=row["cone"], V=0.2)
+                length = 2 * math.pi * 0.2 / wave.imag
+                self.assertLess(abs(length / row["wavelength"] - 1), 2e-5)
+                self.assertLess(abs(wave.real), 2e-3 * wave.imag)
+                off.append(row["klingel"] / length - 1)
+        self.assertEqual(len(off), 5)
+        for steep, flat in zip(off, off[1:]):
+            self.assertTrue(1.85 < steep / flat < 2.15, off)
+
+    def test_followed(self):
+        """A run goes on as the wave of reference.csv, within what creep at 2 m/s takes off."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "run.csv"
+            kempe("simulate", ROLLING / "rolling_wheel.yaml", "--once", "-o", path)
+            found = rows(path)
+        zeros = [a["q.x"] + (b["q.x"] - a["q.x"]) * a["q.y"] / (a["q.y"] - b["q.y"]) for a, b in zip(found, found[1:]) if a["q.y"] * b["q.y"] < 0]
+        wanted, = [row["wavelength"] for row in rows(ROLLING / "reference.csv") if row["cone"] == 0.025 and row["rail"] == 0.08]
+        self.assertGreaterEqual(len(zeros), 3)
+        for a, b in zip(zeros, zeros[1:]):
+            self.assertLess(abs(2 * (b - a) / wanted - 1), 1e-3)
+
+
+class Independent(unittest.TestCase):
+    def test_no_wave(self):
+        """Light wheels that turn by themselves: at low speed nothing swings, at no speed what swings grows. What does grow goes
+        to one side, pushed by the weight on both cones."""
+        for speed in (0.2, 2, 20, 80):
+            with self.subTest(V=speed):
+                found = waves(ROLLING / "independent.yaml", V=speed, spin=0.001)
+                self.assertTrue(all(s.real < -0.5 * abs(s) for s in found), found)
+                if speed <= 20:
+                    self.assertEqual(found, [])
+
+
+class Ends(unittest.TestCase):
+    """One wheel turned against its rail, pressed outwards by a force that grows."""
+
+    def run_of(self, form="elastic", status=0, **values):
+        """What the run says, and its rows, all of them numbers."""
+        with tempfile.TemporaryDirectory() as folder:
+            path, model = pathlib.Path(folder) / "run.csv", pathlib.Path(folder) / "model.yaml"
+            text = ONE.read_text().replace("../../examples", str(ROOT / "examples"))
+            self.assertIn("contact: elastic", text)
+            model.write_text(text.replace("contact: elastic", f"contact: {form}"))
+            found = kempe("simulate", model, "--once", *settings(**values), "-o", path, status=status)
+            table = rows(path)
+        self.assertTrue(all(math.isfinite(x) for row in table for x in row.values()))
+        return found, table
+
+    def test_flange_climbs(self):
+        """Above Nadal's limit (tan 70 deg - mu) / (1 + mu tan 70 deg) the flange climbs, the nearer to it the more the wheel
+        is turned; turned the other way it does not climb."""
+        flange = math.tan(math.radians(70))
+        nadal, ratios = (flange - 0.3) / (1 + 0.3 * flange), []
+        for attack in (0.02, 0.1):
+            found, table = self.run_of(attack=attack)
+            self.assertIn("wheel 'L' left its rail at t = ", found["reason"])
+            climbs = next(row["t"] for row in table if row["q.y"] > 0.0075)
+            ratios.append(60 * climbs / 50)
+        self.assertTrue(nadal < ratios[1] < ratios[0] < 1.5 * nadal and ratios[1] < 1.08 * nadal, ratios)
+        found, table = self.run_of(attack=-0.02)
+        self.assertEqual((found["reason"] or "", table[-1]["t"]), ("", 3))
+        self.assertLess(table[-1]["q.y"], 0.0075)
+
+    def test_falls_between_the_rails(self):
+        ends = []
+        for form in ("elastic", "rigid"):
+            found, table = self.run_of(form=form, push=-60000, attack=0)
+            self.assertIn("wheel 'L' left its rail at t = ", found["reason"])
+            ends.append(table[-1]["t"])
+        self.assertLess(abs(ends[0] - ends[1]), 0.01)
+
+    def test_dips(self):
+        """A rail that goes down at once: an elastic wheel flies and lands, a rigid one says that it would have to be pulled."""
+        found, table = self.run_of(push=0, attack=0, depth=0.001, width=0.2)
+        self.assertEqual(min(row["force.L.z"] for row in table if row["t"] > 0.3), 0)
+        self.assertGreater(max(row["force.L.z"] for row in table if 1 < row["t"] < 2), 5e4)
+        found, table = self.run_of(form="rigid", push=0, attack=0, depth=0.03, width=1, V=20)
+        self.assertRegex(found["reason"], r"wheel 'L' is unloaded at t = 0\.1\d+ s")
+
+
+if __name__ == "__main__":
+    KEMPE = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
