@@ -37,7 +37,7 @@ static outputs find_outputs(const kempe_system *s)
 
 bool kmp_tangent_numbers_can(const kempe_system *system)
 {
-    return !system->force && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
+    return !system->force && system->pressed_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
 }
 
 /* -- what they are put together from ------------------------------------------------------------------- */
@@ -255,7 +255,6 @@ const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_i
     kmp_duals_set(x->duals, KMP_IN_TIME, &at->t);
     kmp_duals_set(x->duals, KMP_IN_Q, at->q);
     kmp_duals_set(x->duals, KMP_IN_QD, at->qd);
-    kmp_duals_set(x->duals, KMP_IN_LAMBDA, at->lambda);
     kmp_duals_set(x->duals, KMP_IN_CHART, at->chart);
     if (at->mode)
         kmp_duals_set(x->duals, KMP_IN_MODE, at->mode);

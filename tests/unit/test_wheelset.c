@@ -47,7 +47,7 @@ static void test_reduced(void)
 
 static void test_dae(void)
 {
-    compare("dae", 1e-8, 1e-10);
+    compare("dae", 1e-9, 1e-11);
 }
 
 int main(void)
