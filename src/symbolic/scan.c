@@ -158,7 +158,7 @@ static void find_needs(kmp_scan *s)
     for (int k = 0; k < p->constant_count; k++)
         s->need[k] = STANDING;
     for (int k = 0; k < p->input_count; k++)
-        s->need[p->constant_count + k] = need_of_input(&p->input[k]);
+        s->need[p->constant_count + k] = (uint8_t)need_of_input(&p->input[k]);
     for (int i = 0; i < p->code[LAST + 1]; i++)
         s->need[leaves(p) + i] = (uint8_t)(i < p->code[FIRST] ? COMMON : need_of_instruction(s, i));
 }
