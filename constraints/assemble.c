@@ -55,6 +55,7 @@ typedef struct work {
     int *part_wish; /* n */
     kmp_partition part;
     bool has_part;
+    bool starved; /* a step found no memory */
 } work;
 
 static void evaluate(work *w, const double *q)
@@ -117,18 +118,30 @@ static void move(const work *w, const double *q, double factor, double *to)
         to[w->free[k]] -= factor * w->step[k] * w->s->scale[w->free[k]];
 }
 
-/* The step of least |J s - h|^2 + |damping s|^2 from the last scaled_jacobian. false: no memory. */
+/* Whether there is a step. Without memory what comes of it is no result. */
+static bool took_step(work *w, kmp_least_outcome outcome)
+{
+    w->starved = w->starved || outcome == KMP_LEAST_NO_MEMORY;
+    return outcome == KMP_LEAST_FOUND;
+}
+
+static bool took_dense_step(work *w, int rank)
+{
+    return took_step(w, rank < 0 ? KMP_LEAST_NO_MEMORY : KMP_LEAST_FOUND);
+}
+
+/* The step of least |J s - h|^2 + |damping s|^2 from the last scaled_jacobian. */
 static bool damped_step(work *w, double damping)
 {
     int m = w->m, f = w->free_count, rows = m + f;
     if (w->large)
-        return kmp_least_squares_sparse(&w->sparse, w->h, damping, RANK_TOLERANCE, w->step) == KMP_LEAST_FOUND;
+        return took_step(w, kmp_least_squares_sparse(&w->sparse, w->h, damping, RANK_TOLERANCE, w->step));
     for (int k = 0; k < f; k++)
         for (int i = 0; i < rows; i++)
             w->damped[i + k * rows] = i < m ? w->scaled[i + k * m] : i - m == k ? damping : 0;
     for (int i = 0; i < rows; i++)
         w->right[i] = i < m ? w->h[i] : 0;
-    return kmp_least_squares(rows, f, w->damped, w->right, RANK_TOLERANCE, w->step) >= 0;
+    return took_dense_step(w, kmp_least_squares(rows, f, w->damped, w->right, RANK_TOLERANCE, w->step));
 }
 
 /* The same, damped by |h| and then as far as the bound on the step asks for. */
@@ -393,8 +406,8 @@ static void show_state(work *w)
 static bool least_rates(work *w, const double *rate)
 {
     if (w->large)
-        return kmp_least_squares_sparse(&w->sparse, rate, 0, RANK_TOLERANCE, w->step) == KMP_LEAST_FOUND;
-    return kmp_least_squares(w->m, w->free_count, w->scaled, rate, RANK_TOLERANCE, w->step) >= 0;
+        return took_step(w, kmp_least_squares_sparse(&w->sparse, rate, 0, RANK_TOLERANCE, w->step));
+    return took_dense_step(w, kmp_least_squares(w->m, w->free_count, w->scaled, rate, RANK_TOLERANCE, w->step));
 }
 
 /* qd corrected by the least norm over the given columns so that J qd + h_t = 0; returns what stays. */
@@ -569,7 +582,7 @@ static bool assemble(work *w)
     if (w->a->closed)
         make_rates(w);
     show_state(w);
-    return true;
+    return !w->starved;
 }
 
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Stages of runs, each repeated with its n-th allocation failing. */
+#ifndef KEMPE_TESTS_EXHAUST_H
+#define KEMPE_TESTS_EXHAUST_H
+
+#include "base/memory.h"
+#include "check.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+
+/* What earlier stages made, and what the stage at work made. */
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+    kempe_trajectory *trajectory;
+    kempe_comparison *comparison;
+    kempe_check *check;
+} scene;
+
+/* A stage: does one thing, frees what it made, and says KEMPE_OK, or why not. Outputs that were touched on failure are
+ * complained of inside. */
+typedef kempe_status stage_fn(scene *s);
+
+static void untouched(kempe_status status, const void *output)
+{
+    bool may_stay = status == KEMPE_E_FAILED || status == KEMPE_STOPPED; /* some are given as far as they came */
+    CHECK((status == KEMPE_OK) == (output != NULL) || may_stay);
+}
+
+/* Done, or no memory, said in words. */
+static void judge(const scene *s, const char *name, unsigned long n, kempe_status status)
+{
+    const char *message = kempe_context_message(s->context);
+    bool good = status == KEMPE_OK || (status == KEMPE_E_MEMORY && strstr(message, "out of memory"));
+    CHECK(good);
+    if (!good)
+        printf("%s, allocation %lu: status %d: %s\n", name, n, status, message);
+}
+
+/* Long stages do the same many times: beyond the first 600 allocations one of `stride` fails. */
+static void exhaust(scene *s, const char *name, stage_fn *stage, unsigned stride)
+{
+    unsigned long before = kmp_memory_count(), count, done = 0;
+    CHECK(stage(s) == KEMPE_OK);
+    count = kmp_memory_count() - before;
+    for (unsigned long n = 1; n <= count; n += n > 600 ? stride : 1) {
+        kmp_memory_fail_at(n);
+        kempe_status status = stage(s);
+        kmp_memory_fail_at(0);
+        judge(s, name, n, status);
+        done += status == KEMPE_OK;
+    }
+    CHECK(stage(s) == KEMPE_OK); /* nothing is left broken */
+    printf("%-20s %5lu allocations failed, %lu of them were not needed\n", name, count, done);
+}
+
+#endif
