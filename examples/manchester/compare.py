@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A table of contacts beside the reference of the benchmark, as Markdown: compare.py TABLE.csv
 
-TABLE.csv is what `kempe contact manchester.yaml --over "shift=0:10 mm:21" --law fastsim -o TABLE.csv` writes.
+TABLE.csv is what `kempe contact manchester.yaml --over "shift=0:10 mm:21" --law fastsim1 -o TABLE.csv` writes.
 """
 import csv
 import math
@@ -40,7 +40,7 @@ def main():
     for row in rows(sys.argv[1]):
         if row["touches"] == "1" and (key(row) not in table or number(table[key(row)], "normal") < number(row, "normal")):
             table[key(row)] = row
-    print("| wheel, shift mm | y off, mm | angle | N | creep force, shen: size, vector | fastsim: size, vector | |")
+    print("| wheel, shift mm | y off, mm | angle | N | creep force, shen: size, vector | fastsim1: size, vector | |")
     print("|---|---|---|---|---|---|---|")
     for name in sorted(table):
         row, wanted = table[name], reference[name]

@@ -63,15 +63,16 @@ typedef struct kempe_kalker {
 KEMPE_API kempe_status kempe_contact_kalker(double ratio, double poisson, kempe_kalker *coefficients);
 
 typedef enum kempe_creep_law {
-    KEMPE_CREEP_NONE,   /* no force */
-    KEMPE_CREEP_LINEAR, /* Kalker 1967: no bound */
-    KEMPE_CREEP_SHEN,   /* Shen, Hedrick, Elkins 1983: the linear force, bounded as by Johnson and Vermeulen */
-    KEMPE_CREEP_POLACH, /* Polach 1999, with spin; tells no moment */
-    KEMPE_CREEP_TANH,   /* Jaschinski 1990: each component of the linear force bounded by itself */
-    KEMPE_CREEP_FASTSIM /* Kalker 1982: strips, three flexibilities, parabolic bound */
+    KEMPE_CREEP_NONE,    /* no force */
+    KEMPE_CREEP_LINEAR,  /* Kalker 1967: no bound */
+    KEMPE_CREEP_SHEN,    /* Shen, Hedrick, Elkins 1983: the linear force, bounded as by Johnson and Vermeulen */
+    KEMPE_CREEP_POLACH,  /* Polach 1999, with spin; tells no moment */
+    KEMPE_CREEP_TANH,    /* Jaschinski 1990: each component of the linear force bounded by itself */
+    KEMPE_CREEP_FASTSIM, /* Kalker 1982: strips, three flexibilities, parabolic bound */
+    KEMPE_CREEP_FASTSIM1 /* the same with one flexibility: what slips all over pulls against its slip */
 } kempe_creep_law;
 
-/** "none", "linear", "shen", "polach", "tanh", "fastsim"; NULL: there is no such law. */
+/** "none", "linear", "shen", "polach", "tanh", "fastsim", "fastsim1"; NULL: there is no such law. */
 KEMPE_API const char *kempe_contact_law_name(kempe_creep_law law);
 
 typedef struct kempe_creep {
@@ -96,6 +97,10 @@ KEMPE_API kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_cree
 /** The flexibilities L1, L2, L3 (m^3/N) with which FASTSIM gives the forces of the linear theory where nothing slips.
  */
 KEMPE_API kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexibility[3]);
+
+/** The one flexibility instead of the three (Kalker 1982): their mean, each weighed by its creepage, x, y and spin
+ *  sqrt(a b), over the length of these. The linear force where one creepage is alone; without any it is L1. */
+KEMPE_API kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibility);
 
 /** FASTSIM with flexibilities of one's own, each > 0. */
 KEMPE_API kempe_status kempe_contact_fastsim(const kempe_creep *creep, const double flexibility[3],

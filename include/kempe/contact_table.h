@@ -28,8 +28,8 @@ typedef struct kempe_contact_ask {
     const char *hold;  /* "NAME,..": coordinates that stay where they assemble */
     const char *freed; /* "NAME,..": of what moves, the coordinates that nothing drives: their rates are found; default:
                         * those that turn; "-": none */
-    const char *law; /* "linear", "shen", "polach", "tanh", "fastsim" (contact.h): forces by this law beside the wheel's
-                      * own, at the same normal force, creepages and spin */
+    const char *law; /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h): forces by this law beside
+                      * the wheel's own, at the same normal force, creepages and spin */
     int points;      /* values; default: N of the first range that has one, or 21 */
     const char *backend; /* as in kempe_run */
 } kempe_contact_ask;

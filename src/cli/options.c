@@ -54,7 +54,7 @@ static const option options[] = {
     {CLI_CONTACT, "free", 0, OPTION_TEXT, AT(contact.freed), "NAME,..",
      "what moves and nothing drives (default: what turns; none: -)"},
     {CLI_CONTACT, "law", 0, OPTION_TEXT, AT(contact.law), "NAME",
-     "forces also by this law: linear, shen, polach, tanh, fastsim"},
+     "forces also by this law: linear, shen, polach, tanh, fastsim, fastsim1"},
     {CLI_CONTACT, "points", 0, OPTION_WHOLE, AT(points), "N", "values (default: 21)"},
     {CLI_CONTACT, "backend", 0, OPTION_TEXT, AT(contact.backend), "NAME",
      "what evaluates the equations: native (default), tape"},

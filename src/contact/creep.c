@@ -102,11 +102,17 @@ static void fastsim(const kempe_creep *c, const kempe_kalker *k, kempe_creep_for
     kmp_fastsim(c, flexibility, out);
 }
 
+static void fastsim_of_one(const kempe_creep *c, const kempe_kalker *k, kempe_creep_force *out)
+{
+    double one = kmp_fastsim_flexibility(c, k);
+    kmp_fastsim(c, (const double[]){one, one, one}, out);
+}
+
 static const struct {
     const char *name;
     void (*force)(const kempe_creep *, const kempe_kalker *, kempe_creep_force *);
-} laws[] = {{"none", none},     {"linear", linear}, {"shen", shen},
-            {"polach", polach}, {"tanh", by_tanh},  {"fastsim", fastsim}};
+} laws[] = {{"none", none},       {"linear", linear},          {"shen", shen}, {"polach", polach}, {"tanh", by_tanh},
+            {"fastsim", fastsim}, {"fastsim1", fastsim_of_one}};
 
 enum { LAWS = sizeof laws / sizeof *laws };
 
@@ -135,6 +141,15 @@ kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexib
     if (!is_creep(creep) || kempe_contact_kalker(creep->a / creep->b, creep->poisson, &coefficients) != KEMPE_OK)
         return KEMPE_E_ARGUMENT;
     kmp_fastsim_flexibilities(creep, &coefficients, flexibility);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibility)
+{
+    kempe_kalker coefficients;
+    if (!is_creep(creep) || kempe_contact_kalker(creep->a / creep->b, creep->poisson, &coefficients) != KEMPE_OK)
+        return KEMPE_E_ARGUMENT;
+    *flexibility = kmp_fastsim_flexibility(creep, &coefficients);
     return KEMPE_OK;
 }
 

@@ -7,6 +7,9 @@
 
 void kmp_fastsim_flexibilities(const kempe_creep *creep, const kempe_kalker *coefficients, double flexibility[3]);
 
+/** The one that stands for the three. */
+double kmp_fastsim_flexibility(const kempe_creep *creep, const kempe_kalker *coefficients);
+
 /** *force is zero before. */
 void kmp_fastsim(const kempe_creep *creep, const double flexibility[3], kempe_creep_force *force);
 

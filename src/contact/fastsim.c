@@ -21,6 +21,17 @@ void kmp_fastsim_flexibilities(const kempe_creep *c, const kempe_kalker *k, doub
     flexibility[2] = pi * c->a * sqrt(ratio) / (4 * c->shear_modulus * k->c23);
 }
 
+/* Kalker 1982: L = (|x| L1 + |y| L2 + c |spin| L3) / sqrt(x^2 + y^2 + c^2 spin^2), c = sqrt(a b). */
+double kmp_fastsim_flexibility(const kempe_creep *c, const kempe_kalker *k)
+{
+    double each[3], weight[3] = {fabs(c->slip[0]), fabs(c->slip[1]), fabs(c->spin) * sqrt(c->a * c->b)};
+    double size = hypot(hypot(weight[0], weight[1]), weight[2]), mean = 0;
+    kmp_fastsim_flexibilities(c, k, each);
+    for (int i = 0; i < 3; i++)
+        mean += size > 0 ? weight[i] / size * each[i] : 0;
+    return size > 0 ? mean : each[0];
+}
+
 /* What a strip adds to the sums over x of traction and its moment, and where it sticks. */
 typedef struct strip_sum {
     double traction[2], turn, sticking;

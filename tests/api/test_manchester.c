@@ -42,7 +42,7 @@ static void read_reference(void)
 
 static void begin(void)
 {
-    const kempe_contact_ask ask = {.over = "shift=0:10 mm:21", .law = "fastsim"};
+    const kempe_contact_ask ask = {.over = "shift=0:10 mm:21", .law = "fastsim1"};
     read_reference();
     context = kempe_context_new();
     CHECK(kempe_model_read(context, KEMPE_ROOT "/examples/manchester/manchester.yaml", &model) == KEMPE_OK);
@@ -122,6 +122,15 @@ static void creepages_agree(void)
         }
 }
 
+/* FASTSIM with one flexibility: 1 %, on the flange 2 %, as much as the normal force is off; beside the eggs, and in
+ * them, what their creepages are off. */
+static double by_law_within(int row, int wheel)
+{
+    if (is_egg(row, wheel))
+        return wheel == 0 ? 0.2 : 0.06;
+    return row == 2 ? 0.05 : on_flange(row, wheel) ? 0.02 : 0.01;
+}
+
 /* Their size within 2 %, where the wheel turns to its flange with the direction off by 6 degrees at most. */
 static void forces_agree(void)
 {
@@ -133,7 +142,7 @@ static void forces_agree(void)
                 continue;
             CHECK(fabs(size(p->force) / size(r->force) - 1) <= (is_egg(row, w) ? 0.03 : 0.02));
             CHECK(apart(p->force, r->force) <= (on_flange(row, w) ? 0.12 : 0.04));
-            CHECK(apart(p->by_law, r->force) <= (on_flange(row, w) || is_egg(row, w) ? 0.07 : 0.04));
+            CHECK(apart(p->by_law, r->force) <= by_law_within(row, w));
         }
 }
 
@@ -154,19 +163,11 @@ static void fastsim_agrees_at_the_given_contact(void)
                                        .slip = {r->slip[0], r->slip[1]},
                                        .spin = r->spin,
                                        .strips = 100};
-            const double weight[3] = {fabs(r->slip[0]), fabs(r->slip[1]), fabs(r->spin) * sqrt(p->a * p->b)};
-            double each[3], mean = 0, whole = 0;
             kempe_creep_force three, one;
             if (goes_over(row, w) || is_egg(row, w))
                 continue;
-            CHECK(kempe_contact_flexibilities(&creep, each) == KEMPE_OK);
-            for (int k = 0; k < 3; k++) {
-                mean += weight[k] * each[k];
-                whole += weight[k] * weight[k];
-            }
-            mean /= sqrt(whole);
             CHECK(kempe_contact_creep(KEMPE_CREEP_FASTSIM, &creep, &three) == KEMPE_OK);
-            CHECK(kempe_contact_fastsim(&creep, (const double[]){mean, mean, mean}, &one) == KEMPE_OK);
+            CHECK(kempe_contact_creep(KEMPE_CREEP_FASTSIM1, &creep, &one) == KEMPE_OK);
             CHECK(apart(three.force, r->force) <= (on_flange(row, w) ? 0.07 : 0.04));
             CHECK(apart(one.force, r->force) <= (row == 2 ? 0.05 : 0.01));
         }

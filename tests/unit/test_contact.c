@@ -237,7 +237,7 @@ static void test_small(void)
 static void test_large(void)
 {
     const double bound = wheel.friction * wheel.normal;
-    for (int law = KEMPE_CREEP_SHEN; law <= KEMPE_CREEP_FASTSIM; law++) {
+    for (int law = KEMPE_CREEP_SHEN; law <= KEMPE_CREEP_FASTSIM1; law++) {
         kempe_creep_force f = force_of((kempe_creep_law)law, -0.5, 0, 0);
         check_within(kempe_contact_law_name((kempe_creep_law)law), f.force[0], bound, 2e-3);
         CHECK(fabs(f.force[1]) < 1e-9 * bound);
@@ -249,7 +249,7 @@ static void test_large(void)
 /* Turning all signs turns all signs; mirroring across the strip mirrors: y and spin change theirs. */
 static void test_mirrored(void)
 {
-    for (int law = KEMPE_CREEP_LINEAR; law <= KEMPE_CREEP_FASTSIM; law++) {
+    for (int law = KEMPE_CREEP_LINEAR; law <= KEMPE_CREEP_FASTSIM1; law++) {
         kempe_creep_force f = force_of((kempe_creep_law)law, 1e-3, 7e-4, 0.2);
         kempe_creep_force back = force_of((kempe_creep_law)law, -1e-3, -7e-4, -0.2);
         kempe_creep_force mirror = force_of((kempe_creep_law)law, 1e-3, -7e-4, -0.2);
@@ -264,7 +264,7 @@ static void test_mirrored(void)
 /* No creep, no force, no friction: zeros, never 0/0. */
 static void test_nothing(void)
 {
-    for (int law = KEMPE_CREEP_NONE; law <= KEMPE_CREEP_FASTSIM; law++) {
+    for (int law = KEMPE_CREEP_NONE; law <= KEMPE_CREEP_FASTSIM1; law++) {
         kempe_creep creep = wheel;
         kempe_creep_force f = force_of((kempe_creep_law)law, 0, 0, 0);
         CHECK(f.force[0] == 0 && f.force[1] == 0 && f.moment == 0);
@@ -328,6 +328,35 @@ static void test_fastsim(void)
     check_within("moment", f.moment, -37.98 + (39.00 - 37.98) / 4, 1e-3);
     check_within("sticking", f.sticking, share + (share - coarse) / 4, 5e-3);
     CHECK(fabs(f.force[0]) < 1e-6);
+}
+
+/* The one flexibility: each of the three where its creepage is alone, 3 and 4 parts of 5 where these are as 3 to 4.
+ * With one alone both are the same; where all slips the force is against the slip, which three turn away. */
+static void test_fastsim_of_one(void)
+{
+    double each[3], one = 7;
+    kempe_creep creep = wheel;
+    CHECK(kempe_contact_flexibilities(&creep, each) == KEMPE_OK);
+    for (int k = 0; k < 3; k++) {
+        creep = wheel;
+        *(k < 2 ? &creep.slip[k] : &creep.spin) = -2e-4;
+        CHECK(kempe_contact_flexibility(&creep, &one) == KEMPE_OK);
+        CHECK_NEAR(one / each[k], 1, 1e-14);
+        kempe_creep_force alike[2];
+        for (int i = 0; i < 2 && k < 2; i++)
+            CHECK(kempe_contact_creep(i ? KEMPE_CREEP_FASTSIM1 : KEMPE_CREEP_FASTSIM, &creep, &alike[i]) == KEMPE_OK);
+        CHECK(k == 2 || fabs(alike[0].force[k] / alike[1].force[k] - 1) < 1e-13);
+    }
+    const double root = sqrt(wheel.a * wheel.b);
+    creep.slip[0] = 0, creep.slip[1] = 3e-2 * root, creep.spin = -4e-2;
+    CHECK(kempe_contact_flexibility(&creep, &one) == KEMPE_OK);
+    CHECK_NEAR(one / ((3 * each[1] + 4 * each[2]) / 5), 1, 1e-14);
+    creep.a = 0;
+    CHECK(kempe_contact_flexibility(&creep, &one) == KEMPE_E_ARGUMENT && one > 0);
+    kempe_creep_force f = force_of(KEMPE_CREEP_FASTSIM1, 0.03, 0.04, 0);
+    CHECK_NEAR(f.force[1] / f.force[0], 4.0 / 3, 1e-12);
+    f = force_of(KEMPE_CREEP_FASTSIM, 0.03, 0.04, 0);
+    CHECK(fabs(f.force[1] / f.force[0] * 3 / 4 - 1) > 0.05);
 }
 
 /* Creep along alone, CONTACT's examples/tractcurv.ref_out: a/b = 0.5, 106.7 kN, friction 0.33; its exact theory, and
@@ -424,6 +453,7 @@ int main(void)
     TEST(test_polach);
     TEST(test_fastsim);
     TEST(test_curve);
+    TEST(test_fastsim_of_one);
     TEST(test_fastsim_exact);
     TEST(test_fastsim_converges);
     TEST(test_fastsim_closed);
