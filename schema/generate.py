@@ -148,7 +148,7 @@ def wheel():
     properties = {key: ref({"on": "word", "at": "word", "profile": "word"}.get(key, "number"))
                   for key in keys("read_wheels.c", "wheel_keys")}
     zone = {"type": "array", "items": ref("number"), "minItems": 2, "maxItems": 2}
-    properties.update(contact=words("read_wheels.c", "form_words"), creep=words("read_wheels.c", "law_words"),
+    properties.update(contact=words("model_wheels.c", "kmp_contact_form_words"), creep=words("model_wheels.c", "kmp_creep_law_words"),
                       zones={"type": "array", "items": zone, "minItems": 1})
     return closed(properties, ["on", "at", "profile", "radius"])
 

@@ -101,14 +101,6 @@ static kempe_status set_parameters(job *j, const double *point)
     return status;
 }
 
-static int hold_of(const kempe_contact_table *t, int coordinate)
-{
-    for (int k = 0; k < t->hold_count; k++)
-        if (t->hold[k].coordinate == coordinate)
-            return k;
-    return -1;
-}
-
 /* What moves and is not decided by closures moves on. */
 static kempe_status hold_what_moves(job *j)
 {
@@ -116,7 +108,7 @@ static kempe_status hold_what_moves(job *j)
     kempe_status status = kmp_linear_choose(&j->linear, 0, j->q, NULL, 0);
     for (int k = 0; status == KEMPE_OK && k < j->linear.p; k++) {
         int c = j->linear.part.u[k];
-        if (j->start->inner_qd[c] != 0 && hold_of(t, c) < 0)
+        if (j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
             t->hold[t->hold_count++] = (kmp_hold){c, t->system->model->motions[c].rotation};
     }
     t->rates = status == KEMPE_OK ? KMP_NEW(kmp_steady, t->hold_count) : NULL;
@@ -139,7 +131,7 @@ static kempe_status read_freed(job *j, const char *words)
     for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
         t->hold[k].freed = false;
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
-        int hold = hold_of(t, list[k]);
+        int hold = kmp_contact_hold_of(t, list[k]);
         if (hold < 0 || t->rates[hold].rate == 0)
             status = kmp_fail(context_of(j), KEMPE_E_ARGUMENT,
                               "freed: '%s' does not move at the start, or the closures move it: give it a rate there "

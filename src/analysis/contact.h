@@ -43,6 +43,9 @@ struct kempe_contact_table {
 /** Reads what is asked into a table that has its system: leads, holds, law, values. */
 kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_ask *ask);
 
+/** The place of a coordinate among those held; -1: it is not. */
+int kmp_contact_hold_of(const kempe_contact_table *table, int coordinate);
+
 /** A patch from the ten values that the wheel's output has of a zone; the rest from the profiles. */
 void kmp_contact_patch(const kempe_contact_table *table, int wheel, const double *shown, kempe_contact_patch *patch);
 

@@ -12,7 +12,7 @@ static kempe_context *context_of(const kempe_contact_table *t)
     return t->given->context;
 }
 
-static int hold_of(const kempe_contact_table *t, int coordinate)
+int kmp_contact_hold_of(const kempe_contact_table *t, int coordinate)
 {
     for (int k = 0; k < t->hold_count; k++)
         if (t->hold[k].coordinate == coordinate)
@@ -37,7 +37,7 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
     kempe_status status = kmp_coordinate_find(model, "over", range->name, strlen(range->name), &c);
     if (status == KEMPE_OK)
         status = kmp_range_fits_motion(context_of(t), "over", range, model->motions[c].rotation, 0);
-    if (status == KEMPE_OK && hold_of(t, c) >= 0)
+    if (status == KEMPE_OK && kmp_contact_hold_of(t, c) >= 0)
         status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: '%s' stands twice", range->name);
     *lead = (kmp_contact_lead){-1, t->hold_count};
     t->hold[t->hold_count++] = (kmp_hold){.coordinate = c};
@@ -84,7 +84,7 @@ static kempe_status read_hold(kempe_contact_table *t, const char *words)
     kempe_status status =
         list ? kmp_coordinates_read(model, "hold", words, list, &count) : kmp_fail_memory(context_of(t));
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
-        if (hold_of(t, list[k]) >= 0)
+        if (kmp_contact_hold_of(t, list[k]) >= 0)
             status =
                 kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is led by over", model->motions[list[k]].name);
         else

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Wheels, as they were understood, in both forms. */
+/* Wheels, as they were understood, in both forms, and the words for what they are. */
 #include "model/model_print.h"
 
-static const char *const forms[] = {"rigid", "elastic"};
-static const char *const laws[KMP_CREEP_LAWS] = {"none", "linear", "shen", "polach", "tanh"};
-static const char *const sides[KMP_TRACK_SIDES] = {"left", "right"};
+const char *const kmp_contact_form_words[] = {"rigid", "elastic", NULL};
+const char *const kmp_creep_law_words[] = {"none", "linear", "shen", "polach", "tanh", NULL};
+const char *const kmp_track_side_words[] = {"left", "right", NULL};
 
 /* The numbers of a wheel, beside its radius, that count for what it is. */
 typedef struct numbers {
@@ -52,11 +52,13 @@ static void put_zones(kmp_text *text, const kmp_wheel *wheel)
 static void show_wheel(kmp_text *text, const kempe_model *model, const kmp_wheel *wheel)
 {
     const numbers n = numbers_of(wheel);
-    kmp_text_printf(text, "  %s: on %s.%s, at ", wheel->name, model->tracks[wheel->track].name, sides[wheel->side]);
+    kmp_text_printf(text, "  %s: on %s.%s, at ", wheel->name, model->tracks[wheel->track].name,
+                    kmp_track_side_words[wheel->side]);
     kmp_model_put_point(text, model, wheel->point);
     kmp_text_printf(text, ", profile %s, radius ", wheel->profile->name);
     kmp_text_number(text, wheel->radius.value);
-    kmp_text_printf(text, ", contact %s, creep %s", forms[wheel->form], laws[wheel->law]);
+    kmp_text_printf(text, ", contact %s, creep %s", kmp_contact_form_words[wheel->form],
+                    kmp_creep_law_words[wheel->law]);
     for (int k = 0; k < n.count; k++) {
         kmp_text_printf(text, ", %s ", n.key[k]);
         kmp_text_number(text, n.value[k]);
@@ -78,13 +80,14 @@ static void json_wheel(kmp_text *text, const kempe_model *model, const kmp_wheel
 {
     const numbers n = numbers_of(wheel);
     kmp_text_put(text, "{\"on\": \"");
-    kmp_text_printf(text, "%s.%s\", \"at\": \"", model->tracks[wheel->track].name, sides[wheel->side]);
+    kmp_text_printf(text, "%s.%s\", \"at\": \"", model->tracks[wheel->track].name, kmp_track_side_words[wheel->side]);
     kmp_model_put_point(text, model, wheel->point);
     kmp_text_put(text, "\", \"profile\": ");
     kmp_text_quote(text, wheel->profile->name);
     kmp_text_put(text, ", \"radius\": ");
     kmp_text_number(text, wheel->radius.value);
-    kmp_text_printf(text, ", \"contact\": \"%s\", \"creep\": \"%s\"", forms[wheel->form], laws[wheel->law]);
+    kmp_text_printf(text, ", \"contact\": \"%s\", \"creep\": \"%s\"", kmp_contact_form_words[wheel->form],
+                    kmp_creep_law_words[wheel->law]);
     for (int k = 0; k < n.count; k++) {
         kmp_text_printf(text, ", \"%s\": ", n.key[k]);
         kmp_text_number(text, n.value[k]);

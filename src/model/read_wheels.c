@@ -8,10 +8,6 @@ static const char *const wheel_keys[] = {"on",      "at",       "profile",      
                                          "creep",   "friction", "shear_modulus", "poisson", "stiffness",
                                          "damping", "speed",    "zones",         NULL};
 
-static const char *const form_words[] = {"rigid", "elastic", NULL};
-static const char *const law_words[] = {"none", "linear", "shen", "polach", "tanh", NULL};
-static const char *const side_words[] = {"left", "right", NULL};
-
 /* A wheel being read. */
 typedef struct reading {
     kmp_reader *r;
@@ -52,8 +48,8 @@ static bool read_rail(const reading *w, const kmp_yaml *node)
     kmp_reader *r = w->r;
     const char *word = kmp_read_word(r, node, w->what), *dot = word ? strrchr(word, '.') : NULL;
     int side = -1;
-    for (int k = 0; dot && side_words[k]; k++)
-        if (strcmp(side_words[k], dot + 1) == 0)
+    for (int k = 0; dot && kmp_track_side_words[k]; k++)
+        if (strcmp(kmp_track_side_words[k], dot + 1) == 0)
             side = k;
     if (!word)
         return false;
@@ -226,8 +222,8 @@ static void read_wheel(const reading *w)
     good = at && read_centre(w, at) && good;
     wheel->profile = profile ? kmp_read_profile(r, profile, w->what) : NULL;
     good = wheel->profile && wheel->profile->height && good;
-    good = read_choice(w, "contact", form_words, &form) && good;
-    good = read_choice(w, "creep", law_words, &law) && good;
+    good = read_choice(w, "contact", kmp_contact_form_words, &form) && good;
+    good = read_choice(w, "creep", kmp_creep_law_words, &law) && good;
     wheel->form = (kmp_contact_form)form;
     wheel->law = (kmp_creep_law)law;
     good = check_form(w) && good;

@@ -118,6 +118,9 @@ typedef struct kmp_wheel {
     kmp_number speed;   /* below it creepages are regularised, m/s */
 } kmp_wheel;
 
+/** The words of the language for these, in order; NULL ends each list. */
+extern const char *const kmp_track_side_words[], *const kmp_contact_form_words[], *const kmp_creep_law_words[];
+
 /** How many contacts a wheel has: an elastic one each zone, a rigid one alone. */
 int kmp_wheel_contacts(const kmp_wheel *wheel);
 

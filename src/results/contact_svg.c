@@ -57,16 +57,9 @@ static void reach(frame *f, double x, double y)
     }
 }
 
-/* 1, 2 or 5 times a power of ten: about `count` of them in a range. */
-static double tick_of(double range, int count)
-{
-    double raw = range / count, power = pow(10, floor(log10(raw))), part = raw / power;
-    return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
-}
-
 static void put_ticks(const frame *f, int axis, int count)
 {
-    double each = tick_of(f->high[axis] - f->low[axis], count);
+    double each = kmp_svg_tick(f->high[axis] - f->low[axis], count);
     for (double k = ceil(f->low[axis] / each); k * each <= f->high[axis]; k++) {
         double v = k * each, x = at_x(f, v), y = at_y(f, v);
         if (axis == 0)
@@ -187,7 +180,7 @@ static void put_section(kmp_text *text, const kempe_contact_table *t, int wheel,
     s.f.low[1] = middle - each * s.f.height / 2;
     s.f.high[1] = middle + each * s.f.height / 2;
     kmp_text title = {0};
-    kmp_text_printf(&title, "%s (%s)", w->name, w->side == KMP_TRACK_LEFT ? "left" : "right");
+    kmp_text_printf(&title, "%s (%s)", w->name, kmp_track_side_words[w->side]);
     put_frame(&s.f, title.s ? title.s : "", "from the track's middle, outwards, mm");
     kmp_text_free(&title);
     put_profile(&s, true);

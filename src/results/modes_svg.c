@@ -50,16 +50,9 @@ static void widen(frame *f)
     }
 }
 
-/* 1, 2 or 5 times a power of ten: about `count` of them in a range. */
-static double tick_of(double range, int count)
-{
-    double raw = range / count, power = pow(10, floor(log10(raw))), part = raw / power;
-    return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
-}
-
 static void put_ticks(const frame *f, int axis, int count)
 {
-    double each = tick_of(f->high[axis] - f->low[axis], count);
+    double each = kmp_svg_tick(f->high[axis] - f->low[axis], count);
     for (double k = ceil(f->low[axis] / each); k * each <= f->high[axis]; k++) {
         double v = k * each, x = at_x(f, v), y = at_y(f, v);
         if (axis == 0)

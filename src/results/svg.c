@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "results/svg.h"
+#include <math.h>
 
 void kmp_svg_begin(kmp_text *text, double width, double height, const char *style)
 {
@@ -16,6 +17,12 @@ void kmp_svg_begin(kmp_text *text, double width, double height, const char *styl
 void kmp_svg_end(kmp_text *text)
 {
     kmp_text_put(text, "</svg>\n");
+}
+
+double kmp_svg_tick(double range, int count)
+{
+    double raw = range / count, power = pow(10, floor(log10(raw))), part = raw / power;
+    return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
 }
 
 void kmp_svg_dot(kmp_text *text, double x, double y, double radius, const char *colour)

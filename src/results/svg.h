@@ -10,6 +10,9 @@
 void kmp_svg_begin(kmp_text *text, double width, double height, const char *style);
 void kmp_svg_end(kmp_text *text);
 
+/** 1, 2 or 5 times a power of ten: about `count` of them in a range. */
+double kmp_svg_tick(double range, int count);
+
 void kmp_svg_dot(kmp_text *text, double x, double y, double radius, const char *colour);
 
 #endif
