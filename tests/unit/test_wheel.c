@@ -49,6 +49,13 @@ static kempe_model *read_set(const char *profile, const char *contact)
     return model;
 }
 
+static bool derive(derived *d, const kempe_model *m, unsigned sets)
+{
+    bool ok = derived_init(d, m, sets, KMP_SCHEME_COMPOSITE, false);
+    CHECK(ok);
+    return ok;
+}
+
 static state random_pose(void)
 {
     state s = {0};
@@ -143,7 +150,7 @@ static void against_space(const char *profile)
 {
     kempe_model *m = read_set(profile, "contact: rigid, creep: none");
     derived d;
-    if (!m || !derived_init(&d, m, KMP_SET_CLOSURE, KMP_SCHEME_COMPOSITE, false))
+    if (!m || !derive(&d, m, KMP_SET_CLOSURE))
         return;
     double worst = 0;
     for (int k = 0; k < 24; k++) {
@@ -197,7 +204,7 @@ static void rows_by_differences(void)
 {
     kempe_model *m = read_set("s1002", "contact: rigid, creep: none");
     derived d;
-    if (!m || !derived_init(&d, m, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, KMP_SCHEME_COMPOSITE, false))
+    if (!m || !derive(&d, m, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL))
         return;
     double worst[2] = {0, 0};
     for (int k = 0; k < 10; k++) {
@@ -229,7 +236,7 @@ static void tangents_by_differences(void)
     kempe_model *m = read_set("s1002", elastic);
     derived d;
     const unsigned sets = KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD;
-    if (!m || !derived_init(&d, m, sets, KMP_SCHEME_COMPOSITE, false))
+    if (!m || !derive(&d, m, sets))
         return;
     int few = 0;
     double worst = 0;
@@ -269,7 +276,7 @@ static void mirrored(void)
 {
     kempe_model *m = read_set("s1002", elastic);
     derived d;
-    if (!m || !derived_init(&d, m, KMP_SET_OUTPUT, KMP_SCHEME_COMPOSITE, false))
+    if (!m || !derive(&d, m, KMP_SET_OUTPUT))
         return;
     /* along, across and out of the plane: what a mirror turns round */
     static const int turned[KMP_CONTACT_SHOWN] = {0, 0, 0, 0, 0, 1, 1, 0, 1, 1};
@@ -326,7 +333,7 @@ static void cone_on_arc(void)
     kempe_model *m = text.failed ? NULL : read_text(text.s);
     derived d;
     kmp_text_free(&text);
-    if (!m || !derived_init(&d, m, KMP_SET_CLOSURE | KMP_SET_OUTPUT, KMP_SCHEME_COMPOSITE, false))
+    if (!m || !derive(&d, m, KMP_SET_CLOSURE | KMP_SET_OUTPUT))
         return;
     CHECK(m->wheels[0].zone_count == 1);
     state s = {.q = {0, 0.74, 0.51}};
@@ -373,7 +380,7 @@ static double resting(const char *contact, int number, double *weight)
     kempe_model *m = read_set("cone20", contact);
     derived d;
     static const int rows[2] = {0, 1}, efforts[2] = {Z, ROLL};
-    if (!m || !derived_init(&d, m, KMP_SET_CLOSURE | KMP_SET_BIAS | KMP_SET_OUTPUT, KMP_SCHEME_COMPOSITE, false))
+    if (!m || !derive(&d, m, KMP_SET_CLOSURE | KMP_SET_BIAS | KMP_SET_OUTPUT))
         return NAN;
     state s = {.q = {0, 0.002, 0.4601}};
     bool rigid = d.m > 0;
