@@ -39,6 +39,8 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
         return true;
     case KMP_OUTPUT_FORCE:
         return is_loaded(model, output->index);
+    case KMP_OUTPUT_CONTACT:
+        return model->wheels[output->index].form == KMP_CONTACT_RIGID;
     case KMP_OUTPUT_SENSOR:
         return kmp_expr_lambda(model->sensors[output->index].expr);
     default:

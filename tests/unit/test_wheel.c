@@ -348,6 +348,19 @@ static void cone_on_arc(void)
     kempe_model_free(m);
 }
 
+/* What a rigid wheel shows waits for multipliers: kinematics leaves it out. */
+static void shown_with_loads(void)
+{
+    static const char *const forms[2] = {"contact: elastic", "contact: rigid, creep: none"};
+    for (int rigid = 0; rigid < 2; rigid++) {
+        kempe_model *m = read_set("cone20", forms[rigid]);
+        CHECK(m && m->output_count == 4);
+        for (int k = 0; m && k < m->output_count; k++)
+            CHECK(kmp_output_has_loads(m, &m->outputs[k]) == rigid);
+        kempe_model_free(m);
+    }
+}
+
 /* -- both forms ----------------------------------------------------------------------------------- */
 
 /* Heights and rolls at which f (of two) vanishes, by Newton's method with differences. */
@@ -431,6 +444,7 @@ int main(void)
     TEST(tangents_by_differences);
     TEST(mirrored);
     TEST(cone_on_arc);
+    TEST(shown_with_loads);
     TEST(stiffer);
     kempe_context_free(context);
     return check_report();
