@@ -182,28 +182,50 @@ static bool is_final(double step, double before, double size)
     return quadratic || is_last(step, before, size);
 }
 
+static void grow(int n, const double *y, double *size)
+{
+    for (int i = 0; i < n; i++)
+        size[i] = fabs(y[i]) <= size[i] ? size[i] : fabs(y[i]); /* NaN stays */
+}
+
+/* The greatest part of its own size that an unknown goes by: they may have different units. */
+static double part_of(int n, const double *dy, const double *size)
+{
+    double part = 0;
+    for (int i = 0; i < n; i++)
+        part = fmax(part, dy[i] != 0 ? fabs(dy[i]) / size[i] : 0);
+    return part;
+}
+
+/* Whether steps stand still: what is left of an unknown near zero is rounding of the others. */
+static bool stands(int n, const double *dy, const double *size, double part, double before)
+{
+    return isfinite(before) && part >= 0.9 * before && largest(n, dy) <= 1e-9 * largest(n, size);
+}
+
 /* From y on. */
 static bool descend(kmp_solving *s)
 {
     int n = s->block->unknowns;
-    double dy[MOST], before = INFINITY, size = largest(n, s->y);
+    double dy[MOST], size[MOST] = {0}, before = INFINITY;
     const double *f = equations(s);
+    grow(n, s->y, size);
     for (int k = 0; k < MOST_STEPS; k++) {
         double residual = largest(n, f);
         if (!direction(n, f, dy))
             return false;
-        double step = largest(n, dy);
-        if (is_final(step, before, size)) {
+        double step = largest(n, dy), part = part_of(n, dy, size);
+        if (is_final(part, before, 1) || stands(n, dy, size, part, before)) {
             for (int i = 0; i < n; i++)
                 s->y[i] += dy[i];
             return true;
         }
         f = advance(s, dy, residual);
         bool whole = largest(n, dy) == step;
-        size = fmax(size, largest(n, s->y));
-        if (!isfinite(size))
+        grow(n, s->y, size);
+        if (!isfinite(largest(n, size)))
             return false;
-        before = whole ? step : INFINITY;
+        before = whole ? part : INFINITY;
     }
     return false;
 }

@@ -128,6 +128,34 @@ static void test_roads(void)
     }
 }
 
+/* Unknowns of one group by a factor of 1e12 apart, each to its own rounding; one that is zero but for the rounding of a
+ * large one ends too. */
+static void test_scales(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "bodies: {m: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n"
+                         "unknowns:\n"
+                         "  far: {of: {a: 1e6, b: 1e-3}, zero: [\"a*a - 4e12*(1 + q(S))\", \"b + 0.5e6*b*b - "
+                         "1.5e-6*(1 + q(S))\"]}\n"
+                         "  none: {of: {c: 1e6, d: 0}, zero: [\"c^3 - 7e18*(1 + q(S))\", \"d + d^3 + c^3/7e18 - 1 - "
+                         "q(S)\"]}\n"
+                         "sensors: {a: a, b: b, c: c, d: d}\n"
+                         "run: {t_end: 1, outputs: [sensor(a), sensor(b), sensor(c), sensor(d)]}\n");
+    derived d;
+    bool ok = l.model && derived_init(&d, l.model, KMP_SET_OUTPUT, KMP_SCHEME_COMPOSITE, false);
+    CHECK(ok);
+    if (ok) {
+        const state s = {.q = {0}};
+        derived_eval(&d, &s);
+        CHECK_NEAR(d.shown[0] / 2e6, 1, 1e-15);
+        CHECK_NEAR(d.shown[1] / 1e-6, 1, 1e-13);
+        CHECK_NEAR(d.shown[2] / cbrt(7e18), 1, 1e-15);
+        CHECK(fabs(d.shown[3]) < 1e-15);
+        derived_free(&d);
+    }
+    unload(&l);
+}
+
 /* Where there is no solution the values are none, and the run says so. */
 static void test_no_solution(void)
 {
@@ -149,6 +177,7 @@ int main(void)
 {
     TEST(test_equations);
     TEST(test_roads);
+    TEST(test_scales);
     TEST(test_no_solution);
     return check_report();
 }
