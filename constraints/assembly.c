@@ -7,23 +7,36 @@
 
 enum { PUSHES = 4, MOST_NAMED = 5 };
 
+static void put_open(kmp_text *text, const char *before, const char *name, double gap)
+{
+    kmp_text_printf(text, "%s'%s'", before, name);
+    if (isfinite(gap))
+        kmp_text_printf(text, " (%.3g m)", gap);
+}
+
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    kmp_text held = {0}, others = {0};
+    kmp_text held = {0}, others = {0}, best = {0};
     for (int k = 0; k < model->motion_count; k++)
         if (model->start.hold[k])
             kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
     for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
-        kmp_text_printf(&others, "%s'%s' (%.3g m)",
-                        k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
+        put_open(&others, k > 1 ? ", " : "; also open: ", model->closures[a->culprits[k]].name,
+                 a->gaps[a->culprits[k]]);
     if (a->culprit_count > MOST_NAMED + 1)
         kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
     const kmp_closure *worst = &model->closures[a->culprits[0]];
+    double gap = a->gaps[a->culprits[0]];
+    if (isfinite(gap))
+        kmp_text_printf(&best, "at best a gap of %.4g m remains%s; check its lengths, or start", gap,
+                        others.s ? others.s : "");
+    else
+        kmp_text_put(&best, "its gap is not a number there; start");
     (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
-                       "loop '%s' cannot be closed%s: at best a gap of %.4g m remains%s; check its lengths, or "
-                       "start from a better guess",
-                       worst->name, held.s ? held.s : "", a->gaps[a->culprits[0]], others.s ? others.s : "");
+                       "loop '%s' cannot be closed%s: %s from a better guess", worst->name, held.s ? held.s : "",
+                       best.s ? best.s : "");
+    kmp_text_free(&best);
     kmp_text_free(&held);
     kmp_text_free(&others);
     return KEMPE_E_FAILED;

@@ -243,6 +243,8 @@ static int solve_reduced(kmp_reduction *red, double *udd)
 static void take_multipliers(kmp_reduction *red, double *lambda)
 {
     memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
+    if (red->r == 0) /* no row is kept: the blocks are none */
+        return;
     for (int i = 0; i < red->r; i++)
         red->dv[i] = red->force[red->part->v[i]];
     kmp_block_solve_transposed(red->block, 1, red->dv);

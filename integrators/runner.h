@@ -109,6 +109,9 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *
  * Other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
 
+/** No multipliers are found there: what ends runs there says so, if anything does, or the force is named. */
+kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
+
 /** The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. Whether it is a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 

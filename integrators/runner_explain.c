@@ -55,11 +55,41 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     return true;
 }
 
+/* A condition that ends runs and holds at the state: what it says. */
+static bool explain_end(kmp_runner *run, double t, const double *q, const double *qd, kmp_text *text)
+{
+    const kempe_system *s = run->s;
+    const double *change = kmp_plant_changes(run->plant, t, q, qd);
+    for (int k = 0; change && k < s->events.count; k++) {
+        const kmp_condition *condition = &s->events.condition[k];
+        if (!condition->ends || condition->late || !(change[k] < 0))
+            continue;
+        kmp_text_printf(text, "%s at t = %.9g s%s%s", s->event_text[k], t, condition->advice ? ": " : "",
+                        condition->advice ? condition->advice : "");
+        return true;
+    }
+    return false;
+}
+
+kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_text text = {0};
+    if (!explain_end(run, t, q, qd, &text))
+        return kmp_fail_unsettled(run->plant);
+    kempe_status status =
+        text.failed ? kmp_fail_memory(run->s->context) : kmp_fail(run->s->context, KEMPE_E_FAILED, "%s", text.s);
+    kmp_text_free(&text);
+    return status;
+}
+
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
 {
     const char *said = kempe_context_message(run->s->context);
     if (run->road && run->road->explain && run->road->reason.length == 0 && !*said)
         run->road->explain(run->road);
+    const double *begin = run->state; /* nothing has moved yet */
+    if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
+        return false;
     bool locks = explain_lock(run, text, t);
     if (!locks && run->road && run->road->reason.length)
         kmp_text_put(text, run->road->reason.s);

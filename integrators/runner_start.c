@@ -103,7 +103,7 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     else
         kmp_saddle_accelerations(&saddle, run->qdd, run->lambda);
     if (status == KEMPE_OK && kmp_is_unsettled(run->plant))
-        status = kmp_fail_unsettled(run->plant);
+        status = kmp_runner_fail_unsettled(run, t, q, qd);
     kmp_saddle_free(&saddle);
     return status;
 }

@@ -85,6 +85,20 @@ class Independent(unittest.TestCase):
                     self.assertEqual(found, [])
 
 
+class Backwards(unittest.TestCase):
+    def test_mirrored(self):
+        """What rolls backwards goes where its image rolls that rolls forwards, spin and its forces included."""
+        with tempfile.TemporaryDirectory() as folder:
+            ends = []
+            for V in (20, -20):
+                path = pathlib.Path(folder) / "run.csv"
+                kempe("simulate", ROLLING / "rolling_wheel.yaml", "--once", "--t-end", 1, *settings(V=V), "-o", path)
+                ends.append(rows(path)[-1])
+        for name, there in ends[0].items():
+            sign = -1 if name in ("q.x", "q.yaw", "q.spin") else 1
+            self.assertLess(abs(sign * ends[1][name] - there), 1e-8 * max(abs(there), 1e-3), name)
+
+
 class Ends(unittest.TestCase):
     """One wheel turned against its rail, pressed outwards by a force that grows."""
 
@@ -122,6 +136,27 @@ class Ends(unittest.TestCase):
             self.assertIn("wheel 'L' left its rail at t = ", found["reason"])
             ends.append(table[-1]["t"])
         self.assertLess(abs(ends[0] - ends[1]), 0.01)
+
+    def test_misplaced(self):
+        """What is not on its rail at the start says so, elastic or rigid, and not that its forces are not found."""
+        for form in ("elastic", "rigid"):
+            for value, why in ((10, "stands across its rail"), (-10, "stands across its rail")):
+                found, table = self.run_of(form=form, push=0, attack=value)
+                self.assertIn(f"wheel 'L' {why} at t = 0 s", found["reason"])
+            found, table = self.run_of(form=form, push=0, attack=0, beside=0.2)
+            self.assertIn("wheel 'L' left its rail at t = 0 s", found["reason"])
+
+    def test_far_away(self):
+        """So far from the rails that no forces are found there."""
+        for form in ("elastic", "rigid"):
+            text = (ROLLING / "rolling_wheel.yaml").read_text().replace("../profiles", str(ROOT / "examples/profiles"))
+            with tempfile.TemporaryDirectory() as folder:
+                model = pathlib.Path(folder) / "model.yaml"
+                for old, new in (("rigid", form), ("y: 3 mm", "y: 2 m"), ("hold: [y, yaw], ", ""), (", lambda(L), lambda(R)", "")):
+                    text = text.replace(old, new)
+                model.write_text(text)
+                found = kempe("simulate", model, status=1)
+            self.assertIn("wheel 'L' left its rail at t = 0 s", found["reason"])
 
     def test_dips(self):
         """A rail that goes down at once: an elastic wheel flies and lands, a rigid one says that it would have to be pulled."""

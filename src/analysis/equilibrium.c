@@ -89,7 +89,7 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
     if (status != KEMPE_OK)
         return status;
-    if (place >= 0)
+    if (place >= 0 && path.count > 0)
         kmp_text_put(&pulls, "; along it pull, at the start: ");
     kmp_load_path_tell(&pulls, l, place, &path);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,

@@ -123,7 +123,9 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
 void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
                   const char *format, ...)
 {
-    if (!tree->events || !moves(tree->graph, value))
+    double constant;
+    bool always = kmp_is_const(tree->graph, value, &constant) && constant < 0; /* from the start */
+    if (!tree->events || !(always || moves(tree->graph, value)))
         return;
     const kmp_condition condition = {.of = of, .number = number, .ends = true, .advice = advice};
     va_list arguments;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which force it is that depends on multipliers, and what cannot go with one. */
 #include "dynamics/pressed.h"
+#include <string.h>
 
 static bool depends_on(const kmp_expr *e, int closure)
 {
@@ -27,14 +28,24 @@ const char *kmp_pressed_force(const kempe_system *s, int row)
     return model->closures[closure].name; /* a force of that name belongs to its kind */
 }
 
+static bool is_wheel(const kempe_model *model, const char *name)
+{
+    for (int k = 0; k < model->wheel_count; k++)
+        if (strcmp(model->wheels[k].name, name) == 0)
+            return true;
+    return false;
+}
+
 kempe_status kmp_refuse_pressed(const kempe_system *s, const char *what)
 {
     if (s->pressed_count == 0)
         return KEMPE_OK;
+    const char *force = kmp_pressed_force(s, s->pressed[0]);
     return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                     "%s: force '%s' depends on the multiplier of closure row '%s', and what follows from that is not "
-                    "worked out there; give it a law without lambda",
-                    what, kmp_pressed_force(s, s->pressed[0]), s->row_names[s->pressed[0]]);
+                    "worked out there; %s",
+                    what, force, s->row_names[s->pressed[0]],
+                    is_wheel(s->model, force) ? "take elastic contact" : "give it a law without lambda");
 }
 
 kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what)
@@ -51,7 +62,7 @@ kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what
         if (model->wheels[k].form == KMP_CONTACT_RIGID && model->wheels[k].law != KMP_CREEP_NONE)
             return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                             "%s: the creep forces of wheel '%s' depend on its normal force, lambda(%s), which these "
-                            "equations do not solve for; take elastic contact",
+                            "equations do not solve for; no language is written with wheels in it",
                             what, model->wheels[k].name, model->wheels[k].name);
     return KEMPE_OK;
 }

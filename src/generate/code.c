@@ -59,11 +59,12 @@ static kempe_status check_operations(const kempe_code *code)
         const kmp_routine *r = &code->source.routines[k];
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
-            if (op == KMP_OP_IMPLICIT)
-                return kmp_fail(code->context, KEMPE_E_ARGUMENT,
-                                "set '%s' solves equations on the way (an implicit block), which cannot be written in "
-                                "a language; leave the set out with --sets",
-                                r->name);
+            if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)
+                return kmp_fail(
+                    code->context, KEMPE_E_ARGUMENT,
+                    "set '%s' solves equations on the way (unknowns, or where wheels touch), which cannot be "
+                    "written in a language; leave the set out with --sets",
+                    r->name);
             if (!code->language->says(op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                                 "set '%s' needs the function '%s', which %s has not; leave the set out with --sets",

@@ -84,6 +84,21 @@ static int find_force(kmp_reader *r, const kmp_yaml *node, const char *word, con
     return force;
 }
 
+/* Elastic wheels have no multiplier: the word for what is meant. */
+static bool is_elastic(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
+{
+    const kempe_model *model = r->model;
+    for (int k = 0; k < model->wheel_count; k++)
+        if (strcmp(model->wheels[k].name, name) == 0 && model->wheels[k].form == KMP_CONTACT_ELASTIC) {
+            kmp_reader_complain(r, node->place,
+                                "output %s: wheel '%s' is elastic and has no multiplier; contact(%s) has its "
+                                "normal force",
+                                word, name, name);
+            return true;
+        }
+    return false;
+}
+
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const kempe_model *model = r->model;
@@ -93,6 +108,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return kmp_read_motion_text(r, node->place, name, what);
     case KMP_OUTPUT_OF_MAYBE_LOOP:
     case KMP_OUTPUT_OF_LOOP:
+        if (is_elastic(r, node, row->word, name))
+            return -1;
         return find_thing(r, node, row->word, (things){"loop", model->closure_count, closure_name}, name);
     case KMP_OUTPUT_OF_POINT:
         return kmp_read_point_text(r, node->place, name, what);

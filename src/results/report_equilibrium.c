@@ -99,8 +99,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
         kmp_text_put(text, "\n");
     show_coordinates(text, e, b);
     for (int i = 0; e->exchange && i < e->exchange->free_count; i++)
-        kmp_text_printf(text, "%s%s = %.15g%s\n", i ? "" : "\nfound      ", e->exchange->name[i], b->freed[i],
-                        i + 1 < e->exchange->free_count ? "           " : "");
+        kmp_text_printf(text, "%s%s = %.15g\n", i ? "           " : "\nfound      ", e->exchange->name[i], b->freed[i]);
     show_reactions(text, e, b);
     show_stability(text, e, b);
     kmp_text_put(text, "residual   ");

@@ -55,6 +55,7 @@ static void creep(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_
                                  .slip = {c->slip.along, c->slip.across},
                                  .spin = c->slip.spin};
         kmp_creep_law_force(g, wheel->law, &creep, &c->creep);
+        c->creep.moment = kmp_mul(g, c->slip.sense, c->creep.moment); /* the law's axes turn with the rolling */
     }
     c->force = kmp_vec_add(g, kmp_vec_scale(g, c->creep.force[0], pose->axis[0]),
                            kmp_vec_scale(g, c->creep.force[1], c->patch.side));

@@ -334,6 +334,7 @@ bool kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whee
     slip->speed = kmp_sqrt(g, kmp_add(g, kmp_mul(g, forwards, forwards), kmp_mul(g, least, least)));
     slip->along = kmp_div(g, kmp_vec_dot(g, slip->velocity, pose->axis[0]), slip->speed);
     slip->across = kmp_div(g, kmp_vec_dot(g, slip->velocity, patch->side), slip->speed);
-    slip->spin = kmp_div(g, kmp_vec_dot(g, spin, patch->normal), slip->speed);
+    slip->sense = kmp_unary(g, KMP_OP_TANH, kmp_div(g, forwards, least));
+    slip->spin = kmp_mul(g, slip->sense, kmp_div(g, kmp_vec_dot(g, spin, patch->normal), slip->speed));
     return !kmp_graph_failed(g);
 }

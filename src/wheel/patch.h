@@ -39,7 +39,8 @@ bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
 
 /** What the wheel slips by there, over its rolling speed. */
 typedef struct kmp_slip {
-    kmp_ref along, across, spin; /* spin in 1/m */
+    kmp_ref along, across, spin; /* spin in 1/m, over the rolling speed with its sign */
+    kmp_ref sense;               /* 1 rolling forwards, -1 backwards, smooth between */
     kmp_ref speed;               /* rolling speed, regularised */
     kmp_vec velocity;            /* of the wheel's material point against the rail, m/s */
     kmp_vec turn;                /* angular velocity of the wheel */

@@ -27,10 +27,14 @@ static void show(kmp_graph *g, const kmp_wheel_pose *pose, const kmp_contact *c,
     }
 }
 
-/* Where runs end: the middle of the rail is no longer under the wheel, or a rigid contact would have to pull. */
+/* Cosine of the angle by which a wheel's axle may be turned out of the track's cross-section. */
+#define MOST_TURNED 0.5
+
+/* Where runs end: the middle of the rail is no longer under the wheel, the wheel is turned out of its track, or a rigid
+ * contact would have to pull. */
 static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose)
 {
-    enum { OFF = KMP_WHEEL_ZONES, PULLED };
+    enum { OFF = KMP_WHEEL_ZONES, PULLED, TURNED };
     kmp_graph *g = tree->graph;
     const kmp_table *height = wheel->profile->height;
     kmp_ref under = kmp_sub(g, kmp_const(g, tree->model->tracks[wheel->track].rail_at), pose->out);
@@ -38,6 +42,9 @@ static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
     kmp_ref outer = kmp_sub(g, kmp_const(g, height->x[height->count - 1]), under);
     kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer),
                  "the middle of the rail is beside the wheel's profile", "wheel '%s' left its rail", wheel->name);
+    kmp_tree_end(tree, wheel, TURNED, kmp_sub(g, pose->axle[1], kmp_const(g, MOST_TURNED)),
+                 "its axle, y of the axes of its point, is to be across the track, leftwards",
+                 "wheel '%s' stands across its rail", wheel->name);
     if (wheel->form == KMP_CONTACT_RIGID)
         kmp_tree_end(tree, wheel, PULLED, kmp_tree_multiplier(tree, wheel->closure, 0),
                      "a rail does not pull; with 'contact: elastic' the wheel lifts off", "wheel '%s' is unloaded",
