@@ -82,6 +82,18 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
     return status;
 }
 
+/* Where equations of the model's unknowns have no solution nothing can be evaluated. */
+static void name_unknowns(const kmp_runner *run, kmp_text *text)
+{
+    const kempe_model *model = run->s->model;
+    const char *before = "; it may be that unknowns of the model have no solution there: ";
+    for (int k = 0; k < model->unknowns_count; k++)
+        if (model->unknowns[k].count > 0) {
+            kmp_text_printf(text, "%s'%s'", before, model->unknowns[k].name);
+            before = ", ";
+        }
+}
+
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text)
 {
     const char *said = kempe_context_message(run->s->context);
@@ -99,6 +111,8 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         kmp_put_unsettled(run->plant, text);
     else if (!locks)
         kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
+    if (!locks && run->road && !kmp_is_unsettled(run->plant))
+        name_unknowns(run, text);
     explain_angles(run, text);
     return locks;
 }

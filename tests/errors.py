@@ -51,6 +51,7 @@ run: {t_end: 0.1}
 CHANGES = [
     ("forces:\n", "  E: {ball: [coupler.C, rocker.C]}\nforces:\n  rub: {joint: A, torque: 0.1*lambda(C)}\n", 1),
     ("forces:\n", "drives: {m: {joint: A, angle: 90 deg + t}}\nforces:\n  lift: {joint: A, torque: -lambda(m)}\n", 1),
+    ("forces:\n", "unknowns: {root: {of: {b: 0.5}, zero: b^2 + 1 + 0*q(A)}}\nforces:\n  rub: {joint: A, torque: b}\n", 1),
     ("mass: 1\n    com", "masse: 1\n    com", 2),
     ("at: crank.B", "at: crnak.B", 2),
     ("coupler.C, rocker.C", "coupler.C, rocker.c", 2),
@@ -122,6 +123,10 @@ CALLS = [
     ("kinematics model.yaml --drive A=0:1,D=0:1", 1),
     ("kinematics model.yaml --drive D=0:1", 1),
     ("kinematics model.yaml --drive A=0:1,A=0:2", 3),
+    (f"simulate {ROOT}/tests/models/one_wheel.yaml --once --set push=-60000", 0),
+    (f"simulate {ROOT}/tests/models/one_wheel.yaml --once --set attack=10", 0),
+    (f"simulate {ROOT}/examples/rolling_wheel/rolling_wheel.yaml --once --set V=1000 --t-end 1", 0),
+    (f"simulate {ROOT}/tests/models/hill.yaml --once", 0),
     (f"equilibrium {ROOT}/tests/models/friction.yaml", 1),
     ("equilibrium model.yaml --rates shaft=1", 3),
     ("equilibrium model.yaml --rates A=1", 1),
@@ -148,7 +153,7 @@ def said(kempe, folder, words, code):
     without = {**os.environ, "KEMPE_JAVASCRIPT": "nowhere"}
     done = subprocess.run([kempe, *words.split()], cwd=folder, capture_output=True, text=True, timeout=100, env=without)
     assert done.returncode == code, f"kempe {words}: exit code {done.returncode}, not {code}\n{done.stderr}"
-    return done.stderr.split("\n")
+    return (done.stderr + done.stdout).split("\n")  # ends of runs stand with their results
 
 
 def everything_said(kempe, folder):

@@ -152,7 +152,7 @@ class Ends(unittest.TestCase):
             text = (ROLLING / "rolling_wheel.yaml").read_text().replace("../profiles", str(ROOT / "examples/profiles"))
             with tempfile.TemporaryDirectory() as folder:
                 model = pathlib.Path(folder) / "model.yaml"
-                for old, new in (("rigid", form), ("y: 3 mm", "y: 2 m"), ("hold: [y, yaw], ", ""), (", lambda(L), lambda(R)", "")):
+                for old, new in (("rigid", form), ("y: 3 mm", "y: 0.1 m"), ("hold: [y, yaw], ", ""), (", lambda(L), lambda(R)", "")):
                     text = text.replace(old, new)
                 model.write_text(text)
                 found = kempe("simulate", model, status=1)
