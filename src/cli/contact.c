@@ -4,7 +4,8 @@
 static bool says_over_what(const cli_settings *s)
 {
     if (!s->contact.over)
-        cli_complain("over what? --over NAME=A:B:N, a coordinate or a parameter");
+        cli_complain("over what? --over NAME=A:B:N, a coordinate or a parameter, as the wheels' place across the "
+                     "track: --over 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates");
     return s->contact.over;
 }
 
