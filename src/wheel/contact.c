@@ -72,6 +72,7 @@ bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
                        : kmp_wheel_patch(tree, wheel, k, pose, &contact->patch);
     if (!found || !kmp_wheel_slip(tree, wheel, pose, &contact->patch, &contact->slip))
         return false;
+    contact->lateral = kmp_add(g, contact->patch.y, pose->place.outwards[wheel->side]);
     if (rigid)
         contact->normal = kmp_binary(g, KMP_OP_MAX, kmp_tree_multiplier(tree, wheel->closure, 0), KMP_ZERO);
     else if (!pressing(tree, wheel, &contact->patch, &contact->normal))
@@ -83,7 +84,7 @@ bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
 void kmp_contact_values(kmp_graph *g, const kmp_contact *c, kmp_ref *value)
 {
     const kmp_ref shown[KMP_CONTACT_SHOWN] = {
-        c->patch.s,     c->patch.y,        kmp_unary(g, KMP_OP_ATAN, c->patch.slope),
+        c->patch.s,     c->lateral,        kmp_unary(g, KMP_OP_ATAN, c->patch.slope),
         c->normal,      c->slip.along,     c->slip.across,
         c->slip.spin,   c->creep.force[0], c->creep.force[1],
         c->creep.moment};

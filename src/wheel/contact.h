@@ -9,7 +9,8 @@
 typedef struct kmp_contact {
     kmp_patch patch;
     kmp_slip slip;
-    kmp_ref normal; /* N, along the normal */
+    kmp_ref lateral; /* of the patch, outwards from the middle of the track: with what its rail is moved by */
+    kmp_ref normal;  /* N, along the normal */
     kmp_creep_force creep;
     kmp_vec force;   /* on the wheel at patch.point, N along the normal left out */
     kmp_vec moment;  /* with it */
