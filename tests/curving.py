@@ -86,8 +86,8 @@ class Curve(unittest.TestCase):
         radius = R0 * B / (cone * 0.005)
         text = changed(model("tests/models/curve.yaml"), "contact: rigid", "contact: elastic, damping: 50" if form == "elastic" else "contact: rigid")
         text = text if form == "rigid" else changed(text, "lambda(L), lambda(R), ", "")
-        row = simulate(text, "--road", road, "--integrator", "ida" if road == "dae" else "radau9", "--t-end", 5 * 20 / speed, cone=cone, V=speed, cant=cant, load=load, high=high,
-                       calm=3e6)[-1]
+        row = simulate(text, "--road", road, "--integrator", "ida" if road == "dae" else "radau9",
+                       "--t-end", 5 * 20 / speed, cone=cone, V=speed, cant=cant, load=load, high=high, calm=3e6)[-1]
         lean = math.asin(cant / (2 * B + 2 * RAIL * math.sin(math.atan(cone))))
         pull = (row["qd.round"] * radius)**2 / radius
         up, out = G * math.cos(lean) + pull * math.sin(lean), pull * math.cos(lean) - G * math.sin(lean)
@@ -130,6 +130,28 @@ class Curve(unittest.TestCase):
         y = 60 * (turn / 3 - turn**3 / 42 + turn**5 / 1320) + 345 * math.cos(turn)
         out = [math.hypot(row["q.x"] - x, row["q.y"] - y) - 345 for row in found[-100:]]
         self.assertLess(abs(middle(out) / (0.01 * (1 - 0.1 * (R0 + RAIL) / B)) - 1), 0.01)
+
+
+class Wagon(unittest.TestCase):
+    def test_steady(self):
+        """examples/curving at its end: loads, lateral forces and their moment against the masses' in the curve."""
+        row = simulate(model("examples/curving/curving.yaml"))[-1]
+        wheels, lean, speed = ("FL", "FR", "RL", "RR"), math.asin(0.06 / 1.507), math.hypot(row["qd.x"], row["qd.y"])
+        up, out = G * math.cos(lean) + speed**2 / 300 * math.sin(lean), speed**2 / 300 * math.cos(lean) - G * math.sin(lean)
+        self.assertLess(abs(sum(row[f"force.{w}.z"] for w in wheels) / (22400 * up) - 1), 5e-4)
+        self.assertLess(abs(sum(row[f"force.{w}.y"] for w in wheels) / (22400 * out) - 1), 5e-3)
+        shifts = [row[f"contact.{axle}R.1.y"] - row[f"contact.{axle}R.1.s"] - B for axle in "FR"]
+        self.assertGreater(shifts[0], 0.006)
+        axles = sum(shifts) / 2
+        wagon = axles + (row["q.fy"] + row["q.ry"]) / 2 + 1.5 * (row["q.roll"] + lean)
+        wanted = ((20000 * (R0 + 1.5) + 2400 * R0) * out + (20000 * wagon + 2400 * axles) * up
+                  + 100 * (row["qd.fspin"] + row["qd.rspin"]) * speed / 300)
+        found = 0
+        for wheel in wheels:
+            press = [(row[f"contact.{wheel}.{k}.N"], row[f"contact.{wheel}.{k}.y"]) for k in range(1, 5)]
+            place = sum(n * y for n, y in press) / sum(n for n, _ in press)
+            found += row[f"force.{wheel}.z"] * place * (1 if wheel[1] == "R" else -1)
+        self.assertLess(abs(found / wanted - 1), 5e-3, (found, wanted))
 
 
 class Uneven(unittest.TestCase):
