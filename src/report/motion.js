@@ -153,13 +153,13 @@ function glView(canvas, m) {
             built = buildScene(m);
         },
         draw(poses, view) {
-            const { width, height } = view;
+            const { width, height } = view, centre = m.centreAt(poses);
             renderer.setPixelRatio(window.devicePixelRatio || 1);
             renderer.setSize(width, height, false);
             [camera.left, camera.right, camera.top, camera.bottom] = [-width, width, height, -height].map((x) => x / (2 * view.scale));
-            camera.position.copy(vector(add(m.extent.centre, scaled(20 * m.size, view.out))));
+            camera.position.copy(vector(add(centre, scaled(20 * m.size, view.out))));
             camera.up.copy(vector(view.up));
-            camera.lookAt(vector(m.extent.centre));
+            camera.lookAt(vector(centre));
             camera.updateProjectionMatrix();
             built.key.position.copy(vector(add(view.out, add(view.up, scaled(-0.6, view.right)))));
             built.fill.position.copy(vector(sub(view.out, scaled(0.8, view.up))));
@@ -256,7 +256,7 @@ function canvasView(canvas, m) {
         rebuild() {},
         draw(poses, view) {
             const sharp = window.devicePixelRatio || 1, scale = view.scale;
-            const depth = (p) => dot(p, view.out), from = m.extent.centre;
+            const depth = (p) => dot(p, view.out), from = m.centreAt(poses);
             const see = (p) => [view.width / 2 + scale * dot(sub(p, from), view.right), view.height / 2 - scale * dot(sub(p, from), view.up)];
             canvas.width = Math.round(view.width * sharp);
             canvas.height = Math.round(view.height * sharp);
@@ -406,6 +406,7 @@ function beginStage(picture, ask) {
     canvas.dataset.frames = picture.frames.count;
     canvas.dataset.bodies = picture.bodies.length;
     canvas.dataset.view = view.kind;
+    canvas.dataset.follows = String(m.follows);
     canvas.dataset.planar = String(m.basis.planar);
     draw();
     play(!calm);

@@ -270,15 +270,35 @@ function extentOf(basis, tracks, pitch) {
     return { centre, width, height };
 }
 
-/* All that either way of drawing needs. */
+/* The middle of all bodies' points as they stand. */
+function middleOf(shapes, discs, poses) {
+    const points = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.points.map((p) => moved(poses[b], p))));
+    points.push(...discs.map((disc) => moved(poses[disc.body], disc.at)));
+    return points.length > 0 ? scaled(1 / points.length, points.reduce(add, [0, 0, 0])) : [0, 0, 0];
+}
+
+/* Whether it goes as far as several times its own size, so that the view had better go with it: then the same tracks as
+ * they are seen from its middle, and without what stays behind. Otherwise null. */
+function seenAlong(picture, motion, shapes, discs, tracks) {
+    const moving = tracks.filter((track) => track.length > 1);
+    const shots = moving.length > 0 ? moving[0].length : 0;
+    const middles = Array.from({ length: shots }, (_, f) => middleOf(shapes, discs, motion((picture.frames.t_end * f) / Math.max(shots - 1, 1))));
+    const seen = moving.map((track) => track.map((p, f) => sub(p, middles[f])));
+    const longest = (vectors) => vectors.reduce((best, v) => Math.max(best, norm(v)), 0);
+    const far = longest(middles.map((p) => sub(p, middles[0]))), wide = longest(seen.flat());
+    return far > 4 * wide && wide > 0 ? seen : null;
+}
+
+/* All that either way of drawing needs. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
     const motion = makeMotion(picture), shapes = picture.bodies.map(shapeOf), pins = groundPoints(picture);
     const discs = picture.discs || [], rails = picture.rails || [];
     const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
-    const extent = extentOf(basis, tracks, home.pitch);
+    const along = seenAlong(picture, motion, shapes, discs, tracks), extent = extentOf(basis, along || tracks, home.pitch);
+    const centreAt = (poses) => (along ? add(extent.centre, middleOf(shapes, discs, poses)) : extent.centre);
     const size = Math.max(extent.width, extent.height) || 1;
     const lengths = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
     const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
-    return { picture, motion, shapes, pins, discs, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+    return { picture, motion, shapes, pins, discs, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
 }
