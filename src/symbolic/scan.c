@@ -71,6 +71,15 @@ static inline void root(const pair *o, size_t n, double *d)
             d[l] = sqrt(o->sign_x * o->x[l]);
 }
 
+static inline void larger(const pair *o, size_t n, double *d)
+{
+    for (size_t k = 0; k < n; k += LANES)
+        for (size_t l = k; l < k + LANES; l++) {
+            double x = o->sign_x * o->x[l], y = o->sign_y * o->y[l];
+            d[l] = x > y || isnan(x) ? x : y;
+        }
+}
+
 static void other(const kmp_scan *s, int i, double *d)
 {
     const kmp_instruction *in = &s->p->instruction[i];
@@ -94,7 +103,7 @@ static inline void run_instruction(const kmp_scan *s, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
     double *d = row(s, (uint32_t)(leaves(s->p) + i));
-    bool two = in->op == KMP_OP_ADD || in->op == KMP_OP_MUL || in->op == KMP_OP_DIV;
+    bool two = in->op == KMP_OP_ADD || in->op == KMP_OP_MUL || in->op == KMP_OP_DIV || in->op == KMP_OP_MAX;
     const pair o = {.x = row(s, in->a >> 1),
                     .sign_x = sign_of(in->a),
                     .y = two ? row(s, in->b >> 1) : NULL,
@@ -105,8 +114,12 @@ static inline void run_instruction(const kmp_scan *s, int i)
         multiply(&o, s->width, d);
     else if (in->op == KMP_OP_DIV)
         divide(&o, s->width, d);
+    else if (in->op == KMP_OP_MAX)
+        larger(&o, s->width, d);
     else if (in->op == KMP_OP_SQRT)
         root(&o, s->width, d);
+    else if (in->op == KMP_OP_TABLE)
+        kmp_table_values(s->p->table[in->b], (int)in->c, s->block->candidates, o.sign_x, o.x, d);
     else
         other(s, i, d);
 }

@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pieces in powers of the distance to their left knot. */
+/* Pieces in powers of the distance to their left knot. The range is cut into equal parts, a few more than there are
+ * pieces: in which one a point is never goes down where the point goes up, to the bit, so that knots of the parts
+ * around bound its piece. */
 #include "symbolic/table.h"
 #include "base/memory.h"
 #include "base/spline.h"
 #include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
+
+enum { PARTS = 4 }; /* a piece */
 
 static const char *const method_names[KMP_TABLE_METHODS] = {"linear", "cubic"};
 
@@ -59,6 +63,30 @@ static bool make_pieces(kmp_table *t)
     return true;
 }
 
+static int last_part(const kmp_table *t)
+{
+    return PARTS * (t->count - 1);
+}
+
+/* Of ranges so wide or narrow that they have no length the last one. */
+static int part_of(const kmp_table *t, double x)
+{
+    int most = last_part(t);
+    double far = (x - t->x[0]) * t->per_length;
+    return far < most ? (int)far : most;
+}
+
+/* last[part + 1] of the parts; last[0] is before them. */
+static void make_parts(kmp_table *t)
+{
+    int knot = 0;
+    for (int part = 0; part <= last_part(t); part++) {
+        while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)
+            knot++;
+        t->last[part + 1] = knot;
+    }
+}
+
 kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, const double *y)
 {
     kmp_table *t = KMP_NEW(kmp_table, 1);
@@ -69,17 +97,19 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
     t->x = KMP_NEW(double, count);
     t->y = KMP_NEW(double, count);
     t->piece = kmp_calloc((size_t)count, sizeof *t->piece);
-    if (!t->x || !t->y || !t->piece) {
+    t->last = KMP_NEW(int, last_part(t) + 2);
+    if (!t->x || !t->y || !t->piece || !t->last) {
         kmp_table_free(t);
         return NULL;
     }
     memcpy(t->x, x, (size_t)count * sizeof *x);
     memcpy(t->y, y, (size_t)count * sizeof *y);
-    t->per_piece = (count - 1) / (x[count - 1] - x[0]);
+    t->per_length = last_part(t) / (x[count - 1] - x[0]);
     if (!make_pieces(t)) {
         kmp_table_free(t);
         return NULL;
     }
+    make_parts(t);
     return t;
 }
 
@@ -90,6 +120,7 @@ void kmp_table_free(kmp_table *t)
     kmp_free(t->x);
     kmp_free(t->y);
     kmp_free(t->piece);
+    kmp_free(t->last);
     kmp_free(t);
 }
 
@@ -102,20 +133,41 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b)
 
 /* -- reading --------------------------------------------------------------------------------------- */
 
-/* The last knot but one that is not right of x, which is between the ends. */
-static int find_piece(const kmp_table *t, double x)
+/* The last knot but one that is not right of x, which is between the ends. Mostly there is one knot in question. */
+static inline int find_piece(const kmp_table *t, double x)
 {
-    int last = t->count - 2;
-    double far = (x - t->x[0]) * t->per_piece;
-    int k = far < last ? (int)far : last;
-    return t->x[k] <= x && (k == last || x < t->x[k + 1]) ? k : kempe_find_piece_(t->count, t->x, x);
+    const int *last = t->last + part_of(t, x);
+    int low = last[0], high = last[1];
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (t->x[middle] <= x)
+            low = middle;
+        else
+            high = middle;
+    }
+    return t->x[high] <= x ? high : low;
 }
 
-double kmp_table_value(const kmp_table *t, int derivative, double x)
+static inline double value(const kmp_table *t, int derivative, double x)
 {
     if (x >= t->x[0] && x <= t->x[t->count - 1]) {
         int k = find_piece(t, x);
         return kempe_piece_(t->piece[k], derivative, x - t->x[k]);
     }
     return kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
+}
+
+double kmp_table_value(const kmp_table *t, int derivative, double x)
+{
+    return value(t, derivative, x);
+}
+
+void kmp_table_values(const kmp_table *t, int derivative, int n, double sign, const double *x, double *y)
+{
+    if (derivative == 0)
+        for (int k = 0; k < n; k++)
+            y[k] = value(t, 0, sign * x[k]);
+    else
+        for (int k = 0; k < n; k++)
+            y[k] = value(t, derivative, sign * x[k]);
 }

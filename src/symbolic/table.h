@@ -17,7 +17,8 @@ typedef struct kmp_table {
     int count;          /* knots, at least 2 */
     double *x, *y;      /* count: x increasing */
     double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
-    double per_piece;   /* pieces over the range of x */
+    int *last;          /* by equal parts of the range of x: the last knot but one that lies in it or before it */
+    double per_length;  /* parts over the range */
 } kmp_table;
 
 /** -1 when a table can be made of the points, otherwise the index of the first that is not finite or whose x does not
@@ -31,9 +32,11 @@ void kmp_table_free(kmp_table *table);
 /** The same method and points, to the bit. */
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
 
-/** Value (derivative 0) or derivative of a given order at x; NaN for NaN. The piece where it would be among
- *  knots at equal distances, otherwise a binary search: no state, no allocation. */
+/** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
+ *  the range that x is in: no state, no allocation. */
 double kmp_table_value(const kmp_table *table, int derivative, double x);
+/** The same of n, each times `sign`, to the bit. */
+void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, double *y);
 
 /** Derivatives of a higher order are zero everywhere: 1 or 3. */
 int kmp_table_degree(const kmp_table *table);

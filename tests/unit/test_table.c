@@ -6,6 +6,7 @@
 #include "random.h"
 #include "symbolic/derivative.h"
 #include "symbolic/table.h"
+#include <kempe/runtime.h>
 #include <math.h>
 
 enum { KNOTS = 9 };
@@ -106,6 +107,52 @@ static void test_sine(void)
     kmp_table_free(t);
 }
 
+/* The same piece as by a search among all knots, to the bit: knots near and far from each other, points on knots,
+ * beside them and anywhere; each for itself and all together. */
+static void check_pieces(const kmp_table *t)
+{
+    enum { POINTS = 400 };
+    double x[POINTS], y[POINTS];
+    for (int k = 0; k < POINTS; k++) {
+        double knot = t->x[k % t->count];
+        x[k] = k < 100   ? knot
+               : k < 200 ? nextafter(knot, INFINITY)
+               : k < 300 ? nextafter(knot, -INFINITY)
+                         : between(t->x[0], t->x[t->count - 1]);
+    }
+    for (int derivative = 0; derivative <= 3; derivative++) {
+        kmp_table_values(t, derivative, POINTS, 1, x, y);
+        for (int k = 0; k < POINTS; k++) {
+            double at = kmp_table_value(t, derivative, x[k]);
+            double searched = kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x[k]);
+            CHECK(memcmp(&at, &searched, sizeof at) == 0 && memcmp(&y[k], &searched, sizeof at) == 0);
+        }
+    }
+}
+
+static void test_pieces(void)
+{
+    enum { MOST = 60 };
+    random_seed(8);
+    for (int round = 0; round < 40; round++) {
+        double x[MOST] = {between(-1, 1)}, y[MOST] = {0};
+        int count = 2 + pick(MOST - 1), wide = pick(14);
+        for (int k = 1; k < count; k++) {
+            x[k] = x[k - 1] + pow(10, -between(0, wide));
+            y[k] = between(-1, 1);
+        }
+        kmp_table *t = kmp_table_new(pick(2) ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, count, x, y);
+        check_pieces(t);
+        kmp_table_free(t);
+    }
+    const double ends[][3] = {{0, 5e-324, 1e-323}, {-1.7e308, 0, 1.7e308}, {1, 1 + 2.3e-16, 1e300}}, y[3] = {0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        kmp_table *t = kmp_table_new(KMP_TABLE_LINEAR, 3, ends[k], y);
+        check_pieces(t);
+        kmp_table_free(t);
+    }
+}
+
 /* -- in graph and program ---------------------------------------------------------------------------- */
 
 static void test_graph_tables(void)
@@ -172,6 +219,7 @@ int main(void)
     TEST(test_linear);
     TEST(test_ends);
     TEST(test_sine);
+    TEST(test_pieces);
     TEST(test_graph_tables);
     TEST(test_program_tables);
     return check_report();
