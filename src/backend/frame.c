@@ -15,7 +15,7 @@ void kmp_frame_free(kmp_frame *f)
     kmp_free(f->copies);
     kmp_free(f->copy_start);
     kmp_free(f->feeds);
-    for (int k = 0; f->solving && k < f->program->block_count; k++)
+    for (uint32_t k = 0; k < f->solving_count; k++)
         kmp_solving_free(f->solving[k]);
     kmp_free(f->solving);
     kmp_free(f->items);
@@ -40,7 +40,7 @@ const double *kmp_frame_outputs(const void *code, int stage)
 static double run_implicit(const kmp_frame *f, const kmp_special *s)
 {
     const kmp_instruction *in = &f->program->instruction[s->instruction];
-    kmp_solving *solving = f->solving[in->b];
+    kmp_solving *solving = f->solving[s->operand[1]];
     double *p = kmp_solving_arguments(solving);
     for (int l = 0; l < f->program->block[in->b].arguments; l++) {
         const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)l];

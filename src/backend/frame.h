@@ -9,7 +9,8 @@
 #include "backend/sincos.h"
 #include "symbolic/implicit.h"
 
-/* A function, or a division where that is not the back end's own. */
+/* A function, or a division where that is not the back end's own. Operands of an implicit one: the first item of its
+ * list, where it is solved. */
 typedef struct kmp_special {
     uint8_t op;
     bool minus[3]; /* of the operands */
@@ -59,8 +60,9 @@ typedef struct kmp_frame {
     kmp_feed *feeds;
     int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
     kmp_runner runner;                /* of blocks */
-    kmp_solving **solving;            /* of each block */
-    kmp_list_item *items;             /* of implicit instructions, one after another */
+    kmp_solving **solving;            /* of each block with each list of arguments: both remember */
+    uint32_t solving_count;
+    kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
 } kmp_frame;
 

@@ -178,7 +178,7 @@ static double run_implicit(const kmp_lanes *lanes, const kmp_special *s, size_t 
 {
     const kmp_frame *f = &lanes->frame;
     const kmp_instruction *in = &f->program->instruction[s->instruction];
-    kmp_solving *solving = f->solving[in->b];
+    kmp_solving *solving = f->solving[s->operand[1]];
     double *p = kmp_solving_arguments(solving);
     for (int k = 0; k < f->program->block[in->b].arguments; k++) {
         const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)k];

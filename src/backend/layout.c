@@ -75,7 +75,7 @@ static void write_angle(kmp_layout *l, int i, uint32_t first)
     l->slot[l->leaves + i] = in->op == KMP_OP_SIN ? f->sine[k] : f->cosine[k];
 }
 
-/* The items of the list that an implicit instruction reads; operand[0] is where they begin. */
+/* The items of the list that an implicit instruction reads. */
 static void write_arguments(kmp_layout *l, kmp_special *s, const kmp_instruction *in)
 {
     kmp_frame *f = l->frame;
@@ -99,6 +99,7 @@ static void write_special(kmp_layout *l, int i, uint32_t first_angle)
     *s = (kmp_special){.op = in->op, .instruction = (uint32_t)i, .d = kmp_layout_target(l, i)};
     if (in->op == KMP_OP_IMPLICIT) {
         write_arguments(l, s, in);
+        s->operand[1] = l->solving_of[i];
         return;
     }
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
@@ -199,19 +200,41 @@ static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
     return count + (KMP_LANES - 1) * (segments < count ? segments : count);
 }
 
+/* Unknowns of one block for one list of arguments are solved together. */
+static bool place_block(kmp_layout *l, int i, const kmp_instruction **first)
+{
+    kmp_frame *f = l->frame;
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t k = 0;
+    while (k < f->solving_count && (first[k]->a != in->a || first[k]->b != in->b))
+        k++;
+    l->solving_of[i] = k;
+    if (k < f->solving_count)
+        return true;
+    f->solving[k] = kmp_solving_new(&l->program->block[in->b], f->runner.run ? &f->runner : NULL);
+    first[f->solving_count++] = in;
+    return f->solving[k];
+}
+
 static bool allocate_blocks(kmp_layout *l)
 {
     kmp_frame *f = l->frame;
     const kmp_program *p = l->program;
-    size_t count = 0;
+    size_t count = 0, items = 0;
     for (int i = 0; i < p->code[p->stages]; i++)
+        if (p->instruction[i].op == KMP_OP_IMPLICIT) {
+            count++;
+            items += (size_t)p->block[p->instruction[i].b].arguments;
+        }
+    f->items = KMP_NEW(kmp_list_item, items);
+    f->solving = KMP_NEW(kmp_solving *, count);
+    l->solving_of = KMP_NEW(uint32_t, p->code[p->stages]);
+    const kmp_instruction **first = KMP_NEW(const kmp_instruction *, count); /* of each */
+    bool ok = f->items && f->solving && l->solving_of && first;
+    for (int i = 0; ok && i < p->code[p->stages]; i++)
         if (p->instruction[i].op == KMP_OP_IMPLICIT)
-            count += (size_t)p->block[p->instruction[i].b].arguments;
-    f->items = KMP_NEW(kmp_list_item, count);
-    f->solving = KMP_NEW(kmp_solving *, p->block_count);
-    bool ok = f->items && f->solving;
-    for (int k = 0; ok && k < p->block_count; k++)
-        ok = (f->solving[k] = kmp_solving_new(&p->block[k], f->runner.run ? &f->runner : NULL)) != NULL;
+            ok = place_block(l, i, first);
+    kmp_free(first);
     return ok;
 }
 
@@ -303,6 +326,7 @@ void kmp_layout_free(kmp_layout *l)
     kmp_free(l->order);
     kmp_free(l->segment_start);
     kmp_free(l->angle_of);
+    kmp_free(l->solving_of);
     *l = (kmp_layout){0};
 }
 

@@ -19,6 +19,7 @@ typedef struct kmp_layout {
     int *order;              /* instructions by segment, each segment's in the program's order */
     uint32_t *segment_start; /* in `order`; the end stands behind */
     uint32_t *angle_of;      /* by slot: where the angle in it stands in the frame, if there */
+    uint32_t *solving_of;    /* by instruction: where an implicit one is solved */
 } kmp_layout;
 
 /** Fills the frame; `extra` slots are the back end's own, from frame->slots on, which grows as they are taken; `blocks`

@@ -318,6 +318,11 @@ const kmp_table *kmp_graph_table(const kmp_graph *g, int table)
 
 int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block)
 {
+    for (int k = 0; block && k < g->implicit_count; k++)
+        if (kmp_implicit_equal(g->implicits[k], block)) {
+            kmp_implicit_free(block);
+            return k;
+        }
     kmp_implicit **blocks = kmp_realloc(g->implicits, (size_t)g->implicit_count + 1, sizeof(kmp_implicit *));
     if (!blocks) {
         kmp_implicit_free(block);

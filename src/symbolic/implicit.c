@@ -157,6 +157,15 @@ void kmp_implicit_free(kmp_implicit *b)
     kmp_free(b);
 }
 
+bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b)
+{
+    const kmp_block *x = &a->block, *y = &b->block;
+    return x->unknowns == y->unknowns && x->arguments == y->arguments && x->linear == y->linear &&
+           x->candidates == y->candidates &&
+           memcmp(x->candidate, y->candidate, (size_t)x->candidates * sizeof *x->candidate) == 0 &&
+           kmp_program_equal(x->program, y->program);
+}
+
 const kmp_block *kmp_implicit_block(const kmp_implicit *b)
 {
     return &b->block;

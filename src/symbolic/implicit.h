@@ -25,10 +25,14 @@ kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int argumen
                                      const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit);
 void kmp_implicit_free(kmp_implicit *block);
 
+/** The same equations, first guesses and candidates, to the bit. */
+bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b);
+
 /** What a program needs of it. */
 const kmp_block *kmp_implicit_block(const kmp_implicit *block);
 
-/** Number of the block in the graph, which owns it from now on; -1: no memory. */
+/** Number of the block in the graph, which owns it from now on; of an equal one that it has already, or else of this
+ * one. -1: no memory. */
 int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block);
 /** NULL when there is no such number. */
 const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block);

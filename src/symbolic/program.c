@@ -260,6 +260,43 @@ kmp_program *kmp_program_copy(const kmp_program *p)
     return c;
 }
 
+static bool same(const void *a, const void *b, int count, size_t size)
+{
+    return count == 0 || memcmp(a, b, (size_t)count * size) == 0;
+}
+
+static bool same_code(const kmp_program *a, const kmp_program *b)
+{
+    for (int i = 0; i < a->code[a->stages]; i++) {
+        const kmp_instruction *x = &a->instruction[i], *y = &b->instruction[i];
+        if (x->op != y->op || x->a != y->a || x->b != y->b || x->c != y->c)
+            return false;
+    }
+    return true;
+}
+
+static bool same_leaves(const kmp_program *a, const kmp_program *b)
+{
+    if (a->constant_count != b->constant_count || a->input_count != b->input_count || a->table_count != b->table_count)
+        return false;
+    for (int k = 0; k < a->input_count; k++)
+        if (a->input[k].kind != b->input[k].kind || a->input[k].index != b->input[k].index)
+            return false;
+    for (int k = 0; k < a->table_count; k++)
+        if (!kmp_table_equal(a->table[k], b->table[k]))
+            return false;
+    return same(a->constant, b->constant, a->constant_count, sizeof *a->constant);
+}
+
+bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
+{
+    int stages = a->stages;
+    return stages == b->stages && a->block_count == 0 && b->block_count == 0 &&
+           same(a->code, b->code, stages + 1, sizeof *a->code) &&
+           same(a->outputs, b->outputs, stages + 1, sizeof *a->outputs) &&
+           same(a->output, b->output, a->outputs[stages], sizeof *a->output) && same_leaves(a, b) && same_code(a, b);
+}
+
 int kmp_program_add_block(kmp_program *p, const kmp_block *block)
 {
     kmp_block *blocks = kmp_realloc(p->block, (size_t)p->block_count + 1, sizeof *blocks);

@@ -81,6 +81,8 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
 
 /** A copy, by itself. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);
+/** The same inputs, code, tables and outputs, to the bit; not so where there are blocks. */
+bool kmp_program_equal(const kmp_program *a, const kmp_program *b);
 /** Number of a copy of the block in the program; -1: no memory. */
 int kmp_program_add_block(kmp_program *p, const kmp_block *block);
 

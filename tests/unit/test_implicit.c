@@ -353,6 +353,68 @@ static void test_sides(void)
     kmp_graph_free(g);
 }
 
+/* x - p = 0, from one candidate at `begin`; 0: none. */
+static int shifted_block(kmp_graph *g, double factor, double begin)
+{
+    kmp_graph *l = kmp_graph_new();
+    kmp_ref x = kmp_input(l, KMP_IN_Q, 0), p = kmp_input(l, KMP_IN_PARAMETER, 0), guess = KMP_ZERO;
+    kmp_ref residual = kmp_sub(l, kmp_mul(l, kmp_const(l, factor), x), p);
+    kmp_ref merit = kmp_mul(l, residual, residual);
+    return kmp_graph_add_implicit(g, begin != 0 ? kmp_implicit_new_among(l, 1, 1, &residual, &guess, 1, &begin, merit)
+                                                : kmp_implicit_new(l, 1, 1, &residual, &guess));
+}
+
+/* Equal blocks are one; what differs in anything is another. */
+static void test_sharing(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    CHECK(cubic_block(g) == 0 && circle_block(g) == 1 && cubic_block(g) == 0 && circle_block(g) == 1);
+    CHECK(shifted_block(g, 2, 0) == 2 && shifted_block(g, 3, 0) == 3 && shifted_block(g, 2, 1) == 4);
+    CHECK(shifted_block(g, 2, 1.5) == 5 && shifted_block(g, 2, 1) == 4 && shifted_block(g, 2, 0) == 2);
+    CHECK(kmp_graph_implicit(g, 6) == NULL);
+    kmp_ref s = kmp_input(g, KMP_IN_Q, 0), once, again;
+    kmp_implicit_at(g, 0, &s, &once);
+    kmp_implicit_at(g, cubic_block(g), &s, &again);
+    CHECK(once == again);
+    kmp_graph_free(g);
+}
+
+/* One block for several lists in one program: each has its own solution. */
+static void test_lists(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref x = kmp_input(g, KMP_IN_Q, 0), out[4], p[2][3];
+    int circle = circle_block(g);
+    for (int k = 0; k < 2; k++) {
+        p[k][0] = kmp_add(g, kmp_const(g, 4 + k), x);
+        p[k][1] = x;
+        p[k][2] = kmp_const(g, 0.3);
+    }
+    kmp_implicit_at(g, circle, p[0], out);
+    kmp_implicit_at(g, circle, p[1], out + 2);
+    kmp_ref a = out[1];
+    out[1] = out[2];
+    out[2] = a; /* x of both, then y of both */
+    const kmp_ref *group = out;
+    kmp_program *program = kmp_program_new(g, 1, &(int){4}, &group);
+    static const char *const backends[] = {"tape", "native"};
+    for (int i = 0; i < 2; i++) {
+        kmp_machine *m = kmp_machine_new(program, kmp_backend_find(backends[i]));
+        for (double s = -0.5; s < 0.6; s += 0.1) {
+            kmp_machine_set(m, KMP_IN_Q, &s);
+            const double *value = kmp_machine_run(m, 1);
+            for (int k = 0; k < 2; k++) {
+                CHECK_NEAR(value[k], circle_x(4 + k + s, s, 0.3), 1e-15);
+                CHECK_NEAR(value[2 + k], s * circle_x(4 + k + s, s, 0.3) + 0.3, 1e-15);
+            }
+        }
+        kmp_machine_free(m);
+    }
+    CHECK(program->block_count == 1);
+    kmp_program_free(program);
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
     TEST(test_solutions);
@@ -363,5 +425,7 @@ int main(void)
     TEST(test_lowest_valley);
     TEST(test_coarse_candidates);
     TEST(test_sides);
+    TEST(test_sharing);
+    TEST(test_lists);
     return check_report();
 }
