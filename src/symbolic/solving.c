@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Newton's method on a block, from its guess: steps are halved while they lead out of the domain or away. Where the
  * guess of one unknown is the best of several, the way goes downhill in the merit, between the candidates on either
- * side: a step that leaves them, or gains too little, goes to the middle (Dekker's safeguard). */
+ * side: a step that leaves them, or gains too little, goes to the middle (Dekker's safeguard). Of several valleys each
+ * is gone down that may be the lowest. */
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include "symbolic/implicit.h"
@@ -332,6 +333,7 @@ static bool descend_among(kmp_solving *s, const double *merit, int best)
         double size = fmax(fabs(v.y), v.spacing);
         bool downhill = step * v.merit_slope <= 0;
         s->y[0] = y;
+        s->merit = v.merit;
         if (!isfinite(size))
             return false;
         if (step == 0 || ((downhill || k > 0) && is_final(fabs(step), before, size)))
@@ -351,6 +353,38 @@ static bool descend_among(kmp_solving *s, const double *merit, int best)
     return false;
 }
 
+/* Whether a candidate is lower than its neighbours, and how low merit may be there: where it bends upwards all the way,
+ * no lower than the lines through the candidate and either neighbour go on to. */
+static bool is_valley(const kmp_block *b, const double *merit, int k, double *bound)
+{
+    const double *c = b->candidate + k, *m = merit + k;
+    bool first = k == 0, last = k == b->candidates - 1;
+    *bound = -INFINITY;
+    if (!isfinite(*m) || (!first && m[-1] < *m) || (!last && m[1] <= *m))
+        return false;
+    if (!first && !last) {
+        double before = (m[-1] - m[0]) / (c[0] - c[-1]), after = (m[1] - m[0]) / (c[1] - c[0]);
+        *bound = m[0] - fmax(before * (c[1] - c[0]), after * (c[0] - c[-1]));
+    }
+    return true;
+}
+
+/* From the best candidate down, then from those that may lead lower. */
+static bool solve_one_among(kmp_solving *s, const double *merit, int best)
+{
+    bool solved = descend_among(s, merit, best);
+    double y = s->y[0], least = solved ? s->merit : INFINITY, bound;
+    for (int k = 0; k < s->block->candidates; k++)
+        if (k != best && is_valley(s->block, merit, k, &bound) && bound < least && descend_among(s, merit, k) &&
+            s->merit < least) {
+            solved = true;
+            least = s->merit;
+            y = s->y[0];
+        }
+    s->y[0] = y;
+    return solved;
+}
+
 static bool solve_among(kmp_solving *s)
 {
     const double *merit = kmp_scan_run(s->scan, s->p);
@@ -358,7 +392,7 @@ static bool solve_among(kmp_solving *s)
     if (best < 0)
         return false;
     if (s->block->unknowns == 1)
-        return descend_among(s, merit, best);
+        return solve_one_among(s, merit, best);
     begin_at(s, s->block->candidate[best]);
     return descend(s);
 }

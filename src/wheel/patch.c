@@ -25,7 +25,7 @@
 
 /* Of candidates for the nearest point, m apart at most. */
 #define SPACING 0.001
-enum { FEWEST = 5, MOST = 128, ARGUMENTS = 5 };
+enum { FEWEST = 5, MOST = 128, BEYOND = 3, ARGUMENTS = 5 };
 
 /* Beyond a border, m: where a slope of 10 is balanced. */
 #define GIVE 1e-3
@@ -128,12 +128,18 @@ static kmp_ref weight_at(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref
 
 /* -- the nearest point ------------------------------------------------------------------------------- */
 
-static int candidates_of(const double zone[2], double *candidate)
+/* Evenly within the zone; beyond a border, where the cubic balances all slopes between, few. */
+static int candidates_of(const kmp_wheel *wheel, int index, double *candidate)
 {
-    double length = zone[1] - zone[0];
+    static const double give[BEYOND] = {0.03, 0.3, 1.2};
+    const double *zone = wheel->zone[index], length = zone[1] - zone[0], border = border_of(wheel);
     int count = (int)fmin(MOST, fmax(FEWEST, ceil(length / SPACING) + 1));
     for (int k = 0; k < count; k++)
         candidate[k] = zone[0] + length * k / (count - 1);
+    for (int k = 0; k < BEYOND; k++) {
+        candidate[count++] = zone[0] - border - give[k] * GIVE;
+        candidate[count++] = zone[1] + border + give[k] * GIVE;
+    }
     return count;
 }
 
@@ -163,7 +169,7 @@ static pair in_block(const pair *p, kmp_graph *local, kmp_ref *list, int *count)
 static bool nearest(const pair *p, const kmp_wheel *wheel, int zone, kmp_ref *s)
 {
     kmp_ref list[ARGUMENTS], guess = KMP_ZERO;
-    double candidate[MOST];
+    double candidate[MOST + 2 * BEYOND];
     int count = 0;
     kmp_graph *local = kmp_graph_new();
     if (!local)
@@ -178,7 +184,7 @@ static bool nearest(const pair *p, const kmp_wheel *wheel, int zone, kmp_ref *s)
         return false;
     }
     kmp_implicit *made = kmp_implicit_new_among(local, 1, count, &residual, &guess,
-                                                candidates_of(wheel->zone[zone], candidate), candidate, merit);
+                                                candidates_of(wheel, zone, candidate), candidate, merit);
     int block = made ? kmp_graph_add_implicit(p->g, made) : -1;
     if (block < 0)
         return false;

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a wheel comes nearest to its rail, zone by zone, against a scan so fine that it misses nothing: thousands of
+ * places, those where the point jumps among them. */
+#include "check.h"
+#include "dynamics/system.h"
+#include "random.h"
+#include "symbolic/implicit.h"
+#include "symbolic/interpreter.h"
+#include <math.h>
+
+static const char *const text =
+    "kempe: 1\n"
+    "profiles:\n"
+    "  wheel: {csv: ../../examples/profiles/%s.csv, y: y, z: z}\n"
+    "  head: {csv: ../../examples/profiles/uic60.csv, y: y, z: z}\n"
+    "tracks: {line: {at: ground.O, rail: head, gauge: 1435 mm, inclination: 1/40}}\n"
+    "ground: {points: {O: [0, 0, 0]}}\n"
+    "bodies:\n"
+    "  set:\n"
+    "    joint: {name: S, motions: [T1, T2, T3, R3, R1, R2], at: ground}\n"
+    "    mass: 1250\n"
+    "    inertia: {xx: 700, yy: 100, zz: 700}\n"
+    "    points: {L: [0, 0.75, 0]}\n"
+    "wheels: {L: {on: line.left, at: set.L, profile: wheel, radius: 0.46, contact: %s, creep: none}}\n";
+
+enum { OUT, AXLE, ARGUMENTS = 4, POSES = 2000 };
+
+/* Somewhere the merit of a block. */
+static double merit_at(kmp_interpreter *it, double s)
+{
+    kmp_interpreter_set(it, KMP_IN_Q, &s);
+    return *kmp_interpreter_run(it, 2);
+}
+
+/* The least merit on a grid, and on finer ones around its best. */
+static double least_merit(kmp_interpreter *it, const kmp_block *b)
+{
+    const double step = 1e-4, margin = 3e-3;
+    double least = INFINITY, at = 0;
+    for (double s = b->candidate[0] - margin; s < b->candidate[b->candidates - 1] + margin; s += step)
+        if (merit_at(it, s) < least) {
+            least = merit_at(it, s);
+            at = s;
+        }
+    for (double fine = step / 8; fine > 1e-9; fine /= 8) {
+        double from = at - 8 * fine;
+        for (int k = 0; k <= 16; k++)
+            if (merit_at(it, from + k * fine) < least) {
+                least = merit_at(it, from + k * fine);
+                at = from + k * fine;
+            }
+    }
+    return least;
+}
+
+/* Out of the track's middle by the wheelset's way, yaw and roll. */
+static void pose(double *p)
+{
+    double way = between(-0.012, 0.012), yaw = between(-0.05, 0.05), roll = between(-0.02, 0.02);
+    yaw *= pick(2) ? 1 : 0.02;
+    roll *= pick(2) ? 1 : 0.02;
+    p[OUT] = 0.75 * cos(yaw) * cos(roll) + way;
+    p[AXLE] = -sin(yaw) * cos(roll);
+    p[AXLE + 1] = cos(yaw) * cos(roll);
+    p[AXLE + 2] = sin(roll);
+}
+
+/* How much higher the merit is than need be, of all places the most. */
+static double excess_of(const kmp_block *b)
+{
+    double excess = 0;
+    kmp_solving *solving = kmp_solving_new(b, NULL);
+    kmp_interpreter *it = kmp_interpreter_new(b->program);
+    for (int k = 0; k < POSES; k++) {
+        double *p = kmp_solving_arguments(solving);
+        pose(p);
+        kmp_interpreter_set(it, KMP_IN_PARAMETER, p);
+        (void)kmp_interpreter_run(it, 0);
+        double found = merit_at(it, kmp_solving_value(solving, 0));
+        excess = fmax(excess, found - least_merit(it, b));
+    }
+    kmp_interpreter_free(it);
+    kmp_solving_free(solving);
+    return excess;
+}
+
+static void check_wheel(const char *profile, const char *contact)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kmp_text all = {0};
+    int zones = 0;
+    kmp_text_printf(&all, text, profile, contact);
+    CHECK(kempe_model_read_text(context, all.s, KEMPE_ROOT "/tests/models/basin.yaml", &model) == KEMPE_OK &&
+          kempe_system_new(model, &system) == KEMPE_OK);
+    for (int k = 0; system && k < system->motion->block_count; k++)
+        if (system->motion->block[k].arguments == ARGUMENTS) {
+            double excess = excess_of(&system->motion->block[k]);
+            zones++;
+            CHECK(excess < 1e-14);
+            if (!(excess < 1e-14))
+                printf("%s, %s, zone %d: %g\n", profile, contact, zones, excess);
+        }
+    CHECK(zones > 1);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kmp_text_free(&all);
+    kempe_context_free(context);
+}
+
+static void test_basins(void)
+{
+    random_seed(5);
+    check_wheel("s1002", "elastic");
+    check_wheel("s1002", "rigid");
+    check_wheel("cone20", "elastic");
+}
+
+int main(void)
+{
+    TEST(test_basins);
+    return check_report();
+}
