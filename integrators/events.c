@@ -15,6 +15,8 @@ enum {
 
 /* Part of a run: changes of one condition that follow each other within it leave no time between. */
 #define INSTANT 1e-11
+/* Nor do those of a condition with a lag whose value stays within so many of it. */
+#define LAGS 100
 
 struct kmp_crossing {
     const kempe_system *s;
@@ -26,6 +28,7 @@ struct kmp_crossing {
     double work;
     double *change; /* first - second at the last point that was looked at */
     double *last;   /* time of the last change of each condition */
+    double *most;   /* the largest value of each since then, of what was looked at */
     int *repeats;
     bool *stays;    /* of each condition: it is not looked at until the next event */
     double instant; /* of the run: nothing that moves does so in less */
@@ -61,7 +64,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
         return NULL;
     *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .end = -1};
     bool ok = kmp_crossing_move(c, road, kind, solver);
-    c->change = KMP_NEW(double, 2 * system->events.count);
+    c->change = KMP_NEW(double, 3 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
     c->stays = KMP_NEW(bool, system->events.count);
     if (!ok || !c->change || !c->repeats || !c->stays) {
@@ -69,6 +72,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
         return NULL;
     }
     c->last = c->change + system->events.count;
+    c->most = c->last + system->events.count;
     for (int k = 0; k < system->events.count; k++)
         c->last[k] = -INFINITY;
     return c;
@@ -130,6 +134,12 @@ static int first_switched(const kmp_crossing *c)
     return -1;
 }
 
+/* Condition k has not changed there. */
+static void note_size(kmp_crossing *c, int k)
+{
+    c->most[k] = fmax(c->most[k], fabs(c->change[k]));
+}
+
 /* The state in c->y completed, and the conditions there. */
 static kempe_status complete(kmp_crossing *c, double t)
 {
@@ -157,6 +167,8 @@ static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, 
         status = look(c, *low);
     }
     *found = status == KEMPE_OK && !has_changed(c, k);
+    if (*found)
+        note_size(c, k);
     *low = *found ? *low : from;
     return status;
 }
@@ -190,6 +202,7 @@ static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
         } else {
             a = x;
             fa = c->change[k];
+            note_size(c, k);
             fb = side > 0 ? 0.5 * fb : fb;
             side = 1;
         }
@@ -225,6 +238,8 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
             *t = high;
             return status;
         }
+        for (int k = 0; k < c->s->events.count; k++)
+            note_size(c, k);
         low = high;
     }
     return KEMPE_OK;
@@ -251,8 +266,17 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 
 /* -- passing ----------------------------------------------------------------------------------------- */
 
+/* Whether condition k, which changes at t, has done so a moment ago. */
+static bool just_changed(const kmp_crossing *c, int k, double t)
+{
+    double lag = c->s->events.condition[k].lag;
+    bool near = lag > 0 && c->most[k] <= LAGS * lag;
+    return near || t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
+}
+
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
+    const char *advice = c->s->events.condition[k].advice;
     bool holds = !(c->plant->mode[k] > 0);
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
@@ -260,14 +284,14 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     kmp_journal_note(c->journal, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
                      holds == stated ? "true" : "false");
     c->count++;
-    c->repeats[k] = t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant) ? c->repeats[k] + 1 : 0;
+    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
     c->last[k] = t;
+    c->most[k] = 0;
     if (c->repeats[k] < MOST_REPEATS)
         return KEMPE_OK;
-    return kmp_fail(c->s->context, KEMPE_E_FAILED,
-                    "%s changes back and forth at t = %.9g: the motion slides along it; make the law continuous there, "
-                    "for instance with tanh",
-                    c->s->event_text[k], t);
+    return kmp_fail(c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g: %s", c->s->event_text[k], t,
+                    advice ? advice
+                           : "the motion slides along it; make the law continuous there, for instance with tanh");
 }
 
 /* Conditions may depend on others, so that one change brings the next. */

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Wheels on rails through the command, against formulas and equations that share nothing with it: Klingel's wave, wheels
-that turn by themselves; and what must end a run by name, never without a number.
+that turn by themselves, a wheelset that hunts; and what must end a run by name, never without a number.
 
     python3 tests/rolling.py build/dev/kempe
 """
@@ -16,7 +16,7 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ROLLING, ONE = ROOT / "examples/rolling_wheel", ROOT / "tests/models/one_wheel.yaml"
+ROLLING, SPRINGS, ONE = ROOT / "examples/rolling_wheel", ROOT / "examples/restrained_wheelset", ROOT / "tests/models/one_wheel.yaml"
 
 
 def rows(path):
@@ -99,17 +99,49 @@ class Backwards(unittest.TestCase):
             self.assertLess(abs(sign * ends[1][name] - there), 1e-8 * max(abs(there), 1e-3), name)
 
 
+class Hunting(unittest.TestCase):
+    def test_critical_speeds(self):
+        """Against rails.py; 1e-4 is what keeps Hertz's curvature across from zero (patch.c), and with stiff patches rounding:
+        their modes are 1e6 times as fast."""
+        found = []
+        for row in rows(SPRINGS / "rails.csv"):
+            if row["cone"] not in (0.1, 0.05, 0.0125):
+                continue
+            with self.subTest(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"]):
+                values = settings(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"])
+                about = f"V={0.9 * row['speed']}:{1.1 * row['speed']}:3"
+                locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--vary", about)["locus"]
+                critical, = locus["critical"]
+                self.assertEqual(critical["grows"], "above")
+                self.assertLess(abs(critical["value"] / row["speed"] - 1), 1.5e-4)
+                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), 1.5e-4)
+                found.append(critical["value"])
+        self.assertEqual(len(found), 9)
+
+
+def kinked(angle, step):
+    """A profile of two straight lines, a cone of 1:20 and a flange, by points so far apart, mm."""
+    y = [step * k for k in range(-math.floor(46 / step), math.floor(46 / step) + 1)]
+    z = [0.05 * x + min(x + 26, 0) * (math.tan(math.radians(angle)) - 0.05) for x in y]
+    return "{" + ", ".join(f"{name}: [{', '.join(f'{x:.9g} mm' for x in list)}]" for name, list in (("y", y), ("z", z))) + "}"
+
+
 class Ends(unittest.TestCase):
     """One wheel turned against its rail, pressed outwards by a force that grows."""
 
-    def run_of(self, form="elastic", status=0, **values):
+    TWO_POINTS = (r"wheel 'L': contact in zone 2 changes back and forth at t = [\d.]+: two points of the wheel would have to "
+                  "touch at once, and with 'contact: rigid' one does; with 'contact: elastic' both do")
+
+    def run_of(self, form="elastic", status=0, words=(), profile=None, **values):
         """What the run says, and its rows, all of them numbers."""
         with tempfile.TemporaryDirectory() as folder:
             path, model = pathlib.Path(folder) / "run.csv", pathlib.Path(folder) / "model.yaml"
-            text = ONE.read_text().replace("../../examples", str(ROOT / "examples"))
+            given = "{csv: ../../examples/profiles/cone20.csv, y: y, z: z}"
+            self.assertIn(f"wheel: {given}", ONE.read_text())
+            text = ONE.read_text().replace(given, profile or given).replace("../../examples", str(ROOT / "examples"))
             self.assertIn("contact: elastic", text)
             model.write_text(text.replace("contact: elastic", f"contact: {form}"))
-            found = kempe("simulate", model, "--once", *settings(**values), "-o", path, status=status)
+            found = kempe("simulate", model, "--once", *words, *settings(**values), "-o", path, status=status)
             table = rows(path)
         self.assertTrue(all(math.isfinite(x) for row in table for x in row.values()))
         return found, table
@@ -165,6 +197,49 @@ class Ends(unittest.TestCase):
         self.assertGreater(max(row["force.L.z"] for row in table if 1 < row["t"] < 2), 5e4)
         found, table = self.run_of(form="rigid", push=0, attack=0, depth=0.03, width=1, V=20)
         self.assertRegex(found["reason"], r"wheel 'L' is unloaded at t = 0\.1\d+ s")
+
+    def test_two_points_at_once(self):
+        """A rigid wheel that is kept against its flange says so at once, whichever way it is turned."""
+        for attack, last in ((0.02, 0.06), (0, 0.345), (-0.02, 0.48)):
+            with self.subTest(attack=attack):
+                found, table = self.run_of(form="rigid", status=1, attack=attack)
+                self.assertRegex(found["reason"], self.TWO_POINTS)
+                self.assertLess(found["work"]["events"], 100)
+                self.assertAlmostEqual(table[-1]["t"], last, delta=0.02)
+
+    def test_roads(self):
+        """The same ends, at the same time, on all roads."""
+        cases = (("rigid", 1, dict(attack=0.02), self.TWO_POINTS), ("rigid", 0, dict(push=-60000, attack=0), "left its rail"),
+                 ("rigid", 0, dict(push=0, attack=0, depth=0.03, width=1, V=20), "is unloaded"),
+                 ("elastic", 0, dict(attack=0.02), "left its rail"), ("elastic", 0, dict(push=-60000, attack=0), "left its rail"))
+        for form, status, values, says in cases:
+            with self.subTest(form=form, values=values):
+                ends = []
+                for words in (("--road", "dae"), ("--road", "projected"), ("--road", "reduced", "--integrator", "bdf")):
+                    found, table = self.run_of(form=form, status=status, words=words, **values)
+                    self.assertRegex(found["reason"], says)
+                    ends.append(table[-1]["t"])
+                self.assertLess(max(ends) - min(ends), 1e-3)
+
+    def test_kinked(self):
+        """Two straight lines: the spline rounds their kink over the distance of the points, the less the more there are; one
+        so sharp that the spline swings out is refused."""
+        for step in (23, 2):
+            found, table = self.run_of(form="rigid", status=1, profile=kinked(60, step), attack=0.02)
+            self.assertRegex(found["reason"], self.TWO_POINTS)
+        climbs = []
+        for step in (4, 2, 1):
+            ends = []
+            for road in ("reduced", "dae"):
+                found, table = self.run_of(words=("--road", road), profile=kinked(60, step), attack=0.02)
+                self.assertIn("left its rail", found["reason"])
+                ends.append(table[-1]["t"])
+            self.assertLess(abs(ends[0] - ends[1]), 1e-3)
+            climbs.append(ends[0])
+        self.assertLess(abs(climbs[2] - climbs[1]), 5e-3)
+        self.assertLess(abs(climbs[2] - climbs[0]), 1e-2)
+        with self.assertRaisesRegex(AssertionError, r": 2\n.*:8:103: profile 'wheel': between y = -0.026 m .* swings out"):
+            self.run_of(profile=kinked(85, 2))
 
 
 if __name__ == "__main__":

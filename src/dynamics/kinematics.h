@@ -53,7 +53,8 @@ typedef struct kmp_condition {
     char *text;           /* of an element: what the journal calls it */
     bool ends;            /* where its value becomes negative runs end; no input stands for it */
     bool late;            /* such a one, and the value depends on accelerations or multipliers */
-    const char *advice;   /* of such a one; NULL: none */
+    double lag;           /* of an element: it changes where its value has passed zero by so much; 0: at zero */
+    const char *advice;   /* where runs end by it, or cannot go on because it changes back and forth; NULL: none */
 } kmp_condition;
 
 /** The conditions of a model, numbered in the order in which they are met: comparisons and signs of what moves. A
@@ -145,11 +146,13 @@ kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_
  * laws of forces and the rows of closures. `of` is the part of the model that has the condition (a kmp_force,
  * kmp_closure, kmp_wheel, ..), `number` tells its conditions apart: whoever asks by the same two has the same
  * condition, in whatever graph, and the difference has to be the same there. It depends on t, q and qd, and on other
- * conditions. The text says what holds, for the journal: "wheel 'L': contact in zone 2".
+ * conditions. It changes where the difference has passed zero by `lag`. `advice` is what to do where it changes back
+ * and forth, within few lags each time (NULL: what is said of laws of forces). The text says what holds, for the
+ * journal: "wheel 'L': contact in zone 2".
  *
  * Rows h of closures may switch by it to a branch of the same value; their J may jump there, and the rates with it. */
-kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
-                           ...) __attribute__((format(printf, 5, 6)));
+kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
+                           const char *advice, const char *format, ...) __attribute__((format(printf, 7, 8)));
 
 /** Runs end where `value` becomes negative, and say: TEXT at t = .. s: ADVICE ("wheel 'L' left its rail", and what may
  * be wrong or can be done; NULL: nothing). `of` and `number` as above. The value may depend on multipliers too

@@ -106,18 +106,33 @@ static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, co
     return -1;
 }
 
-kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, const char *format,
-                           ...)
+/* The value of condition k, for which `holds` stands, is the difference with its lag. */
+static void note_lagging(const kmp_tree *tree, int k, kmp_ref holds, kmp_ref difference, double lag)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref by = kmp_const(g, lag);
+    if (!note(tree->noted, k, kmp_add(g, difference, kmp_select(g, holds, kmp_neg(by), by))))
+        kmp_graph_fail(g);
+}
+
+kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
+                           const char *advice, const char *format, ...)
 {
     kmp_graph *g = tree->graph;
     kmp_ref less = kmp_less(g, difference, KMP_ZERO);
     if (!can_stand(tree, less))
         return less;
+    const kmp_condition condition = {.of = of, .number = number, .lag = lag, .advice = advice};
     va_list arguments;
     va_start(arguments, format);
-    int k = meet(tree, (kmp_condition){.of = of, .number = number}, difference, format, arguments);
+    int k = meet(tree, condition, difference, format, arguments);
     va_end(arguments);
-    return k >= 0 ? kmp_input(g, KMP_IN_MODE, (uint32_t)k) : less;
+    if (k < 0)
+        return less;
+    kmp_ref holds = kmp_input(g, KMP_IN_MODE, (uint32_t)k);
+    if (lag > 0)
+        note_lagging(tree, k, holds, difference, lag);
+    return holds;
 }
 
 void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,

@@ -230,7 +230,10 @@ static void read_wheel(const reading *w)
     good = read_numbers(w) && good;
     wheel->zones_given = kmp_yaml_get(w->map, "zones");
     good = read_zones(w) && good;
-    if (good && !wheel->zones_given && r->model->tracks[wheel->track].rail)
+    if (!good || !r->model->tracks[wheel->track].rail)
+        return;
+    wheel->stands = kmp_zones_stand(&r->model->tracks[wheel->track], wheel);
+    if (!wheel->zones_given)
         find_zones(w);
 }
 

@@ -121,7 +121,7 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
     follow(s, middle, m, next, l, depth - 1);
 }
 
-/* The rail's middle goes under the wheel from one end of its profile to the other. */
+/* What the wheel stands on goes under it from one end of its profile to the other. */
 static void roll_over(scan *s, double middle, double roll)
 {
     s->cosine = cos(roll);
@@ -183,12 +183,28 @@ static void collect(scan *s, kmp_wheel *wheel)
     wheel->zone_count = borders + 1;
 }
 
+double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel)
+{
+    const kmp_table *rail = track->rail;
+    double slope = kmp_table_value(wheel->profile->height, 1, 0), best = rail->x[0], most = -INFINITY;
+    int count = points_of(end_of(rail) - rail->x[0], FINE);
+    for (int k = 0; k < count; k++) {
+        double y = rail->x[0] + (end_of(rail) - rail->x[0]) * k / (count - 1);
+        double over = kmp_table_value(rail, 0, y) - slope * y;
+        if (over > most) {
+            most = over;
+            best = y;
+        }
+    }
+    return best;
+}
+
 bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 {
     scan s;
     bool ok = begin(&s, track, wheel);
     for (size_t k = 0; ok && k < sizeof rolls / sizeof rolls[0]; k++)
-        roll_over(&s, track->rail_at, rolls[k]);
+        roll_over(&s, wheel->stands, rolls[k]);
     if (ok)
         collect(&s, wheel);
     kmp_free(s.radius);

@@ -288,15 +288,10 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
  * back. */
 static kmp_ref is_nearer(const kmp_tree *tree, const kmp_wheel *wheel, int zone, kmp_ref gap, kmp_ref least)
 {
-    static const char *const what = "wheel '%s': contact in zone %d";
-    kmp_graph *g = tree->graph;
-    kmp_ref difference = kmp_sub(g, gap, least);
-    kmp_ref nearer = kmp_tree_condition(tree, wheel, zone, difference, what, wheel->name, zone + 1);
-    if (kmp_graph_node(g, kmp_id(nearer))->op != KMP_OP_INPUT)
-        return nearer;
-    kmp_ref lag = kmp_const(g, 1e-10 * wheel->radius.value);
-    kmp_ref with_lag = kmp_add(g, difference, kmp_select(g, nearer, kmp_neg(lag), lag));
-    return kmp_tree_condition(tree, wheel, zone, with_lag, what, wheel->name, zone + 1);
+    return kmp_tree_condition(tree, wheel, zone, kmp_sub(tree->graph, gap, least), 1e-10 * wheel->radius.value,
+                              "two points of the wheel would have to touch at once, and with 'contact: rigid' one does; "
+                              "with 'contact: elastic' both do",
+                              "wheel '%s': contact in zone %d", wheel->name, zone + 1);
 }
 
 bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch)

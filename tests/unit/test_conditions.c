@@ -24,7 +24,7 @@ static kmp_ref coordinate(const kmp_equations *eq, int k)
 
 static kmp_ref ask(const kmp_equations *eq, const void *of, int number, kmp_ref difference)
 {
-    return kmp_tree_condition(&eq->tree, of, number, difference, "stop '%s': contact %d", "S", number + 1);
+    return kmp_tree_condition(&eq->tree, of, number, difference, 0, NULL, "stop '%s': contact %d", "S", number + 1);
 }
 
 static void each_graph_has_the_same(void)

@@ -30,14 +30,14 @@ static void show(kmp_graph *g, const kmp_wheel_pose *pose, const kmp_contact *c,
 /* Cosine of the angle by which a wheel's axle may be turned out of the track's cross-section. */
 #define MOST_TURNED 0.5
 
-/* Where runs end: the middle of the rail is no longer under the wheel, the wheel is turned out of its track, or a rigid
+/* Where runs end: what the wheel stands on is no longer under it, the wheel is turned out of its track, or a rigid
  * contact would have to pull. */
 static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose)
 {
     enum { OFF = KMP_WHEEL_ZONES, PULLED, TURNED };
     kmp_graph *g = tree->graph;
     const kmp_table *height = wheel->profile->height;
-    kmp_ref under = kmp_sub(g, kmp_const(g, tree->model->tracks[wheel->track].rail_at), pose->out);
+    kmp_ref under = kmp_sub(g, kmp_const(g, wheel->stands), pose->out);
     kmp_ref inner = kmp_sub(g, under, kmp_const(g, height->x[0]));
     kmp_ref outer = kmp_sub(g, kmp_const(g, height->x[height->count - 1]), under);
     kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer),
