@@ -36,6 +36,7 @@ CASES = {
     "stewart": ("examples/stewart/stewart.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.2"], 0, 3, True, DARK),
     "pendulum": ("tests/models/pendulum.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "1"], 0, 3, True, []),
     "parallelogram": ("tests/models/parallelogram.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.6"], 0, 3, True, []),
+    "rolling": ("examples/rolling_wheel/rolling_wheel.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "3"], 0, 2, True, FLAT),
     "friction": ("tests/models/friction_loop.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
     "open": ("tests/models/robotran.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
 }
@@ -159,6 +160,7 @@ class Case(unittest.TestCase):
         self.assertGreater(int(stage["data-ink"]), 100)
         self.assertIn(stage["data-view"], ["canvas"] if options == FLAT else ["canvas", "webgl"])
         self.assertEqual(stage["data-planar"], str(name not in ("stewart", "open")).lower())
+        self.assertEqual(stage["data-follows"], str(name == "rolling").lower())
         self.assertEqual(int(stage["data-frames"]) > 1, moves)
 
     def test_drawn(self):
