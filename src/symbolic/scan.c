@@ -218,7 +218,7 @@ kmp_scan *kmp_scan_new(const kmp_block *block)
         return NULL;
     s->block = block;
     s->p = block->program;
-    size_t values = (size_t)(leaves(s->p) + s->p->code[LAST + 1]);
+    size_t values = (size_t)leaves(s->p) + (size_t)s->p->code[LAST + 1];
     s->width = ((size_t)block->candidates + LANES - 1) / LANES * LANES;
     s->rows = kmp_calloc((values + 1) * s->width, sizeof *s->rows);
     s->need = kmp_calloc(2 * values, sizeof *s->need);
