@@ -261,8 +261,8 @@ KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path
 #include <kempe/branches.h>
 #include <kempe/build.h>
 #include <kempe/compare.h>
-#include <kempe/contact_table.h>
 #include <kempe/contact.h>
+#include <kempe/contact_table.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/extend.h>
