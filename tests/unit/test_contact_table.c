@@ -166,9 +166,21 @@ static void wrong_words_are_told(void)
     unload(&without);
 }
 
+/* Beside the rails no row of a rigid wheel can be kept, and nothing asks for its multiplier. */
+static void beside_the_rails(void)
+{
+    loaded l = load("examples/rolling_wheel/rolling_wheel.yaml");
+    kempe_contact_table *table = NULL;
+    CHECK(kempe_contact_table_new(l.system, &(kempe_contact_ask){.over = "y=-150 mm", .hold = "yaw"}, &table) !=
+          KEMPE_OK);
+    CHECK(table == NULL);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(contacts_are_where_surfaces_are_nearest);
     TEST(wrong_words_are_told);
+    TEST(beside_the_rails);
     return check_report();
 }
