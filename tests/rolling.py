@@ -101,8 +101,7 @@ class Backwards(unittest.TestCase):
 
 class Hunting(unittest.TestCase):
     def test_critical_speeds(self):
-        """Against rails.py; 1e-4 is what keeps Hertz's curvature across from zero (patch.c), and with stiff patches rounding:
-        their modes are 1e6 times as fast."""
+        """Against rails.py, whose patches are circles; stiff patches leave rounding, of modes 1e5 times as fast."""
         found = []
         for row in rows(SPRINGS / "rails.csv"):
             if row["cone"] not in (0.1, 0.05, 0.0125):
@@ -113,8 +112,9 @@ class Hunting(unittest.TestCase):
                 locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--vary", about)["locus"]
                 critical, = locus["critical"]
                 self.assertEqual(critical["grows"], "above")
-                self.assertLess(abs(critical["value"] / row["speed"] - 1), 1.5e-4)
-                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), 1.5e-4)
+                near = 5e-5 if row["shear_modulus"] < 1e12 else 1.5e-4
+                self.assertLess(abs(critical["value"] / row["speed"] - 1), near)
+                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), near)
                 found.append(critical["value"])
         self.assertEqual(len(found), 9)
 

@@ -16,8 +16,8 @@ import sys
 import numpy as np
 
 G, NU = 82e9, 0.25
-C11, C22, C23 = 4.12, 3.67, 1.47  # Kalker 1990, table E.3, nu 1/4, a = b
-STEP = 1e-4                       # of differences, with values at four places each: error of order 1e-14 + STEP^4
+C11, C22, C23, C33 = 4.12, 3.67, 1.47, 1.19  # Kalker 1990, table E.3, nu 1/4, a = b
+STEP = 1e-4  # of differences, with values at four places each: error of order 1e-14 + STEP^4
 WEIGHTS = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
@@ -86,7 +86,7 @@ class Wheelset:
         across, slip = np.cross(up, x), v + np.cross(w, arm)
         xi, eta, spin = slip[0] / speed, slip @ across / speed, w @ up / speed
         force = -gab * C11 * xi * x - gab * (C22 * eta + radius * C23 * spin) * across
-        return force, gab * radius * C23 * eta * up
+        return force, gab * radius * (C23 * eta - radius * C33 * spin) * up
 
     def accelerations(self, q, qd):
         e, rates = self.axes(q)[:, 1], self.rates(q)

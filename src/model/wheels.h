@@ -104,7 +104,8 @@ typedef struct kmp_wheel {
     int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
     const kmp_profile *profile;
     kmp_number radius;
-    double stands; /* on the track, where the rail has the slope that the profile has at 0: there it stands in the middle */
+    double stands; /* on the track, where the rail has the slope that the profile has at 0: there it stands in the
+                      middle */
     int zone_count;
     double zone[KMP_WHEEL_ZONES][2]; /* pieces of the profile that can touch the rail, one contact in each */
     bool zones_given;                /* in the file; otherwise found */

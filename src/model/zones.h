@@ -5,10 +5,10 @@
 
 #include "model/wheels.h"
 
-/** Puts the wheel all over the rail, from where it stands (below), at a few rolls, and notes what touches. Where the point of contact jumps by more
- * than two millimetres one zone ends and the next one begins, in the middle of what is passed over; jumps that overlap,
- * at different rolls, share a border. Of more borders than there is room for those of the smallest jumps are left out.
- *  false: no memory. */
+/** Puts the wheel all over the rail, from where it stands (below), at a few rolls, and notes what touches. Where the
+ * point of contact jumps by more than two millimetres one zone ends and the next one begins, in the middle of what is
+ * passed over; jumps that overlap, at different rolls, share a border. Of more borders than there is room for those of
+ * the smallest jumps are left out. false: no memory. */
 bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel);
 
 /** Where the wheel stands with the middle of its profile: a straight line of its slope there, put on the rail. */

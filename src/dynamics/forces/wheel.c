@@ -40,8 +40,8 @@ static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
     kmp_ref under = kmp_sub(g, kmp_const(g, wheel->stands), pose->out);
     kmp_ref inner = kmp_sub(g, under, kmp_const(g, height->x[0]));
     kmp_ref outer = kmp_sub(g, kmp_const(g, height->x[height->count - 1]), under);
-    kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer),
-                 "the middle of the rail is beside the wheel's profile", "wheel '%s' left its rail", wheel->name);
+    kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer), "what it stands on is beside its profile",
+                 "wheel '%s' left its rail", wheel->name);
     kmp_tree_end(tree, wheel, TURNED, kmp_sub(g, pose->axle[1], kmp_const(g, MOST_TURNED)),
                  "its axle, y of the axes of its point, is to be across the track, leftwards",
                  "wheel '%s' stands across its rail", wheel->name);
