@@ -222,10 +222,31 @@ static kempe_status go(job *j, const double *point, int depth)
     return status == KEMPE_OK ? go(j, point, depth + 1) : status;
 }
 
-static void take_row(job *j)
+/* A state at which a run would end, such as beside the rails, is none for a table. */
+static kempe_status check_ends(const job *j)
+{
+    const kempe_system *s = j->t->system;
+    const kmp_linear *l = &j->linear;
+    double *change = KMP_NEW(double, s->events.count);
+    kempe_status status = change ? KEMPE_OK : kmp_fail_memory(s->context);
+    if (status == KEMPE_OK && s->events.count > 0)
+        kmp_plant_all_changes(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda, change);
+    for (int k = 0; status == KEMPE_OK && k < s->events.count; k++)
+        if (s->events.condition[k].ends && change[k] < 0)
+            status = kmp_fail(s->context, KEMPE_E_FAILED, "%s%s%s", s->event_text[k],
+                              s->events.condition[k].advice ? ": " : "",
+                              s->events.condition[k].advice ? s->events.condition[k].advice : "");
+    kmp_free(change);
+    return status;
+}
+
+static kempe_status take_row(job *j)
 {
     kempe_contact_table *t = j->t;
     const kmp_linear *l = &j->linear;
+    kempe_status status = check_ends(j);
+    if (status != KEMPE_OK)
+        return status;
     size_t n = (size_t)t->system->n, row = (size_t)t->count++;
     double *q = t->q + row * n, *qd = t->qd + row * n;
     t->value[row] = j->here[0];
@@ -238,6 +259,7 @@ static void take_row(job *j)
     for (int w = 0; w < t->wheel_count; w++)
         for (int z = t->first[w]; z < t->first[w + 1]; z++)
             kmp_contact_patch(t, w, shown + (ptrdiff_t)KMP_CONTACT_SHOWN * z, &patch[z]);
+    return KEMPE_OK;
 }
 
 /* What is kept of a table that did not come to its end. */
@@ -262,7 +284,7 @@ static kempe_status run(job *j, const kempe_contact_ask *ask)
             j->there[k] = kmp_range_value(&t->over.range[k], row, t->asked);
         status = go(j, j->there, 0);
         if (status == KEMPE_OK)
-            take_row(j);
+            status = take_row(j);
     }
     return give_reason(j, status);
 }

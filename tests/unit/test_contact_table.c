@@ -166,14 +166,18 @@ static void wrong_words_are_told(void)
     unload(&without);
 }
 
-/* Beside the rails no row of a rigid wheel can be kept, and nothing asks for its multiplier. */
+/* Beside the rails a run would end, and a table has no row; far away no row of h can be kept, and nothing asks for its
+ * multiplier. */
 static void beside_the_rails(void)
 {
     loaded l = load("examples/rolling_wheel/rolling_wheel.yaml");
-    kempe_contact_table *table = NULL;
-    CHECK(kempe_contact_table_new(l.system, &(kempe_contact_ask){.over = "y=-150 mm", .hold = "yaw"}, &table) !=
-          KEMPE_OK);
-    CHECK(table == NULL);
+    static const char *const places[] = {"y=-150 mm", "y=-5"};
+    for (int k = 0; k < 2; k++) {
+        kempe_contact_table *table = NULL;
+        const kempe_contact_ask ask = {.over = places[k], .hold = "yaw"};
+        CHECK(kempe_contact_table_new(l.system, &ask, &table) == KEMPE_E_FAILED);
+        CHECK(table == NULL && strstr(kempe_context_message(l.context), "wheel 'L' left its rail"));
+    }
     unload(&l);
 }
 
