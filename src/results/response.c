@@ -21,8 +21,11 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     double least = INFINITY, most = 0;
     unsigned long failures = kmp_memory_failures();
     int failed = kmp_spectrum_init(&s, l->p, l->mass, l->damping, l->stiffness, false);
-    if (kmp_memory_failures() > failures)
+    if (kmp_memory_failures() > failures) {
+        if (failed == 0)
+            kmp_spectrum_free(&s);
         return kmp_fail_memory(c->system->context);
+    }
     for (int k = 0; failed == 0 && k < s.count; k++) {
         double hz = hypot(s.re[k], s.im[k]) / two_pi;
         if (s.im[k] > 0) {

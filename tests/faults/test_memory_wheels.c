@@ -120,7 +120,7 @@ static void every_allocation_fails(void)
     CHECK(kempe_model_read_text(s.context, text_of_wheels, "wheels.yaml", &s.model) == KEMPE_OK);
     CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     for (size_t k = 0; k < sizeof stages / sizeof *stages; k++)
-        exhaust(&s, stages[k].name, stages[k].stage, 59);
+        exhaust(&s, stages[k].name, stages[k].stage, 199);
     kempe_system_free(s.system);
     kempe_model_free(s.model);
     kempe_context_free(s.context);

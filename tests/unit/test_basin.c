@@ -23,7 +23,7 @@ static const char *const text =
     "    points: {L: [0, 0.75, 0]}\n"
     "wheels: {L: {on: line.left, at: set.L, profile: wheel, radius: 0.46, contact: %s, creep: none}}\n";
 
-enum { OUT, AXLE, ARGUMENTS = 4, POSES = 2000 };
+enum { OUT, AXLE, ARGUMENTS = 4, POSES = 1000 };
 
 /* Somewhere the merit of a block. */
 static double merit_at(kmp_interpreter *it, double s)
