@@ -208,7 +208,7 @@ static bool stands(int n, const double *dy, const double *size, double part, dou
 static bool descend(kmp_solving *s)
 {
     int n = s->block->unknowns;
-    double dy[MOST], size[MOST] = {0}, before = INFINITY;
+    double dy[MOST] = {0}, size[MOST] = {0}, before = INFINITY;
     const double *f = equations(s);
     grow(n, s->y, size);
     for (int k = 0; k < MOST_STEPS; k++) {
