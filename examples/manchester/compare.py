@@ -24,7 +24,7 @@ def key(row):
 
 
 def number(row, *names):
-    values = [float(row[name]) for name in names]
+    values = [float(row[name] or "nan") for name in names]
     return values[0] if len(values) == 1 else values
 
 

@@ -198,12 +198,30 @@ static void find_zones(const reading *w)
     kmp_wheel *wheel = w->wheel;
     for (const kmp_wheel *other = model->wheels; other < wheel; other++)
         if (other->track == wheel->track && other->profile == wheel->profile && other->zone_count > 0 &&
-            other->radius.value == wheel->radius.value && !other->zones_given) {
+            other->radius.value == wheel->radius.value && other->form == wheel->form && !other->zones_given) {
             wheel->zone_count = other->zone_count;
             memcpy(wheel->zone, other->zone, sizeof wheel->zone);
             return;
         }
     if (!kmp_zones_find(&model->tracks[wheel->track], wheel))
+        w->r->scratch.failed = true;
+}
+
+/* Likewise the places of each. */
+static void space_zones(const reading *w)
+{
+    const kempe_model *model = w->r->model;
+    kmp_wheel *wheel = w->wheel;
+    for (const kmp_wheel *other = model->wheels; other < wheel; other++)
+        if (other->track == wheel->track && other->profile == wheel->profile && other->form == wheel->form &&
+            other->radius.value == wheel->radius.value && other->zone_count == wheel->zone_count &&
+            memcmp(other->zone, wheel->zone, sizeof wheel->zone) == 0) {
+            memcpy(wheel->node, other->node, sizeof wheel->node);
+            memcpy(wheel->nodes_end, other->nodes_end, sizeof wheel->nodes_end);
+            memcpy(wheel->least_spread, other->least_spread, sizeof wheel->least_spread);
+            return;
+        }
+    if (!kmp_zones_space(&model->tracks[wheel->track], wheel))
         w->r->scratch.failed = true;
 }
 
@@ -235,6 +253,8 @@ static void read_wheel(const reading *w)
     wheel->stands = kmp_zones_stand(&r->model->tracks[wheel->track], wheel);
     if (!wheel->zones_given)
         find_zones(w);
+    if (wheel->form == KMP_CONTACT_ELASTIC)
+        space_zones(w);
 }
 
 void kmp_read_wheels(kmp_reader *r)

@@ -9,7 +9,7 @@
 
 struct kmp_table;
 
-enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 10 };
+enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 10, KMP_WHEEL_PLACES = 800 };
 
 typedef enum kmp_track_side { KMP_TRACK_LEFT, KMP_TRACK_RIGHT } kmp_track_side;
 
@@ -109,6 +109,9 @@ typedef struct kmp_wheel {
     int zone_count;
     double zone[KMP_WHEEL_ZONES][2]; /* pieces of the profile that can touch the rail, one contact in each */
     bool zones_given;                /* in the file; otherwise found */
+    double node[KMP_WHEEL_PLACES];        /* on the profile, that averages of an elastic wheel are made of */
+    int nodes_end[KMP_WHEEL_ZONES];      /* of each zone */
+    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve (wheel/patch.c) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

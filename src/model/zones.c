@@ -12,6 +12,7 @@
 #define FINE   1e-4   /* of the rail's */
 #define SHIFT  2.5e-4 /* from one place of the wheel to the next */
 #define JUMP   2e-3   /* shorter ones are none */
+#define TURN   0.3    /* rad: contacts of an elastic wheel whose normals are nearer are in one zone */
 #define BEYOND 2e-3   /* a zone goes on so far after the last point that touches */
 enum { BISECTIONS = 10, MOST_POINTS = 4000, MOST_JUMPS = 64 };
 
@@ -33,6 +34,7 @@ typedef struct scan {
     double rail_first, rail_step;
     double *rail;
     double cosine, sine;
+    bool elastic;
 } scan;
 
 static double end_of(const kmp_table *table)
@@ -57,7 +59,9 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
 {
     const kmp_table *height = wheel->profile->height;
     double length = end_of(height) - height->x[0], margin = 0.01;
-    *s = (scan){.first = height->x[0], .rail_first = track->rail->x[0] - margin};
+    *s = (scan){.first = height->x[0],
+                .rail_first = track->rail->x[0] - margin,
+                .elastic = wheel->form == KMP_CONTACT_ELASTIC};
     s->count = points_of(length, GRID);
     s->step = length / (s->count - 1);
     double head = end_of(track->rail) + margin - s->rail_first;
@@ -98,8 +102,18 @@ static int touching(const scan *s, double out)
     return best;
 }
 
+/* Angle of the profile at a point, between its neighbours. */
+static double angle_at(const scan *s, int k)
+{
+    int before = k > 0 ? k - 1 : k, after = k < s->count - 1 ? k + 1 : k;
+    return atan((s->radius[before] - s->radius[after]) / (s->step * (after - before)));
+}
+
+/* The average over a zone goes over smoothly from one place to another whose normal is nearly the same. */
 static void note_jump(scan *s, int a, int b)
 {
+    if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
+        return;
     if (s->jump_count < MOST_JUMPS)
         s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
@@ -207,6 +221,108 @@ bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
         roll_over(&s, wheel->stands, rolls[k]);
     if (ok)
         collect(&s, wheel);
+    kmp_free(s.radius);
+    kmp_free(s.rail);
+    return ok;
+}
+
+/* -- places ------------------------------------------------------------------------------------------- */
+
+/* A Gaussian of standard deviation sigma is summed up to 1e-6 of itself at places 1.2 sigma apart. */
+#define RESOLVED   1.2
+#define LEAST      4e-6 /* spread, over the radius */
+#define MOST_LEAST 4e-5 /* where a profile is sharp */
+#define NARROWEST  1e-4 /* m, from place to place */
+#define WIDEST     1e-3
+#define GROWING    0.12 /* of spacings, from each to the next */
+#define ALIKE      0.05 /* rad: of the normals of points that may touch, with what the wheel rolls */
+#define MARGIN     2.5e-3 /* of places beyond a zone: wheel/patch.c lets nothing farther */
+
+/* Curvatures of the gap where a point of the wheel touches, the greatest, by point; by those of the rail whose normals
+ * are nearly the same. */
+static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
+{
+    double *angle = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
+    for (int l = 0; angle && l < s->rail_count; l++)
+        angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
+    for (int k = 0; angle && k < s->count; k++) {
+        const kmp_table *height = wheel->profile->height;
+        double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at)), least = 0;
+        for (int l = 0; l < s->rail_count; l += 2)
+            if (fabs(angle[l] - slope) <= ALIKE)
+                least = fmin(least, kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l));
+        bend[k] = kmp_table_value(height, 2, at) - least;
+    }
+    kmp_free(angle);
+    return angle;
+}
+
+/* What resolves the least spread at each point, growing slowly from there. */
+static void find_spacing(const scan *s, double radius, const double *bend, double *spacing)
+{
+    for (int k = 0; k < s->count; k++) {
+        double wanted = bend[k] > 0 ? RESOLVED * sqrt(LEAST * radius / bend[k]) : WIDEST;
+        spacing[k] = fmin(fmax(wanted, NARROWEST), WIDEST);
+    }
+    for (int k = 1; k < s->count; k++)
+        spacing[k] = fmin(spacing[k], spacing[k - 1] + GROWING * s->step);
+    for (int k = s->count - 1; k-- > 0;)
+        spacing[k] = fmin(spacing[k], spacing[k + 1] + GROWING * s->step);
+}
+
+static int point_near(const scan *s, double at)
+{
+    return (int)fmin(fmax(round((at - s->first) / s->step), 0), s->count - 1);
+}
+
+/* Places from one end of the zone to the other, `wider` than they should be, if there is room for them. */
+static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, const double *spacing)
+{
+    int *end = &wheel->nodes_end[zone];
+    double at = wheel->zone[zone][0] - MARGIN, last = wheel->zone[zone][1] + MARGIN;
+    *end = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
+    while (*end < KMP_WHEEL_PLACES) {
+        wheel->node[(*end)++] = at;
+        if (at >= last)
+            return true;
+        double way = spacing[point_near(s, at)] * wider;
+        at += spacing[point_near(s, at + way / 2)] * wider;
+    }
+    return false;
+}
+
+/* The spread that all places of a zone resolve. */
+static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *bend)
+{
+    double least = LEAST * wheel->radius.value;
+    for (int k = 0; k < s->count; k++) {
+        double at = s->first + s->step * k;
+        if (at < wheel->zone[zone][0] || at > wheel->zone[zone][1])
+            continue;
+        int place = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
+        while (place + 1 < wheel->nodes_end[zone] - 1 && wheel->node[place + 1] < at)
+            place++;
+        double spacing = wheel->node[place + 1] - wheel->node[place];
+        least = fmax(least, bend[k] * spacing * spacing / (RESOLVED * RESOLVED));
+    }
+    return fmin(least, MOST_LEAST * wheel->radius.value);
+}
+
+bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
+{
+    scan s;
+    bool ok = begin(&s, track, wheel);
+    double *bend = ok ? KMP_NEW(double, 2 * s.count) : NULL, *spacing = bend ? bend + s.count : NULL;
+    ok = bend && find_bends(&s, track, wheel, bend);
+    if (ok)
+        find_spacing(&s, wheel->radius.value, bend, spacing);
+    int zone = 0;
+    for (double wider = 1; ok && zone < wheel->zone_count; wider *= 1.25)
+        for (zone = 0; zone < wheel->zone_count && put_places(&s, wheel, zone, wider, spacing);)
+            zone++;
+    for (zone = 0; ok && zone < wheel->zone_count; zone++)
+        wheel->least_spread[zone] = resolved(&s, wheel, zone, bend);
+    kmp_free(bend);
     kmp_free(s.radius);
     kmp_free(s.rail);
     return ok;

@@ -11,6 +11,10 @@
  * the smallest jumps are left out. false: no memory. */
 bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel);
 
+/** How near to each other the places of an elastic wheel's zones are, and the least spread that they resolve, by the
+ * curvatures of what can touch there. false: no memory. */
+bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel);
+
 /** Where the wheel stands with the middle of its profile: a straight line of its slope there, put on the rail. */
 double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel);
 

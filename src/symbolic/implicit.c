@@ -2,8 +2,8 @@
 /* Blocks in the graph: their local equations are derived once; a derivative brings them into the graph around with the
  * unknowns and arguments put in, and solves the linear system for one or two unknowns by quotients, for more by a
  * linear block. Arguments travel as a chain of LIST nodes. */
-#include "symbolic/implicit.h"
 #include "base/memory.h"
+#include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/live.h"
 #include "symbolic/table.h"
@@ -11,13 +11,6 @@
 #include <string.h>
 
 enum { MOST = KMP_IMPLICIT_MOST };
-
-struct kmp_implicit {
-    kmp_block block;
-    kmp_graph *local;
-    kmp_ref slope[MOST * MOST]; /* dF_i/dy_j at i unknowns + j */
-    kmp_ref change[MOST];       /* dF_i along dp = KMP_IN_LAMBDA */
-};
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
@@ -102,15 +95,15 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static bool take_candidates(kmp_implicit *b, const beginning *begin)
+bool kmp_block_candidates(kmp_block *b, int count, const double *candidate)
 {
-    int count = b->block.candidates = begin->candidates;
-    b->block.candidate = KMP_NEW(double, count);
-    if (b->block.candidate && count > 0) {
-        memcpy(b->block.candidate, begin->candidate, (size_t)count * sizeof(double));
-        qsort(b->block.candidate, (size_t)count, sizeof(double), by_size);
+    b->candidates = count;
+    b->candidate = KMP_NEW(double, count);
+    if (b->candidate && count > 0) {
+        memcpy(b->candidate, candidate, (size_t)count * sizeof(double));
+        qsort(b->candidate, (size_t)count, sizeof(double), by_size);
     }
-    return b->block.candidate;
+    return b->candidate;
 }
 
 static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
@@ -125,7 +118,7 @@ static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, co
     b->block.unknowns = unknowns;
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
-    if (!plain || !take_candidates(b, begin) || !derive_slopes(b, residual) || !derive_changes(b, residual) ||
+    if (!plain || !kmp_block_candidates(&b->block, begin->candidates, begin->candidate) || !derive_slopes(b, residual) || !derive_changes(b, residual) ||
         !make_program(b, residual, begin)) {
         kmp_implicit_free(b);
         return NULL;
@@ -151,6 +144,8 @@ void kmp_implicit_free(kmp_implicit *b)
 {
     if (!b)
         return;
+    kmp_free(b->row);
+    kmp_free(b->derived);
     kmp_program_free(b->block.program);
     kmp_free(b->block.candidate);
     kmp_graph_free(b->local);
@@ -160,7 +155,7 @@ void kmp_implicit_free(kmp_implicit *b)
 bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b)
 {
     const kmp_block *x = &a->block, *y = &b->block;
-    return x->unknowns == y->unknowns && x->arguments == y->arguments && x->linear == y->linear &&
+    return x->unknowns == y->unknowns && x->arguments == y->arguments && x->linear == y->linear && x->averages == y->averages &&
            x->candidates == y->candidates &&
            memcmp(x->candidate, y->candidate, (size_t)x->candidates * sizeof *x->candidate) == 0 &&
            kmp_program_equal(x->program, y->program);
@@ -181,8 +176,7 @@ static kmp_ref list_of(kmp_graph *g, int count, const kmp_ref *items)
     return list;
 }
 
-/* The items of a list; KMP_ZERO is a list of zeros. */
-static void items_of(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items)
+void kmp_list_items(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items)
 {
     for (int l = 0; l < count; l++) {
         const kmp_node *n = kmp_graph_node(g, kmp_id(list));
@@ -208,13 +202,7 @@ void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref 
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
 
-/* What the inputs of a local graph become in the graph around. */
-typedef struct setting {
-    kmp_graph *g;
-    const kmp_ref *unknowns, *arguments, *differentials;
-} setting;
-
-static kmp_ref import_leaf(const setting *s, const kmp_graph *local, uint32_t id)
+static kmp_ref import_leaf(const kmp_setting *s, const kmp_graph *local, uint32_t id)
 {
     const kmp_node *n = kmp_graph_node(local, id);
     if (n->op == KMP_OP_CONST)
@@ -224,7 +212,7 @@ static kmp_ref import_leaf(const setting *s, const kmp_graph *local, uint32_t id
                                       : s->differentials[n->b];
 }
 
-static kmp_ref import_node(const setting *s, const kmp_graph *local, uint32_t id, const kmp_ref *map)
+static kmp_ref import_node(const kmp_setting *s, const kmp_graph *local, uint32_t id, const kmp_ref *map)
 {
     const kmp_node *n = kmp_graph_node(local, id);
     kmp_ref x[3] = {0};
@@ -239,8 +227,7 @@ static kmp_ref import_node(const setting *s, const kmp_graph *local, uint32_t id
     return kmp_operate(s->g, (kmp_op)n->op, x);
 }
 
-/* References of a local graph in the one around, in place. false: no memory. */
-static bool import(const setting *s, const kmp_graph *local, int count, kmp_ref *refs)
+bool kmp_local_import(const kmp_setting *s, const kmp_graph *local, int count, kmp_ref *refs)
 {
     uint32_t nodes = kmp_graph_count(local);
     uint8_t *live = KMP_NEW(uint8_t, nodes);
@@ -298,22 +285,24 @@ static kmp_ref derivative_of_two(kmp_graph *g, const kmp_ref *equations, int com
 kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials)
 {
     const kmp_implicit *b = kmp_graph_implicit(g, block);
+    if (b->block.averages)
+        return kmp_average_derivative(g, block, component, list, differentials);
     int n = b->block.unknowns, m = b->block.arguments;
     kmp_ref *p = KMP_NEW(kmp_ref, 2 * m), y[MOST], dy[MOST], equations[MOST * MOST + MOST] = {0};
     if (!p || differentials == KMP_ZERO) {
         kmp_free(p);
         return KMP_ZERO;
     }
-    items_of(g, list, m, p);
-    items_of(g, differentials, m, p + m);
+    kmp_list_items(g, list, m, p);
+    kmp_list_items(g, differentials, m, p + m);
     for (int j = 0; j < n; j++)
         y[j] = kmp_implicit_component(g, block, j, list);
     for (int i = 0; i < n * n; i++)
         equations[i] = b->slope[i];
     for (int i = 0; i < n; i++)
         equations[n * n + i] = b->change[i];
-    const setting s = {g, y, p, p + m};
-    bool ok = import(&s, b->local, n * n + n, equations);
+    const kmp_setting s = {g, y, p, p + m};
+    bool ok = kmp_local_import(&s, b->local, n * n + n, equations);
     kmp_free(p);
     if (ok && n == 1)
         return kmp_neg(kmp_div(g, equations[1], equations[0]));

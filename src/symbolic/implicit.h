@@ -23,6 +23,14 @@ kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, co
  * towards it from both sides. guess[0] is not looked at. `candidates` at least 1. */
 kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
                                      const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit);
+
+/** Averages over places: with E and f_1 .. f_count of arguments and of the place KMP_IN_Q[0], and Z the integral of
+ *  exp(E) over the places, component 0 is log Z and component k the integral of f_k exp(E), over Z. Places (three at
+ *  least, increasing) carry half the distance of their neighbours, so that what is smooth over two of them, and gone
+ *  before the ends, is integrated to many digits (Trefethen and Weideman, SIAM Review 56 (2014) 385). Derivatives are
+ *  averages again: d log Z = <dE>, d<f> = <df> + <f dE> - <f> <dE>. Owns `local` in any case. NULL: as above. */
+kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, int count, const kmp_ref *averaged,
+                              int places, const double *place);
 void kmp_implicit_free(kmp_implicit *block);
 
 /** The same equations, first guesses and candidates, to the bit. */

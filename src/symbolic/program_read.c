@@ -185,8 +185,18 @@ static bool read_table(kmp_program_reader *r)
 
 static kempe_status read_program(kmp_program_reader *r, kmp_program **program);
 
-/* Its program has a guess of each unknown, then residuals and slopes, and knows unknowns q and arguments p alone. */
-static bool check_block(kmp_program_reader *r, const kmp_block *block)
+/* Averages: the exponent and what is averaged, at the place q[0]. */
+static bool check_averages(kmp_program_reader *r, const kmp_block *block)
+{
+    const kmp_program *p = block->program;
+    if (block->candidates < 3)
+        return kmp_words_complain(r, "averages are over three places at least");
+    if (p->stages != 3 || p->outputs[1] != 0 || p->outputs[2] != 1 || p->outputs[3] != block->unknowns)
+        return kmp_words_complain(r, "a block of averages has 1 output in stage 1 and %d in stage 2", block->unknowns - 1);
+    return true;
+}
+
+static bool check_equations(kmp_program_reader *r, const kmp_block *block)
 {
     const kmp_program *p = block->program;
     int n = block->unknowns;
@@ -196,6 +206,16 @@ static bool check_block(kmp_program_reader *r, const kmp_block *block)
         p->outputs[p->stages] != n + among + last)
         return kmp_words_complain(r, "an implicit block has %d outputs in stage 1%s and %d in stage %d", n,
                                   among ? ", 1 in stage 2" : "", last, 2 + among);
+    return true;
+}
+
+/* Its program has a guess of each unknown, then residuals and slopes, and knows unknowns q and arguments p alone. */
+static bool check_block(kmp_program_reader *r, const kmp_block *block)
+{
+    const kmp_program *p = block->program;
+    int n = block->averages ? 1 : block->unknowns;
+    if (!(block->averages ? check_averages(r, block) : check_equations(r, block)))
+        return false;
     for (int k = 0; k < p->input_count; k++) {
         int count = p->input[k].kind == KMP_IN_Q ? n : p->input[k].kind == KMP_IN_PARAMETER ? block->arguments : 0;
         if (p->input[k].index >= (uint32_t)count)
@@ -234,12 +254,13 @@ static bool read_block(kmp_program_reader *r)
         return false;
     if (number != (uint32_t)r->p->block_count)
         return kmp_words_complain(r, "implicit %d comes next, not %u", r->p->block_count, number);
-    if (!kmp_words_want(r, "unknowns") || !kmp_words_index(r, &unknowns) || !kmp_words_want(r, "arguments") ||
-        !kmp_words_index(r, &arguments))
+    bool averages = kmp_words_take_word(r, "averages");
+    if (!(averages || kmp_words_want(r, "unknowns")) || !kmp_words_index(r, &unknowns) ||
+        !kmp_words_want(r, "arguments") || !kmp_words_index(r, &arguments))
         return false;
-    if (unknowns < 1 || unknowns > KMP_IMPLICIT_MOST)
+    if (unknowns < 1 || (unknowns > KMP_IMPLICIT_MOST && !averages))
         return kmp_words_complain(r, "an implicit block has 1 to %d unknowns", KMP_IMPLICIT_MOST);
-    kmp_block block = {.unknowns = (int)unknowns, .arguments = (int)arguments};
+    kmp_block block = {.unknowns = (int)unknowns, .arguments = (int)arguments, .averages = averages};
     if (!kmp_words_next_line(r) || !read_candidates(r, &block))
         return false;
     kmp_program_reader inner = {

@@ -88,7 +88,8 @@ void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_
     for (int k = 0; k < p->table_count; k++)
         print_table(p->table[k], k, text);
     for (int k = 0; k < p->block_count; k++) {
-        kmp_text_printf(text, "implicit %d unknowns %d arguments %d\n", k, p->block[k].unknowns, p->block[k].arguments);
+        kmp_text_printf(text, "implicit %d %s %d arguments %d\n", k, p->block[k].averages ? "averages" : "unknowns",
+                        p->block[k].unknowns, p->block[k].arguments);
         print_candidates(&p->block[k], text);
         kmp_program_print(p->block[k].program, NULL, text);
     }

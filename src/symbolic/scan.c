@@ -9,13 +9,22 @@
 #include <math.h>
 #include <string.h>
 
-enum { LANES = 8, FIRST = 1, LAST = 2 }; /* stages: guesses of the other unknowns, merit */
+/* Into each clone of run_stage. */
+#if defined(__GNUC__)
+#define ALWAYS inline __attribute__((always_inline))
+#else
+#define ALWAYS inline
+#endif
+
+enum { LANES = 8, FIRST = 1, LAST = 2 }; /* stages that depend on candidates */
 
 /* What a value depends on: on nothing that changes, on the arguments alone, on both them and the candidate. */
 typedef enum need { STANDING, COMMON, MOVING } need;
 
 struct kmp_scan {
     const kmp_block *block;
+    const double *candidate;
+    int candidates;
     const kmp_program *p;
     kmp_interpreter *first; /* stage 0 */
     size_t width;           /* of a row */
@@ -23,6 +32,7 @@ struct kmp_scan {
     uint8_t *need;          /* by value */
     int *common;            /* those that the stages read */
     int common_count;
+    size_t *every; /* first of each group of eight */
 };
 
 static int leaves(const kmp_program *p)
@@ -37,53 +47,59 @@ static double *row(const kmp_scan *s, uint32_t value)
 
 /* -- running instructions ---------------------------------------------------------------------------- */
 
+/* The groups of eight that are run. */
+typedef struct groups {
+    size_t count;
+    const size_t *first;
+} groups;
+
 /* d = sign x op y on eight; a sign is a factor, which changes no bit else. */
 typedef struct pair {
     const double *x, *y;
     double sign_x, sign_y;
 } pair;
 
-static inline void add(const pair *o, size_t n, double *d)
+static ALWAYS void add(const pair *o, const groups *n, double *d)
 {
-    for (size_t k = 0; k < n; k += LANES)
-        for (size_t l = k; l < k + LANES; l++)
+    for (size_t j = 0; j < n->count; j++)
+        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
             d[l] = o->sign_x * o->x[l] + o->sign_y * o->y[l];
 }
 
-static inline void multiply(const pair *o, size_t n, double *d)
+static ALWAYS void multiply(const pair *o, const groups *n, double *d)
 {
-    for (size_t k = 0; k < n; k += LANES)
-        for (size_t l = k; l < k + LANES; l++)
+    for (size_t j = 0; j < n->count; j++)
+        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
             d[l] = o->sign_x * o->x[l] * (o->sign_y * o->y[l]);
 }
 
-static inline void divide(const pair *o, size_t n, double *d)
+static ALWAYS void divide(const pair *o, const groups *n, double *d)
 {
-    for (size_t k = 0; k < n; k += LANES)
-        for (size_t l = k; l < k + LANES; l++)
+    for (size_t j = 0; j < n->count; j++)
+        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
             d[l] = o->sign_x * o->x[l] / (o->sign_y * o->y[l]);
 }
 
-static inline void root(const pair *o, size_t n, double *d)
+static ALWAYS void root(const pair *o, const groups *n, double *d)
 {
-    for (size_t k = 0; k < n; k += LANES)
-        for (size_t l = k; l < k + LANES; l++)
+    for (size_t j = 0; j < n->count; j++)
+        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
             d[l] = sqrt(o->sign_x * o->x[l]);
 }
 
-static inline void larger(const pair *o, size_t n, double *d)
+static ALWAYS void larger(const pair *o, const groups *n, double *d)
 {
-    for (size_t k = 0; k < n; k += LANES)
-        for (size_t l = k; l < k + LANES; l++) {
+    for (size_t j = 0; j < n->count; j++)
+        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++) {
             double x = o->sign_x * o->x[l], y = o->sign_y * o->y[l];
             d[l] = x > y || isnan(x) ? x : y;
         }
 }
 
-static void other(const kmp_scan *s, int i, double *d)
+static void other_at(const kmp_scan *s, int i, size_t from, double *d)
 {
     const kmp_instruction *in = &s->p->instruction[i];
-    for (int l = 0; l < s->block->candidates; l++) {
+    for (size_t l = from; l < from + LANES; l++) {
         double x[3] = {0};
         for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
             uint32_t operand = kmp_instruction_operand(in, k);
@@ -99,7 +115,19 @@ static double sign_of(uint32_t operand)
     return operand & 1 ? -1 : 1;
 }
 
-static inline void run_instruction(const kmp_scan *s, int i)
+static void other(const kmp_scan *s, int i, const groups *n, double *d)
+{
+    for (size_t j = 0; j < n->count; j++)
+        other_at(s, i, n->first[j], d);
+}
+
+static void look_up(const kmp_scan *s, const kmp_instruction *in, const pair *o, const groups *n, double *d)
+{
+    for (size_t j = 0; j < n->count; j++)
+        kmp_table_values(s->p->table[in->b], (int)in->c, LANES, o->sign_x, o->x + n->first[j], d + n->first[j]);
+}
+
+static ALWAYS void run_instruction(const kmp_scan *s, int i, const groups *n)
 {
     const kmp_instruction *in = &s->p->instruction[i];
     double *d = row(s, (uint32_t)(leaves(s->p) + i));
@@ -109,26 +137,26 @@ static inline void run_instruction(const kmp_scan *s, int i)
                     .y = two ? row(s, in->b >> 1) : NULL,
                     .sign_y = two ? sign_of(in->b) : 1};
     if (in->op == KMP_OP_ADD)
-        add(&o, s->width, d);
+        add(&o, n, d);
     else if (in->op == KMP_OP_MUL)
-        multiply(&o, s->width, d);
+        multiply(&o, n, d);
     else if (in->op == KMP_OP_DIV)
-        divide(&o, s->width, d);
+        divide(&o, n, d);
     else if (in->op == KMP_OP_MAX)
-        larger(&o, s->width, d);
+        larger(&o, n, d);
     else if (in->op == KMP_OP_SQRT)
-        root(&o, s->width, d);
+        root(&o, n, d);
     else if (in->op == KMP_OP_TABLE)
-        kmp_table_values(s->p->table[in->b], (int)in->c, s->block->candidates, o.sign_x, o.x, d);
+        look_up(s, in, &o, n, d);
     else
-        other(s, i, d);
+        other(s, i, n, d);
 }
 
-KMP_CLONES static void run_stage(const kmp_scan *s, int stage, need what)
+KMP_CLONES static void run_stage(const kmp_scan *s, int stage, need what, const groups *n)
 {
     for (int i = s->p->code[stage]; i < s->p->code[stage + 1]; i++)
         if (s->need[leaves(s->p) + i] == what)
-            run_instruction(s, i);
+            run_instruction(s, i, n);
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -199,35 +227,41 @@ static void fill(double *to, size_t width, double value)
 static void put_standing(kmp_scan *s)
 {
     const kmp_program *p = s->p;
+    const groups all = {s->width / LANES, s->every};
     for (int k = 0; k < p->constant_count; k++)
         fill(row(s, (uint32_t)k), s->width, p->constant[k]);
     for (int k = 0; k < p->input_count; k++)
         if (s->need[p->constant_count + k] == STANDING) {
             double *to = row(s, (uint32_t)(p->constant_count + k));
-            fill(to, s->width, s->block->candidate[0]);
-            memcpy(to, s->block->candidate, (size_t)s->block->candidates * sizeof *to);
+            fill(to, s->width, s->candidate[0]);
+            memcpy(to, s->candidate, (size_t)s->candidates * sizeof *to);
         }
     for (int stage = FIRST; stage <= LAST; stage++)
-        run_stage(s, stage, STANDING);
+        run_stage(s, stage, STANDING, &all);
 }
 
-kmp_scan *kmp_scan_new(const kmp_block *block)
+kmp_scan *kmp_scan_new(const kmp_block *block, int candidates, const double *candidate)
 {
     kmp_scan *s = KMP_NEW(kmp_scan, 1);
     if (!s)
         return NULL;
     s->block = block;
+    s->candidates = candidates;
+    s->candidate = candidate;
     s->p = block->program;
     size_t values = (size_t)leaves(s->p) + (size_t)s->p->code[LAST + 1];
-    s->width = ((size_t)block->candidates + LANES - 1) / LANES * LANES;
+    s->width = ((size_t)candidates + LANES - 1) / LANES * LANES;
     s->rows = kmp_calloc((values + 1) * s->width, sizeof *s->rows);
     s->need = kmp_calloc(2 * values, sizeof *s->need);
     s->common = kmp_calloc(values, sizeof *s->common);
     s->first = kmp_interpreter_new(s->p);
-    if (!s->rows || !s->need || !s->common || !s->first) {
+    s->every = kmp_calloc(s->width / LANES, sizeof *s->every);
+    if (!s->rows || !s->need || !s->common || !s->first || !s->every) {
         kmp_scan_free(s);
         return NULL;
     }
+    for (size_t k = 0; k < s->width / LANES; k++)
+        s->every[k] = k * LANES;
     find_needs(s);
     find_common(s);
     put_standing(s);
@@ -242,6 +276,7 @@ void kmp_scan_free(kmp_scan *s)
     kmp_free(s->rows);
     kmp_free(s->need);
     kmp_free(s->common);
+    kmp_free(s->every);
     kmp_free(s);
 }
 
@@ -261,20 +296,52 @@ static void put_guesses(kmp_scan *s)
     }
 }
 
-const double *kmp_scan_run(kmp_scan *s, const double *arguments)
+void kmp_scan_set(kmp_scan *s, const double *arguments)
 {
-    const kmp_program *p = s->p;
-    const double *values = kmp_interpreter_values(s->first);
     kmp_interpreter_set(s->first, KMP_IN_PARAMETER, arguments);
     (void)kmp_interpreter_run(s->first, 0);
-    for (int k = 0; k < s->common_count; k++)
-        fill(row(s, (uint32_t)s->common[k]), s->width, values[s->common[k]]);
-    run_stage(s, FIRST, MOVING);
+}
+
+static void put_common(const kmp_scan *s, const groups *n)
+{
+    const double *values = kmp_interpreter_values(s->first);
+    for (int k = 0; k < s->common_count; k++) {
+        double *to = row(s, (uint32_t)s->common[k]), value = values[s->common[k]];
+        for (size_t j = 0; j < n->count; j++)
+            for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
+                to[l] = value;
+    }
+}
+
+void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first)
+{
+    const groups n = {count, first};
+    if (stage == FIRST)
+        put_common(s, &n);
+    run_stage(s, stage, MOVING, &n);
+}
+
+void kmp_scan_every(kmp_scan *s, int stage)
+{
+    kmp_scan_groups(s, stage, s->width / LANES, s->every);
+}
+
+const double *kmp_scan_output(const kmp_scan *s, int stage, int k, double *sign)
+{
+    uint32_t output = s->p->output[s->p->outputs[stage] + k];
+    *sign = sign_of(output);
+    return row(s, output >> 1);
+}
+
+const double *kmp_scan_run(kmp_scan *s, const double *arguments)
+{
+    double sign, *to = row(s, (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]));
+    kmp_scan_set(s, arguments);
+    kmp_scan_every(s, FIRST);
     put_guesses(s);
-    run_stage(s, LAST, MOVING);
-    uint32_t merit = p->output[p->outputs[LAST]];
-    double *to = row(s, (uint32_t)(leaves(p) + p->code[LAST + 1])), sign = sign_of(merit);
+    kmp_scan_every(s, LAST);
+    const double *merit = kmp_scan_output(s, LAST, 0, &sign);
     for (size_t l = 0; l < s->width; l++)
-        to[l] = sign * row(s, merit >> 1)[l];
+        to[l] = sign * merit[l];
     return to;
 }

@@ -5,6 +5,7 @@
  * is gone down that may be the lowest. */
 #include "base/memory.h"
 #include "linalg/dense.h"
+#include "symbolic/average.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"
 #include "symbolic/scan.h"
@@ -19,6 +20,7 @@ struct kmp_solving {
     const kmp_runner *runner;
     void *code;         /* the runner's */
     kmp_scan *scan;     /* of candidates, if there are some */
+    kmp_average *average;
     double *p, *solved; /* arguments: at hand, and those of y */
     double y[MOST], merit;
     bool known;
@@ -63,6 +65,18 @@ static void set_unknowns(kmp_solving *s)
     s->runner->set(s->code, KMP_IN_Q, s->y);
 }
 
+static bool prepare_block(kmp_solving *s)
+{
+    if (s->block->averages) {
+        s->average = kmp_average_room(s->block);
+        return s->average;
+    }
+    s->code = s->runner->prepare(s->block->program);
+    if (s->block->candidates > 0)
+        s->scan = kmp_scan_new(s->block, s->block->candidates, s->block->candidate);
+    return s->code && (s->block->candidates == 0 || s->scan);
+}
+
 kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_runner *runner)
 {
     kmp_solving *s = KMP_NEW(kmp_solving, 1);
@@ -70,11 +84,8 @@ kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_runner *runner)
         return NULL;
     s->block = block;
     s->runner = runner ? runner : &interpreted;
-    s->code = s->runner->prepare(block->program);
     s->p = KMP_NEW(double, 2 * block->arguments);
-    if (block->candidates > 0)
-        s->scan = kmp_scan_new(block);
-    if (!s->code || !s->p || (block->candidates > 0 && !s->scan)) {
+    if (!s->p || !prepare_block(s)) {
         kmp_solving_free(s);
         return NULL;
     }
@@ -89,6 +100,7 @@ void kmp_solving_free(kmp_solving *s)
     if (s->code)
         s->runner->release(s->code);
     kmp_scan_free(s->scan);
+    kmp_average_room_free(s->average);
     kmp_free(s->p);
     kmp_free(s);
 }
@@ -407,15 +419,23 @@ static bool solve(kmp_solving *s)
     return descend(s);
 }
 
+/* Unknowns for the arguments at hand; where there are none, no numbers. */
+static void solve_anew(kmp_solving *s)
+{
+    if (s->average)
+        kmp_average_run(s->average, s->p);
+    else if (!solve(s))
+        for (int i = 0; i < s->block->unknowns; i++)
+            s->y[i] = NAN;
+}
+
 double kmp_solving_value(kmp_solving *s, int component)
 {
     size_t bytes = (size_t)s->block->arguments * sizeof(double);
     if (!s->known || memcmp(s->p, s->solved, bytes) != 0) {
-        if (!solve(s))
-            for (int i = 0; i < s->block->unknowns; i++)
-                s->y[i] = NAN;
+        solve_anew(s);
         memcpy(s->solved, s->p, bytes);
         s->known = true;
     }
-    return s->y[component];
+    return s->average ? kmp_average_values(s->average)[component] : s->y[component];
 }

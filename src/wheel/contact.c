@@ -2,7 +2,6 @@
 /* The normal force of an elastic contact is N = K d^1.5 (1 + c d'), d the penetration, K of Hertz or given; of a rigid
  * one it is the multiplier of the wheel's closure. Creep forces follow from it by the wheel's law. */
 #include "wheel/contact.h"
-#include "symbolic/derivative.h"
 
 static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {
@@ -13,35 +12,23 @@ static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const km
 }
 
 /* 1 + c d', never negative: a rail does not pull. */
-static bool damping_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch, kmp_ref *factor)
+static kmp_ref damping_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
     kmp_ref damping = kmp_tree_number(tree, &wheel->damping);
-    *factor = KMP_ONE;
-    if (damping == KMP_ZERO)
-        return true;
-    kmp_derivative *dt = kmp_time_derivative(tree);
-    if (!dt)
-        return false;
-    kmp_ref drag = kmp_sub(g, KMP_ONE, kmp_mul(g, damping, kmp_derivative_of(dt, patch->gap)));
-    kmp_derivative_free(dt);
-    *factor = kmp_binary(g, KMP_OP_MAX, drag, KMP_ZERO);
-    return true;
+    kmp_ref factor = kmp_sub(g, KMP_ONE, kmp_mul(g, damping, patch->closing));
+    return damping == KMP_ZERO ? KMP_ONE : kmp_binary(g, KMP_OP_MAX, factor, KMP_ZERO);
 }
 
-static bool pressing(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch, kmp_ref *normal)
+static kmp_ref pressing(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {
     kmp_graph *g = tree->graph;
     kmp_touch touch = touch_of(tree, wheel, patch);
-    kmp_ref factor;
-    if (!damping_of(tree, wheel, patch, &factor))
-        return false;
     kmp_ref stiffness =
         wheel->has_stiffness ? kmp_tree_number(tree, &wheel->stiffness) : kmp_hertz_stiffness(g, &touch);
     kmp_ref force = kmp_mul(g, stiffness, kmp_power(g, kmp_neg(patch->gap), 1.5));
-    force = kmp_mul(g, kmp_mul(g, patch->weight, factor), force);
-    *normal = kmp_select(g, kmp_less(g, patch->gap, KMP_ZERO), force, KMP_ZERO);
-    return true;
+    force = kmp_mul(g, kmp_mul(g, patch->weight, damping_of(tree, wheel, patch)), force);
+    return kmp_select(g, kmp_less(g, patch->gap, KMP_ZERO), force, KMP_ZERO);
 }
 
 static void creep(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_contact *c)
@@ -73,10 +60,8 @@ bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
     if (!found || !kmp_wheel_slip(tree, wheel, pose, &contact->patch, &contact->slip))
         return false;
     contact->lateral = kmp_add(g, contact->patch.y, pose->place.outwards[wheel->side]);
-    if (rigid)
-        contact->normal = kmp_binary(g, KMP_OP_MAX, kmp_tree_multiplier(tree, wheel->closure, 0), KMP_ZERO);
-    else if (!pressing(tree, wheel, &contact->patch, &contact->normal))
-        return false;
+    contact->normal = rigid ? kmp_binary(g, KMP_OP_MAX, kmp_tree_multiplier(tree, wheel->closure, 0), KMP_ZERO)
+                            : pressing(tree, wheel, &contact->patch);
     creep(tree, wheel, pose, contact);
     return !kmp_graph_failed(g);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a wheel comes nearest to its rail.
+/* Where a wheel comes nearest to its rail, and where it lies on it.
  *
  * In the cross-section of the track at the wheel's centre (x forwards, y outwards, z up) the axle is e = (e1, e2, e3),
  * and r(s) is the radius of the wheel at s along it. Of the circle at s only the point whose normal has no x component
@@ -13,9 +13,23 @@
  *     x = (s + r r') e1,     y = t e2 + w e3,     z = t e3 - w e2,     t = s - a r r',     w = r cos(b) / c
  *
  * The vertical gap over the rail's height g is D(s) = zc + z(s) - g(yc + y(s)); both come nearest where it is least:
- * there D' = 0, and the gap along the common normal is D cos(contact angle). A zone ends smoothly: beyond its border a
- * cubic is added to D that brings the least back, and the zone's weight falls from 1 to 0 around the border as the next
- * zone's rises. */
+ * there D' = 0, and the gap along the common normal is D cos(contact angle). That is where a rigid wheel touches.
+ *
+ * An elastic one lies on the rail around there, and where curvatures change its patch is not the one that they make at
+ * the nearest point; where two places are nearly as near it is on both. Its contact is taken at averages over the zone,
+ * <f> = integral of f exp(-D/e) over s, by that of exp(-D/e) (smoothed contact: Netter, Schupp, Rulka, Schroeder,
+ * "New aspects of contact modelling and validation within multibody system simulation of railway vehicles", Veh. Syst.
+ * Dyn. 29 Suppl. (1998) 246, with a fixed e there). With D a parabola of curvature D'' the variance of s is e/D'' and
+ *
+ *     log of the integral of exp(-D/e) = - least D / e + log(2 pi variance) / 2
+ *
+ * which are taken for the curvature and the least D whatever D is: of a parabola they are exact. The spread e is that of
+ * the load: Hertz' ellipse carries it over s with a variance of b^2/5, where a round patch has b^2 = d/D'' for a
+ * penetration d, so that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest
+ * point jumps. Against solutions for the half-space it is nearer than the nearest point (examples/manchester).
+ *
+ * A zone ends smoothly: beyond its border a cubic is added to D that brings the least back, and the zone's weight falls
+ * from 1 to 0 around the border as the next zone's rises. */
 #include "wheel/patch.h"
 #include "base/memory.h"
 #include "symbolic/derivative.h"
@@ -23,9 +37,18 @@
 #include "symbolic/table.h"
 #include <math.h>
 
+/* Of the fixed spread, in least spreads: as much as every other place resolves. */
+#define WIDER 4
+
+/* Least standard deviation of s, m: where all weight is on one place, in a profile that has an edge. */
+#define NARROW 2e-6
+
+/* Part of the penetration that is the spread: above. */
+#define LOADED 0.2
+
 /* Of candidates for the nearest point, m apart at most. */
 #define SPACING 0.001
-enum { FEWEST = 5, MOST = 128, BEYOND = 3, ARGUMENTS = 5 };
+enum { FEWEST = 5, MOST = 128, BEYOND = 3, ARGUMENTS = 6 };
 
 /* Beyond a border, m: where a slope of 10 is balanced. */
 #define GIVE 1e-3
@@ -250,38 +273,146 @@ static bool pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whee
     return p->wheel >= 0 && p->rail >= 0;
 }
 
-/* Everything about the contact at s. */
-static void fill(const pair *p, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_ref s, kmp_patch *patch)
+static kmp_ref cosine_of(kmp_graph *g, kmp_ref slope)
+{
+    return kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, slope, slope))));
+}
+
+/* The contact at s, with patch->slope there: all but the gap and the curvature across. */
+static void fill(const pair *p, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const trace *t, kmp_ref s,
+                 kmp_patch *patch)
 {
     kmp_graph *g = p->g;
-    trace t = trace_at(p, s);
     patch->s = s;
-    patch->y = kmp_add(g, p->out, t.y);
-    patch->slope = kmp_table_derivative_at(g, p->rail, 1, patch->y);
-    kmp_ref steep = kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, patch->slope, patch->slope)));
-    kmp_ref cosine = kmp_div(g, KMP_ONE, steep), sine = kmp_mul(g, patch->slope, cosine);
+    patch->y = kmp_add(g, p->out, t->y);
+    kmp_ref cosine = cosine_of(g, patch->slope), sine = kmp_mul(g, patch->slope, cosine);
     bool left = wheel->side == KMP_TRACK_LEFT;
-    patch->gap = kmp_mul(g, cosine, kmp_add(g, pose->up, drop(p, &t)));
-    patch->point = kmp_vec_add(g, pose->centre, combine(g, pose->axis, t.x, t.y, t.z));
+    patch->point = kmp_vec_add(g, pose->centre, combine(g, pose->axis, t->x, t->y, t->z));
     patch->normal = combine(g, pose->axis, KMP_ZERO, kmp_neg(sine), cosine);
     patch->side = combine(g, pose->axis, KMP_ZERO, left ? cosine : kmp_neg(cosine), left ? sine : kmp_neg(sine));
-    kmp_ref lean = kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, t.slope, t.slope)));
-    patch->along = kmp_div(g, KMP_ONE, kmp_mul(g, t.radius, lean));
-    patch->across = curvature_across(p, s, patch->slope, patch->along);
+    kmp_ref lean = kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, t->slope, t->slope)));
+    patch->along = kmp_div(g, KMP_ONE, kmp_mul(g, t->radius, lean));
     patch->weight = KMP_ONE;
+    patch->closing = KMP_ZERO;
+}
+
+/* -- an elastic wheel -------------------------------------------------------------------------------- */
+
+/* Averages over a zone: of s, from its middle, of its square, and of the rail's slope; and the height of the wheel's
+ * centre at which it would touch. */
+typedef struct spread {
+    kmp_ref s, variance, slope, height;
+} spread;
+
+/* The zone's places; for the first, wider spread every other one. */
+static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
+{
+    int first = zone > 0 ? wheel->nodes_end[zone - 1] : 0, count = 0;
+    for (int k = first; k < wheel->nodes_end[zone]; k += step)
+        place[count++] = wheel->node[k];
+    return count;
+}
+
+/* The block of averages with e = 1 / sharp, which may be an argument. NULL: no memory. */
+static kmp_implicit *averages(const pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp, kmp_ref *list,
+                              int *count)
+{
+    double place[KMP_WHEEL_PLACES], middle = (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2;
+    kmp_graph *local = kmp_graph_new();
+    if (!local)
+        return NULL;
+    pair in = in_block(p, local, list, count);
+    kmp_ref s = kmp_input(local, KMP_IN_Q, 0), from = kmp_sub(local, s, kmp_const(local, middle));
+    trace t = trace_at(&in, s);
+    kmp_ref gap = kmp_add(local, drop(&in, &t), penalty(local, wheel, zone, s));
+    kmp_ref exponent = kmp_neg(kmp_mul(local, gap, argument(p->g, local, sharp, list, count)));
+    kmp_ref slope = kmp_table_derivative_at(local, in.rail, 1, kmp_add(local, in.out, t.y));
+    const kmp_ref averaged[] = {from, kmp_mul(local, from, from), slope};
+    return kmp_average_new(local, *count, exponent, 3, averaged, places_of(wheel, zone, step, place), place);
+}
+
+/* The zone's averages for a spread e, at each `step` of its places. false: no memory. */
+static bool spread_by(const pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, spread *all)
+{
+    kmp_graph *g = p->g;
+    kmp_ref list[ARGUMENTS], value[4];
+    int count = 0;
+    kmp_implicit *made = averages(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), list, &count);
+    int block = made ? kmp_graph_add_implicit(g, made) : -1;
+    if (block < 0)
+        return false;
+    kmp_implicit_at(g, block, list, value);
+    kmp_ref variance = kmp_sub(g, value[2], kmp_mul(g, value[1], value[1]));
+    all->variance = kmp_add(g, variance, kmp_const(g, NARROW * NARROW));
+    kmp_ref width = kmp_mul(g, kmp_const(g, 2 * acos(-1)), all->variance);
+    kmp_ref lost = kmp_mul(g, kmp_const(g, 0.5), kmp_unary(g, KMP_OP_LOG, width));
+    all->height = kmp_mul(g, e, kmp_sub(g, value[0], lost));
+    all->s = kmp_add(g, value[1], kmp_const(g, (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2));
+    all->slope = value[3];
+    return true;
+}
+
+/* e of the penetration at hand, and not less than what the zone's places resolve. */
+static bool loaded_spread(const pair *p, const kmp_wheel *wheel, int zone, kmp_ref up, kmp_ref *e)
+{
+    kmp_graph *g = p->g;
+    spread first;
+    if (!spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), &first))
+        return false;
+    kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
+    kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
+    *e = kmp_sqrt(g, kmp_add(g, kmp_mul(g, loaded, loaded), kmp_mul(g, least, least)));
+    return true;
+}
+
+/* What D'' is for the averages: e over the variance, along the slope. */
+static kmp_ref average_across(const pair *p, const spread *all, kmp_ref e)
+{
+    kmp_graph *g = p->g;
+    kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
+    trace t = trace_at(p, place);
+    kmp_ref way = slope_of(g, t.y, place);
+    way = kmp_graph_replace(g, 1, &place, &all->s, way);
+    kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all->slope, all->slope)), 1.5);
+    return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, way, way)), steep));
+}
+
+/* d/dt of the gap with s held, along the normal. false: no memory. */
+static bool closing_rate(const kmp_tree *tree, const pair *p, const kmp_wheel_pose *pose, kmp_patch *patch)
+{
+    kmp_graph *g = p->g;
+    kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
+    trace t = trace_at(p, place);
+    kmp_derivative *dt = kmp_time_derivative(tree);
+    if (!dt)
+        return false;
+    kmp_ref rate = kmp_derivative_of(dt, kmp_add(g, pose->up, drop(p, &t)));
+    kmp_derivative_free(dt);
+    rate = kmp_graph_replace(g, 1, &place, &patch->s, rate);
+    patch->closing = kmp_mul(g, rate, cosine_of(g, patch->slope));
+    return true;
 }
 
 bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, const kmp_wheel_pose *pose,
                      kmp_patch *patch)
 {
+    kmp_graph *g = tree->graph;
     pair p;
-    kmp_ref s;
-    if (!pair_of(tree, wheel, pose, &p) || !nearest(&p, wheel, zone, &s))
+    spread all;
+    kmp_ref e;
+    if (!pair_of(tree, wheel, pose, &p) || !loaded_spread(&p, wheel, zone, pose->up, &e) ||
+        !spread_by(&p, wheel, zone, 1, e, &all))
         return false;
-    fill(&p, wheel, pose, s, patch);
-    patch->weight = weight_at(tree->graph, wheel, zone, s);
-    return !kmp_graph_failed(tree->graph);
+    trace t = trace_at(&p, all.s);
+    patch->slope = all.slope;
+    fill(&p, wheel, pose, &t, all.s, patch);
+    patch->gap = kmp_mul(g, cosine_of(g, all.slope), kmp_sub(g, pose->up, all.height));
+    patch->across = average_across(&p, &all, e);
+    patch->weight = weight_at(g, wheel, zone, all.s);
+    return closing_rate(tree, &p, pose, patch) && !kmp_graph_failed(g);
 }
+
+/* -- a rigid wheel ----------------------------------------------------------------------------------- */
 
 /* Whether `gap` of a zone is less than the least before it. During a step that stands still, and a change has to be by
  * a tenth of a nanometre for a metre of radius: both are equally near where it happens, and rounding would turn it
@@ -314,7 +445,11 @@ bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
         s = kmp_select(g, nearer, other, s);
         least = kmp_select(g, nearer, gap, least);
     }
-    fill(&p, wheel, pose, s, patch);
+    trace t = trace_at(&p, s);
+    patch->slope = kmp_table_derivative_at(g, p.rail, 1, kmp_add(g, p.out, t.y));
+    fill(&p, wheel, pose, &t, s, patch);
+    patch->gap = kmp_mul(g, cosine_of(g, patch->slope), kmp_add(g, pose->up, drop(&p, &t)));
+    patch->across = curvature_across(&p, s, patch->slope, patch->along);
     return !kmp_graph_failed(g);
 }
 

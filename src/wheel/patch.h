@@ -18,11 +18,12 @@ typedef struct kmp_wheel_pose {
 /** false: no memory. */
 bool kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose *pose);
 
-/** Where a zone of a wheel comes nearest to the rail. */
+/** Where a zone of a wheel comes nearest to the rail: of an elastic wheel the average over what is near. */
 typedef struct kmp_patch {
     kmp_ref s;             /* lateral coordinate on the wheel's profile */
     kmp_ref y;             /* the same on the track */
     kmp_ref gap;           /* along the common normal, m; negative: penetration */
+    kmp_ref closing;       /* its rate, the place on the wheel held, m/s; of elastic wheels, otherwise 0 */
     kmp_ref slope;         /* tangent of the contact angle: dz/dy of the rail, positive where it falls inwards */
     kmp_vec point;         /* the wheel's, from the ground's origin, axes of the ground's link */
     kmp_vec normal, side;  /* out of the rail; in the contact plane across the track, to the left */

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What an implicit block is inside, for the files that make such blocks (implicit.c, average.c). */
+#ifndef KMP_SYMBOLIC_BLOCKS_H
+#define KMP_SYMBOLIC_BLOCKS_H
+
+#include "symbolic/implicit.h"
+
+struct kmp_implicit {
+    kmp_block block;
+    kmp_graph *local;
+    kmp_ref slope[KMP_IMPLICIT_MOST * KMP_IMPLICIT_MOST]; /* dF_i/dy_j at i unknowns + j */
+    kmp_ref change[KMP_IMPLICIT_MOST];                    /* dF_i along dp = KMP_IN_LAMBDA */
+    kmp_ref *row; /* of averages: the exponent and what is averaged; otherwise NULL */
+    int *derived; /* with them: number of the block of their derivatives in the graph; -1: not yet made */
+};
+
+/** Puts the candidates into the block, in increasing order. false: no memory. */
+bool kmp_block_candidates(kmp_block *block, int count, const double *candidate);
+
+/** What the inputs of a local graph become in the graph around: unknowns by KMP_IN_Q, arguments by KMP_IN_PARAMETER,
+ *  differentials by KMP_IN_LAMBDA. */
+typedef struct kmp_setting {
+    kmp_graph *g;
+    const kmp_ref *unknowns, *arguments, *differentials;
+} kmp_setting;
+
+/** References of a local graph in the one around, in place. false: no memory. */
+bool kmp_local_import(const kmp_setting *setting, const kmp_graph *local, int count, kmp_ref *refs);
+
+/** The items of a list of the graph; KMP_ZERO is a list of zeros. */
+void kmp_list_items(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items);
+
+/** kmp_implicit_derivative of a block of averages. */
+kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials);
+
+#endif

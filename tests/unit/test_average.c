@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Blocks of averages: those of a Gaussian in closed form, derivatives of first and second order against differences,
+ * what overflows when it is not scaled, the same bits from graph, back ends and a program that was written and read. */
+#include "backend/machine.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "check.h"
+#include "symbolic/derivative.h"
+#include "symbolic/implicit.h"
+#include <math.h>
+
+enum { PLACES = 81, VALUES = 4, OUTPUTS = 3 * VALUES };
+
+static const double pi = 3.14159265358979323846;
+
+/* E = p2 - p1 (s - p0)^2 + p3 sin(s); averages of s, s^2, cos(p0 s); 0.25 apart. */
+static int block_of(kmp_graph *g)
+{
+    kmp_graph *l = kmp_graph_new();
+    kmp_ref s = kmp_input(l, KMP_IN_Q, 0), p[4];
+    double place[PLACES];
+    for (uint32_t k = 0; k < 4; k++)
+        p[k] = kmp_input(l, KMP_IN_PARAMETER, k);
+    for (int k = 0; k < PLACES; k++)
+        place[k] = 0.25 * (k - PLACES / 2);
+    kmp_ref way = kmp_sub(l, s, p[0]);
+    kmp_ref exponent = kmp_sub(l, p[2], kmp_mul(l, p[1], kmp_mul(l, way, way)));
+    exponent = kmp_add(l, exponent, kmp_mul(l, p[3], kmp_sin(l, s)));
+    const kmp_ref averaged[] = {s, kmp_mul(l, s, s), kmp_cos(l, kmp_mul(l, p[0], s))};
+    return kmp_graph_add_implicit(g, kmp_average_new(l, 4, exponent, 3, averaged, PLACES, place));
+}
+
+/* The block's components along q with their first and second derivatives. */
+typedef struct scene {
+    kmp_graph *g;
+    kmp_ref out[OUTPUTS];
+    kmp_program *program;
+} scene;
+
+static scene new_scene(void)
+{
+    scene c = {.g = kmp_graph_new()};
+    kmp_graph *g = c.g;
+    kmp_ref q = kmp_input(g, KMP_IN_Q, 0), one = KMP_ONE;
+    const kmp_ref argument[] = {kmp_mul(g, q, q), kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, 0.1), q)),
+                                kmp_mul(g, kmp_const(g, 300), q), kmp_input(g, KMP_IN_PARAMETER, 0)};
+    kmp_implicit_at(g, block_of(g), argument, c.out);
+    for (int order = 1; order < 3; order++) {
+        kmp_derivative *d = kmp_derivative_new(g, 1, &q, &one);
+        for (int k = 0; k < VALUES; k++)
+            c.out[order * VALUES + k] = kmp_derivative_of(d, c.out[(order - 1) * VALUES + k]);
+        kmp_derivative_free(d);
+    }
+    const int count = OUTPUTS;
+    const kmp_ref *outputs = c.out;
+    c.program = kmp_program_new(g, 1, &count, &outputs);
+    CHECK(c.program != NULL);
+    return c;
+}
+
+static void free_scene(scene *c)
+{
+    kmp_program_free(c->program);
+    kmp_graph_free(c->g);
+}
+
+static void run(const kmp_program *program, const char *backend, double q, double p, double *out)
+{
+    kmp_machine *m = kmp_machine_new(program, kmp_backend_find(backend));
+    kmp_machine_set(m, KMP_IN_PARAMETER, &p);
+    (void)kmp_machine_run(m, 0);
+    kmp_machine_set(m, KMP_IN_Q, &q);
+    memcpy(out, kmp_machine_run(m, 1), OUTPUTS * sizeof *out);
+    kmp_machine_free(m);
+}
+
+/* Without the sine: mean p0, variance 1/(2 p1), log Z = p2 + log(pi/p1)/2, and <cos(p0 s)> of the normal distribution;
+ * log Z is up to 900, where exp is beyond all numbers. */
+static void a_gaussian_is_exact(void)
+{
+    scene c = new_scene();
+    for (double q = -3; q <= 3; q += 0.37) {
+        double out[OUTPUTS], p0 = q * q, p1 = 1 + 0.1 * q;
+        if (p0 > 4)
+            continue;
+        run(c.program, "tape", q, 0, out);
+        CHECK_NEAR(out[0], 300 * q + 0.5 * log(pi / p1), 1e-14);
+        CHECK_NEAR(out[1], p0, 1e-13);
+        CHECK_NEAR(out[2], p0 * p0 + 0.5 / p1, 1e-13);
+        CHECK_NEAR(out[3], cos(p0 * p0) * exp(-p0 * p0 / (4 * p1)), 1e-13);
+        CHECK_NEAR(out[VALUES], 300 - 0.05 / p1, 1e-13);
+        CHECK_NEAR(out[VALUES + 1], 2 * q, 1e-12);
+        CHECK_NEAR(out[2 * VALUES + 1], 2, 1e-11);
+        CHECK_NEAR(out[2 * VALUES], 0.005 / (p1 * p1), 1e-10);
+    }
+    free_scene(&c);
+}
+
+static void derivatives_agree_with_differences(void)
+{
+    scene c = new_scene();
+    const double h = 2e-5;
+    for (double q = -1.5; q <= 1.5; q += 0.41) {
+        double at[OUTPUTS], low[OUTPUTS], high[OUTPUTS];
+        run(c.program, "tape", q, 0.7, at);
+        run(c.program, "tape", q - h, 0.7, low);
+        run(c.program, "tape", q + h, 0.7, high);
+        for (int k = 0; k < 2 * VALUES; k++)
+            CHECK_NEAR(at[VALUES + k], (high[k] - low[k]) / (2 * h), 1e-6);
+    }
+    free_scene(&c);
+}
+
+static void all_back_ends_have_the_same_bits(void)
+{
+    scene c = new_scene();
+    kempe_context *context = kempe_context_new();
+    kmp_text text = {0};
+    kmp_program *back = NULL;
+    kmp_program_print(c.program, NULL, &text);
+    CHECK(kmp_program_read(context, "text", text.s, &back) == KEMPE_OK);
+    for (double q = -1.5; q <= 1.5 && back; q += 0.41) {
+        double tape[OUTPUTS], native[OUTPUTS], read[OUTPUTS], p = 0.7;
+        run(c.program, "tape", q, p, tape);
+        run(c.program, "native", q, p, native);
+        run(back, "tape", q, p, read);
+        CHECK(memcmp(tape, native, sizeof tape) == 0);
+        CHECK(memcmp(tape, read, sizeof tape) == 0);
+        double *value = KMP_NEW(double, kmp_graph_count(c.g));
+        const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = &p, [KMP_IN_Q] = &q};
+        kmp_graph_eval(c.g, inputs, value);
+        for (int k = 0; k < OUTPUTS; k++) {
+            double v = value[kmp_id(c.out[k])];
+            CHECK_NEAR(kmp_is_negative(c.out[k]) ? -v : v, tape[k], 1e-15);
+        }
+        kmp_free(value);
+    }
+    kmp_program_free(back);
+    kmp_text_free(&text);
+    kempe_context_free(context);
+    free_scene(&c);
+}
+
+int main(void)
+{
+    TEST(a_gaussian_is_exact);
+    TEST(derivatives_agree_with_differences);
+    TEST(all_back_ends_have_the_same_bits);
+    return check_report();
+}
