@@ -49,7 +49,4 @@ int kmp_contact_hold_of(const kempe_contact_table *table, int coordinate);
 /** A patch from the ten values that the wheel's output has of a zone; the rest from the profiles. */
 void kmp_contact_patch(const kempe_contact_table *table, int wheel, const double *shown, kempe_contact_patch *patch);
 
-/** The height of a wheel's or a rail's surface over its lateral coordinate, its slope and second derivative. */
-void kmp_contact_surface(const struct kmp_table *height, double s, double out[3]);
-
 #endif

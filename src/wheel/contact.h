@@ -22,7 +22,7 @@ bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
                        kmp_contact *contact);
 
 /** What an output shows of it (KMP_CONTACT_SHOWN values; names in model/output_table.c): place on wheel and track,
- * angle, N, creepages and spin, forces along and across, moment. */
-void kmp_contact_values(kmp_graph *g, const kmp_contact *contact, kmp_ref *value);
+ * angle, N, creepages and spin, forces along and across, moment, semi-axes of the patch. */
+void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_contact *contact, kmp_ref *value);
 
 #endif

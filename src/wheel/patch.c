@@ -361,7 +361,7 @@ static bool loaded_spread(const pair *p, const kmp_wheel *wheel, int zone, kmp_r
         return false;
     kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
     kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
-    *e = kmp_sqrt(g, kmp_add(g, kmp_mul(g, loaded, loaded), kmp_mul(g, least, least)));
+    *e = kmp_sqrt(g, kmp_sqrt(g, kmp_add(g, kmp_power(g, loaded, 4), kmp_power(g, least, 4))));
     return true;
 }
 

@@ -72,11 +72,11 @@ static bool goes_over(int row, int wheel)
     return row == 0 || (wheel == 1 && (row == 1 || row == 10));
 }
 
-/* Just beyond, the reference's patch is an egg: curvatures change within it, and it is at another place than where
- * rigid surfaces touch, by 0.41 and 0.37 mm. */
+/* Just beyond, the reference's patch is an egg, half a millimetre from two lobes: its place, angle and creepages are met,
+ * FASTSIM on an ellipse does not meet its force. */
 static bool is_egg(int row, int wheel)
 {
-    return wheel == 0 ? row == 1 : row == 2;
+    return wheel == 0 && row == 1;
 }
 
 static bool on_flange(int row, int wheel)
@@ -102,8 +102,8 @@ static void wheels_touch_where_they_should(void)
             const contact *r = &reference[row][w];
             if (goes_over(row, w))
                 continue;
-            CHECK(fabs(p->y - r->y) <= (is_egg(row, w) ? 0.5e-3 : 0.3e-3));
-            CHECK(fabs(p->angle / r->angle - 1) <= (is_egg(row, w) ? 0.07 : 0.05));
+            CHECK(fabs(p->y - r->y) <= 0.3e-3);
+            CHECK(fabs(p->angle / r->angle - 1) <= 0.05);
             CHECK(fabs(p->normal / r->normal - 1) <= 0.02);
         }
 }
@@ -114,7 +114,7 @@ static void creepages_agree(void)
         for (int w = 0; w < WHEELS; w++) {
             const kempe_contact_patch *p = main_patch(row, w);
             const contact *r = &reference[row][w];
-            if (goes_over(row, w) || is_egg(row, w))
+            if (goes_over(row, w))
                 continue;
             CHECK(fabs(p->slip[0] - r->slip[0]) <= 0.02 * size(r->slip));
             CHECK(fabs(p->slip[1] - r->slip[1]) <= 0.02 * size(r->slip));
@@ -122,12 +122,9 @@ static void creepages_agree(void)
         }
 }
 
-/* FASTSIM with one flexibility: 1 %, on the flange 2 %, as much as the normal force is off; beside the eggs, and in
- * them, what their creepages are off. */
+/* FASTSIM with one flexibility: 1 %, on the flange 2 %, as much as the normal force is off; 5 % at 1 mm. */
 static double by_law_within(int row, int wheel)
 {
-    if (is_egg(row, wheel))
-        return wheel == 0 ? 0.2 : 0.06;
     return row == 2 ? 0.05 : on_flange(row, wheel) ? 0.02 : 0.01;
 }
 
@@ -140,9 +137,9 @@ static void forces_agree(void)
             const contact *r = &reference[row][w];
             if (goes_over(row, w))
                 continue;
-            CHECK(fabs(size(p->force) / size(r->force) - 1) <= (is_egg(row, w) ? 0.03 : 0.02));
+            CHECK(fabs(size(p->force) / size(r->force) - 1) <= 0.02);
             CHECK(apart(p->force, r->force) <= (on_flange(row, w) ? 0.12 : 0.04));
-            CHECK(apart(p->by_law, r->force) <= by_law_within(row, w));
+            CHECK(is_egg(row, w) || apart(p->by_law, r->force) <= by_law_within(row, w));
         }
 }
 

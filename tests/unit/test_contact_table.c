@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables of contacts: the places against a search over the surfaces in space, the normal force against Hertz at the
+/* Tables of contacts: the places against averages over the surfaces in space, the normal force against Hertz at the
  * depth that is found so, and what is told of words that are wrong. */
 #include "analysis/contact.h"
 #include "loaded.h"
@@ -69,50 +69,62 @@ static double lowest(const pose *p, double s, double *y)
     return height(p, s, (a + b) / 2, y);
 }
 
-/* The least near s: over a fine grid, and then between its points. */
-static double nearest(const pose *p, double near, double reach, double *s, double *y)
+/* Averages over a zone with exp(-gap/e), 20 um apart: of the place on the wheel and of the rail's slope; the curvature
+ * and the least gap of the parabola that has the same variance and integral. */
+typedef struct spread {
+    double s, slope, bend, least;
+} spread;
+
+enum { FINE = 5000 };
+static const double step = 20e-6;
+
+static spread spread_by(int count, const double *s, const double *gap, const double *slope, double e)
 {
-    enum { GRID = 300 };
-    double best = HUGE_VAL, at = near, step = 2 * reach / GRID;
-    for (int k = 0; k <= GRID; k++) {
-        double here = near - reach + k * step, h = lowest(p, here, y);
-        if (h < best) {
-            best = h;
-            at = here;
-        }
+    double least = HUGE_VAL, sum[4] = {0};
+    for (int k = 0; k < count; k++)
+        least = fmin(least, gap[k]);
+    for (int k = 0; k < count; k++) {
+        double w = exp((least - gap[k]) / e);
+        sum[0] += w;
+        sum[1] += w * s[k];
+        sum[2] += w * s[k] * s[k];
+        sum[3] += w * slope[k];
     }
-    double a = at - step, b = at + step, part = (sqrt(5) - 1) / 2;
-    for (int k = 0; k < 40; k++) {
-        double c = b - part * (b - a), d = a + part * (b - a);
-        if (lowest(p, c, y) < lowest(p, d, y))
-            b = d;
-        else
-            a = c;
-    }
-    *s = (a + b) / 2;
-    return lowest(p, *s, y);
+    double mean = sum[1] / sum[0], variance = sum[2] / sum[0] - mean * mean;
+    return (spread){.s = mean,
+                    .slope = sum[3] / sum[0],
+                    .bend = e / variance,
+                    .least = least - e * log(sum[0] * step / sqrt(2 * acos(-1) * variance))};
 }
 
-static double bend(const kmp_table *t, double x)
+/* The spread is a fifth of the penetration that a wider, fixed one gives. */
+static spread lying(const pose *p, int zone)
 {
-    double slope = kmp_table_value(t, 1, x);
-    return kmp_table_value(t, 2, x) / pow(1 + slope * slope, 1.5);
+    static double s[FINE], gap[FINE], slope[FINE];
+    int count = 0;
+    for (double at = p->wheel->zone[zone][0]; at < p->wheel->zone[zone][1] && count < FINE; at += step) {
+        double y;
+        s[count] = at;
+        gap[count] = lowest(p, at, &y);
+        slope[count++] = kmp_table_value(p->track->rail, 1, y);
+    }
+    double least = p->wheel->least_spread[zone], deep = -spread_by(count, s, gap, slope, 4 * least).least;
+    return spread_by(count, s, gap, slope, sqrt(hypot(0.04 * deep * deep, least * least)));
 }
 
-/* The force of Hertz at a depth along the normal. */
-static double press(const pose *p, double s, double y, double depth)
+/* The force of Hertz of the parabola. */
+static double press(const pose *p, const spread *all)
 {
-    double slope = kmp_table_value(p->wheel->profile->height, 1, s);
-    double r = p->wheel->radius.value - kmp_table_value(p->wheel->profile->height, 0, s);
-    kempe_touch touch = {1 / (r * sqrt(1 + slope * slope)),
-                         bend(p->wheel->profile->height, s) - bend(p->track->rail, y), p->wheel->shear_modulus.value,
-                         p->wheel->poisson};
+    double slope = kmp_table_value(p->wheel->profile->height, 1, all->s), depth = -all->least * cos(atan(all->slope));
+    double r = p->wheel->radius.value - kmp_table_value(p->wheel->profile->height, 0, all->s);
+    kempe_touch touch = {1 / (r * sqrt(1 + slope * slope)), all->bend / pow(1 + all->slope * all->slope, 1.5),
+                         p->wheel->shear_modulus.value, p->wheel->poisson};
     kempe_ellipse ellipse = {.stiffness = NAN};
     CHECK(kempe_contact_hertz(&touch, 1, &ellipse) == KEMPE_OK);
     return ellipse.stiffness * pow(depth, 1.5);
 }
 
-static void contacts_are_where_surfaces_are_nearest(void)
+static void contacts_are_where_surfaces_lie_on_each_other(void)
 {
     loaded l = load(manchester);
     kempe_contact_table *table = NULL;
@@ -124,14 +136,12 @@ static void contacts_are_where_surfaces_are_nearest(void)
             for (int z = 0; z < kempe_contact_table_zone_count(table, w); z++) {
                 const kempe_contact_patch *c = kempe_contact_table_patch(table, row, w, z);
                 pose p = pose_of(&l, w, kempe_contact_table_q(table, row));
-                double s, y, depth;
                 if (!c->touches)
                     continue;
-                depth = -nearest(&p, c->s, 0.3e-3, &s, &y) * cos(c->angle);
-                CHECK(fabs(s - c->s) < 2e-7);
-                CHECK(fabs(y - c->y) < 2e-7);
-                CHECK(fabs(press(&p, s, y, depth) / c->normal - 1) < 5e-3); /* curvatures without yaw and roll */
-                CHECK(fabs(tan(c->angle) - kmp_table_value(p.track->rail, 1, y)) < 1e-4);
+                spread all = lying(&p, z);
+                CHECK(fabs(all.s - c->s) < 2e-6);
+                CHECK(fabs(press(&p, &all) / c->normal - 1) < 1e-2); /* curvatures without yaw and roll */
+                CHECK(fabs(tan(c->angle) - all.slope) < 3e-4);
                 seen++;
             }
     CHECK(seen >= 12);
@@ -183,7 +193,7 @@ static void beside_the_rails(void)
 
 int main(void)
 {
-    TEST(contacts_are_where_surfaces_are_nearest);
+    TEST(contacts_are_where_surfaces_lie_on_each_other);
     TEST(wrong_words_are_told);
     TEST(beside_the_rails);
     return check_report();
