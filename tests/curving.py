@@ -150,7 +150,8 @@ class Wagon(unittest.TestCase):
                   + 100 * (row["qd.fspin"] + row["qd.rspin"]) * speed / 300)
         found = 0
         for wheel in wheels:
-            press = [(row[f"contact.{wheel}.{k}.N"], row[f"contact.{wheel}.{k}.y"]) for k in range(1, 5)]
+            zones = [name[:-1] for name in row if name.startswith(f"contact.{wheel}.") and name.endswith(".N")]
+            press = [(row[zone + "N"], row[zone + "y"]) for zone in zones]
             place = sum(n * y for n, y in press) / sum(n for n, _ in press)
             found += row[f"force.{wheel}.z"] * place * (1 if wheel[1] == "R" else -1)
         self.assertLess(abs(found / wanted - 1), 5e-3, (found, wanted))

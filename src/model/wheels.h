@@ -107,10 +107,10 @@ typedef struct kmp_wheel {
     double stands; /* on the track, where the rail has the slope that the profile has at 0: there it stands in the
                       middle */
     int zone_count;
-    double zone[KMP_WHEEL_ZONES][2]; /* pieces of the profile that can touch the rail, one contact in each */
-    bool zones_given;                /* in the file; otherwise found */
+    double zone[KMP_WHEEL_ZONES][2];      /* pieces of the profile that can touch the rail, one contact in each */
+    bool zones_given;                     /* in the file; otherwise found */
     double node[KMP_WHEEL_PLACES];        /* on the profile, that averages of an elastic wheel are made of */
-    int nodes_end[KMP_WHEEL_ZONES];      /* of each zone */
+    int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
     double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve (wheel/patch.c) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */

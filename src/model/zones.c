@@ -59,9 +59,8 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
 {
     const kmp_table *height = wheel->profile->height;
     double length = end_of(height) - height->x[0], margin = 0.01;
-    *s = (scan){.first = height->x[0],
-                .rail_first = track->rail->x[0] - margin,
-                .elastic = wheel->form == KMP_CONTACT_ELASTIC};
+    *s = (scan){
+        .first = height->x[0], .rail_first = track->rail->x[0] - margin, .elastic = wheel->form == KMP_CONTACT_ELASTIC};
     s->count = points_of(length, GRID);
     s->step = length / (s->count - 1);
     double head = end_of(track->rail) + margin - s->rail_first;
@@ -230,12 +229,12 @@ bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 
 /* A Gaussian of standard deviation sigma is summed up to 1e-6 of itself at places 1.2 sigma apart. */
 #define RESOLVED   1.2
-#define LEAST      4e-6 /* spread, over the radius */
-#define MOST_LEAST 4e-5 /* where a profile is sharp */
+#define LEAST      8e-6 /* spread, over the radius */
+#define MOST_LEAST 5e-5 /* where a profile is sharp */
 #define NARROWEST  1e-4 /* m, from place to place */
 #define WIDEST     1e-3
-#define GROWING    0.12 /* of spacings, from each to the next */
-#define ALIKE      0.05 /* rad: of the normals of points that may touch, with what the wheel rolls */
+#define GROWING    0.12   /* of spacings, from each to the next */
+#define ALIKE      0.05   /* rad: of the normals of points that may touch, with what the wheel rolls */
 #define MARGIN     2.5e-3 /* of places beyond a zone: wheel/patch.c lets nothing farther */
 
 /* Curvatures of the gap where a point of the wheel touches, the greatest, by point; by those of the rail whose normals

@@ -134,10 +134,10 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-/* Of exponents that are this much below the largest a sum keeps 1e-13; and what they may rise by within a group, over
+/* Of exponents that are this much below the largest a sum keeps 1e-10; and what they may rise by within a group, over
  * the line to the next one's middle: with places 1.2 standard deviations of the weights from each other, as far as four
  * of them go. */
-#define LOST   30.0
+#define LOST   24.0
 #define RISING 12.0
 
 struct kmp_average {

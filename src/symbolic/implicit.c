@@ -118,8 +118,8 @@ static kmp_implicit *new_block(kmp_graph *local, int unknowns, int arguments, co
     b->block.unknowns = unknowns;
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
-    if (!plain || !kmp_block_candidates(&b->block, begin->candidates, begin->candidate) || !derive_slopes(b, residual) || !derive_changes(b, residual) ||
-        !make_program(b, residual, begin)) {
+    if (!plain || !kmp_block_candidates(&b->block, begin->candidates, begin->candidate) ||
+        !derive_slopes(b, residual) || !derive_changes(b, residual) || !make_program(b, residual, begin)) {
         kmp_implicit_free(b);
         return NULL;
     }
@@ -155,8 +155,8 @@ void kmp_implicit_free(kmp_implicit *b)
 bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b)
 {
     const kmp_block *x = &a->block, *y = &b->block;
-    return x->unknowns == y->unknowns && x->arguments == y->arguments && x->linear == y->linear && x->averages == y->averages &&
-           x->candidates == y->candidates &&
+    return x->unknowns == y->unknowns && x->arguments == y->arguments && x->linear == y->linear &&
+           x->averages == y->averages && x->candidates == y->candidates &&
            memcmp(x->candidate, y->candidate, (size_t)x->candidates * sizeof *x->candidate) == 0 &&
            kmp_program_equal(x->program, y->program);
 }

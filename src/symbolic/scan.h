@@ -14,8 +14,8 @@ kmp_scan *kmp_scan_new(const kmp_block *block, int candidates, const double *can
 void kmp_scan_free(kmp_scan *scan);
 
 /** Puts the arguments; runs a stage (1, 2) of the block's program in these groups of eight, which begin at candidate
- * first[0] and so on, or in all; then `kmp_scan_output(scan, stage, k)` times its sign is output k of the stage at each of
- * them, in a row that is filled up to a multiple of eight with the first candidate. No allocation. */
+ * first[0] and so on, or in all; then `kmp_scan_output(scan, stage, k)` times its sign is output k of the stage at each
+ * of them, in a row that is filled up to a multiple of eight with the first candidate. No allocation. */
 void kmp_scan_set(kmp_scan *scan, const double *arguments);
 void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first);
 void kmp_scan_every(kmp_scan *scan, int stage);

@@ -18,8 +18,8 @@ enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12 };
 struct kmp_solving {
     const kmp_block *block;
     const kmp_runner *runner;
-    void *code;         /* the runner's */
-    kmp_scan *scan;     /* of candidates, if there are some */
+    void *code;     /* the runner's */
+    kmp_scan *scan; /* of candidates, if there are some */
     kmp_average *average;
     double *p, *solved; /* arguments: at hand, and those of y */
     double y[MOST], merit;

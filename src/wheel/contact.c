@@ -75,9 +75,9 @@ void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_
     for (int k = 0; k < 2; k++)
         semi[k] = kmp_select(g, pressed, semi[k], KMP_ZERO);
     const kmp_ref shown[KMP_CONTACT_SHOWN] = {
-        c->patch.s,     c->lateral,        kmp_unary(g, KMP_OP_ATAN, c->patch.slope),
-        c->normal,      c->slip.along,     c->slip.across,
-        c->slip.spin,   c->creep.force[0], c->creep.force[1],
+        c->patch.s,      c->lateral,        kmp_unary(g, KMP_OP_ATAN, c->patch.slope),
+        c->normal,       c->slip.along,     c->slip.across,
+        c->slip.spin,    c->creep.force[0], c->creep.force[1],
         c->creep.moment, semi[0],           semi[1]};
     for (int k = 0; k < KMP_CONTACT_SHOWN; k++)
         value[k] = shown[k];

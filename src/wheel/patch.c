@@ -23,8 +23,8 @@
  *
  *     log of the integral of exp(-D/e) = - least D / e + log(2 pi variance) / 2
  *
- * which are taken for the curvature and the least D whatever D is: of a parabola they are exact. The spread e is that of
- * the load: Hertz' ellipse carries it over s with a variance of b^2/5, where a round patch has b^2 = d/D'' for a
+ * which are taken for the curvature and the least D whatever D is: of a parabola they are exact. The spread e is that
+ * of the load: Hertz' ellipse carries it over s with a variance of b^2/5, where a round patch has b^2 = d/D'' for a
  * penetration d, so that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest
  * point jumps. Against solutions for the half-space it is nearer than the nearest point (examples/manchester).
  *

@@ -351,9 +351,9 @@ class Contact(Case):
         self.assertIn("did you mean 'left.1'", self.expect(3, "contact", self.MODEL, "--over", "lft.1=0:1").stderr)
         self.assertIn("no wheels", self.expect(3, "contact", FOUR_BAR, "--over", "crank=0:1").stderr)
         self.assertIn("there is no law", self.expect(3, "contact", self.MODEL, *self.RANGE[:2], "--law", "dry").stderr)
-        tipped = self.object(0, "contact", self.WHEELSET, "--over", "axle.3=-6 mm:-7 mm:3", "--hold", "axle.4")
-        self.assertEqual((tipped["status"], len(tipped["rows"])), ("stopped", 1))
-        self.assertIn("no balance is found", tipped["reason"])
+        off = self.object(0, "contact", self.WHEELSET, "--over", "axle.3=-20 mm:-60 mm:3", "--hold", "axle.4")
+        self.assertEqual((off["status"], len(off["rows"])), ("stopped", 2))
+        self.assertIn("wheel 'L' left its rail", off["reason"])
 
 
 class Ensembles(Case):
