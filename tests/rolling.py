@@ -74,15 +74,71 @@ class Klingel(unittest.TestCase):
 
 
 class Independent(unittest.TestCase):
-    def test_no_wave(self):
-        """Light wheels that turn by themselves: at low speed nothing swings, at no speed what swings grows. What does grow goes
-        to one side, pushed by the weight on both cones."""
+    """Wheels that turn by themselves, against independent.py."""
+
+    def setUp(self):
+        """The model with points of the rail's top half a millimetre apart, on the circle of the equations."""
+        text, head = (ROLLING / "independent.yaml").read_text(), "{csv: ../profiles/circular.csv, y: y, z: z}"
+        self.assertIn(head, text)
+        y = [k / 2000 for k in range(-60, 61)]
+        circle = [-x * x / (0.08 + math.sqrt(0.08**2 - x * x)) for x in y]
+        self.folder = tempfile.TemporaryDirectory()
+        self.model = pathlib.Path(self.folder.name) / "model.yaml"
+        self.model.write_text(text.replace(head, f"{{y: {y}, z: {circle}}}"))
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def modes(self, row, *words):
+        values = settings(aside=0, spin=row["spin"], ky=row["ky"], kpsi=row["kpsi"])
+        return kempe("modes", self.model, "--at", "start", *values, *words)
+
+    def test_eigenvalues(self):
+        """Either part within 1e-4, of which the ways through the table of coefficients take a third; or rounding beside the quickest one."""
+        cases = {}
+        for row in rows(ROLLING / "independent.csv"):
+            if row["re"]:
+                cases.setdefault((row["V"], row["spin"], row["kpsi"]), []).append(row)
+        self.assertEqual(len(cases), 17)
+        for case, wanted in cases.items():
+            found = [complex(*mode["eigenvalue"]) for mode in self.modes(wanted[0], *settings(V=case[0]))["modes"]]
+            with self.subTest(V=case[0], spin=case[1], kpsi=case[2]):
+                self.assertEqual(sum(s.imag > 0 for s in found), sum(row["im"] > 0 for row in wanted))
+                for row in wanted:
+                    s = complex(row["re"], row["im"])
+                    here, least = min(found, key=lambda other: abs(s - other)), 1e-15 * max(abs(other) for other in found)
+                    self.assertLess(abs(here.real - s.real), max(1e-4 * abs(s.real), least), s)
+                    self.assertLessEqual(abs(here.imag - s.imag), max(1e-4 * s.imag, least), s)
+
+    def test_critical_speeds(self):
+        """Where waves begin to grow and where they cease to."""
+        wanted = [row for row in rows(ROLLING / "independent.csv") if row["re"] == 0]
+        self.assertEqual(len(wanted), 5)
+        for row in wanted:
+            with self.subTest(spin=row["spin"], V=row["V"]):
+                about = f"V={0.9 * row['V']}:{1.1 * row['V']}:3"
+                critical, = self.modes(row, "--vary", about)["locus"]["critical"]
+                self.assertEqual(critical["grows"], "below" if row["V"] < 10 else "above")
+                self.assertLess(abs(critical["value"] / row["V"] - 1), 5e-5)
+                self.assertLess(abs(critical["eigenvalue"][1] / row["im"] - 1), 5e-5)
+
+    def test_light_wheels(self):
+        """With next to no inertia nothing swings freely up to 80 m/s, and held by springs nothing grows up to 200 m/s."""
         for speed in (0.2, 2, 20, 80):
             with self.subTest(V=speed):
-                found = waves(ROLLING / "independent.yaml", V=speed, spin=0.001)
-                self.assertTrue(all(s.real < -0.5 * abs(s) for s in found), found)
-                if speed <= 20:
-                    self.assertEqual(found, [])
+                self.assertEqual(waves(ROLLING / "independent.yaml", V=speed, spin=0.001, aside=0), [])
+        held = settings(aside=0, spin=0.1, ky=25e3, kpsi=2e5)
+        self.assertEqual(kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--vary", "V=5:200:40")["locus"]["critical"], [])
+
+    def test_length_of_the_wave(self):
+        """Heavy wheels: Klingel's wave, longer by the root of what the inertia of all is over that of the wheels' turning."""
+        r0, b, cone, across, weight = 0.46, 0.75, 0.025, 600, 9810
+        for spin in (10, 40, 100):
+            with self.subTest(spin=spin):
+                wave, = waves(ROLLING / "independent.yaml", V=20, spin=spin, aside=0)
+                inertia = across + 2 * spin * (b / r0) ** 2
+                steers = 2 * spin * (1 + (b / r0) ** 2) * cone * 20**2 / (r0 * b)
+                self.assertLess(abs(wave.imag**2 * inertia / (steers - weight * b * cone) - 1), 3e-3)
 
 
 class Backwards(unittest.TestCase):

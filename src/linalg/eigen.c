@@ -166,13 +166,14 @@ typedef struct pencil {
     double *a, *s;  /* n x n, n: scratch */
     double *vector; /* n x n: of an iteration */
     double *part[6];
-    double *row; /* n */
+    double *row;   /* n */
+    double *noise; /* n: what rounding in a row of h is relative to */
 } pencil;
 
 static double **rooms(pencil *w, int k)
 {
-    double **all[] = {&w->l,       &w->g,       &w->k,       &w->t,       &w->h,       &w->a,       &w->s,  &w->vector,
-                      &w->part[0], &w->part[1], &w->part[2], &w->part[3], &w->part[4], &w->part[5], &w->row};
+    double **all[] = {&w->l,       &w->g,       &w->k,       &w->t,       &w->h,       &w->a,       &w->s,   &w->vector,
+                      &w->part[0], &w->part[1], &w->part[2], &w->part[3], &w->part[4], &w->part[5], &w->row, &w->noise};
     return k < (int)(sizeof all / sizeof *all) ? all[k] : NULL;
 }
 
@@ -392,16 +393,31 @@ static int by_symmetry(pencil *w, kmp_spectrum *s)
 
 /* -- the companion ----------------------------------------------------------------------------------- */
 
-/* How many of the trailing block's singular values are zero beside `size`, its vectors turned so that they come first.
- * -1: failed. */
-static int separate(pencil *w, int done, double size)
+/* Noise of the rows of the trailing block, of `rest`, as w->a turns them. */
+static void turn_noise(pencil *w, int rest)
+{
+    double *noise = w->noise + w->n - rest;
+    for (int i = 0; i < rest; i++) {
+        for (int k = 0; k < rest; k++)
+            w->s[k] = w->a[k + i * rest] * noise[k];
+        w->row[i] = norm_of(rest, w->s);
+    }
+    memcpy(noise, w->row, bytes(rest));
+}
+
+/* How many of the trailing block's singular values are zero, its vectors turned so that they come first. -1: failed.
+ * Zero is what is so in each row, beside the row: the friction of a light part is no measure of what the others do. */
+static int separate(pencil *w, int done)
 {
     int n = w->n, rest = n - done, zeros = 0;
     for (int j = 0; j < rest; j++)
-        memcpy(w->a + j * rest, w->h + done + (done + j) * n, bytes(rest));
+        for (int i = 0; i < rest; i++) {
+            double noise = w->noise[done + i], x = w->h[done + i + (done + j) * n];
+            w->a[i + j * rest] = noise > 0 ? x / noise : x;
+        }
     if (singular(rest, w->a, w->s, w->vector))
         return -1;
-    while (zeros < rest && w->s[rest - 1 - zeros] <= rounding(n) * size)
+    while (zeros < rest && w->s[rest - 1 - zeros] <= rounding(n))
         zeros++;
     if (zeros == 0)
         return 0;
@@ -417,6 +433,7 @@ static int separate(pencil *w, int done, double size)
         }
         memcpy(w->h + done + j * n, w->row, bytes(rest));
     }
+    turn_noise(w, rest);
     for (int j = done; j < done + zeros; j++)
         memset(w->h + done + j * n, 0, bytes(rest));
     return zeros;
@@ -436,6 +453,11 @@ static int deflate(pencil *w, kmp_spectrum *s)
             w->h[p + i + j * n] = -w->k[i + j * p] / (w->rate * w->rate);
             w->h[p + i + (p + j) * n] = -w->g[i + j * p] / w->rate;
         }
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++)
+            w->row[j] = w->h[i + j * n];
+        w->noise[i] = norm_of(n, w->row);
     }
     /* of K alone: its size is 1, or it is all zero */
     memcpy(w->a, w->k, bytes(p * p));
@@ -465,9 +487,8 @@ static int deflate(pencil *w, kmp_spectrum *s)
     }
     for (int j = 0; j < done; j++)
         memset(w->h + j * n, 0, bytes(n));
-    double size = norm_of(n * n, w->h);
     for (int more = done; more > 0 && done < n; done += more)
-        if ((more = separate(w, done, size)) < 0)
+        if ((more = separate(w, done)) < 0)
             return -1;
     return done;
 }

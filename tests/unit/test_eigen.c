@@ -160,6 +160,22 @@ static void zeros_have_the_chains_that_they_have(void)
     kmp_spectrum_free(&s);
 }
 
+/* A light part that friction ties to another one: what brakes this one is small beside that friction, and not zero. */
+static void light_parts_hide_no_root(void)
+{
+    double m[] = {1, 0, 0, 1e-8}, k[4] = {0};
+    for (int braked = 0; braked < 2; braked++) {
+        double brake = 0.01 * braked, g[] = {1e4 + brake, -1e4, -1e4, 1e4};
+        kmp_spectrum s;
+        CHECK(kmp_spectrum_init(&s, 2, m, g, k, false) == 0);
+        CHECK(s.still == 2 && s.zeros == 3 - braked);
+        CHECK(s.im[2] == 0 && s.im[3] == 0);
+        CHECK_NEAR(s.re[2], -brake, 0.03); /* rounding beside 1e12 */
+        CHECK_NEAR(s.re[3], -1e12, 1e-7);
+        kmp_spectrum_free(&s);
+    }
+}
+
 /* What goes round on its own: gyroscopic and conservative, on the axis though no symmetric solver is at work. */
 static void gyroscopes_stay_on_the_axis(void)
 {
@@ -224,6 +240,7 @@ int main(void)
     TEST(saddles_grow_and_decay);
     TEST(general_ones_solve_their_equations);
     TEST(zeros_have_the_chains_that_they_have);
+    TEST(light_parts_hide_no_root);
     TEST(gyroscopes_stay_on_the_axis);
     TEST(a_mass_that_is_none_is_told);
     TEST(left_vectors_give_derivatives);
