@@ -452,9 +452,9 @@ static void put_head(void)
 static void run_all(kempe_context *context)
 {
     static const char *const files[] = {"car44", "roadster52", "humanoid29", "limousine63"};
-    static const char *const own[] = {
-        "examples/andrews/andrews.yaml", "examples/stewart/stewart.yaml", "examples/n_four_bar/n_four_bar_40.yaml",
-        "tests/models/suspension5.yaml", "tests/models/pendulum9.yaml",   "examples/bogie/bogie.yaml"};
+    static const char *const own[] = {"examples/andrews/andrews.yaml", "examples/stewart/stewart.yaml",
+                                      "examples/n_four_bar/n_four_bar_40.yaml", "tests/models/suspension5.yaml",
+                                      "tests/models/pendulum9.yaml"};
     const char *folder = getenv("KEMPE_MBS");
     char path[1024];
     for (size_t k = 0; k < sizeof own / sizeof *own; k++)

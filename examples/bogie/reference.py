@@ -208,11 +208,17 @@ def closures():
         print(",".join(np.format_float_positional(q[i] if abs(q[i]) > 1e-15 else REAL(0), 16, False, False) for i in moving))
 
 
+def in_frame(state, multipliers):
+    """Of the balls in the axes of the front half-frame, which carries both sides of each, as Kempe has them."""
+    axes = Moving(state[:N], state[N:]).bodies["HF"][0]
+    return np.concatenate([(multipliers[:9].reshape(3, 3) @ axes).ravel(), multipliers[9:]])
+
+
 def motion(h):
     print("# Relative coordinates in long doubles by reference.py, a formulation of its own; two step sizes agree to 1e-13.")
     print(",".join(["t", *(f"q.{x}" for x in NAMES), *(f"qd.{x}" for x in NAMES), *(f"lambda.{x}" for x in CLOSURES)]))
     for t, state in run(rates, start(), [REAL("0.05"), REAL("0.2"), REAL("0.5")], h, 8):
-        multipliers = accelerations(state[:N], state[N:])[1]
+        multipliers = in_frame(state, accelerations(state[:N], state[N:])[1])
         print(",".join([f"{float(t):g}", *digits(np.concatenate([state, multipliers]))]), flush=True)
 
 
