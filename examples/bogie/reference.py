@@ -215,7 +215,7 @@ def in_frame(state, multipliers):
 
 
 def motion(h):
-    print("# Relative coordinates in long doubles by reference.py, a formulation of its own; two step sizes agree to 1e-13.")
+    print("# Lines in space in long doubles by reference.py, a formulation of its own; two step sizes agree to 1e-14, lambda to 1e-11.")
     print(",".join(["t", *(f"q.{x}" for x in NAMES), *(f"qd.{x}" for x in NAMES), *(f"lambda.{x}" for x in CLOSURES)]))
     for t, state in run(rates, start(), [REAL("0.05"), REAL("0.2"), REAL("0.5")], h, 8):
         multipliers = in_frame(state, accelerations(state[:N], state[N:])[1])
@@ -226,4 +226,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["closures"]:
         closures()
     else:
-        motion(REAL(1) / int(sys.argv[1] if len(sys.argv) > 1 else 100))
+        motion(REAL(1) / int(sys.argv[1] if len(sys.argv) > 1 else 200))
