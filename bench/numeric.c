@@ -442,6 +442,13 @@ static void run_model(kempe_context *context, const char *path, int evaluations,
     kempe_model_free(model);
 }
 
+static void put_head(void)
+{
+    printf("  %-17s %-57s | %-39s | %s\n", "", "recursive", "non-recursive", "largest");
+    printf("  %-17s %6s %6s %6s %6s %6s %5s %5s %5s %5s | %6s %6s %6s %5s %5s %5s | %s\n", "", "+-*/", "num ns", "tape",
+           "native", "C", "num/t", "num/n", "num/C", "t/C", "+-*/", "num ns", "C", "num/C", "+-*/", "C", "difference");
+}
+
 static void run_all(kempe_context *context)
 {
     static const char *const files[] = {"car44", "roadster52", "humanoid29", "limousine63"};
@@ -450,9 +457,6 @@ static void run_all(kempe_context *context)
                                       "tests/models/pendulum9.yaml"};
     const char *folder = getenv("KEMPE_MBS");
     char path[1024];
-    printf("  %-17s %-57s | %-39s | %s\n", "", "recursive", "non-recursive", "largest");
-    printf("  %-17s %6s %6s %6s %6s %6s %5s %5s %5s %5s | %6s %6s %6s %5s %5s %5s | %s\n", "", "+-*/", "num ns", "tape",
-           "native", "C", "num/t", "num/n", "num/C", "t/C", "+-*/", "num ns", "C", "num/C", "+-*/", "C", "difference");
     for (size_t k = 0; k < sizeof own / sizeof *own; k++)
         run_model(context, own[k], 0, ~0u);
     for (size_t k = 0; folder && k < sizeof files / sizeof *files; k++) {
@@ -476,6 +480,8 @@ int main(int argc, char **argv)
         else if (strcmp(argv[first], "--task") == 0)
             tasks = 1u << atoi(argv[first + 1]);
     }
+    if (evaluations == 0)
+        put_head();
     if (first == argc)
         run_all(context);
     for (int k = first; k < argc; k++)

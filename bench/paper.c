@@ -227,6 +227,23 @@ static kempe_model *chain(const char *offset, const char *com)
     return model;
 }
 
+static void put_head(const char *of)
+{
+    printf("M and C of %s\n", of);
+    printf("  %-46s %34s | %s\n", "", "the scheme as it is", "with all simplifications");
+    printf("  %-46s %6s %6s %6s %6s %6s | %6s %6s %6s\n", "", "steps", "+ out", "trig", "shared", "VSI", "steps", "VSI",
+           "by ops");
+}
+
+static void put_file(const char *what, const char *path)
+{
+    kempe_model *model = NULL;
+    if (kempe_model_read(context, path, &model) != KEMPE_OK)
+        stop("not read:");
+    put_steps(what, model);
+    kempe_model_free(model);
+}
+
 static void all_steps(void)
 {
     static const char *const variants[][3] = {
@@ -236,20 +253,16 @@ static void all_steps(void)
         {"chain of 9 bodies, offset xz, centre xz", "[0.4, 0, 0.7]", "[0.1, 0, 0.3]"},
         {"chain of 9 bodies, offset z, centre z", "[0, 0, 0.7]", "[0, 0, 0.3]"},
         {"chain of 9 bodies, offset xyz, centre xyz", "[0.4, 0.5, 0.7]", "[0.1, 0.2, 0.3]"}};
-    kempe_model *model = NULL;
-    printf("M and C of a pendulum of 9 degrees of freedom in space; the paper: 560 serial steps, 18 vector steps\n");
-    printf("  %-46s %34s | %s\n", "", "the scheme as it is", "with all simplifications");
-    printf("  %-46s %6s %6s %6s %6s %6s | %6s %6s %6s\n", "", "steps", "+ out", "trig", "shared", "VSI", "steps", "VSI",
-           "by ops");
-    if (kempe_model_read(context, "tests/models/pendulum9.yaml", &model) != KEMPE_OK)
-        stop("not read:");
-    put_steps("three bodies on R1 R2 R3, offset and centre z", model);
-    kempe_model_free(model);
+    put_head("a pendulum of 9 degrees of freedom in space; the paper: 560 serial steps, 18 vector steps");
+    put_file("three bodies on R1 R2 R3, offset and centre z", "tests/models/pendulum9.yaml");
     for (size_t k = 0; k < sizeof variants / sizeof *variants; k++) {
-        model = chain(variants[k][1], variants[k][2]);
+        kempe_model *model = chain(variants[k][1], variants[k][2]);
         put_steps(variants[k][0], model);
         kempe_model_free(model);
     }
+    printf("\n");
+    put_head("a bogie; the paper: 1448 serial steps, 23 vector steps, of a bogie of 22 degrees of freedom");
+    put_file("examples/bogie, 24 coordinates", "examples/bogie/bogie.yaml");
     printf("  steps: equations with a name and sines and cosines, as many as trig says; + out: entries of M and C;\n"
            "  shared: like steps, if any shared value had a name; with all simplifications: what\n"
            "  `kempe generate --count` says (any shared value is an assignment, outputs are, sines and cosines are\n"
@@ -295,10 +308,12 @@ static void put_useless(const kempe_model *model, const char *name, int set, int
 
 static void all_useless(void)
 {
-    static const logged models[] = {{"andrews", {0}},    {"stewart", {0}},    {"pendulum9", {0}},  {"car44", {43, 59}},
-                                    {"roadster52", {0}}, {"humanoid29", {0}}, {"limousine63", {0}}};
+    static const logged models[] = {{"andrews", {0}},    {"stewart", {0}},    {"pendulum9", {0}},
+                                    {"bogie", {0}},      {"car44", {43, 59}}, {"roadster52", {0}},
+                                    {"humanoid29", {0}}, {"limousine63", {0}}};
     static const char *const paths[] = {"examples/andrews/andrews.yaml", "examples/stewart/stewart.yaml",
-                                        "tests/models/pendulum9.yaml"};
+                                        "tests/models/pendulum9.yaml", "examples/bogie/bogie.yaml"};
+    enum { OWN = sizeof paths / sizeof *paths };
     const char *folder = getenv("KEMPE_MBS");
     printf("equations and operations that no output needs; the paper: up to 30 %% of the operations\n"
            "(with forces and torques on the bodies as inputs, as ROBOTRAN has them)\n");
@@ -306,11 +321,11 @@ static void all_useless(void)
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
         char path[1024];
         kempe_model *model = NULL;
-        if (k < 3)
+        if (k < OWN)
             snprintf(path, sizeof path, "%s", paths[k]);
         else
             snprintf(path, sizeof path, "%s/%s.mbs", folder ? folder : ".", models[k].file);
-        if (k >= 3 && !folder)
+        if (k >= OWN && !folder)
             continue;
         if (kempe_model_read(context, path, &model) != KEMPE_OK)
             stop("not read:");

@@ -582,6 +582,54 @@ def limousine():
     return p
 
 
+def bogie():
+    """From its right, behind it to the left; rods, which are closures, and springs in grey."""
+    seen = lambda x, y, z: (x + 0.38 * y, z + 0.45 * y)
+    p = Picture("The bogie from its right")
+    ball, cradle, top, guide = (-0.9, 0, -0.05), (-0.765, 0, 0), (-1.25, 0.45, 0.2), (-0.215, 0, -0.15)
+    rear = lambda x, y, z: (ball[0] + x, ball[1] + y, ball[2] + z)
+    riding = lambda x, y, z: (cradle[0] + x, cradle[1] + y, cradle[2] + z)
+    wheels = [(1, (0, 0.75, 0), 0.32), (2, (-1.7, 0.75, -0.1325), 0.1875), (1, (0, -0.75, 0), 0.32), (2, (-1.7, -0.75, -0.1325), 0.1875)]
+
+    def bars(name, colour, *ways, **where):
+        for way in ways:
+            for a, b in zip(way, way[1:]):
+                p.body(name, seen(*a), seen(*b), colour=colour, **where)
+                name = ""
+
+    def wheel(colour, middle, radius):
+        p.body("", *round_about(*seen(*middle), radius, radius), colour=colour)
+
+    for colour, middle, radius in wheels[:2]:
+        wheel(colour, middle, radius)
+    crank = rear(-0.35, 0.30, 0.05)
+    p.guide(seen(crank[0], crank[1] + 0.15, crank[2]), seen(*top))
+    for side in (1, -1):
+        pin = (-0.45, 0.42 * side, -0.10)
+        p.guide(seen(pin[0] - 0.15, pin[1], pin[2]), seen(*riding(0.165, 0.42 * side, 0.08)))
+    bars("HF", 0, ((0, 0, 0), ball), ((0, 0.75, 0), (0, -0.75, 0)), ((-0.45, 0.55, -0.17), (-0.45, 0.42, -0.1), (-0.45, -0.42, -0.1), (-0.45, -0.55, -0.17)),
+         ((-0.45, 0.42, -0.1), (-0.45, 0.45, 0.2), top), shift=(150, -14))
+    bars("HR", 5, (ball, rear(-0.8, 0, -0.06)), (rear(-0.8, 0.75, -0.0825), rear(-0.8, -0.75, -0.0825)), (rear(-0.4, 0.55, -0.12), rear(-0.4, -0.55, -0.12)),
+         (rear(-0.35, 0, -0.04), crank), shift=(-24, 2))
+    bars("CR", 3, (riding(0, 0.55, 0.1), riding(0, -0.55, 0.1)), (riding(0.165, 0.42, 0.08), riding(0, 0.42, 0.1)),
+         (riding(0.165, -0.42, 0.08), riding(0, -0.42, 0.1)), (riding(0, 0, 0.1), riding(0.1, 0, -0.15)), shift=(-30, -18))
+    for name, side in (("L1", 1), ("L2", -1)):
+        bars(name, 4, ((-0.5, 0.55 * side, -0.17), (-1.3, 0.55 * side, -0.17)), other_side=side > 0, shift=(10 + 10 * side, 0))
+    bars("L3", 4, (riding(0.10, 0, -0.15), guide), other_side=True)
+    for name, side in (("K1", 1), ("K2", -1)):
+        bars(name, 6, ((-0.45, 0.42 * side, -0.1), (-0.6, 0.42 * side, -0.1)), other_side=True)
+    bars("K3", 6, (crank, (crank[0], crank[1] + 0.15, crank[2])))
+    for colour, middle, radius in wheels[2:]:
+        wheel(colour, middle, radius)
+    for point in (ball, crank, guide, riding(0.10, 0, -0.15), top, (crank[0], crank[1] + 0.15, crank[2]), *(w[1] for w in wheels)):
+        p.pivot(seen(*point))
+    for side in (1, -1):
+        for point in ((-0.45, 0.42 * side, -0.1), (-0.6, 0.42 * side, -0.1), riding(0.165, 0.42 * side, 0.08), (-0.5, 0.55 * side, -0.17),
+                      (-1.3, 0.55 * side, -0.17)):
+            p.pivot(seen(*point))
+    return p
+
+
 def quarter_car():
     hub, tower = (0, 0.3), (0, 0.9)
     p = Picture("The quarter car")
@@ -619,6 +667,7 @@ def restrained_wheelset():
     p.spring(put((0, 1.0)), (0, 1.45))
     p.pivot((0, 1.45), "ky", True, (14, 8))
     p.pivot(put((0, 0)), "y, psi", shift=(10, 4))
+    return p
 
 
 def wheelset():
@@ -658,7 +707,7 @@ def rolling_wheel():
 
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
-            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, quarter_car, restrained_wheelset,
+            parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset)
 
 if __name__ == "__main__":

@@ -87,10 +87,19 @@ static void test_limousine(void)
     follow(model, digits, "projected", 1e-12, 1e-10, 1e-8);
 }
 
+static void test_bogie(void)
+{
+    static const char model[] = "examples/bogie/shake.yaml", digits[] = "examples/bogie/reference.csv";
+    follow(model, digits, "reduced", 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "projected", 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", 1e-9, 1e-7, 1e-5);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
     TEST(test_suspension);
     TEST(test_limousine);
+    TEST(test_bogie);
     return check_report();
 }

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The bogie of examples/bogie: what it is, its closed positions against digits that are not Kempe's, and a motion with
+ * the coordinates that an engineer would call independent. */
+#include "constraints/diagnose.h"
+#include "loaded.h"
+#include <kempe/workspace.h>
+#include <math.h>
+#include <stdlib.h>
+
+enum { N = 24, ROWS = 12, FREE = 12 };
+
+static const char model[] = "examples/bogie/bogie.yaml";
+
+static int coordinate(const loaded *l, const char *name)
+{
+    for (int i = 0; i < N; i++)
+        if (strcmp(kempe_model_coordinate_name(l->model, i), name) == 0)
+            return i;
+    printf("no coordinate %s\n", name);
+    exit(1);
+}
+
+/* -- what it is -------------------------------------------------------------------------------------- */
+
+static void counts(void)
+{
+    loaded l = load(model);
+    kempe_check *check = NULL;
+    char *text = NULL;
+    CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
+    CHECK(check->body_count == 13 && check->loop_count == 6);
+    CHECK(check->part.n == N && check->part.m == ROWS && check->part.r == ROWS && check->part.p == FREE);
+    CHECK(kempe_check_print(check, KEMPE_TEXT, &text) == KEMPE_OK &&
+          strstr(text, "closures             6 with 12 rows, of rank 12"));
+    for (int i = 0; i < N; i++)
+        CHECK(fabs(kempe_assembly_q(check->assembly)[i]) <= 1e-15); /* closed as drawn */
+    kempe_text_free(text);
+    kempe_check_free(check);
+    unload(&l);
+}
+
+/* -- closed positions -------------------------------------------------------------------------------- */
+
+static const char *const free_names[FREE] = {"x",       "y",       "z",       "yaw",     "roll", "pitch",
+                                             "spin_FL", "spin_FR", "spin_RL", "spin_RR", "warp", "stroke"};
+
+static void hold_free(const loaded *l, int hold[N])
+{
+    memset(hold, 0, N * sizeof *hold);
+    for (int k = 0; k < FREE; k++)
+        hold[coordinate(l, free_names[k])] = 1;
+}
+
+typedef struct golden {
+    const char *name;
+    double value;
+} golden;
+
+/* All coordinates that are not listed stay where they are: at zero. The digits have nine decimals. */
+static void closes_on(double warp, double stroke, const golden *of)
+{
+    loaded l = load(model);
+    kempe_workspace *ws = NULL;
+    double q[N] = {0}, expected[N] = {0};
+    int hold[N];
+    hold_free(&l, hold);
+    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
+    q[coordinate(&l, "warp")] = expected[coordinate(&l, "warp")] = warp;
+    q[coordinate(&l, "stroke")] = expected[coordinate(&l, "stroke")] = stroke;
+    for (; of->name; of++)
+        expected[coordinate(&l, of->name)] = of->value;
+    CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK);
+    for (int i = 0; i < N; i++)
+        CHECK_NEAR(q[i], expected[i], 1e-9);
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
+static void golden_positions(void)
+{
+    static const golden warped[] = {
+        {"rear_pitch", -0.004112568}, {"rear_yaw", 0.000102836},  {"L1_yaw", -0.006692628}, {"L1_pitch", 0.032498558},
+        {"L2_yaw", -0.008413036},     {"L2_pitch", -0.036235868}, {"K3", -0.139865756},     {NULL, 0}};
+    static const golden lifted[] = {
+        {"tilt", -0.00700802}, {"L3_pitch", 0.075293252}, {"K1", 0.209498494}, {"K2", 0.209498494}, {NULL, 0}};
+    closes_on(0.05, 0, warped);
+    closes_on(0, 0.03, lifted);
+}
+
+enum { MOST_COLUMNS = 16 };
+
+static char *next_line(char *line, int size, FILE *f)
+{
+    do
+        line = fgets(line, size, f);
+    while (line && line[0] == '#');
+    return line;
+}
+
+/* examples/bogie/closures.csv: its digits come from kinematics of their own. */
+static void positions_of_the_table(void)
+{
+    loaded l = load(model);
+    kempe_workspace *ws = NULL;
+    char line[1024];
+    int at[MOST_COLUMNS], columns = 0, rows = 0, hold[N];
+    double worst = 0;
+    FILE *f = fopen(KEMPE_ROOT "/examples/bogie/closures.csv", "r");
+    CHECK(f && kempe_workspace_new(l.system, &ws) == KEMPE_OK && next_line(line, sizeof line, f));
+    for (char *name = strtok(line, ",\n"); name && columns < MOST_COLUMNS; name = strtok(NULL, ",\n"))
+        at[columns++] = coordinate(&l, name);
+    hold_free(&l, hold);
+    while (next_line(line, sizeof line, f)) {
+        double q[N] = {0}, expected[N] = {0};
+        char *rest = line;
+        for (int k = 0; k < columns; k++, rest++)
+            expected[at[k]] = strtod(rest, &rest);
+        for (int i = 0; i < N; i++)
+            q[i] = hold[i] ? expected[i] : 0;
+        CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK);
+        for (int i = 0; i < N; i++)
+            worst = fmax(worst, fabs(q[i] - expected[i]));
+        rows++;
+    }
+    printf("   %d positions, off by %.1e\n", rows, worst);
+    CHECK(rows == 5 && columns == 14 && worst <= 1e-12);
+    (void)fclose(f);
+    kempe_workspace_free(ws);
+    unload(&l);
+}
+
+/* -- motions ----------------------------------------------------------------------------------------- */
+
+static void run(const loaded *l, const char *u, double q[N])
+{
+    kempe_run spec = kempe_run_default();
+    kempe_trajectory *motion = NULL;
+    spec.t_end = 0.1;
+    spec.rtol = 1e-11;
+    spec.u = u;
+    spec.fixed_u = u != NULL;
+    spec.once = 1;
+    CHECK(kempe_simulate(l->system, &spec, &motion) == KEMPE_OK);
+    memcpy(q, kempe_trajectory_q(motion, kempe_trajectory_row_count(motion) - 1), N * sizeof *q);
+    kempe_trajectory_free(motion);
+}
+
+/* Warp and stroke instead of the cranks that Kempe takes: the same motion. */
+static void warp_and_stroke_may_be_independent(void)
+{
+    loaded l = load("examples/bogie/shake.yaml");
+    double chosen[N], asked[N], worst = 0;
+    run(&l, NULL, chosen);
+    run(&l, "x,y,z,yaw,roll,pitch,spin_FL,spin_FR,spin_RL,spin_RR,warp,stroke", asked);
+    for (int i = 0; i < N; i++)
+        worst = fmax(worst, fabs(chosen[i] - asked[i]));
+    printf("   off by %.1e\n", worst);
+    CHECK(worst <= 1e-9 && fabs(chosen[coordinate(&l, "warp")]) > 0.01);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(counts);
+    TEST(golden_positions);
+    TEST(positions_of_the_table);
+    TEST(warp_and_stroke_may_be_independent);
+    return check_report();
+}
