@@ -32,8 +32,8 @@
  * from 1 to 0 around the border as the next zone's rises. */
 #include "wheel/patch.h"
 #include "base/memory.h"
+#include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
-#include "symbolic/implicit.h"
 #include "symbolic/table.h"
 #include <math.h>
 
@@ -365,31 +365,68 @@ static bool loaded_spread(const pair *p, const kmp_wheel *wheel, int zone, kmp_r
     return true;
 }
 
-/* What D'' is for the averages: e over the variance, along the slope. */
-static kmp_ref average_across(const pair *p, const spread *all, kmp_ref e)
+/* With s held: dy/ds, and the rate of D without that of the centre's height. */
+typedef struct held {
+    kmp_ref way, rate;
+} held;
+
+/* In a graph of its own, where s and the arguments are inputs, and their rates. */
+static bool derive_held(const pair *in, int count, held *h)
 {
-    kmp_graph *g = p->g;
-    kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
-    trace t = trace_at(p, place);
-    kmp_ref way = slope_of(g, t.y, place);
-    way = kmp_graph_replace(g, 1, &place, &all->s, way);
+    kmp_graph *local = in->g;
+    kmp_ref s = kmp_input(local, KMP_IN_Q, 0), argument[ARGUMENTS], rate[ARGUMENTS];
+    for (int l = 0; l < count; l++) {
+        argument[l] = kmp_input(local, KMP_IN_PARAMETER, (uint32_t)l);
+        rate[l] = kmp_input(local, KMP_IN_LAMBDA, (uint32_t)l);
+    }
+    trace t = trace_at(in, s);
+    kmp_derivative *d = kmp_derivative_new(local, count, argument, rate);
+    if (!d)
+        return false;
+    h->rate = kmp_derivative_of(d, drop(in, &t));
+    kmp_derivative_free(d);
+    h->way = slope_of(local, t.y, s);
+    return !kmp_graph_failed(local);
+}
+
+static bool held_at(const kmp_tree *tree, const pair *p, kmp_ref s, held *h)
+{
+    kmp_ref list[ARGUMENTS], rate[ARGUMENTS];
+    int count = 0;
+    kmp_graph *local = kmp_graph_new();
+    kmp_derivative *dt = kmp_time_derivative(tree);
+    bool ok = local && dt;
+    if (ok) {
+        pair in = in_block(p, local, list, &count);
+        ok = derive_held(&in, count, h);
+    }
+    for (int l = 0; ok && l < count; l++)
+        rate[l] = kmp_derivative_of(dt, list[l]);
+    kmp_derivative_free(dt);
+    const kmp_setting setting = {p->g, &s, list, rate};
+    kmp_ref both[2] = {h->way, h->rate};
+    ok = ok && kmp_local_import(&setting, local, 2, both);
+    kmp_graph_free(local);
+    *h = (held){both[0], both[1]};
+    return ok;
+}
+
+/* What D'' is for the averages: e over the variance, along the slope. */
+static kmp_ref average_across(kmp_graph *g, const spread *all, kmp_ref way, kmp_ref e)
+{
     kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all->slope, all->slope)), 1.5);
     return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, way, way)), steep));
 }
 
-/* d/dt of the gap with s held, along the normal. false: no memory. */
-static bool closing_rate(const kmp_tree *tree, const pair *p, const kmp_wheel_pose *pose, kmp_patch *patch)
+/* The gap's rate with s held. false: no memory. */
+static bool closing_rate(const kmp_tree *tree, const kmp_wheel_pose *pose, const held *h, kmp_patch *patch)
 {
-    kmp_graph *g = p->g;
-    kmp_ref place = kmp_input(g, KMP_IN_PLACE, 0);
-    trace t = trace_at(p, place);
+    kmp_graph *g = tree->graph;
     kmp_derivative *dt = kmp_time_derivative(tree);
     if (!dt)
         return false;
-    kmp_ref rate = kmp_derivative_of(dt, kmp_add(g, pose->up, drop(p, &t)));
+    patch->closing = kmp_mul(g, kmp_add(g, kmp_derivative_of(dt, pose->up), h->rate), cosine_of(g, patch->slope));
     kmp_derivative_free(dt);
-    rate = kmp_graph_replace(g, 1, &place, &patch->s, rate);
-    patch->closing = kmp_mul(g, rate, cosine_of(g, patch->slope));
     return true;
 }
 
@@ -400,16 +437,17 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
     pair p;
     spread all;
     kmp_ref e;
+    held h = {0};
     if (!pair_of(tree, wheel, pose, &p) || !loaded_spread(&p, wheel, zone, pose->up, &e) ||
-        !spread_by(&p, wheel, zone, 1, e, &all))
+        !spread_by(&p, wheel, zone, 1, e, &all) || !held_at(tree, &p, all.s, &h))
         return false;
     trace t = trace_at(&p, all.s);
     patch->slope = all.slope;
     fill(&p, wheel, pose, &t, all.s, patch);
     patch->gap = kmp_mul(g, cosine_of(g, all.slope), kmp_sub(g, pose->up, all.height));
-    patch->across = average_across(&p, &all, e);
+    patch->across = average_across(g, &all, h.way, e);
     patch->weight = weight_at(g, wheel, zone, all.s);
-    return closing_rate(tree, &p, pose, patch) && !kmp_graph_failed(g);
+    return closing_rate(tree, pose, &h, patch) && !kmp_graph_failed(g);
 }
 
 /* -- a rigid wheel ----------------------------------------------------------------------------------- */
