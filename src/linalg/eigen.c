@@ -202,26 +202,61 @@ static bool is_symmetric(int n, const double *a, double size)
 
 /* -- vectors ----------------------------------------------------------------------------------------- */
 
-/* Still vectors as columns of `basis` (p x still): the identity in as many coordinates, those that move most. */
+/* The first of the rows (p x n) that are as long as any. */
+static int longest_row(int p, int n, const double *rows, double *row, double *length)
+{
+    int best = 0;
+    *length = 0;
+    for (int i = 0; i < p; i++) {
+        for (int j = 0; j < n; j++)
+            row[j] = rows[i + j * p];
+        double size = norm_of(n, row);
+        if (size > *length * (1 + 1e-6)) {
+            best = i;
+            *length = size;
+        }
+    }
+    return best;
+}
+
+/* As many rows (p x n, lost) as there are columns, ascending: each the longest beside those before it (Gram, Schmidt).
+ * Lengths and products of rows are the same however the columns are turned, and so is what is chosen. */
+static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
+{
+    for (int k = 0; k < n; k++) {
+        double length;
+        int best = longest_row(p, n, rows, row, &length), at = k;
+        for (int j = 0; j < n; j++)
+            row[j] = rows[best + j * p] / length;
+        for (int i = 0; i < p; i++) {
+            double along = 0;
+            for (int j = 0; j < n; j++)
+                along += rows[i + j * p] * row[j];
+            for (int j = 0; j < n; j++)
+                rows[i + j * p] = i == best ? 0 : rows[i + j * p] - along * row[j];
+        }
+        for (; at > 0 && chosen[at - 1] > best; at--)
+            chosen[at] = chosen[at - 1];
+        chosen[at] = best;
+    }
+}
+
+/* Still vectors as columns of `basis` (p x still): the identity in as many coordinates, those that move most. The basis
+ * is one of very many, x' M x = 1; its rows, each times the root of its mass, have singular values of 1/sqrt(p) and
+ * more, so that no row chosen is a small one. */
 static void put_still(const pencil *w, kmp_spectrum *s, double *basis)
 {
-    int p = s->p, still = s->still, *order = KMP_NEW(int, p), *column = KMP_NEW(int, p), *pivot = KMP_NEW(int, p);
+    int p = s->p, still = s->still, *chosen = KMP_NEW(int, p), *pivot = KMP_NEW(int, p);
     double *a = w->a, *scaled = w->vector;
-    bool ok = order && column && pivot;
+    bool ok = chosen && pivot;
     for (int j = 0; ok && j < still; j++)
         for (int i = 0; i < p; i++)
             scaled[i + j * p] = basis[i + j * p] * sqrt(w->mass[i + i * p]);
     if (ok)
-        kmp_lu_complete(p, still, scaled, NULL, order, column, w->s);
-    for (int i = 1; ok && i < still; i++) /* the chosen ones ascend */
-        for (int k = i; k > 0 && order[k] < order[k - 1]; k--) {
-            int kept = order[k];
-            order[k] = order[k - 1];
-            order[k - 1] = kept;
-        }
+        choose_rows(p, still, scaled, w->row, chosen);
     for (int j = 0; ok && j < still; j++) /* a = chosen rows transposed */
         for (int i = 0; i < still; i++)
-            a[j + i * still] = basis[order[i] + j * p];
+            a[j + i * still] = basis[chosen[i] + j * p];
     ok = ok && kmp_lu_factor(still, a, pivot) == 0;
     for (int i = 0; ok && i < p; i++) {
         for (int j = 0; j < still; j++)
@@ -232,11 +267,10 @@ static void put_still(const pencil *w, kmp_spectrum *s, double *basis)
     }
     for (int j = 0; ok && j < still; j++)
         for (int i = 0; i < still; i++)
-            s->x_re[order[i] + j * p] = i == j;
+            s->x_re[chosen[i] + j * p] = i == j;
     for (int j = still; j < s->zeros; j++) /* what repeats them */
         memcpy(s->x_re + j * p, s->x_re + (j - still) % (still > 0 ? still : 1) * p, bytes(p));
-    kmp_free(order);
-    kmp_free(column);
+    kmp_free(chosen);
     kmp_free(pivot);
 }
 

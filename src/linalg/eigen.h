@@ -30,7 +30,8 @@ typedef struct kmp_spectrum {
     bool conservative;
     double *re, *im;     /* count */
     double *x_re, *x_im; /* p x count: x^H M x = 1 and the largest part real and positive; of zeros a basis of the
-                            null space of K, the identity in `still` of its coordinates */
+                            null space of K, the identity in `still` of its coordinates, whatever the libraries
+                            below find */
     double *y_re, *y_im; /* p x count: y^H (2 s M + G) x = 1, or y' y = 1 where that cannot be; of zeros: zero */
 } kmp_spectrum;
 

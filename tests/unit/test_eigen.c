@@ -96,6 +96,56 @@ static void conservative_ones_are_on_the_axes(void)
         }
 }
 
+/* What is still depends on M and on the null space of K alone, whatever K is beside it and whichever basis is found. */
+static void still_ones_depend_on_no_basis(void)
+{
+    for (int p = 3; p <= 10; p++)
+        for (int rank = 1; rank < p; rank++) {
+            double m[MOST * MOST], g[MOST * MOST] = {0}, rows[MOST * MOST], first[MOST * MOST];
+            positive(p, p, 0.5, m);
+            for (int i = 0; i < p * rank; i++)
+                rows[i] = random_entry();
+            for (int k = 0; k < 6; k++) {
+                double core[MOST * MOST], stiffness[MOST * MOST] = {0};
+                kmp_spectrum s;
+                positive(rank, rank, 0.5, core);
+                for (int i = 0; i < p; i++)
+                    for (int j = 0; j <= i; j++) {
+                        for (int a = 0; a < rank; a++)
+                            for (int b = 0; b < rank; b++)
+                                stiffness[i + j * p] += rows[a + i * rank] * core[a + b * rank] * rows[b + j * rank];
+                        stiffness[j + i * p] = stiffness[i + j * p];
+                    }
+                CHECK(kmp_spectrum_init(&s, p, m, g, stiffness, k % 2 == 1) == 0);
+                CHECK(s.still == p - rank && s.zeros == 2 * s.still);
+                for (int i = 0; i < p * s.still; i++) {
+                    first[i] = k == 0 ? s.x_re[i] : first[i];
+                    CHECK(fabs(s.x_re[i] - first[i]) <= 1e-9);
+                }
+                kmp_spectrum_free(&s);
+            }
+        }
+}
+
+/* Where all coordinates move alike the first ones are chosen. */
+static void the_first_of_equals_are_chosen(void)
+{
+    for (int p = 2; p <= 8; p++)
+        for (int companion = 0; companion < 2; companion++) {
+            double m[MOST * MOST] = {0}, g[MOST * MOST] = {0}, k[MOST * MOST];
+            kmp_spectrum s;
+            for (int i = 0; i < p * p; i++) {
+                m[i] = i % (p + 1) == 0 ? 3 : 0;
+                k[i] = 7;
+            }
+            CHECK(kmp_spectrum_init(&s, p, m, g, k, companion) == 0 && s.still == p - 1);
+            for (int c = 0; c < p - 1; c++)
+                for (int i = 0; i < p; i++)
+                    CHECK(fabs(s.x_re[i + c * p] - (i == c) + (i == p - 1)) <= 1e-12);
+            kmp_spectrum_free(&s);
+        }
+}
+
 static void saddles_grow_and_decay(void)
 {
     double m[] = {2, 0.5, 0.5, 1}, g[4] = {0}, k[] = {-3, 1, 1, 5};
@@ -237,6 +287,8 @@ static void left_vectors_give_derivatives(void)
 int main(void)
 {
     TEST(conservative_ones_are_on_the_axes);
+    TEST(still_ones_depend_on_no_basis);
+    TEST(the_first_of_equals_are_chosen);
     TEST(saddles_grow_and_decay);
     TEST(general_ones_solve_their_equations);
     TEST(zeros_have_the_chains_that_they_have);
