@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A wheel and its rail in one graph: the points of the wheel that can touch, the gap over them, and where zones end. */
+#ifndef KMP_WHEEL_PAIR_H
+#define KMP_WHEEL_PAIR_H
+
+#include "wheel/patch.h"
+
+enum { KMP_PAIR_ARGUMENTS = 6 };
+
+/* Beyond a border, m: where a slope of 10 is balanced. */
+#define KMP_ZONE_GIVE 1e-3
+
+typedef struct kmp_pair {
+    kmp_graph *g;
+    int wheel, rail; /* tables: both heights */
+    kmp_ref radius, out, axle[3];
+} kmp_pair;
+
+/** A point of the trace line, from the wheel's centre. */
+typedef struct kmp_trace {
+    kmp_ref radius, slope; /* r and r' */
+    kmp_ref x, y, z;
+} kmp_trace;
+
+/** false: no memory. */
+bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_pair *pair);
+
+/** The pair in a graph of its own, for a block: what is no number becomes an argument, and is put into the list. */
+kmp_pair kmp_pair_inside(const kmp_pair *pair, kmp_graph *local, kmp_ref *list, int *count);
+/** Likewise anything. */
+kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *list, int *count);
+
+kmp_trace kmp_trace_at(const kmp_pair *pair, kmp_ref s);
+/** D less the height of the wheel's centre. */
+kmp_ref kmp_pair_drop(const kmp_pair *pair, const kmp_trace *trace);
+
+/** dx/ds, s an input. */
+kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s);
+/** Of the angle that has the tangent. */
+kmp_ref kmp_cosine_of(kmp_graph *g, kmp_ref slope);
+
+/** Half of the way on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone: there
+ * the border is sharp, or both zones were equally near around it. */
+double kmp_zone_border(const kmp_wheel *wheel);
+/** What is added to D beyond the borders of a zone. */
+kmp_ref kmp_zone_penalty(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s);
+/** 1 within, 0 beyond, 6 x^5 - 15 x^4 + 10 x^3 between. */
+kmp_ref kmp_zone_weight(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s);
+
+#endif
