@@ -10,8 +10,8 @@ import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).parent
-REMARKS = {("L", 0): "goes over", ("R", 0): "goes over", ("R", 1): "goes over", ("R", 10): "goes over",  # half millimetres
-           ("L", 1): "egg", ("R", 2): "egg"}
+REMARKS = {("L", 0): "two lobes", ("R", 0): "two lobes", ("R", 1): "two lobes", ("R", 10): "two places",  # half millimetres
+           ("L", 1): "egg"}
 
 
 def rows(path):
@@ -24,7 +24,7 @@ def key(row):
 
 
 def number(row, *names):
-    values = [float(row[name] or "nan") for name in names]
+    values = [float(row[name]) for name in names]
     return values[0] if len(values) == 1 else values
 
 
