@@ -3,6 +3,7 @@
  * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
 #include "loaded.h"
 #include <kempe/sensitivity.h>
+#include <stdbool.h>
 
 enum { MOST = 64 };
 
@@ -134,11 +135,13 @@ static void notes(void)
     char *text = NULL;
     kempe_sensitivity *s = ask_of(&m, model, NULL, &(kempe_sensitivity_ask){.of = "modes"});
     CHECK(kempe_sensitivity_print(s, KEMPE_TEXT, &text) == KEMPE_OK);
-    CHECK(strstr(text, "2 eigenvalues are exactly zero, and left out; of modes 2, 3, equal to others, the derivatives "
-                       "are those of all of them, by size; of modes 1, equal to others with fewer vectors, there are "
-                       "no derivatives"));
-    if (!strstr(text, "of modes 1,"))
-        printf("%s\n", text);
+    /* rounding says whether a double root without a second vector is two real modes or one of a pair */
+    bool pair = NULL != strstr(text, "of modes 1, equal to others with fewer vectors, there are no derivatives");
+    CHECK(pair || strstr(text, "of modes 1, 2, equal to others with fewer vectors, there are no derivatives"));
+    CHECK(strstr(text, pair ? "2 eigenvalues are exactly zero, and left out; of modes 2, 3, equal to others, the "
+                              "derivatives are those of all of them, by size; "
+                            : "2 eigenvalues are exactly zero, and left out; of modes 3, 4, equal to others, the "
+                              "derivatives are those of all of them, by size; "));
     kempe_text_free(text);
     CHECK(kempe_sensitivity_print(s, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"note\": \"2 eigenvalues"));
     kempe_text_free(text);
