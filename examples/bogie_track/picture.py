@@ -46,7 +46,7 @@ def panel(top, title, ticks, span, curves, rails=()):
 def axis(top, span, step, name):
     count = round((span[1] - span[0]) / step)
     out = [f'<text x="{LEFT + WIDTH * k / count:.1f}" y="{top + 16}" text-anchor="middle">{span[0] + step * k:g}</text>' for k in range(count + 1)]
-    return out + [f'<text x="{LEFT + WIDTH + 8}" y="{top + 16}">{name}</text>']
+    return out + [f'<text x="{LEFT + WIDTH + 22}" y="{top + 16}">{name}</text>']
 
 
 def draw(panels, span, step, name):
@@ -65,7 +65,7 @@ def runs(wide, narrow, alike):
     over = lambda value: [(name, colour, [(row["t"], value(row)) for row in table]) for table, name, colour in tables]
     draw([("yaw of the car body, mrad", (-1.5, -1, -0.5, 0, 0.5, 1, 1.5), over(lambda r: 1e3 * r["q.psi"])),
           ("driven axle to the left of the middle, mm; dashed: where a flange meets its rail", (-8, -4, 0, 4, 8),
-           over(lambda r: 1e3 * r["q.y"]), [(-6.5, BLUE), (6.5, BLUE), (-2, RED), (2, RED)]))],
+           over(lambda r: 1e3 * r["q.y"]), [(-6.5, BLUE), (6.5, BLUE), (-2, RED), (2, RED)])],
          (0, 30), 5, "t, s")
 
 
