@@ -3,6 +3,7 @@
 #include "../check.h"
 #include "backend/code.h"
 #include "backend/parts.h"
+#include "base/memory.h"
 #include "constraints/plant.h"
 #include <unistd.h>
 
@@ -184,6 +185,29 @@ static void wagon_has_the_same_bits(void)
     bits_are_the_same("examples/curving/curving.yaml");
 }
 
+/* Room for the parts is asked for first. */
+static void memory_may_end(void)
+{
+    scene s = open_scene("examples/curving/curving.yaml");
+    kmp_team *team = kmp_team_new(2);
+    int failed = 0;
+    for (unsigned long n = 1; n <= 60; n++) {
+        kmp_layout l = {0};
+        kmp_frame frame = {0};
+        kmp_memory_fail_at(n);
+        failed += !kmp_layout_init(&l, &frame, s.system->motion, kmp_code_is_straight, 0, NULL, team);
+        kmp_memory_fail_at(0);
+        kmp_layout_free(&l);
+        kmp_frame_free(&frame);
+    }
+    CHECK(failed == 60);
+    kmp_team_free(team);
+    kmp_memory_fail_at(1);
+    CHECK(kmp_team_new(2) == NULL);
+    kmp_memory_fail_at(0);
+    close_scene(&s);
+}
+
 /* -- runs -------------------------------------------------------------------------------------------- */
 
 static kempe_trajectory *run(const scene *s, const char *road, int threads)
@@ -225,6 +249,7 @@ int main(void)
     TEST(bogies_fall_apart);
     TEST(bogies_have_the_same_bits);
     TEST(wagon_has_the_same_bits);
+    TEST(memory_may_end);
     TEST(runs_have_the_same_bits);
     return check_report();
 }
