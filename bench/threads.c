@@ -2,7 +2,7 @@
 /* What threads give that share each evaluation: microseconds of calling a team for nothing, of C and jdqd, of the power
  * of forces, of a right-hand side and a Jacobian of the reduced road, and seconds of a run on each road.
  *
- *     threads [MODEL [T_END [RUNS]]]
+ *     threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
  *
  * By the clock on the wall: an evaluation's time is the fifth percentile of many, a run's the least of a few, taken in
  * turn.
@@ -192,7 +192,8 @@ int main(int argc, char **argv)
         put_evaluations(&b, start, t);
     printf("\n%-16s | s of %g s by 1, 2, 3, 4 threads | gain by 2, 3, 4 | end\n", "run", t_end);
     for (int way = 0; way < WAYS; way++)
-        put_runs(&b, start, way, t_end, runs);
+        if (argc <= 4 || strcmp(argv[4], ways[way].integrator) == 0)
+            put_runs(&b, start, way, t_end, runs);
     kempe_assembly_free(start);
     bench_free(&b);
     return 0;
