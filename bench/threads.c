@@ -4,15 +4,14 @@
  *
  *     threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
  *
- * By the clock on the wall: an evaluation's time is the fifth percentile of many, a run's the least of a few, taken in
- * turn.
- */
+ * By the clock on the wall, all numbers of threads in turn: an evaluation's time is the least median of many rounds, a
+ * run's the least of a few. */
 #include "bench.h"
 #include "integrators/runner.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST = 4, SAMPLES = 2000, MATRICES = 200, PIECES = 3 };
+enum { MOST = 4, ROUNDS = 60, SAMPLES = 40, MATRICES = 8, PIECES = 3 };
 
 static double now(void)
 {
@@ -21,10 +20,10 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static double quick_one(int count, double *x)
+/* Microseconds. */
+static void lower(double *least, int count, double *sample)
 {
-    qsort(x, (size_t)count, sizeof *x, bench_order);
-    return 1e6 * x[count / 20];
+    *least = fmin(*least, 1e6 * bench_median(count, sample));
 }
 
 static void do_nothing(void *self, int piece)
@@ -32,22 +31,21 @@ static void do_nothing(void *self, int piece)
     (void)self, (void)piece;
 }
 
-static double time_of_calls(int threads)
+static void call(kmp_team *team, double *least)
 {
-    static double sample[SAMPLES];
-    kmp_team *team = kmp_team_new(threads);
-    for (int k = 0; k < SAMPLES; k++) {
+    double sample[SAMPLES];
+    for (int k = 0; team && k < SAMPLES; k++) {
         double from = now();
         kmp_team_run(team, PIECES, do_nothing, NULL);
         sample[k] = now() - from;
     }
-    kmp_team_free(team);
-    return quick_one(SAMPLES, sample);
+    if (team)
+        lower(least, SAMPLES, sample);
 }
 
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
-typedef enum what { BIAS, POWER, RIGHT_SIDE, JACOBIAN, WHATS } what;
+typedef enum what { CALL, BIAS, POWER, RIGHT_SIDE, JACOBIAN, WHATS } what;
 
 static void near(const kmp_runner *run, int k, double *y)
 {
@@ -58,7 +56,7 @@ static void near(const kmp_runner *run, int k, double *y)
 /* Right-hand sides and Jacobians at states that follow each other. */
 static void evaluate_road(const kmp_runner *run, double *time)
 {
-    static double sample[SAMPLES], other[MATRICES];
+    double sample[SAMPLES], other[MATRICES];
     const kmp_ode *ode = &run->road->ode;
     size_t n = (size_t)ode->n;
     double *y = malloc(n * sizeof *y), *dy = malloc(n * sizeof *dy), *j = malloc(n * n * sizeof *j);
@@ -76,8 +74,8 @@ static void evaluate_road(const kmp_runner *run, double *time)
         (void)ode->jacobian(ode->self, 0, y, j);
         other[k] = now() - from;
     }
-    time[RIGHT_SIDE] = quick_one(SAMPLES, sample);
-    time[JACOBIAN] = quick_one(MATRICES, other);
+    lower(&time[RIGHT_SIDE], SAMPLES, sample);
+    lower(&time[JACOBIAN], MATRICES, other);
     free(y);
     free(dy);
     free(j);
@@ -85,7 +83,7 @@ static void evaluate_road(const kmp_runner *run, double *time)
 
 static void evaluate_plant(const kmp_runner *run, double *time)
 {
-    static double sample[SAMPLES], other[SAMPLES];
+    double sample[SAMPLES], other[SAMPLES];
     kmp_plant *plant = run->plant;
     size_t n = (size_t)plant->n;
     double *q = malloc(n * sizeof *q), *qd = malloc(n * sizeof *qd);
@@ -105,27 +103,49 @@ static void evaluate_plant(const kmp_runner *run, double *time)
         (void)kmp_plant_power(plant, 0, q, qd);
         other[k] = now() - from;
     }
-    time[BIAS] = quick_one(SAMPLES, sample);
-    time[POWER] = quick_one(SAMPLES, other);
+    lower(&time[BIAS], SAMPLES, sample);
+    lower(&time[POWER], SAMPLES, other);
     free(q);
     free(qd);
 }
 
-static void put_evaluations(const bench *b, const kempe_assembly *start, int threads)
+static kmp_runner *runner_of(const bench *b, const kempe_assembly *start, const kmp_run_spec *spec)
 {
-    kmp_run_spec spec = {.road = "reduced", .integrator = "radau5", .rtol = 1e-6, .t_end = 1, .threads = threads};
     kmp_runner *run = NULL;
-    double time[WHATS];
-    if (kmp_run_resolve(b->system, &spec) || kmp_runner_new(b->system, &spec, start, &run)) {
+    if (kmp_runner_new(b->system, spec, start, &run)) {
         fprintf(stderr, "%s\n", kempe_context_message(b->context));
         exit(1);
     }
-    evaluate_road(run, time);
-    evaluate_plant(run, time);
-    printf("%7d | %6.1f %8.1f %8.1f %8.1f %8.1f\n", threads, time_of_calls(threads), time[BIAS], time[POWER],
-           time[RIGHT_SIDE], time[JACOBIAN]);
+    return run;
+}
+
+static void put_evaluations(const bench *b, const kempe_assembly *start)
+{
+    kmp_run_spec spec[MOST];
+    kmp_runner *run[MOST];
+    double time[MOST][WHATS];
+    for (int t = 0; t < MOST; t++) {
+        spec[t] = (kmp_run_spec){.road = "reduced", .integrator = "radau5", .rtol = 1e-6, .t_end = 1, .threads = t + 1};
+        if (kmp_run_resolve(b->system, &spec[t]))
+            exit(1);
+        run[t] = runner_of(b, start, &spec[t]);
+        for (int k = 0; k < WHATS; k++)
+            time[t][k] = INFINITY;
+    }
+    for (int round = 0; round < ROUNDS; round++)
+        for (int t = 0; t < MOST; t++) {
+            call(run[t]->team, &time[t][CALL]);
+            evaluate_road(run[t], time[t]);
+            evaluate_plant(run[t], time[t]);
+        }
+    printf("%7s | %6s %8s %8s %8s %8s\n", "threads", "call", "C, jdqd", "power", "rhs", "Jacobian");
+    for (int t = 0; t < MOST; t++) {
+        time[t][CALL] = t > 0 ? time[t][CALL] : 0;
+        printf("%7d | %6.1f %8.1f %8.1f %8.1f %8.1f\n", t + 1, time[t][CALL], time[t][BIAS], time[t][POWER],
+               time[t][RIGHT_SIDE], time[t][JACOBIAN]);
+        kmp_runner_free(run[t]);
+    }
     fflush(stdout);
-    kmp_runner_free(run);
 }
 
 /* -- runs -------------------------------------------------------------------------------------------- */
@@ -143,7 +163,7 @@ static double time_of_run(const bench *b, const kempe_assembly *start, int way, 
     kmp_runner *run = NULL;
     kempe_status status = kmp_run_resolve(b->system, &spec);
     if (status == KEMPE_OK)
-        status = kmp_runner_new(b->system, &spec, start, &run);
+        run = runner_of(b, start, &spec);
     double from = now();
     while (status == KEMPE_OK && kmp_runner_t(run) < t_end && !kmp_runner_ended(run))
         status = kmp_runner_step(run);
@@ -187,9 +207,7 @@ int main(int argc, char **argv)
         return 1;
     }
     printf("%s: %d coordinates, %d rows\n\n", model, b.system->n, b.system->m);
-    printf("%7s | %6s %8s %8s %8s %8s\n", "threads", "call", "C, jdqd", "power", "rhs", "Jacobian");
-    for (int t = 1; t <= MOST; t++)
-        put_evaluations(&b, start, t);
+    put_evaluations(&b, start);
     printf("\n%-16s | s of %g s by 1, 2, 3, 4 threads | gain by 2, 3, 4 | end\n", "run", t_end);
     for (int way = 0; way < WAYS; way++)
         if (argc <= 4 || strcmp(argv[4], ways[way].integrator) == 0)

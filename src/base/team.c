@@ -10,7 +10,11 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <time.h>
 
+/* Calls that are done alone after one that came late: twice as many each time, fewer again where all goes well. */
+enum { FIRST_REST = 16, LONGEST_REST = 4096 };
+static const double LATE = 50e-6;      /* s */
 enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
 
 struct kmp_team {
@@ -20,6 +24,7 @@ struct kmp_team {
     atomic_bool ends;
     kmp_team_work *work;
     void *self;
+    int rest, longest;    /* calls that are not shared for now; of the last such rest */
     int threads, started; /* asked for; that run besides the one that asks */
     pthread_t thread[KMP_TEAM_MOST];
     pthread_mutex_t lock;
@@ -118,11 +123,37 @@ void kmp_team_free(kmp_team *team)
     kmp_free(team);
 }
 
+static double now(void)
+{
+    struct timespec t;
+    (void)clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* A processor that was taken away in the middle of a piece keeps this one waiting for milliseconds. Where others want
+ * the processors that happens again and again: then it is quicker alone. */
+static void judge(kmp_team *team, double own, double waited)
+{
+    if (waited > own + LATE) {
+        team->longest = team->longest < LONGEST_REST / 2 ? 2 * team->longest + FIRST_REST : LONGEST_REST;
+        team->rest = team->longest;
+    } else {
+        team->longest -= (team->longest + 15) / 16;
+    }
+}
+
 /* A sleeper looks at the ticket after it has counted itself, this looks at the count after it has set the ticket: one
  * of them sees the other. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
 {
     uint64_t last = atomic_load_explicit(&team->ticket, memory_order_relaxed);
+    if (team->started == 0 || team->rest > 0) {
+        team->rest -= team->rest > 0;
+        for (int k = 0; k < count; k++)
+            work(self, k);
+        return;
+    }
+    double from = now();
     team->work = work;
     team->self = self;
     atomic_store_explicit(&team->done, 0, memory_order_relaxed);
@@ -131,11 +162,13 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
         wake(team);
     while (do_one(team))
         ;
+    double until = now();
     for (int looks = 0; atomic_load_explicit(&team->done, memory_order_acquire) < count; looks++)
         if (looks % PATIENT < PATIENT - 1)
             pause_a_moment();
         else
             (void)sched_yield();
+    judge(team, until - from, now() - until);
 }
 
 #else
