@@ -11,7 +11,7 @@ typedef uint64_t seeds; /* a set of them */
 
 typedef struct finder {
     const kmp_layout *l;
-    int stage, from, count; /* instructions of the stage */
+    int from, count; /* instructions of the stage */
     int seed_count;
     seeds *reads, *feeds; /* by instruction of the stage */
     seeds *earlier;       /* by instruction of the stages before: what it feeds here */
@@ -315,13 +315,12 @@ static double try_parts(finder *f, int parts, int threads)
     return duration(f, threads);
 }
 
-static bool begin(finder *f, const kmp_layout *l, int stage)
+static bool begin(finder *f)
 {
     size_t count = (size_t)f->count;
-    (void)stage;
     f->reads = KMP_NEW(seeds, count);
     f->feeds = KMP_NEW(seeds, count);
-    f->earlier = KMP_NEW(seeds, l->program->code[stage]);
+    f->earlier = KMP_NEW(seeds, f->from);
     f->part = KMP_NEW(uint8_t, count);
     f->best = KMP_NEW(uint8_t, count);
     f->wish = KMP_NEW(uint8_t, count);
@@ -368,13 +367,12 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     if (!f)
         return -1;
     f->l = layout;
-    f->stage = stage;
     f->from = code[stage];
     f->count = code[stage + 1] - code[stage];
     for (int i = 0; i < f->count; i++)
         alone += cost_of(f, i);
     int parts = 0;
-    if (alone >= LEAST && begin(f, layout, stage)) {
+    if (alone >= LEAST && begin(f)) {
         spread_seeds(f);
         find_shares(f);
         parts = choose_parts(f, threads, alone);

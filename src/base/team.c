@@ -18,9 +18,12 @@ static const double LATE = 50e-6;      /* s */
 enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
 
 struct kmp_team {
-    _Alignas(64) _Atomic uint64_t ticket; /* work << 32 | pieces << 16 | the next one */
-    _Alignas(64) atomic_int done;
-    _Alignas(64) atomic_int sleepers;
+    char before[64];         /* so that each stands in a line of the cache alone */
+    _Atomic uint64_t ticket; /* work << 32 | pieces << 16 | the next one */
+    char between[64];
+    atomic_int done;
+    char after[64];
+    atomic_int sleepers;
     atomic_bool ends;
     kmp_team_work *work;
     void *self;

@@ -112,12 +112,8 @@ static kempe_status shift_wheels(scene *s)
 static const struct {
     const char *name;
     stage_fn *stage;
-} stages[] = {{"read", read_wheels},
-              {"derive", derive_wheels},
-              {"reduced", roll_reduced},
-              {"dae", roll_dae},
-              {"shared", roll_shared},
-              {"shift", shift_wheels}};
+} stages[] = {{"read", read_wheels}, {"derive", derive_wheels}, {"reduced", roll_reduced},
+              {"dae", roll_dae},     {"shared", roll_shared},   {"shift", shift_wheels}};
 
 static void every_allocation_fails(void)
 {
