@@ -156,6 +156,11 @@ static bool prepare(kmp_plant *plant, const kmp_backend *backend)
 
 kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
 {
+    return kmp_plant_new_shared(system, backend, NULL);
+}
+
+kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend, kmp_team *team)
+{
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
         (void)kmp_fail(system->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
@@ -165,13 +170,17 @@ kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend)
     kmp_plant *plant = KMP_NEW(kmp_plant, 1);
     if (plant)
         *plant = (kmp_plant){.system = system,
-                             .backend = b,
+                             .shared = *b,
                              .n = system->n,
                              .m = system->m,
                              .q = KMP_NEW(double, system->n),
                              .with_force = KMP_NEW(double, system->n),
                              .effort = KMP_NEW(double, system->n)};
-    if (!plant || !plant->q || !plant->with_force || !plant->effort || !prepare(plant, b)) {
+    if (plant) {
+        plant->shared.team = team;
+        plant->backend = team ? &plant->shared : b;
+    }
+    if (!plant || !plant->q || !plant->with_force || !plant->effort || !prepare(plant, plant->backend)) {
         kmp_plant_free(plant);
         (void)kmp_fail_memory(system->context);
         return NULL;

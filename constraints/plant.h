@@ -9,6 +9,7 @@
 typedef struct kmp_plant {
     const kempe_system *system;
     const kmp_backend *backend;
+    kmp_backend shared;                            /* it, with a team */
     kmp_machine *composite, *articulated, *motion; /* by M and C; without them, NULL: none; the one at hand */
     kmp_machine *judge, *changes;
     bool by_bodies;     /* `motion` is the second */
@@ -38,6 +39,9 @@ typedef struct kmp_plant {
 
 /** NULL after a message (unknown back end, no memory). */
 kmp_plant *kmp_plant_new(const kempe_system *system, const char *backend);
+
+/** The same with a team that shares the work, as far as the back end can; NULL: with none. It outlives the plant. */
+kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend, kmp_team *team);
 void kmp_plant_free(kmp_plant *plant);
 
 /** Makes ready, once, to write the dynamics by articulated bodies, where the system has them. KEMPE_E_MEMORY. */

@@ -79,6 +79,7 @@ void kmp_runner_free(kmp_runner *run)
     if (run->has_part)
         kmp_partition_free(&run->part);
     kmp_plant_free(run->plant);
+    kmp_team_free(run->team);
     kmp_free(run->y);
     kmp_free(run->yp);
     kmp_margin_free(&run->margin);

@@ -14,6 +14,7 @@
 struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
+    kmp_team *team; /* of the plant and all that takes its back end; NULL: none */
     kmp_plant *plant;
     bool by_bodies; /* roads that can go by articulated bodies do */
     kmp_partition part;

@@ -230,7 +230,9 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
 {
-    run->plant = kmp_plant_new(run->s, run->spec.backend);
+    if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
+        return kmp_fail_memory(run->s->context);
+    run->plant = kmp_plant_new_shared(run->s, run->spec.backend, run->team);
     run->qdd = KMP_NEW(double, run->s->n);
     run->lambda = KMP_NEW(double, run->s->m);
     run->moved = KMP_NEW(double, 3 * run->s->n + run->s->m);

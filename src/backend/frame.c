@@ -19,6 +19,9 @@ void kmp_frame_free(kmp_frame *f)
         kmp_solving_free(f->solving[k]);
     kmp_free(f->solving);
     kmp_free(f->items);
+    for (int s = 0; f->parting && s < f->program->stages; s++)
+        kmp_free(f->parting[s].first);
+    kmp_free(f->parting);
     *f = (kmp_frame){0};
 }
 

@@ -7,6 +7,7 @@
 
 #include "backend/machine.h"
 #include "backend/sincos.h"
+#include "base/team.h"
 #include "symbolic/implicit.h"
 
 /* A function, or a division where that is not the back end's own. Operands of an implicit one: the first item of its
@@ -33,6 +34,13 @@ typedef struct kmp_list_item {
     uint32_t slot;
     double factor; /* 1 or -1 */
 } kmp_list_item;
+
+/* A stage in parts that do not read each other (backend/parts.h), by their first segments within the stage: what comes
+ * before them, the parts, what comes after, the end. */
+typedef struct kmp_parting {
+    int parts; /* 0: it is in one */
+    uint32_t *first;
+} kmp_parting;
 
 /* An input: where its value goes and where in the vector given it stands. */
 typedef struct kmp_feed {
@@ -64,6 +72,8 @@ typedef struct kmp_frame {
     uint32_t solving_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
+    kmp_team *team;       /* NULL: there is none */
+    kmp_parting *parting; /* by stage; NULL without a team */
 } kmp_frame;
 
 void kmp_frame_free(kmp_frame *frame);

@@ -55,8 +55,9 @@ static bool make(kmp_lanes *lanes, const kmp_program *p, bool plain)
 {
     kmp_layout layout = {0};
     kmp_x86_form form;
-    bool ok = kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, plain ? NULL : &kmp_backend_native) &&
-              kmp_code_list(&lanes->code, &layout) && spread(lanes);
+    bool ok =
+        kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, plain ? NULL : &kmp_backend_native, NULL) &&
+        kmp_code_list(&lanes->code, &layout) && spread(lanes);
     if (ok && !plain && find_form(lanes->width, &form))
         ok = kmp_code_write(&lanes->code, &layout, form);
     kmp_layout_free(&layout);

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/layout.h"
+#include "backend/parts.h"
 #include "base/memory.h"
 #include <string.h>
 
-/* Segment in which an operand is known, seen from a stage: 0 for leaves and earlier stages. */
-static uint32_t known(const kmp_layout *l, int stage, uint32_t operand)
+/* Segment in which an operand is known, seen from an instruction: 0 for leaves, earlier stages and other parts. */
+static uint32_t known(const kmp_layout *l, int from, uint32_t operand)
 {
     int i = kmp_layout_instruction(l, operand);
-    return i < 0 || l->stage_of[i] < stage ? 0 : l->depth[i];
+    return i < 0 || l->stage_of[i] < l->stage_of[from] || l->part[i] != l->part[from] ? 0 : l->depth[i];
 }
 
 static uint32_t depth_of(const kmp_layout *l, int i)
@@ -15,7 +16,7 @@ static uint32_t depth_of(const kmp_layout *l, int i)
     const kmp_instruction *in = &l->program->instruction[i];
     uint32_t d = 0;
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-        uint32_t e = known(l, l->stage_of[i], kmp_instruction_operand(in, k));
+        uint32_t e = known(l, i, kmp_instruction_operand(in, k));
         d = d > e ? d : e;
     }
     return l->straight(in) ? d : d + 1;
@@ -35,15 +36,51 @@ static void count_uses(kmp_layout *l)
             l->uses[kmp_layout_instruction(l, p->output[k])]++;
 }
 
-static void analyse(kmp_layout *l)
+/* The parts of a stage one after another, each with segments of its own: depths within parts become those within the
+ * stage. */
+static void line_up(kmp_layout *l, int stage)
+{
+    const int *code = l->program->code;
+    uint32_t *first = l->frame->parting[stage].first;
+    int parts = l->frame->parting[stage].parts;
+    for (int i = code[stage]; i < code[stage + 1]; i++) {
+        uint32_t *segments = &first[l->part[i] + 1];
+        *segments = l->depth[i] + 1 > *segments ? l->depth[i] + 1 : *segments;
+    }
+    for (int k = 0; k < parts + 2; k++)
+        first[k + 1] += first[k];
+    for (int i = code[stage]; i < code[stage + 1]; i++)
+        l->depth[i] += first[l->part[i]];
+}
+
+/* false: no memory. */
+static bool part_stage(kmp_layout *l, int stage)
+{
+    kmp_parting *parting = &l->frame->parting[stage];
+    int parts = kmp_parts_find(l, stage, kmp_team_threads(l->frame->team));
+    if (parts <= 0)
+        return parts == 0;
+    parting->first = KMP_NEW(uint32_t, parts + 3);
+    parting->parts = parts;
+    return parting->first;
+}
+
+static bool analyse(kmp_layout *l)
 {
     const kmp_program *p = l->program;
     for (int s = 0; s < p->stages; s++)
-        for (int i = p->code[s]; i < p->code[s + 1]; i++) {
+        for (int i = p->code[s]; i < p->code[s + 1]; i++)
             l->stage_of[i] = s;
+    for (int s = 0; s < p->stages; s++) {
+        if (l->frame->team && !part_stage(l, s))
+            return false;
+        for (int i = p->code[s]; i < p->code[s + 1]; i++)
             l->depth[i] = depth_of(l, i);
-        }
+        if (l->frame->team && l->frame->parting[s].parts > 0)
+            line_up(l, s);
+    }
     count_uses(l);
+    return true;
 }
 
 static bool is_angle(const kmp_layout *l, int i)
@@ -327,6 +364,7 @@ void kmp_layout_free(kmp_layout *l)
     kmp_free(l->segment_start);
     kmp_free(l->angle_of);
     kmp_free(l->solving_of);
+    kmp_free(l->part);
     *l = (kmp_layout){0};
 }
 
@@ -338,22 +376,25 @@ static bool begin(kmp_layout *l)
     l->stage_of = KMP_NEW(int, code);
     l->slot = KMP_NEW(uint32_t, l->leaves + code);
     l->order = KMP_NEW(int, code);
-    return l->depth && l->uses && l->stage_of && l->slot && l->order;
+    l->part = KMP_NEW(uint8_t, code);
+    if (l->frame->team && !(l->frame->parting = KMP_NEW(kmp_parting, l->program->stages)))
+        return false;
+    return l->part && l->depth && l->uses && l->stage_of && l->slot && l->order;
 }
 
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
-                     bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks)
+                     bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
+                     kmp_team *team)
 {
-    *frame = (kmp_frame){.program = program};
+    *frame = (kmp_frame){.program = program, .team = team};
     if (blocks)
         frame->runner = (kmp_runner){blocks->prepare, blocks->release, blocks->set, blocks->run, blocks->outputs};
     *l = (kmp_layout){.frame = frame,
                       .program = program,
                       .straight = straight,
                       .leaves = program->constant_count + program->input_count};
-    if (!begin(l))
+    if (!begin(l) || !analyse(l))
         return false;
-    analyse(l);
     if (!allocate(l, extra) || !allocate_blocks(l))
         return false;
     place_values(l);

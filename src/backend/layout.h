@@ -20,13 +20,15 @@ typedef struct kmp_layout {
     uint32_t *segment_start; /* in `order`; the end stands behind */
     uint32_t *angle_of;      /* by slot: where the angle in it stands in the frame, if there */
     uint32_t *solving_of;    /* by instruction: where an implicit one is solved */
+    uint8_t *part;           /* by instruction; 0 where the stage is in one */
 } kmp_layout;
 
-/** Fills the frame; `extra` slots are the back end's own, from frame->slots on, which grows as they are taken; `blocks`
- * runs what implicit blocks have inside (NULL: it is interpreted). false: no memory. kmp_layout_free and kmp_frame_free
- * in any case. */
+/** Fills the frame, in parts for a team (NULL: nobody shares the work); `extra` slots are the back end's own, from
+ * frame->slots on, which grows as they are taken; `blocks` runs what implicit blocks have inside (NULL: it is
+ * interpreted). false: no memory. kmp_layout_free and kmp_frame_free in any case. */
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
-                     bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks);
+                     bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
+                     kmp_team *team);
 void kmp_layout_free(kmp_layout *l);
 
 /** The straight instructions of each segment in the program's order, segment by segment. */

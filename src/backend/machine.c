@@ -43,7 +43,8 @@ kmp_machine *kmp_machine_new(const kmp_program *program, const kmp_backend *back
     if (!machine)
         return NULL;
     machine->backend = backend;
-    machine->code = backend->prepare(program);
+    machine->code =
+        backend->share && backend->team ? backend->share(program, backend->team) : backend->prepare(program);
     if (!machine->code) {
         kmp_free(machine);
         return NULL;

@@ -4,6 +4,7 @@
 #ifndef KMP_BACKEND_MACHINE_H
 #define KMP_BACKEND_MACHINE_H
 
+#include "base/team.h"
 #include "symbolic/program.h"
 
 typedef struct kmp_machine kmp_machine;
@@ -15,6 +16,8 @@ typedef struct kmp_backend {
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
+    void *(*share)(const kmp_program *program, kmp_team *team); /* `prepare` for a team; NULL: it has no use for one */
+    kmp_team *team; /* who shares the work of what is made ready: NULL in the table, set in a copy; outlives it */
 } kmp_backend;
 
 /** NULL when there is no such back end. */

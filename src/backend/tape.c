@@ -134,7 +134,7 @@ static bool begin(builder *b, const kmp_program *p)
     b->negative = KMP_NEW(uint32_t, p->constant_count);
     b->t = KMP_NEW(tape, 1);
     if (!b->fused || !b->fuse_b || !b->negative || !b->t ||
-        !kmp_layout_init(&b->layout, &b->t->frame, p, is_record, (uint32_t)p->constant_count, NULL))
+        !kmp_layout_init(&b->layout, &b->t->frame, p, is_record, (uint32_t)p->constant_count, NULL, NULL))
         return false;
     kmp_frame *f = &b->t->frame;
     if (f->slots + (uint32_t)p->constant_count <= UINT16_MAX)
@@ -203,4 +203,4 @@ static void run(void *code, int stage)
     kmp_frame_copies(f, stage);
 }
 
-const kmp_backend kmp_backend_tape = {"tape", prepare, release, kmp_frame_set, run, kmp_frame_outputs};
+const kmp_backend kmp_backend_tape = {"tape", prepare, release, kmp_frame_set, run, kmp_frame_outputs, NULL, NULL};

@@ -12,6 +12,7 @@ static kempe_status simulate(const cli_job *j)
     kempe_run run = j->settings->run;
     run.fixed_u = j->settings->fixed_u;
     run.once = j->settings->once;
+    run.threads = j->settings->threads < 1000 ? (int)j->settings->threads : 1000;
     kempe_status status = kempe_simulate(j->system, &run, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

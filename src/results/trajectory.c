@@ -57,6 +57,9 @@ static kempe_status check_numbers(const job *j)
         if (status != KEMPE_OK)
             return status;
     }
+    if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
+                        KMP_TEAM_MOST);
     return KEMPE_OK;
 }
 
@@ -132,7 +135,8 @@ static kempe_status choose(job *j)
                              .atol = run->atol,
                              .t_end = run->t_end,
                              .fixed_u = run->fixed_u,
-                             .change_points = run->change_points};
+                             .change_points = run->change_points,
+                             .threads = run->threads};
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
         status = read_wish(j);

@@ -60,12 +60,13 @@ static kempe_status derive_wheels(scene *s)
     return status;
 }
 
-static kempe_status roll(scene *s, const char *road)
+static kempe_status roll(scene *s, const char *road, int threads)
 {
     kempe_trajectory *trajectory = NULL;
     kempe_run run = kempe_run_default();
     run.road = road;
     run.rtol = 1e-4;
+    run.threads = threads;
     kempe_status status = kempe_simulate(s->system, &run, &trajectory);
     untouched(status, trajectory);
     kempe_trajectory_free(trajectory);
@@ -74,12 +75,17 @@ static kempe_status roll(scene *s, const char *road)
 
 static kempe_status roll_reduced(scene *s)
 {
-    return roll(s, "reduced");
+    return roll(s, "reduced", 1);
 }
 
 static kempe_status roll_dae(scene *s)
 {
-    return roll(s, "dae");
+    return roll(s, "dae", 1);
+}
+
+static kempe_status roll_shared(scene *s)
+{
+    return roll(s, "dae", 2);
 }
 
 /* Where wheels touch over a shift, told in all ways. */
@@ -106,11 +112,8 @@ static kempe_status shift_wheels(scene *s)
 static const struct {
     const char *name;
     stage_fn *stage;
-} stages[] = {{"read", read_wheels},
-              {"derive", derive_wheels},
-              {"reduced", roll_reduced},
-              {"dae", roll_dae},
-              {"shift", shift_wheels}};
+} stages[] = {{"read", read_wheels}, {"derive", derive_wheels}, {"reduced", roll_reduced},
+              {"dae", roll_dae},     {"shared", roll_shared},   {"shift", shift_wheels}};
 
 static void every_allocation_fails(void)
 {
