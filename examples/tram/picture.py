@@ -13,8 +13,8 @@ COLOUR = {"FL": "#0072b2", "FR": "#d55e00", "RL": "#56b4e9", "RR": "#e69f00"}
 BOGIES = {"a": "first", "b": "second", "c": "third"}
 SPEED, CAR, BROAD, PIVOT = 10, 7.6, 2.3, -0.765
 BENDS = (10, 30)  # where the transition begins and ends
-PLAN = 510
-TIMES = (0, 3, 5.6, 8)  # of the cars from above
+PLAN = 400
+TIMES = (0, 3, 5.6)  # of the cars from above
 
 
 def rows(path):
@@ -39,7 +39,7 @@ def plan(table):
     """From above: the way of the first car, and the cars at some times."""
     scale = 9.6
     place = lambda x, y: (LEFT + (x + 19.5) * scale, PLAN - (y + 3) * scale)
-    way = "L".join("%.1f,%.1f" % place(*centre(row, 0)[:2]) for row in table)
+    way = "L".join("%.1f,%.1f" % place(*centre(row, 0)[:2]) for row in table if row["t"] < 7)
     back = "%.1f,%.1f" % place(*centre(table[0], 2)[:2])
     out = [f'<path d="M{back}L{way}" fill="none" stroke="#999"/>']
     for t in TIMES:
