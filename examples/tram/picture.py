@@ -13,8 +13,8 @@ COLOUR = {"FL": "#0072b2", "FR": "#d55e00", "RL": "#56b4e9", "RR": "#e69f00"}
 BOGIES = {"a": "first", "b": "second", "c": "third"}
 SPEED, CAR, BROAD, PIVOT = 10, 7.6, 2.3, -0.765
 BENDS = (10, 30)  # where the transition begins and ends
-PLAN = 230
-TIMES = (0, 3, 5.2)  # of the cars from above
+PLAN = 510
+TIMES = (0, 3, 5.6, 8)  # of the cars from above
 
 
 def rows(path):
@@ -36,19 +36,19 @@ def outline(row, k, place):
 
 
 def plan(table):
-    """From above: the way of the first bogie, the cars at some times."""
-    scale = 9.3
-    place = lambda x, y: (LEFT + (x + 20) * scale, PLAN - 24 - (y + 2) * scale / 1.55 * 1.0)
-    scale_y = scale
-    place = lambda x, y: (LEFT + (x + 20) * scale, PLAN + 90 - (y + 2.5) * scale_y)
-    way = "L".join("%.1f,%.1f" % place(*centre(row, k)[:2]) for k in (2, 0) for row in table)
-    out = [f'<path d="M{way}" fill="none" stroke="#999"/>']
+    """From above: the way of the first car, and the cars at some times."""
+    scale = 9.6
+    place = lambda x, y: (LEFT + (x + 19.5) * scale, PLAN - (y + 3) * scale)
+    way = "L".join("%.1f,%.1f" % place(*centre(row, 0)[:2]) for row in table)
+    back = "%.1f,%.1f" % place(*centre(table[0], 2)[:2])
+    out = [f'<path d="M{back}L{way}" fill="none" stroke="#999"/>']
     for t in TIMES:
         row = min(table, key=lambda r: abs(r["t"] - t))
         for k in range(3):
             out.append(f'<path d="M{outline(row, k, place)}Z" fill="#0072b2" fill-opacity="{0.75 if k != 1 else 0.45}"/>')
-        x, y = place(*centre(row, 0)[:2])
-        out.append(f'<text x="{x + 26:.1f}" y="{y + 26:.1f}">{t:g} s</text>')
+        x, y, yaw = centre(row, 1)
+        x, y = place(x + 2.5 * math.sin(yaw), y - 2.5 * math.cos(yaw))
+        out.append(f'<text x="{x:.1f}" y="{y + 4:.1f}">{t:g} s</text>')
     return out
 
 
@@ -76,7 +76,7 @@ def main(path):
     table = [row for row in rows(path)]
     end, later = table[-1]["t"], [row for row in table if row["t"] > 0.1]
     over = lambda value: [(row["t"], value(row)) for row in later]
-    lines, top = plan(table), 360
+    lines, top = plan(table), PLAN + 40
     for k, (p, name) in enumerate(BOGIES.items()):
         loads = [(w, over(lambda r, w=w: r[f"force.{p}_{w}.z"] / 1e3)) for w in COLOUR]
         ratios = [(w, over(lambda r, w=w: r[f"force.{p}_{w}.y"] / max(r[f"force.{p}_{w}.z"], 1))) for w in COLOUR]
