@@ -54,7 +54,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
+        dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
 }
 

@@ -181,7 +181,7 @@ static bool is_fused(const reduced *d)
     return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
-/* q, qd and udd at (t, y), and what they are in dy. */
+/* q, qd and udd at (t, y), and what they are in dy. The one program makes the latter alone. */
 static int evaluate_apart(reduced *d, double t, const double *y, double *dy)
 {
     if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
@@ -195,30 +195,16 @@ static int evaluate_apart(reduced *d, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-/* The same; q and qd only where the work done asks for them. */
-static int evaluate_fused(reduced *d, double t, const double *y, double *dy)
-{
-    if (!kmp_fused_run(d->fused, t, y, dy))
-        return KMP_RETRY;
-    if (!d->has_work)
-        return KMP_GO;
-    put_state(d, y);
-    for (int k = 0; k < d->p; k++)
-        d->qd[d->part.u[k]] = y[d->p + k];
-    for (int i = 0; i < d->r; i++)
-        d->qd[d->part.v[i]] = dy[2 * d->p + i];
-    return KMP_GO;
-}
-
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     reduced *d = self;
-    int said = is_fused(d) ? evaluate_fused(d, t, y, dy) : evaluate_apart(d, t, y, dy);
+    bool fused = is_fused(d);
+    int said = fused ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY) : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work)
-        dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd) + drive_power(d);
+        dy[work_index(d)] = fused ? kmp_fused_power(d->fused) : kmp_plant_power_here(d->plant, d->qd) + drive_power(d);
     return said;
 }
 
@@ -255,7 +241,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
             return KMP_RETRY;
     }
     if (d->has_work)
-        r[work_index(d)] = yp[work_index(d)] - kmp_plant_power(d->plant, t, d->q, d->qd) - drive_power(d);
+        r[work_index(d)] = yp[work_index(d)] - kmp_plant_power_here(d->plant, d->qd) - drive_power(d);
     return KMP_GO;
 }
 

@@ -284,13 +284,13 @@ static int place(void *self, double t, const double *q, const double *qd)
 }
 
 /* dy from the factors and the plant's last bias. */
-static void give(zone *d, double t, const double *y, double *dy)
+static void give(zone *d, const double *y, double *dy)
 {
     int n = d->n;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
     accelerations(d, dy + n, d->s->rheonomic ? d->lambda : NULL);
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
+        dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
 }
 
 static int rhs(void *self, double t, const double *y, double *dy)
@@ -299,7 +299,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
     int n = d->n;
     if (place(d, t, y, y + n) != KMP_GO)
         return KMP_RETRY;
-    give(d, t, y, dy);
+    give(d, y, dy);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
@@ -362,7 +362,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     }
     if (dy) {
         kmp_plant_bias(d->plant, y + n);
-        give(d, t, y, dy);
+        give(d, y, dy);
     }
     if (distance)
         *distance = kmp_margin_at(d->margin, d->plant);

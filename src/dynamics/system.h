@@ -26,8 +26,9 @@ enum {
                              M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
     KMP_STAGE_BIAS,       /* qd: C (n), jdqd (m);
                              qd, efforts: accelerations without closure forces (n), J of them and jdqd (m) */
-    KMP_STAGE_PRESSING    /* where C depends on lambda, instead of that: jdqd (m) and what is not told, before;
+    KMP_STAGE_PRESSING,   /* where C depends on lambda, instead of that: jdqd (m) and what is not told, before;
                              qd, lambda: C (n), dC/dlambda (pressing.count), here */
+    KMP_STAGE_WORKING     /* where forces are not conservative: their power, at what C or the accelerations are of */
 };
 
 /* Stages of the judging program. */
