@@ -148,15 +148,20 @@ static int accelerate_at_once(reduced *d)
     return KMP_GO;
 }
 
-/* udd at the placed state. */
-static int accelerate(reduced *d, const double *ud)
+/* udd at the placed state and its qd. */
+static int accelerate_closed(reduced *d)
 {
-    close_rates(d, ud);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, d->qd);
     if (d->by_saddle)
         return accelerate_at_once(d);
     return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
+}
+
+static int accelerate(reduced *d, const double *ud)
+{
+    close_rates(d, ud);
+    return accelerate_closed(d);
 }
 
 /* qdd and lambda after that. */
@@ -477,6 +482,25 @@ static void position(kmp_road *road, double t, const double *y, double *q)
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
+/* At d->q, which is closed. */
+static int row_of_rates(reduced *d, double t, const double *y, double *qd, double *qdd, double *lambda)
+{
+    kmp_plant_closure(d->plant, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    close_rates(d, y + d->p);
+    memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    if (accelerate_closed(d) != KMP_GO)
+        return KMP_HALT;
+    complete(d);
+    memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
+    memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
+    return KMP_GO;
+}
+
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
@@ -492,19 +516,9 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
-    kmp_plant_closure(d->plant, t, d->q);
-    if (kmp_reduction_factor(&d->red))
-        return KMP_HALT;
-    kmp_reduction_tangent(&d->red);
-    if (accelerate(d, y + d->p) != KMP_GO)
-        return KMP_HALT;
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
-    memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
-    complete(d);
-    memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
-    memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
     *work = d->has_work ? y[work_index(d)] : 0;
-    return KMP_GO;
+    return qd ? row_of_rates(d, t, y, qd, qdd, lambda) : KMP_GO;
 }
 
 /* -- exchanges --------------------------------------------------------------------------------------- */
