@@ -17,6 +17,7 @@ struct kmp_fused {
     double *effort;           /* n, NULL: there are none */
     double *q, *qd;           /* n, for them */
     double *state;            /* 2 n: y, and the rates of v */
+    const double *power;      /* of the last run */
 };
 
 static int block_count(const kmp_reduction *red)
@@ -113,7 +114,7 @@ static kmp_program *write_program(const kmp_reduction *red, kmp_fused_layout *la
     if (!order)
         return NULL;
     kmp_fused_order(red, order);
-    const kmp_fused_plan plan = {order, red->plant->system->row_scale, false};
+    const kmp_fused_plan plan = {order, red->plant->system->row_scale, red->plant->system->dissipative};
     kmp_program *program = kmp_fused_write(red, &plan, layout);
     kmp_free(order);
     return program;
@@ -199,7 +200,16 @@ bool kmp_fused_run(kmp_fused *f, double t, const double *y, double *dy)
         dy[c] = y[p + c];
         positive = positive && pivot[c] > 0;
     }
+    f->power = pivot + p;
     return positive;
+}
+
+double kmp_fused_power(const kmp_fused *f)
+{
+    double power = *f->power;
+    for (int i = 0; f->effort && i < f->red->n; i++)
+        power += f->effort[i] * f->qd[i];
+    return power;
 }
 
 bool kmp_fused_applies(const kmp_fused *f)

@@ -18,6 +18,9 @@ void kmp_fused_free(kmp_fused *fused);
  *  may be no numbers. false: the reduced mass is not positive. No allocation. */
 bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
 
+/** The power of the non-conservative forces of such a system, the user's among them, where that was last. */
+double kmp_fused_power(const kmp_fused *fused);
+
 /** Whether the conditions, if there are any, are held (kmp_plant_freeze): the program does not look for their changes.
  */
 bool kmp_fused_applies(const kmp_fused *fused);

@@ -38,7 +38,7 @@ typedef struct maker {
     int multipliers;
     kmp_ref *pivot; /* whose product is det Jv, but for the sign of a permutation */
     int pivots;
-    kmp_ref power; /* when asked for */
+    kmp_ref power; /* of the non-conservative forces */
 } maker;
 
 static void find_entries(const maker *k, int row, kmp_ref entry[KMP_FUSED_BLOCK], const block *b)
@@ -405,6 +405,8 @@ static bool sort_motion(maker *k)
     k->jdqd = independent(k, k->bias + s->n, room);
     for (int i = 0; s->force && i < s->n; i++) /* C holds efforts with their sign turned */
         k->bias[i] = kmp_sub(k->g, k->bias[i], kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i));
+    if (s->motion->stages > KMP_STAGE_WORKING)
+        k->power = k->out[first[KMP_STAGE_WORKING]];
     return ok;
 }
 
@@ -436,18 +438,6 @@ static void sort_jacobian(maker *k, const int *place)
         for (int i = 0; i < size; i++)
             k->block_of[col[i]] = number;
     }
-}
-
-/* The judging program's power of non-conservative forces. false: no memory. */
-static bool make_power(maker *k)
-{
-    const kmp_program *judge = k->s->judge;
-    kmp_ref *out = KMP_NEW(kmp_ref, judge->outputs[judge->stages]);
-    bool ok = out && kmp_program_import(judge, k->g, 2 * k->n, k->input, k->by, out);
-    if (ok)
-        k->power = out[judge->outputs[KMP_STAGE_POWER]];
-    kmp_free(out);
-    return ok;
 }
 
 static void append(kmp_ref **to, int count, const kmp_ref *from)
@@ -494,7 +484,7 @@ static kmp_program *write_program(maker *k, const int *place)
     sort_jacobian(k, place);
     make_tangent(k);
     make_rates(k);
-    if (!sort_motion(k) || (k->plan->power && k->s->dissipative && !make_power(k)))
+    if (!sort_motion(k))
         return NULL;
     make_curvature(k);
     make_mx(k, place);

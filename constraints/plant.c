@@ -370,6 +370,15 @@ double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double
     return power;
 }
 
+double kmp_plant_power_here(kmp_plant *plant, const double *qd)
+{
+    const kmp_program *program = plant->by_bodies ? plant->system->articulated : plant->system->motion;
+    double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(plant->motion, KMP_STAGE_WORKING) : 0;
+    for (int i = 0; plant->system->force && i < plant->n; i++)
+        power += plant->effort[i] * qd[i];
+    return power;
+}
+
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda)
 {
     (void)kmp_plant_potential(plant, t, q);

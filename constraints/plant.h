@@ -98,6 +98,8 @@ void kmp_plant_dense_mass(const kmp_plant *plant, double *mass);
  * positions (3 a position output) at (t, q, lambda). */
 double kmp_plant_potential(kmp_plant *plant, double t, const double *q);
 double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd);
+/** That power with the forces of the last kmp_plant_bias at hand, whose rates qd are. */
+double kmp_plant_power_here(kmp_plant *plant, const double *qd);
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda);
 const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q);
 

@@ -4,12 +4,11 @@
 
 enum { CORRECTIONS = 2 };
 
-static int saddle_place(void *self, double t, const double *q, const double *qd)
+static int saddle_place(void *self, double t, const double *q)
 {
     kmp_saddle *saddle = self;
     kmp_plant_closure(saddle->plant, t, q);
     kmp_plant_mass(saddle->plant);
-    kmp_plant_bias(saddle->plant, qd);
     return kmp_saddle_factor(saddle) ? KMP_RETRY : KMP_GO;
 }
 
@@ -38,12 +37,12 @@ static void correct(const kmp_closing *c, const double *violation, double *x)
 
 int kmp_closing_run(const kmp_closing *c, double t, double *q, double *qd)
 {
-    int said = c->place(c->self, t, q, qd);
+    int said = c->place(c->self, t, q);
     for (int pass = 0; said == KMP_GO && pass < CORRECTIONS; pass++) {
         correct(c, c->plant->h, q);
         kmp_plant_rates(c->plant, qd, c->violation);
         correct(c, c->violation, qd);
-        said = c->place(c->self, t, q, qd);
+        said = c->place(c->self, t, q);
     }
     return said;
 }

@@ -140,10 +140,11 @@ static void note_size(kmp_crossing *c, int k)
     c->most[k] = fmax(c->most[k], fabs(c->change[k]));
 }
 
-/* The state in c->y completed, and the conditions there. */
-static kempe_status complete(kmp_crossing *c, double t)
+/* The state in c->y completed, or as much of it as conditions depend on, and the conditions there. */
+static kempe_status complete(kmp_crossing *c, double t, bool whole)
 {
-    if (c->road->row(c->road, t, c->y, c->yp, c->q, c->qd, c->qdd, c->lambda, &c->work) != KMP_GO)
+    double *qd = whole || c->s->changes_by_rates ? c->qd : NULL, *qdd = whole || c->s->changes_late ? c->qdd : NULL;
+    if (c->road->row(c->road, t, c->y, c->yp, c->q, qd, qdd, c->lambda, &c->work) != KMP_GO)
         return KEMPE_E_FAILED;
     kmp_plant_all_changes(c->plant, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
@@ -152,7 +153,7 @@ static kempe_status complete(kmp_crossing *c, double t)
 static kempe_status look(kmp_crossing *c, double t)
 {
     kempe_status status = c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL);
-    return status == KEMPE_OK ? complete(c, t) : status;
+    return status == KEMPE_OK ? complete(c, t, false) : status;
 }
 
 /* A point from `low` on where condition k is as held: beyond a start just after an event, where rounding decides. Not
@@ -333,7 +334,7 @@ kempe_status kmp_crossing_pass(kmp_crossing *c, double t, double *y, double *yp)
     if (status == KEMPE_OK)
         status = change_conditions(c, t);
     if (status == KEMPE_OK)
-        status = complete(c, t); /* accelerations and multipliers beyond */
+        status = complete(c, t, true); /* accelerations and multipliers beyond */
     if (status != KEMPE_OK)
         return status;
     memcpy(y, c->y, (size_t)c->road->size * sizeof *y);

@@ -307,7 +307,11 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     dae *d = (dae *)road;
     (void)yp;
     memcpy(q, y, (size_t)d->n * sizeof *q);
-    memcpy(qd, y + d->n, (size_t)d->n * sizeof *qd);
+    *work = 0;
+    if (qd)
+        memcpy(qd, y + d->n, (size_t)d->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
     kmp_plant_closure(d->plant, t, q);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, qd);
@@ -317,7 +321,6 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         return KMP_HALT;
     }
     kmp_saddle_accelerations(&d->saddle, qdd, lambda);
-    *work = 0;
     return KMP_GO;
 }
 
@@ -339,6 +342,7 @@ static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
     if (kmp_closing_run(&closing, t, q, qd) != KMP_GO)
         return KMP_HALT;
     memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
+    kmp_plant_bias(d->plant, qd);
     kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
     return KMP_GO;
 }

@@ -54,7 +54,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
+        dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
 }
 
@@ -134,12 +134,16 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     kmp_closing closing = kmp_closing_by_saddle(&d->saddle, d->violation, d->dx);
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
+    qd = qd ? qd : d->qd;
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
     if (kmp_closing_run(&closing, t, q, qd) != KMP_GO) {
         kmp_text_printf(&road->reason, "the accelerations are not determined at the output time t = %.9g", t);
         return KMP_HALT;
     }
-    kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+    if (qdd) {
+        kmp_plant_bias(d->plant, qd);
+        kmp_saddle_accelerations(&d->saddle, qdd, lambda);
+    }
     *work = d->has_work ? y[2 * n] : 0;
     return KMP_GO;
 }

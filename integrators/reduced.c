@@ -148,15 +148,20 @@ static int accelerate_at_once(reduced *d)
     return KMP_GO;
 }
 
-/* udd at the placed state. */
-static int accelerate(reduced *d, const double *ud)
+/* udd at the placed state and its qd. */
+static int accelerate_closed(reduced *d)
 {
-    close_rates(d, ud);
     kmp_plant_mass(d->plant);
     kmp_plant_bias(d->plant, d->qd);
     if (d->by_saddle)
         return accelerate_at_once(d);
     return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
+}
+
+static int accelerate(reduced *d, const double *ud)
+{
+    close_rates(d, ud);
+    return accelerate_closed(d);
 }
 
 /* qdd and lambda after that. */
@@ -181,7 +186,7 @@ static bool is_fused(const reduced *d)
     return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
-/* q, qd and udd at (t, y), and what they are in dy. */
+/* q, qd and udd at (t, y), and what they are in dy. The one program makes the latter alone. */
 static int evaluate_apart(reduced *d, double t, const double *y, double *dy)
 {
     if (place(d, t, y) != KMP_GO || accelerate(d, y + d->p) != KMP_GO)
@@ -195,30 +200,16 @@ static int evaluate_apart(reduced *d, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-/* The same; q and qd only where the work done asks for them. */
-static int evaluate_fused(reduced *d, double t, const double *y, double *dy)
-{
-    if (!kmp_fused_run(d->fused, t, y, dy))
-        return KMP_RETRY;
-    if (!d->has_work)
-        return KMP_GO;
-    put_state(d, y);
-    for (int k = 0; k < d->p; k++)
-        d->qd[d->part.u[k]] = y[d->p + k];
-    for (int i = 0; i < d->r; i++)
-        d->qd[d->part.v[i]] = dy[2 * d->p + i];
-    return KMP_GO;
-}
-
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     reduced *d = self;
-    int said = is_fused(d) ? evaluate_fused(d, t, y, dy) : evaluate_apart(d, t, y, dy);
+    bool fused = is_fused(d);
+    int said = fused ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY) : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work)
-        dy[work_index(d)] = kmp_plant_power(d->plant, t, d->q, d->qd) + drive_power(d);
+        dy[work_index(d)] = fused ? kmp_fused_power(d->fused) : kmp_plant_power_here(d->plant, d->qd) + drive_power(d);
     return said;
 }
 
@@ -255,7 +246,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
             return KMP_RETRY;
     }
     if (d->has_work)
-        r[work_index(d)] = yp[work_index(d)] - kmp_plant_power(d->plant, t, d->q, d->qd) - drive_power(d);
+        r[work_index(d)] = yp[work_index(d)] - kmp_plant_power_here(d->plant, d->qd) - drive_power(d);
     return KMP_GO;
 }
 
@@ -491,6 +482,25 @@ static void position(kmp_road *road, double t, const double *y, double *q)
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
+/* At d->q, which is closed. */
+static int row_of_rates(reduced *d, double t, const double *y, double *qd, double *qdd, double *lambda)
+{
+    kmp_plant_closure(d->plant, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    close_rates(d, y + d->p);
+    memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    if (accelerate_closed(d) != KMP_GO)
+        return KMP_HALT;
+    complete(d);
+    memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
+    memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
+    return KMP_GO;
+}
+
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
@@ -506,19 +516,9 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
         kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
-    kmp_plant_closure(d->plant, t, d->q);
-    if (kmp_reduction_factor(&d->red))
-        return KMP_HALT;
-    kmp_reduction_tangent(&d->red);
-    if (accelerate(d, y + d->p) != KMP_GO)
-        return KMP_HALT;
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
-    memcpy(qd, d->qd, (size_t)d->n * sizeof *qd);
-    complete(d);
-    memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
-    memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
     *work = d->has_work ? y[work_index(d)] : 0;
-    return KMP_GO;
+    return qd ? row_of_rates(d, t, y, qd, qdd, lambda) : KMP_GO;
 }
 
 /* -- exchanges --------------------------------------------------------------------------------------- */

@@ -47,7 +47,8 @@ typedef struct kmp_road_kind {
 struct kmp_road {
     void (*release)(kmp_road *road);
 
-    /** Row at (t, y[, yp]). 0, or KMP_HALT with the reason in the context. */
+    /** Row at (t, y[, yp]). Without accelerations and multipliers where qdd is NULL, without rates where qd is, too:
+     * the rest is the same to the bit. 0, or KMP_HALT with the reason in the context. */
     int (*row)(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work);
 

@@ -273,33 +273,33 @@ static void correction(void *self, const double *violation, double *dx)
     backward(d, dx);
 }
 
-static int place(void *self, double t, const double *q, const double *qd)
+static int place(void *self, double t, const double *q)
 {
     zone *d = self;
     d->eps = d->eps_march;
     kmp_plant_closure(d->plant, t, q);
     kmp_plant_mass(d->plant);
-    kmp_plant_bias(d->plant, qd);
     return factor(d);
 }
 
 /* dy from the factors and the plant's last bias. */
-static void give(zone *d, double t, const double *y, double *dy)
+static void give(zone *d, const double *y, double *dy)
 {
     int n = d->n;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
     accelerations(d, dy + n, d->s->rheonomic ? d->lambda : NULL);
     if (d->has_work)
-        dy[2 * n] = kmp_plant_power(d->plant, t, y, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
+        dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
 }
 
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     zone *d = self;
     int n = d->n;
-    if (place(d, t, y, y + n) != KMP_GO)
+    if (place(d, t, y) != KMP_GO)
         return KMP_RETRY;
-    give(d, t, y, dy);
+    kmp_plant_bias(d->plant, y + n);
+    give(d, y, dy);
     for (int i = 0; i < n; i++)
         if (!isfinite(dy[n + i]))
             return KMP_RETRY;
@@ -362,7 +362,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     }
     if (dy) {
         kmp_plant_bias(d->plant, y + n);
-        give(d, t, y, dy);
+        give(d, y, dy);
     }
     if (distance)
         *distance = kmp_margin_at(d->margin, d->plant);
@@ -399,10 +399,14 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     kmp_closing closing = {d, d->plant, n, d->y, d->dx, place, correction};
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
+    qd = qd ? qd : d->x;
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
     if (kmp_closing_run(&closing, t, q, qd) != KMP_GO)
         return KMP_HALT;
-    accelerations(d, qdd, lambda);
+    if (qdd) {
+        kmp_plant_bias(d->plant, qd);
+        accelerations(d, qdd, lambda);
+    }
     *work = d->has_work ? y[2 * n] : 0;
     return KMP_GO;
 }

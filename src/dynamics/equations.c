@@ -164,6 +164,13 @@ static bool allocate(kmp_equations *eq)
            eq->shown;
 }
 
+static unsigned asked_energy(const kmp_equations *eq, unsigned sets)
+{
+    if (sets & KMP_SET_ENERGY || (sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model)))
+        return KMP_ENERGY_POTENTIAL | KMP_ENERGY_POWER;
+    return sets & KMP_SET_POWER ? KMP_ENERGY_POWER : 0;
+}
+
 static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
 {
     unsigned sets = scene->sets;
@@ -172,7 +179,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     kmp_mass_scheme *mass = scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite;
     if (sets & KMP_SET_MASS && !mass(frames(eq), eq->mass))
         return kmp_fail_memory(eq->context);
-    bool shows = sets & KMP_SET_OUTPUT && kmp_outputs_need_forces(eq->model), energy = sets & KMP_SET_ENERGY || shows;
+    const unsigned energy = asked_energy(eq, sets);
     const unsigned tangents = KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
     const unsigned dynamic = KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | tangents;
     if (!(sets & dynamic) && !energy)

@@ -24,8 +24,9 @@ enum {
     KMP_SET_INVERSE = 512,      /* inverse dynamics: the efforts that give qdd, those of the model's forces left out */
     KMP_SET_INVERSE_Q = 1024,   /* its derivatives by q, and by qd; by qdd it is M */
     KMP_SET_INVERSE_QD = 2048,
-    KMP_SET_CLOSED = 4096,  /* the same with the closures' share: inverse dynamics less J' lambda */
-    KMP_SET_CLOSED_Q = 8192 /* its derivatives by q; by qd those of the inverse dynamics */
+    KMP_SET_CLOSED = 4096,   /* the same with the closures' share: inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q = 8192, /* its derivatives by q; by qd those of the inverse dynamics */
+    KMP_SET_POWER = 16384    /* the power of non-conservative forces alone, beside other sets of dynamics */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;

@@ -51,7 +51,7 @@ void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp
     forces->power = kmp_add(tree->graph, forces->power, kmp_mul(tree->graph, effort, rate));
 }
 
-bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, bool energy)
+bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy)
 {
     const kempe_model *model = tree->model;
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
@@ -62,7 +62,7 @@ bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, bool energy)
     for (int k = 0; ok && k < model->force_count; k++)
         ok = laws[model->forces[k].kind](forces, tree, &model->forces[k], energy,
                                          forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
-    if (ok && energy)
+    if (ok && energy & KMP_ENERGY_POTENTIAL)
         forces->potential = kmp_add(tree->graph, forces->potential, gravity_potential(tree));
     if (!ok || kmp_graph_failed(tree->graph)) {
         kmp_forces_free(forces);

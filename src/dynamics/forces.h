@@ -16,8 +16,11 @@ typedef struct kmp_forces {
     kmp_ref power;       /* of everything else, W: zero when the model is conservative */
 } kmp_forces;
 
-/** All force elements of the model. With `energy` potential and power are derived too. false: no memory. */
-bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, bool energy);
+/** What of the energy is derived beside the forces. */
+enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
+
+/** All force elements of the model, with what `energy` asks for; the rest of it is zero. false: no memory. */
+bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy);
 void kmp_forces_free(kmp_forces *forces);
 
 #endif

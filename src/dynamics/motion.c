@@ -27,14 +27,14 @@
 /* Groups of a motion program: the outputs of its stages one after the other. */
 typedef struct groups {
     kmp_ref *out;
-    int count[4];
+    int count[5];
 } groups;
 
 static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     int n = s->n, m = s->m;
     const kmp_pattern *jacobian = &s->jacobian;
-    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1));
+    g->out = KMP_NEW(kmp_ref, m * (2 * n + m + 4) + n * (n + 1) + 1);
     if (!g->out)
         return false;
     memcpy(g->out, eq->h, (size_t)m * sizeof(kmp_ref));
@@ -60,13 +60,24 @@ static void finish(groups *g, int n, const kmp_ref *of_coordinates, int m, const
 static kmp_program *program_of(const groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     const int *count = g->count;
-    const kmp_ref *group[4] = {g->out};
-    for (int k = 1; k < 4; k++)
+    const kmp_ref *group[5] = {g->out};
+    int total = count[0], stages = count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3;
+    for (int k = 1; k < 5; k++) {
         group[k] = group[k - 1] + count[k - 1];
-    int total = count[0] + count[1] + count[2] + count[3];
+        total += count[k];
+    }
     return s->dynamics == KMP_DYNAMICS_PLAIN || kmp_equations_shorten(eq, total, g->out)
-               ? kmp_program_new(eq->graph, count[3] > 0 ? 4 : 3, count, group)
+               ? kmp_program_new(eq->graph, stages, count, group)
                : NULL;
+}
+
+/* The power of forces behind the last stage. */
+static void finish_power(groups *g, const kmp_equations *eq)
+{
+    kmp_ref *out = g->out + g->count[0] + g->count[1] + g->count[2] + g->count[3];
+    g->count[4] = eq->power != KMP_ZERO;
+    if (g->count[4] > 0)
+        *out = eq->power;
 }
 
 /* Where J has entries, for both programs. */
@@ -143,7 +154,7 @@ static bool finish_pressed(groups *g, kempe_system *s, const kmp_equations *eq, 
     int n = s->n, m = s->m, before = g->count[0] + g->count[1], found;
     kmp_ref *last = KMP_NEW(kmp_ref, n + n * s->pressed_count);
     kmp_ref *grown = kmp_realloc(
-        g->out, (size_t)before + (size_t)m + kmp_graph_count(eq->graph) + (size_t)(n + n * s->pressed_count),
+        g->out, (size_t)before + (size_t)m + kmp_graph_count(eq->graph) + (size_t)(n + n * s->pressed_count + 1),
         sizeof *grown);
     g->out = grown ? grown : g->out;
     bool ok = last && grown && kmp_pattern_init(&s->pressing, n, m, entry, last + n);
@@ -172,13 +183,16 @@ static bool is_pressed(const kmp_equations *eq)
 /* With the last stages. */
 static bool finish_motion(groups *g, kempe_system *s, const kmp_equations *eq)
 {
+    bool ok = true;
     if (!is_pressed(eq)) {
         finish(g, s->n, eq->bias, s->m, eq->jdqd);
-        return true;
+    } else {
+        kmp_ref *entry = find_pressing(s, eq);
+        ok = entry && finish_pressed(g, s, eq, entry);
+        kmp_free(entry);
     }
-    kmp_ref *entry = find_pressing(s, eq);
-    bool ok = entry && finish_pressed(g, s, eq, entry);
-    kmp_free(entry);
+    if (ok)
+        finish_power(g, eq);
     return ok;
 }
 
@@ -204,6 +218,7 @@ static bool make_articulated(kempe_system *s, kmp_equations *eq)
         kmp_pattern_init(&s->mobility, m, m, eq->mobility, g.out + g.count[0] + s->compliance.count)) {
         g.count[1] = s->compliance.count + s->mobility.count;
         finish(&g, n, eq->free_qdd, m, eq->drift);
+        finish_power(&g, eq);
         s->articulated = program_of(&g, s, eq);
     }
     kmp_free(g.out);
@@ -329,7 +344,7 @@ static void forget_articulated(kempe_system *s)
 
 static kempe_status derive_articulated(kempe_system *s)
 {
-    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD,
+    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
                              .events = &s->events,
                              .charted = true};

@@ -7,7 +7,7 @@
 #include "dynamics/system.h"
 
 /** What the first of them needs. */
-enum { KMP_MOTION_SETS = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD };
+enum { KMP_MOTION_SETS = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER };
 
 /** system->motion and what belongs to it, of a system that knows its rows. false: no memory. */
 bool kmp_motion_make(kempe_system *system, kmp_equations *eq);

@@ -243,8 +243,8 @@ static kempe_status try_joints(search *s, bool *better)
  * left out of the count. */
 static bool can_share(const search *s)
 {
-    const unsigned sets =
-        KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD;
+    const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE |
+                          KMP_SET_JDQD | KMP_SET_POWER;
     return !(s->scene.sets & ~sets) && kmp_graph_count(s->work->graph) >= SMALL;
 }
 

@@ -199,6 +199,11 @@ static bool is_late(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & (1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA);
 }
 
+static bool is_by_rates(const kmp_graph *g, kmp_ref value)
+{
+    return kmp_graph_node(g, kmp_id(value))->depends & 1u << KMP_IN_QD;
+}
+
 /* All conditions are known when the other programs have been derived; the equations at hand have all laws and rows. */
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
@@ -213,6 +218,8 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         kmp_condition *condition = &s->events.condition[k];
         known = kmp_tree_event(&eq->tree, k, &out[k]);
         condition->late = condition->ends && is_late(eq->graph, out[k]);
+        s->changes_late = s->changes_late || condition->late;
+        s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;

@@ -26,8 +26,9 @@ enum {
                              M^-1 J' (compliance.count), J M^-1 J', lower triangle (mobility.count) */
     KMP_STAGE_BIAS,       /* qd: C (n), jdqd (m);
                              qd, efforts: accelerations without closure forces (n), J of them and jdqd (m) */
-    KMP_STAGE_PRESSING    /* where C depends on lambda, instead of that: jdqd (m) and what is not told, before;
+    KMP_STAGE_PRESSING,   /* where C depends on lambda, instead of that: jdqd (m) and what is not told, before;
                              qd, lambda: C (n), dC/dlambda (pressing.count), here */
+    KMP_STAGE_WORKING     /* where forces are not conservative: their power, at what C or the accelerations are of */
 };
 
 /* Stages of the judging program. */
@@ -59,6 +60,8 @@ struct kempe_system {
     kmp_program *changes;     /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2:
                                * those, at qdd and lambda too; NULL without conditions */
     kmp_program *goals;       /* of points that goals are about (dynamics/goals.h); NULL without them */
+    bool changes_by_rates;    /* they depend on qd, or on more */
+    bool changes_late;        /* some of stage 2 */
     char **event_text;        /* events.count: "'motor': q(A) < 0.2" */
     int chart_count;          /* joints with inputs KMP_IN_CHART, nine each */
     int *chart_first;         /* their first rotations */

@@ -11,9 +11,9 @@
 /* What a mechanism's motion needs. */
 static const unsigned shown = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 
-static const char *const stage_names[2][5] = {
-    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C"},
-    {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", NULL}};
+static const char *const stage_names[2][6] = {
+    {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power"},
+    {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", "loads: none", "power"}};
 
 /* That of the roads which can go by articulated bodies. */
 static const kmp_program *program_of(const kempe_system *system, const char *const **names)
@@ -127,9 +127,12 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
 {
     const char *const *names;
     const kmp_program *p = program_of(system, &names);
-    kmp_tally whole = kmp_tally_program(p, 0, p->stages - 1);
+    int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_PRESSING : p->stages - 1; /* of what moves */
+    kmp_tally whole = kmp_tally_program(p, 0, last);
     show_header(text, "stage of the program", false);
     for (int s = 0; s < p->stages; s++) {
+        if (s == KMP_STAGE_PRESSING && p->outputs[s] == p->outputs[s + 1])
+            continue;
         kmp_counts c = kmp_program_count(p, s, s);
         show_counts(text, names[s], &c);
         kmp_text_put(text, "\n");

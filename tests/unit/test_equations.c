@@ -500,6 +500,7 @@ static void plant_agrees(int number, const random_model *r, derived *d)
     CHECK_CLOSE(d->n, plant->bias, d->bias, 1e-12);
     CHECK_CLOSE(d->m, plant->jdqd, d->jdqd, 1e-12);
     CHECK_NEAR(kmp_plant_potential(plant, s.t, s.q), *d->potential, 1e-12);
+    CHECK_NEAR(kmp_plant_power_here(plant, s.qd), *d->power, 1e-12);
     CHECK_NEAR(kmp_plant_power(plant, s.t, s.q, s.qd), *d->power, 1e-12);
     CHECK_CLOSE(3 * r->model->closure_count, kmp_plant_reactions(plant, s.t, s.q, s.lambda), d->reaction, 1e-12);
     CHECK_CLOSE(3 * d->eq.position_count, kmp_plant_positions(plant, s.t, s.q), d->position, 1e-12);

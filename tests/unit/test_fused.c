@@ -124,6 +124,10 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
         worst = fmax(worst, fabs(ud[k] - dy[k]) / rates);
     for (int i = 0; i < red->r; i++)
         worst = fmax(worst, fabs(qd[red->part->v[i]] - dy[2 * p + i]) / rates);
+    if (red->plant->system->dissipative) {
+        double power = kmp_plant_power(red->plant, t, q, qd);
+        worst = fmax(worst, fabs(kmp_fused_power(fused) - power) / fmax(fabs(power), size));
+    }
     worst = fmax(worst, difference_at_end(fused, red));
     kmp_free(ud);
     return worst;

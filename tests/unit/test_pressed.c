@@ -41,7 +41,7 @@ static void equations(void)
         CHECK(l.system->m == 2 && l.system->pressed_count == 2);
         CHECK(l.system->pressed[0] == 0 && l.system->pressed[1] == 1);
         CHECK(l.system->pressing.count >= 2);
-        CHECK(l.system->motion->stages == KMP_STAGE_PRESSING + 1);
+        CHECK(l.system->motion->stages == KMP_STAGE_WORKING + 1);
     }
     unload(&l);
 }

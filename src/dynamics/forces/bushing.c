@@ -71,7 +71,7 @@ static void add_potential(kmp_forces *forces, kmp_graph *g, kmp_ref factor, kmp_
 }
 
 /* f */
-static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force, bool energy)
+static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
     kmp_ref k[3], c[3], preload[3];
@@ -79,16 +79,17 @@ static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force
     values(b->tree, force->along_damping, c);
     values(b->tree, force->preload, preload);
     kmp_vec elastic = weigh(b, k, b->way), drag = weigh(b, c, b->rate), constant = along_axes(b, preload);
-    if (energy) {
+    if (energy & KMP_ENERGY_POTENTIAL) {
         add_potential(forces, g, kmp_const(g, 0.5), elastic, b->way);
         add_potential(forces, g, KMP_ONE, constant, b->way);
-        forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->rate));
     }
+    if (energy & KMP_ENERGY_POWER)
+        forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->rate));
     return kmp_vec_add(g, kmp_vec_add(g, elastic, constant), drag);
 }
 
 /* The elastic part of m. */
-static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const kmp_ref k[3], bool energy)
+static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const kmp_ref k[3], unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
     kmp_ref half = kmp_const(g, 0.5), trace = KMP_ZERO;
@@ -103,25 +104,25 @@ static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const kmp_ref k[3
     kmp_vec weighed = weigh(b, k, s);
     if (alike(k)) {
         kmp_ref open = kmp_mul(g, half, kmp_sub(g, kmp_const(g, 3), trace));
-        if (energy)
+        if (energy & KMP_ENERGY_POTENTIAL)
             forces->potential = kmp_add(g, forces->potential, kmp_mul(g, k[0], open));
         return weighed;
     }
     kmp_ref factor = kmp_div(g, kmp_const(g, 2), kmp_add(g, KMP_ONE, trace));
-    if (energy)
+    if (energy & KMP_ENERGY_POTENTIAL)
         add_potential(forces, g, factor, s, weighed);
     return kmp_vec_add(g, weighed, kmp_vec_scale(g, factor, kmp_vec_cross(g, s, weighed)));
 }
 
 /* m */
-static kmp_vec moment(kmp_forces *forces, const bushing *b, const kmp_force *force, bool energy)
+static kmp_vec moment(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
     kmp_ref k[3], c[3];
     values(b->tree, force->about, k);
     values(b->tree, force->about_damping, c);
     kmp_vec drag = weigh(b, c, b->spin);
-    if (energy)
+    if (energy & KMP_ENERGY_POWER)
         forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->spin));
     return kmp_vec_add(g, turn_back(forces, b, k, energy), drag);
 }
@@ -156,7 +157,7 @@ static void turn(kmp_forces *forces, const bushing *b, int link, kmp_vec x, bool
     *sum = back ? kmp_vec_sub(g, *sum, own) : kmp_vec_add(g, *sum, own);
 }
 
-bool kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+bool kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     const int *point = force->point;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the law of a force element does: adds its wrenches and efforts, and with `energy` its potential where it has
- * one and its power otherwise. One file a row of model/forces.def. */
+ * one and its power otherwise, what of them is asked for. One file a row of model/forces.def. */
 #ifndef KMP_DYNAMICS_FORCES_LAW_H
 #define KMP_DYNAMICS_FORCES_LAW_H
 
@@ -8,7 +8,7 @@
 #include "symbolic/derivative.h"
 
 /** `value`: what an output force(NAME) shows, zeros before; as many as forces.def says. false: no memory. */
-typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy,
+typedef bool kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value);
 
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;

@@ -2,13 +2,15 @@
 /* A force at a point, components in ground axes. A constant one has the potential -F.x, any other counts F.xd. */
 #include "dynamics/forces/law.h"
 
-static bool add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_vec f)
+static bool add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_vec f, unsigned energy)
 {
     kmp_graph *g = tree->graph;
-    kmp_vec x = kmp_point_position(tree, force->point[0], 0);
     bool constant = true;
     for (int i = 0; i < 3; i++)
         constant = constant && kmp_expr_is_constant(force->vector[i]);
+    if (!(energy & (constant ? KMP_ENERGY_POTENTIAL : KMP_ENERGY_POWER)))
+        return true;
+    kmp_vec x = kmp_point_position(tree, force->point[0], 0);
     if (constant) {
         forces->potential = kmp_sub(g, forces->potential, kmp_vec_dot(g, f, x));
         return true;
@@ -20,12 +22,13 @@ static bool add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force
     return dt;
 }
 
-bool kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+bool kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+                         kmp_ref *value)
 {
     kmp_vec f;
     *value = KMP_ZERO;
     for (int i = 0; i < 3; i++)
         f.x[i] = kmp_tree_expression(tree, force->vector[i]);
     kmp_apply_at(tree, force->point[0], 0, f, forces->applied);
-    return !energy || add_energy(forces, tree, force, f);
+    return add_energy(forces, tree, force, f, energy);
 }

@@ -3,7 +3,7 @@
 
 /* Point-to-point spring-damper: tension k (L - L0) + c Ld; with d from the first point to the second and Ld = d.dd / L
  * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. */
-bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     int frame;
@@ -23,14 +23,14 @@ bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
         kmp_ref rate = kmp_vec_dot(g, d, dd); /* L Ld */
         kmp_ref damping = kmp_mul(g, c, kmp_div(g, rate, square));
         ratio = kmp_add(g, ratio, damping);
-        if (energy)
+        if (energy & KMP_ENERGY_POWER)
             forces->power = kmp_sub(g, forces->power, kmp_mul(g, damping, rate));
     }
     *value = kmp_mul(g, ratio, length);
     kmp_vec f = kmp_vec_scale(g, ratio, d);
     kmp_apply_at(tree, force->point[0], frame, f, forces->applied);
     kmp_apply_at(tree, force->point[1], frame, kmp_vec_sub(g, kmp_vec_zero(), f), forces->applied);
-    if (energy) {
+    if (energy & KMP_ENERGY_POTENTIAL) {
         kmp_ref stretch = kmp_sub(g, length, free_length);
         kmp_ref work = kmp_mul(g, kmp_mul(g, kmp_const(g, 0.5), k), kmp_mul(g, stretch, stretch));
         forces->potential = kmp_add(g, forces->potential, work);

@@ -11,7 +11,7 @@
 
 /* The effort of one end. */
 static kmp_ref stop(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, const kmp_number *end, bool upper,
-                    bool energy)
+                    unsigned energy)
 {
     kmp_graph *g = tree->graph;
     kmp_ref half = kmp_const(g, 0.5), w = kmp_tree_number(tree, &force->width);
@@ -26,14 +26,14 @@ static kmp_ref stop(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
     kmp_ref p = kmp_mul(g, half, kmp_add(g, x, root)), slope = kmp_div(g, p, root);
     kmp_ref kp = kmp_mul(g, k, p), drag = kmp_mul(g, c, kmp_mul(g, kmp_mul(g, slope, slope), xd));
     kmp_ref push = kmp_add(g, kmp_mul(g, kp, slope), drag);
-    if (energy) {
+    if (energy & KMP_ENERGY_POTENTIAL)
         forces->potential = kmp_add(g, forces->potential, kmp_mul(g, half, kmp_mul(g, kp, p)));
+    if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, kmp_neg(drag), xd);
-    }
     return upper ? kmp_neg(push) : push;
 }
 
-bool kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+bool kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     *value = KMP_ZERO;
     if (force->has_lower)

@@ -51,7 +51,7 @@ static void add_ends(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_whe
                      wheel->name);
 }
 
-bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, bool energy, kmp_ref *value)
+bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     const kmp_wheel *wheel = &tree->model->wheels[force->wheel];
@@ -68,7 +68,7 @@ bool kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
         kmp_vec applied = rigid ? c.force : kmp_vec_add(g, c.force, c.pressed);
         push(forces, tree, wheel->point, arm, applied, c.moment);
         show(g, &pose, &c, arm, value);
-        if (energy) {
+        if (energy & KMP_ENERGY_POWER) {
             kmp_ref power = kmp_vec_dot(g, applied, c.slip.velocity);
             kmp_ref turning = kmp_vec_dot(g, c.moment, c.slip.turn);
             forces->power = kmp_add(g, forces->power, kmp_add(g, power, turning));
