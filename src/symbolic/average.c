@@ -16,10 +16,10 @@ enum { LANES = 8, EXPONENT = 1, AVERAGED = 2 }; /* stages */
 
 /* -- in the graph ------------------------------------------------------------------------------------ */
 
-static bool begin(kmp_implicit *b, kmp_ref exponent, int count, const kmp_ref *averaged, int places,
+static bool begin(kmp_implicit *b, kmp_ref exponent, kmp_ref needed, int count, const kmp_ref *averaged, int places,
                   const double *place)
 {
-    b->row = KMP_NEW(kmp_ref, count + 1);
+    b->row = KMP_NEW(kmp_ref, count + 2);
     b->derived = KMP_NEW(int, 1);
     if (!b->row || !b->derived || kmp_graph_failed(b->local) || kmp_graph_implicit(b->local, 0) ||
         !kmp_block_candidates(&b->block, places, place))
@@ -27,14 +27,15 @@ static bool begin(kmp_implicit *b, kmp_ref exponent, int count, const kmp_ref *a
     *b->derived = -1;
     b->row[0] = exponent;
     memcpy(b->row + 1, averaged, (size_t)count * sizeof *averaged);
-    const kmp_ref *rows[2] = {b->row, b->row + 1};
-    const int counts[2] = {1, count};
+    b->row[count + 1] = needed;
+    const kmp_ref first[2] = {exponent, needed}, *rows[2] = {first, b->row + 1};
+    const int counts[2] = {2, count};
     b->block.program = kmp_program_new(b->local, 2, counts, rows);
     return b->block.program;
 }
 
-kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, int count, const kmp_ref *averaged,
-                              int places, const double *place)
+kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
+                              const kmp_ref *averaged, int places, const double *place)
 {
     kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
     if (!b) {
@@ -43,7 +44,7 @@ kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent,
     }
     b->local = local;
     b->block = (kmp_block){.unknowns = count + 1, .arguments = arguments, .averages = true};
-    if (begin(b, exponent, count, averaged, places, place))
+    if (begin(b, exponent, needed, count, averaged, places, place))
         return b;
     kmp_implicit_free(b);
     return NULL;
@@ -55,9 +56,9 @@ static bool copy_rows(const kmp_implicit *b, kmp_graph *to, kmp_ref *argument, k
     kmp_ref place = kmp_input(to, KMP_IN_Q, 0);
     for (int l = 0; l < b->block.arguments; l++)
         argument[l] = kmp_input(to, KMP_IN_PARAMETER, (uint32_t)l);
-    memcpy(row, b->row, (size_t)b->block.unknowns * sizeof *row);
+    memcpy(row, b->row, (size_t)(b->block.unknowns + 1) * sizeof *row);
     const kmp_setting s = {to, &place, argument, NULL};
-    return kmp_local_import(&s, b->local, b->block.unknowns, row);
+    return kmp_local_import(&s, b->local, b->block.unknowns + 1, row);
 }
 
 /* Of each argument in turn: dE, then df_k + f_k dE for each k. */
@@ -82,11 +83,11 @@ static kmp_implicit *derive(const kmp_implicit *b)
 {
     int rows = b->block.unknowns, m = b->block.arguments;
     kmp_graph *local = kmp_graph_new();
-    kmp_ref *argument = KMP_NEW(kmp_ref, m), *row = KMP_NEW(kmp_ref, rows), *slope = KMP_NEW(kmp_ref, rows * m);
+    kmp_ref *argument = KMP_NEW(kmp_ref, m), *row = KMP_NEW(kmp_ref, rows + 1), *slope = KMP_NEW(kmp_ref, rows * m);
     kmp_implicit *made = NULL;
     if (local && argument && row && slope && copy_rows(b, local, argument, row) &&
         derive_rows(local, rows, row, m, argument, slope))
-        made = kmp_average_new(local, m, row[0], rows * m, slope, b->block.candidates, b->block.candidate);
+        made = kmp_average_new(local, m, row[0], row[rows], rows * m, slope, b->block.candidates, b->block.candidate);
     else
         kmp_graph_free(local);
     kmp_free(argument);
@@ -270,32 +271,60 @@ static double larger(double x, double y)
     return y <= x || isnan(x) ? x : y; /* NaN stays */
 }
 
-/* Chooses the groups that may count; where exponents are no numbers, all. */
-static void choose(kmp_average *a, const double *arguments)
+/* Chooses the groups that may count; where exponents are no numbers, all. Where less is needed, the one in whose middle
+ * the exponent is largest, and whether that is so. */
+static bool choose(kmp_average *a, const double *arguments)
 {
     double sign, most;
     kmp_scan_set(a->coarse, arguments);
     kmp_scan_every(a->coarse, EXPONENT);
     const double *x = kmp_scan_output(a->coarse, EXPONENT, 0, &sign);
     most = sign * x[0];
-    for (size_t k = 1; k < a->groups; k++)
+    size_t best = 0;
+    for (size_t k = 1; k < a->groups; k++) {
+        best = sign * x[k] > most ? k : best;
         most = larger(most, sign * x[k]);
+    }
     a->count = 0;
+    double needed_sign, needed = *kmp_scan_output(a->coarse, EXPONENT, 1, &needed_sign) * needed_sign;
+    if (most + 2 * RISING < needed) {
+        a->first[a->count++] = best * LANES;
+        return true;
+    }
     for (size_t k = 0; k < a->groups; k++) {
         double before = k > 0 ? sign * (x[k - 1] - x[k]) : 0, after = k + 1 < a->groups ? sign * (x[k + 1] - x[k]) : 0;
         double rising = larger(larger(before, after), 0) / 2 + RISING;
         if (!(sign * x[k] + rising < most - LOST))
             a->first[a->count++] = k * LANES;
     }
+    return false;
+}
+
+/* The values in the middle of the only group. */
+static void take_one(kmp_average *a)
+{
+    double sign;
+    size_t at = a->first[0], last = (size_t)a->block->candidates - 1;
+    at = (at + (at + LANES - 1 < last ? at + LANES - 1 : last)) / 2;
+    a->value[0] = kmp_scan_output(a->scan, EXPONENT, 0, &sign)[at];
+    a->value[0] = sign * a->value[0] + log(a->spacing[at]);
+    for (int k = 1; k < a->block->unknowns; k++) {
+        const double *x = kmp_scan_output(a->scan, AVERAGED, k - 1, &sign);
+        a->value[k] = sign * x[at];
+    }
 }
 
 void kmp_average_run(kmp_average *a, const double *arguments)
 {
     double sign;
-    choose(a, arguments);
+    bool far = choose(a, arguments);
     kmp_scan_set(a->scan, arguments);
     kmp_scan_groups(a->scan, EXPONENT, a->count, a->first);
     kmp_scan_groups(a->scan, AVERAGED, a->count, a->first);
+    if (far) {
+        take_one(a);
+        return;
+    }
     const double *exponent = kmp_scan_output(a->scan, EXPONENT, 0, &sign);
     double most = sign * exponent[a->first[0]];
     for (size_t j = 0; j < a->count; j++)

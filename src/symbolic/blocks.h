@@ -10,7 +10,7 @@ struct kmp_implicit {
     kmp_graph *local;
     kmp_ref slope[KMP_IMPLICIT_MOST * KMP_IMPLICIT_MOST]; /* dF_i/dy_j at i unknowns + j */
     kmp_ref change[KMP_IMPLICIT_MOST];                    /* dF_i along dp = KMP_IN_LAMBDA */
-    kmp_ref *row; /* of averages: the exponent and what is averaged; otherwise NULL */
+    kmp_ref *row; /* of averages: the exponent and what is averaged, then what is needed; otherwise NULL */
     int *derived; /* with them: number of the block of their derivatives in the graph; -1: not yet made */
 };
 

@@ -28,9 +28,11 @@ kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int argumen
  *  exp(E) over the places, component 0 is log Z and component k the integral of f_k exp(E), over Z. Places (three at
  *  least, increasing) carry half the distance of their neighbours, so that what is smooth over two of them, and gone
  *  before the ends, is integrated to many digits (Trefethen and Weideman, SIAM Review 56 (2014) 385). Derivatives are
- *  averages again: d log Z = <dE>, d<f> = <df> + <f dE> - <f> <dE>. Owns `local` in any case. NULL: as above. */
-kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, int count, const kmp_ref *averaged,
-                              int places, const double *place);
+ *  averages again: d log Z = <dE>, d<f> = <df> + <f dE> - <f> <dE>. Where E is everywhere below `needed` (of arguments)
+ *  by more than log Z can make up for, nobody is to look at more than roughly: they are the values at one place near
+ *  the largest E. Owns `local` in any case. NULL: as above. */
+kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
+                              const kmp_ref *averaged, int places, const double *place);
 void kmp_implicit_free(kmp_implicit *block);
 
 /** The same equations, first guesses and candidates, to the bit. */

@@ -191,8 +191,8 @@ static bool check_averages(kmp_program_reader *r, const kmp_block *block)
     const kmp_program *p = block->program;
     if (block->candidates < 3)
         return kmp_words_complain(r, "averages are over three places at least");
-    if (p->stages != 3 || p->outputs[1] != 0 || p->outputs[2] != 1 || p->outputs[3] != block->unknowns)
-        return kmp_words_complain(r, "a block of averages has 1 output in stage 1 and %d in stage 2",
+    if (p->stages != 3 || p->outputs[1] != 0 || p->outputs[2] != 2 || p->outputs[3] != block->unknowns + 1)
+        return kmp_words_complain(r, "a block of averages has 2 outputs in stage 1 and %d in stage 2",
                                   block->unknowns - 1);
     return true;
 }

@@ -5,7 +5,7 @@
 
 #include "wheel/patch.h"
 
-enum { KMP_PAIR_ARGUMENTS = 6 };
+enum { KMP_PAIR_ARGUMENTS = 7 };
 
 /* Beyond a border, m: where a slope of 10 is balanced. */
 #define KMP_ZONE_GIVE 1e-3

@@ -43,8 +43,9 @@ static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
     return count;
 }
 
-/* The block of averages with e = 1 / sharp, which may be an argument. NULL: no memory. */
-static kmp_implicit *block_of(const kmp_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp,
+/* The block of averages with e = 1 / sharp, which may be an argument. With the centre that high no farther than D says
+ * it does not touch. NULL: no memory. */
+static kmp_implicit *block_of(const kmp_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp, kmp_ref up,
                               kmp_ref *list, int *count)
 {
     double place[KMP_WHEEL_PLACES], middle = (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2;
@@ -55,19 +56,21 @@ static kmp_implicit *block_of(const kmp_pair *p, const kmp_wheel *wheel, int zon
     kmp_ref s = kmp_input(local, KMP_IN_Q, 0), from = kmp_sub(local, s, kmp_const(local, middle));
     kmp_trace t = kmp_trace_at(&in, s);
     kmp_ref gap = kmp_add(local, kmp_pair_drop(&in, &t), kmp_zone_penalty(local, wheel, zone, s));
-    kmp_ref exponent = kmp_neg(kmp_mul(local, gap, kmp_pair_argument(p->g, local, sharp, list, count)));
+    kmp_ref by = kmp_pair_argument(p->g, local, sharp, list, count), exponent = kmp_neg(kmp_mul(local, gap, by));
+    kmp_ref needed = kmp_mul(local, kmp_pair_argument(p->g, local, up, list, count), by);
     kmp_ref slope = kmp_table_derivative_at(local, in.rail, 1, kmp_add(local, in.out, t.y));
     const kmp_ref averaged[] = {from, kmp_mul(local, from, from), slope};
-    return kmp_average_new(local, *count, exponent, 3, averaged, places_of(wheel, zone, step, place), place);
+    return kmp_average_new(local, *count, exponent, needed, 3, averaged, places_of(wheel, zone, step, place), place);
 }
 
 /* The zone's averages for a spread e, at each `step` of its places. false: no memory. */
-static bool spread_by(const kmp_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, averages *all)
+static bool spread_by(const kmp_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref e, kmp_ref up,
+                      averages *all)
 {
     kmp_graph *g = p->g;
     kmp_ref list[KMP_PAIR_ARGUMENTS], value[4];
     int count = 0;
-    kmp_implicit *made = block_of(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), list, &count);
+    kmp_implicit *made = block_of(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), up, list, &count);
     int block = made ? kmp_graph_add_implicit(g, made) : -1;
     if (block < 0)
         return false;
@@ -87,7 +90,7 @@ static bool loaded_spread(const kmp_pair *p, const kmp_wheel *wheel, int zone, k
 {
     kmp_graph *g = p->g;
     averages first;
-    if (!spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), &first))
+    if (!spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), up, &first))
         return false;
     kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
     kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
@@ -154,7 +157,7 @@ bool kmp_spread_find(const kmp_tree *tree, const kmp_pair *p, const kmp_wheel *w
     averages all;
     held h = {0};
     kmp_derivative *dt = kmp_time_derivative(tree);
-    bool ok = dt && loaded_spread(p, wheel, zone, pose->up, &e) && spread_by(p, wheel, zone, 1, e, &all) &&
+    bool ok = dt && loaded_spread(p, wheel, zone, pose->up, &e) && spread_by(p, wheel, zone, 1, e, pose->up, &all) &&
               held_at(p, dt, all.s, &h);
     if (ok) {
         kmp_ref cosine = kmp_cosine_of(g, all.slope);

@@ -27,7 +27,7 @@ static int block_of(kmp_graph *g)
     kmp_ref exponent = kmp_sub(l, p[2], kmp_mul(l, p[1], kmp_mul(l, way, way)));
     exponent = kmp_add(l, exponent, kmp_mul(l, p[3], kmp_sin(l, s)));
     const kmp_ref averaged[] = {s, kmp_mul(l, s, s), kmp_cos(l, kmp_mul(l, p[0], s))};
-    return kmp_graph_add_implicit(g, kmp_average_new(l, 4, exponent, 3, averaged, PLACES, place));
+    return kmp_graph_add_implicit(g, kmp_average_new(l, 4, exponent, p[3], 3, averaged, PLACES, place));
 }
 
 /* The block's components along q with their first and second derivatives. */
