@@ -10,9 +10,9 @@
 
 /* Fewer freedoms are not worth the indices, and more would cost room for dense matrices of them. */
 enum { LEAST = 8, MOST = 1024 };
-/* Parts of X and of the factor beyond which products with zeros cost less than indices. */
+/* Parts of X, and of the products of the factor, beyond which those with zeros cost less than indices. */
 #define MOST_OF_X      0.5
-#define MOST_OF_FACTOR 0.6
+#define MOST_OF_FACTOR 0.5
 
 /* -- sets ---------------------------------------------------------------------------------------------- */
 
@@ -241,15 +241,19 @@ static bool list_columns(const kmp_zeros *z, sets of, bool by_u, int from, int *
     return true;
 }
 
-static void count_products(kmp_zeros *z)
+static void count_factor(kmp_zeros *z)
 {
     for (int c = 0; c < z->p; c++) {
         long below = z->l_start[c + 1] - z->l_start[c];
         z->factor_products += below * (below + 1) / 2;
-        for (int e = z->mr_start[c]; e < z->mr_start[c + 1]; e++)
-            z->x_products += z->x_start[z->order[z->mr_row[e]] + 1] - z->x_start[z->order[z->mr_row[e]]];
     }
     z->l_entries = z->l_start[z->p];
+}
+
+static void count_x(kmp_zeros *z)
+{
+    for (int e = 0; e < z->mr_start[z->p]; e++)
+        z->x_products += z->x_start[z->order[z->mr_row[e]] + 1] - z->x_start[z->order[z->mr_row[e]]];
 }
 
 static bool order_factor(kmp_zeros *z, sets coupled)
@@ -261,14 +265,16 @@ static bool order_factor(kmp_zeros *z, sets coupled)
         memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
         ok = eliminate(z, graph, fill) && list_columns(z, fill, false, 1, &z->l_start, &z->l_row);
     }
-    if (ok && z->l_start[z->p] + z->p > MOST_OF_FACTOR * z->p * (z->p + 1) / 2) {
+    if (ok)
+        count_factor(z);
+    if (ok && (double)z->factor_products > MOST_OF_FACTOR * (double)kmp_cholesky_factor_flops(z->p).mul) {
         z->whole = true;
         for (int k = 0; k < z->p; k++)
             z->order[k] = k;
     }
     ok = ok && list_columns(z, coupled, true, 0, &z->mr_start, &z->mr_row);
     if (ok)
-        count_products(z);
+        count_x(z);
     kmp_free(graph.bits);
     kmp_free(fill.bits);
     return ok;
