@@ -30,12 +30,11 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->x_t = KMP_NEW(double, n);
     red->a0 = KMP_NEW(double, n);
     red->force = KMP_NEW(double, n);
-    red->mx = KMP_NEW(double, n *(p > 0 ? p : 1)); /* it also holds one qdd */
     red->mr = KMP_NEW(double, p *p);
     red->dv = KMP_NEW(double, r);
     red->answer = KMP_NEW(double, p);
     return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->u_of && red->jv &&
-           red->bvu && red->x && red->x_t && red->a0 && red->force && red->mx && red->mr && red->dv && red->answer;
+           red->bvu && red->x && red->x_t && red->a0 && red->force && red->mr && red->dv && red->answer;
 }
 
 /* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
@@ -66,6 +65,20 @@ static bool split(kmp_reduction *red)
         red->block = kmp_block_new(red->r, red->jv_count, row, col);
         ok = red->block;
     }
+    const kmp_zeros_of of = {.part = red->part,
+                             .mass = &red->plant->system->mass,
+                             .block = red->block,
+                             .jv_count = red->jv_count,
+                             .ju_count = red->ju_count,
+                             .jv_row = row,
+                             .jv_col = col,
+                             .ju_row = red->ju_row,
+                             .ju_col = red->ju_col};
+    unsigned long failures = kmp_memory_failures();
+    red->zeros = ok ? kmp_zeros_new(&of) : NULL;
+    ok = ok && kmp_memory_failures() == failures;
+    red->mx = ok ? KMP_NEW(double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p)) : NULL;
+    ok = ok && red->mx; /* it also holds one qdd */
     kmp_free(row);
     kmp_free(col);
     kmp_free(place);
@@ -97,6 +110,7 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
 void kmp_reduction_free(kmp_reduction *red)
 {
     kmp_block_free(red->block);
+    kmp_zeros_free(red->zeros);
     kmp_free(red->jv_entry);
     kmp_free(red->ju_entry);
     kmp_free(red->ju_row);
@@ -129,6 +143,16 @@ int kmp_reduction_factor(kmp_reduction *red)
     return fault ? 1 + red->part->v[fault - 1] : 0;
 }
 
+static void solve_tangent(kmp_reduction *red)
+{
+    const kmp_zeros *zeros = red->zeros;
+    if (!zeros)
+        kmp_block_solve(red->block, red->p, red->bvu);
+    for (int k = 0; zeros && k < red->p; k += 2)
+        kmp_block_solve_some(red->block, zeros->used + k / 2 * zeros->blocks, red->p - k > 1 ? 2 : 1,
+                             red->bvu + (size_t)k * (size_t)red->r);
+}
+
 void kmp_reduction_tangent(kmp_reduction *red)
 {
     int n = red->n, p = red->p, r = red->r;
@@ -137,7 +161,7 @@ void kmp_reduction_tangent(kmp_reduction *red)
     memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
     for (int k = 0; k < red->ju_count; k++)
         red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->plant->jacobian[red->ju_entry[k]];
-    kmp_block_solve(red->block, p, red->bvu);
+    solve_tangent(red);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < r; i++)
             red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
@@ -158,7 +182,9 @@ static void spread(const kmp_reduction *red, const double *s, const double *base
         out[i] = base[i];
     for (int k = 0; k < red->p; k++)
         out[u[k]] += s[k];
-    for (int k = 0; k < red->p; k++)
+    if (red->zeros)
+        kmp_zeros_spread(red->zeros, red->bvu, s, out);
+    for (int k = 0; !red->zeros && k < red->p; k++)
         for (int i = 0; i < red->r; i++)
             out[v[i]] += red->bvu[i + k * red->r] * s[k];
 }
@@ -231,11 +257,29 @@ static void take_mass(kmp_reduction *red, double *udd)
         udd[k] = -red->plant->bias[red->part->u[k]];
 }
 
+void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
+{
+    if (red->zeros)
+        kmp_zeros_solve(red->zeros, red->mr, b);
+    else
+        kmp_cholesky_solve(red->p, red->mr, b);
+}
+
+void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out)
+{
+    if (red->zeros) {
+        kmp_zeros_project(red->zeros, red->x, force, out);
+        return;
+    }
+    for (int k = 0; k < red->p; k++)
+        out[k] = -kmp_dot(red->n, red->x + k * red->n, force);
+}
+
 static int solve_reduced(kmp_reduction *red, double *udd)
 {
-    int fault = kmp_cholesky_factor(red->p, red->mr);
+    int fault = red->zeros ? kmp_zeros_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
     if (!fault)
-        kmp_cholesky_solve(red->p, red->mr, udd);
+        kmp_reduction_solve_mass(red, udd);
     return fault;
 }
 
@@ -268,9 +312,8 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
     memcpy(red->force, bias, (size_t)n * sizeof *red->force);
     if (!change)
         add_mass_times(red->plant, red->a0, red->force);
-    for (int k = 0; k < red->p; k++)
-        red->answer[k] = -kmp_dot(n, red->x + k * n, red->force);
-    kmp_cholesky_solve(red->p, red->mr, red->answer);
+    kmp_reduction_project(red, red->force, red->answer);
+    kmp_reduction_solve_mass(red, red->answer);
     memset(qdd, 0, (size_t)n * sizeof *qdd);
     spread(red, red->answer, qdd, qdd);
     add_mass_times(red->plant, qdd, red->force);
@@ -295,20 +338,20 @@ static int accelerate_pressed(kmp_reduction *red, double *udd)
         return fail(red->p, udd);
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
     add_mass_times(red->plant, red->a0, red->force);
-    for (int k = 0; k < red->p; k++)
-        udd[k] = -kmp_dot(red->n, red->x + k * red->n, red->force);
-    kmp_cholesky_solve(red->p, red->mr, udd);
+    kmp_reduction_project(red, red->force, udd);
+    kmp_reduction_solve_mass(red, udd);
     return 0;
 }
 
-int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
+/* X' M X and -X' force. */
+static void reduce(kmp_reduction *red, double *udd)
 {
     int n = red->n, p = red->p;
-    if (red->r == 0) {
-        take_mass(red, udd);
-        return solve_reduced(red, udd);
+    if (red->zeros) {
+        kmp_zeros_reduce(red->zeros, red->x, red->plant->mass, red->mr);
+        kmp_zeros_project(red->zeros, red->x, red->force, udd);
+        return;
     }
-    bias_force(red);
     memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
     for (int k = 0; k < p; k++) {
         add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
@@ -316,6 +359,16 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
         for (int i = k; i < p; i++)
             red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
     }
+}
+
+int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
+{
+    if (red->r == 0 && !red->zeros) {
+        take_mass(red, udd);
+        return solve_reduced(red, udd);
+    }
+    bias_force(red);
+    reduce(red, udd);
     int fault = solve_reduced(red, udd);
     return fault || !red->plant->press ? fault : accelerate_pressed(red, udd);
 }
@@ -333,6 +386,12 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
     }
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
     add_mass_times(red->plant, qdd, red->force);
+    if (red->zeros) {
+        kmp_zeros_project(red->zeros, red->x, red->force, out);
+        for (int k = 0; k < red->p; k++)
+            out[k] = -out[k];
+        return;
+    }
     for (int k = 0; k < red->p; k++) {
         out[k] = red->force[u[k]];
         for (int i = 0; i < red->r; i++)
@@ -466,18 +525,27 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red)
 {
     kmp_counts c = {0};
     long n = red->n, p = red->p, mass = mass_products(red->plant);
+    const kmp_zeros *zeros = red->zeros;
     if (red->r > 0) {
         count(&c, 1, kmp_block_factor_flops(red->block));
         /* The columns of Bvu, x_t, a0. */
-        count(&c, p + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        count(&c, (zeros ? 0 : p) + 1 + (red->plant->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
         count_products(&c, mass);
     }
-    if (red->r > 0) {
+    if (zeros) {
+        count(&c, 1, zeros->solves);
+        count_products(&c, 2L * zeros->x_start[p] + zeros->mass_products + zeros->x_products); /* likewise */
+    } else if (red->r > 0) {
         count_products(&c, red->r * p);                           /* rates */
         count_products(&c, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
     }
-    count(&c, 1, kmp_cholesky_factor_flops(red->p));
-    count(&c, 1, kmp_cholesky_solve_flops(red->p));
+    if (zeros && !zeros->whole) {
+        count_products(&c, zeros->factor_products + 2 * zeros->l_entries);
+        count(&c, 1, (kmp_flops){.div = zeros->l_entries + 2 * p, .root = p});
+    } else {
+        count(&c, 1, kmp_cholesky_factor_flops(red->p));
+        count(&c, 1, kmp_cholesky_solve_flops(red->p));
+    }
     c.paper = c.add + c.mul + c.div;
     c.robotran = c.paper + c.other;
     return c;

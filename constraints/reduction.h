@@ -7,6 +7,7 @@
 
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "constraints/zeros.h"
 #include "linalg/block.h"
 
 typedef struct kmp_reduction {
@@ -14,6 +15,7 @@ typedef struct kmp_reduction {
     const kmp_partition *part; /* not owned */
     int n, p, r;
     kmp_block *block; /* Jv; NULL when r = 0 */
+    kmp_zeros *zeros; /* NULL: X is taken as dense */
     int jv_count, ju_count;
     int *jv_entry;                   /* of the plant's Jacobian values */
     int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */
@@ -25,8 +27,8 @@ typedef struct kmp_reduction {
     double *x_t;                     /* n: what h_t adds to qd */
     double *a0;                      /* n: qdd at udd = 0 */
     double *force;                   /* n: C + M a0 */
-    double *mx;                      /* n x p, or n: M X, or qdd */
-    double *mr;                      /* p x p: reduced mass, then its Cholesky factor */
+    double *mx;                      /* n x p, or n: M X (without zeros), or qdd */
+    double *mr;                      /* p x p: reduced mass, then its factor (kmp_reduction_solve_mass) */
     double *dv;                      /* r: the last correction or right-hand side */
     double *answer;                  /* p: of the multipliers that forces depend on */
     long newton, factorizations;
@@ -53,6 +55,12 @@ void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
  * fails.
  */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
+
+/** b (p) <- Mr^-1 b, after kmp_reduction_accelerate. */
+void kmp_reduction_solve_mass(const kmp_reduction *red, double *b);
+
+/** out (p) = -X' force (n). */
+void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out);
 
 /** out = X' (M qdd + C) at qdd = X udd + a0, from the plant's M, C, jdqd: no mass is reduced. Forces that depend on
  *  multipliers are brought to those of these accelerations: not finite where that fails. */

@@ -27,6 +27,8 @@
 #define WORTH_FUSING 16
 /* With fewer freedoms the reduced mass is the best there is. */
 #define MANY_FREEDOMS 12
+/* What an operation of a reduced mass with zeros costs, by one without. */
+#define BY_LISTS 2
 /* The last pivot of the independent rows over that of all rows below which a step goes too far. */
 #define ROWS_LOST 0.05
 /* Newton in an evaluation stops at this fraction of the error weights. */
@@ -582,7 +584,7 @@ static int fuse(reduced *d, bool worth)
     return worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red) != KEMPE_OK ? KMP_HALT : KMP_GO;
 }
 
-/* With many freedoms the saddle system, sparse, costs less than the reduced mass, which is dense in u. */
+/* With many freedoms the saddle system, sparse, costs less than the reduced mass, of which more is not zero. */
 static bool try_saddle(reduced *d)
 {
     if (d->p < MANY_FREEDOMS || d->plant->by_bodies)
@@ -590,6 +592,7 @@ static bool try_saddle(reduced *d)
     if (!kmp_saddle_init(&d->saddle, d->plant, &d->part))
         return false;
     double cost = kmp_saddle_operations(&d->saddle), count = (double)kmp_reduction_count(&d->red).paper;
+    count *= d->red.zeros ? BY_LISTS : 1;
     d->by_saddle = cost > 0 && KMP_SPARSE_COST * cost < count;
     if (!d->by_saddle)
         kmp_saddle_free(&d->saddle);

@@ -8,7 +8,6 @@
  * sec. 4. */
 #include "integrators/reduced_jacobian.h"
 #include "base/memory.h"
-#include "linalg/dense.h"
 #include <string.h>
 
 kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power)
@@ -23,8 +22,9 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
     jacobian->da = KMP_NEW(double, n);
     jacobian->zero = KMP_NEW(double, n);
     jacobian->rows = KMP_NEW(double, m);
+    jacobian->projected = KMP_NEW(double, n);
     if (!jacobian->qdd || !jacobian->lambda || !jacobian->dq || !jacobian->dqd || !jacobian->da || !jacobian->zero ||
-        !jacobian->rows)
+        !jacobian->rows || !jacobian->projected)
         return kmp_fail_memory(red->plant->system->context);
     return kmp_tangents_init(&jacobian->tangents, red->plant->system, red->plant->backend,
                              values | (power ? 1u << KMP_VALUE_POWER : 0));
@@ -40,6 +40,7 @@ void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)
     kmp_free(jacobian->da);
     kmp_free(jacobian->zero);
     kmp_free(jacobian->rows);
+    kmp_free(jacobian->projected);
     *jacobian = (kmp_reduced_jacobian){0};
 }
 
@@ -62,16 +63,6 @@ static void clear_rows(kmp_reduced_jacobian *jacobian)
     memset(jacobian->rows, 0, (size_t)jacobian->red->part->m * sizeof *jacobian->rows);
 }
 
-/* out = -X' force (p) */
-static void project(const kmp_reduction *red, double *out)
-{
-    for (int k = 0; k < red->p; k++) {
-        out[k] = 0;
-        for (int i = 0; i < red->n; i++)
-            out[k] -= red->x[i + k * red->n] * red->force[i];
-    }
-}
-
 /* What the motion (dq, dqd) takes from Mr udd, into `out` (p); `moving`: accelerations follow, otherwise they stay. */
 static void pull(kmp_reduced_jacobian *jacobian, const double *d, const double *dq, const double *dqd, bool moving,
                  double *out)
@@ -88,7 +79,7 @@ static void pull(kmp_reduced_jacobian *jacobian, const double *d, const double *
     kmp_tangents_add(t, KMP_R_QD, d, 1, dqd, force);
     kmp_tangents_add(t, KMP_M, d, 1, jacobian->da, force);
     kmp_reduction_press_change(red, moving, force);
-    project(red, out);
+    kmp_reduction_project(red, force, out);
 }
 
 /* The column of u[k]: rates follow so that ud stays. */
@@ -128,7 +119,7 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
         if (c >= p)
             column[c - p] = 1;
         pull(jacobian, d, dq, dqd, true, column + p);
-        kmp_cholesky_solve(p, red->mr, column + p);
+        kmp_reduction_solve_mass(red, column + p);
         if (size > 2 * p) {
             kmp_tangents_add(tangents, KMP_POWER_Q, d, 1, dq, column + 2 * p);
             kmp_tangents_add(tangents, KMP_POWER_QD, d, 1, dqd, column + 2 * p);
@@ -162,9 +153,9 @@ void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, 
         memset(red->force, 0, (size_t)red->n * sizeof *red->force);
         kmp_tangents_add(tangents, KMP_M, d, -cj, red->x + (c - p) * red->n, red->force);
         kmp_reduction_press_change(red, false, red->force);
+        kmp_reduction_project(red, red->force, jacobian->projected);
         for (int k = 0; k < p; k++)
-            for (int i = 0; i < red->n; i++)
-                column[p + k] -= red->x[i + k * red->n] * red->force[i];
+            column[p + k] += jacobian->projected[k];
     }
     if (size > 2 * p)
         j[2 * p + 2 * p * size] = cj;

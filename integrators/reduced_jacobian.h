@@ -11,7 +11,7 @@ typedef struct kmp_reduced_jacobian {
     kmp_reduction *red;           /* not owned */
     double *qdd, *lambda;         /* n, m */
     double *dq, *dqd, *da, *zero; /* n */
-    double *rows;                 /* m */
+    double *rows, *projected;     /* m, p */
 } kmp_reduced_jacobian;
 
 /** `power`: the state has the work of non-conservative forces as its last entry. */

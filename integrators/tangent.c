@@ -311,6 +311,28 @@ static void sort_entries(gather *g)
             t->start[b + 1] = t->start[b];
 }
 
+static int columns_of(const kmp_tangents *t, int block)
+{
+    return block == KMP_C_LAMBDA ? t->m : t->n;
+}
+
+static bool list_columns(kmp_tangents *t)
+{
+    int count = 0;
+    for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
+        count += columns_of(t, b) + 1;
+    int *column = t->column = KMP_NEW(int, count);
+    for (int b = 0; column && b < KMP_TANGENT_BLOCKS; b++) {
+        t->first_column[b] = (int)(column - t->column);
+        for (int c = 0, k = t->start[b]; c <= columns_of(t, b); c++) {
+            while (k < t->start[b + 1] && t->entry[k].col < c)
+                k++;
+            *column++ = k;
+        }
+    }
+    return t->column;
+}
+
 /* -- programs ---------------------------------------------------------------------------------------- */
 
 void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *parameters)
@@ -379,7 +401,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
     if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
         sort_entries(&g);
-        ok = make_machines(&g, backend, system->parameters) && make_room(&g);
+        ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
     }
     kmp_free(g.value);
     kmp_free(g.output);
@@ -404,6 +426,10 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
         return kmp_fail_memory(system->context);
     }
     qsort(tangents->entry, (size_t)tangents->start[KMP_TANGENT_BLOCKS], sizeof *tangents->entry, by_place);
+    if (!list_columns(tangents)) {
+        kmp_tangents_free(tangents);
+        return kmp_fail_memory(system->context);
+    }
     kmp_tangent_numbers_set_parameters(tangents->numbers, system->parameters);
     return KEMPE_OK;
 }
@@ -416,6 +442,7 @@ void kmp_tangents_free(kmp_tangents *tangents)
     kmp_program_free(tangents->value_program);
     kmp_program_free(tangents->tangent_program);
     kmp_free(tangents->entry);
+    kmp_free(tangents->column);
     kmp_free(tangents->with_effort);
     kmp_free(tangents->tangents_with_it);
     kmp_effort_free(&tangents->effort);
@@ -494,9 +521,14 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                       const double *x, double *out)
 {
-    for (int k = tangents->start[block]; k < tangents->start[block + 1]; k++) {
-        const kmp_tangent *e = &tangents->entry[k];
-        out[e->row] += factor * d[e->source] * x[e->col];
+    const int *column = tangents->column + tangents->first_column[block];
+    for (int c = 0, count = columns_of(tangents, block); c < count; c++) {
+        if (x[c] == 0)
+            continue;
+        for (int k = column[c]; k < column[c + 1]; k++) {
+            const kmp_tangent *e = &tangents->entry[k];
+            out[e->row] += factor * d[e->source] * x[c];
+        }
     }
 }
 

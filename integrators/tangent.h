@@ -56,6 +56,8 @@ typedef struct kmp_tangents {
     int at[KMP_VALUES];                /* first output of each value, -1 when it was not asked for */
     int start[KMP_TANGENT_BLOCKS + 1]; /* entries by block, in each by column and row */
     kmp_tangent *entry;
+    int *column; /* by blocks, from first_column on: the first entry of each column, and the end of the last */
+    int first_column[KMP_TANGENT_BLOCKS];
     kmp_effort effort;                      /* of the user, which no program knows */
     double *with_effort, *tangents_with_it; /* outputs of the programs with it */
     int first_effort;                       /* source of its first tangent */
@@ -88,7 +90,7 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at);
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at);
 
-/** out += factor * block * x for derivatives `d` just evaluated. */
+/** out += factor * block * x for derivatives `d` just evaluated; columns where x is zero are left out. */
 void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                       const double *x, double *out);
 

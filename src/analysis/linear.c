@@ -265,7 +265,7 @@ void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *u
     if (linear->pressed)
         kmp_lu_solve(linear->p, linear->pressed, linear->pivot, 1, udd);
     else
-        kmp_cholesky_solve(linear->p, linear->red.mr, udd);
+        kmp_reduction_solve_mass(&linear->red, udd);
 }
 
 /* -- backwards --------------------------------------------------------------------------------------- */

@@ -23,6 +23,10 @@ int kmp_block_factor(kmp_block *b, const double *values);
 void kmp_block_solve(const kmp_block *b, int m, double *x);
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 
+/** The same as kmp_block_solve for m of 1 or 2 where x is zero in the rows of blocks that are not `used` (one a block),
+ * and the answer in their columns with it. */
+void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x);
+
 /** Number of diagonal blocks; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
@@ -32,6 +36,7 @@ const int *kmp_block_rows(const kmp_block *b, int k);
 /** Arithmetic of one factorisation, of one solve with one right-hand side. */
 kmp_flops kmp_block_factor_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops(const kmp_block *b);
+kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used);
 
 /** Of the last factorisation: the sign of det A (+1, -1), and the smallest over all blocks of
  *  min |u_ii| / max |u_ii|, the pivots of the block. */

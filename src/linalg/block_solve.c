@@ -184,7 +184,7 @@ static void solve_pairs(const kmp_block *b, double *restrict x)
 }
 
 /* Last block first: the right-hand side less what the later unknowns contribute, then the block. */
-INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
+INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restrict x)
 {
     int n = b->n;
     double *restrict scratch = b->scratch;
@@ -192,6 +192,10 @@ INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
         int first = b->start[k], size = b->start[k + 1] - first;
         const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = scratch + first * lanes;
+        for (int i = 0; used && !used[k] && i < size * lanes; i++)
+            w[i] = 0;
+        if (used && !used[k])
+            continue;
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
             for (int l = 0; l < lanes; l++) {
@@ -236,11 +240,19 @@ INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
 void kmp_block_solve(const kmp_block *b, int m, double *x)
 {
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
-        solve(b, 2, x);
+        solve(b, NULL, 2, x);
     if (m == 1 && b->pairs)
         solve_pairs(b, x);
     else if (m == 1)
-        solve(b, 1, x);
+        solve(b, NULL, 1, x);
+}
+
+void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x)
+{
+    if (m == 2)
+        solve(b, used, 2, x);
+    else
+        solve(b, used, 1, x);
 }
 
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
@@ -336,11 +348,17 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b)
 
 kmp_flops kmp_block_solve_flops(const kmp_block *b)
 {
-    long off = b->n ? b->off_start[b->n] : 0;
-    kmp_flops sum = {.add = off, .mul = off + b->n};
+    return kmp_block_solve_flops_some(b, NULL);
+}
+
+kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used)
+{
+    kmp_flops sum = {0};
     for (int k = 0; k < b->count; k++) {
-        long size = b->start[k + 1] - b->start[k], products = size * (size - 1);
-        accumulate(&sum, (kmp_flops){.add = products, .mul = products});
+        long size = b->start[k + 1] - b->start[k], off = b->off_start[b->start[k + 1]] - b->off_start[b->start[k]];
+        long products = size * (size - 1) + off;
+        if (!used || used[k])
+            accumulate(&sum, (kmp_flops){.add = products, .mul = products + size});
     }
     return sum;
 }

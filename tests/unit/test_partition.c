@@ -270,11 +270,77 @@ static void the_arithmetic_is_that_counted_by_hand(void)
     free(text);
 }
 
+/* -- zeros -------------------------------------------------------------------------------------------- */
+
+/* What is left of X' (M (X udd + a0) + C) with X and M dense, against its largest term; and J X. */
+static void check_accelerations(kmp_reduction *red, const double *udd)
+{
+    int n = red->n, m = red->part->m;
+    double *mass = KMP_NEW(double, n *n), *j = KMP_NEW(double, n *m), *qdd = KMP_NEW(double, n);
+    kmp_plant_dense_mass(red->plant, mass);
+    kmp_plant_dense_jacobian(red->plant, j);
+    kmp_reduction_accelerations(red, udd, qdd);
+    for (int k = 0; k < red->p; k++) {
+        double sum = 0, size = 0;
+        for (int i = 0; i < n; i++) {
+            double force = red->plant->bias[i];
+            for (int c = 0; c < n; c++)
+                force += mass[i + c * n] * qdd[c];
+            sum += red->x[i + k * n] * force;
+            size = fmax(size, fabs(red->x[i + k * n]) * fmax(fabs(force), fabs(red->plant->bias[i])));
+        }
+        CHECK(fabs(sum) <= 1e-9 * fmax(size, 1));
+        for (int row = 0; row < m; row++) {
+            double along = 0;
+            for (int i = 0; i < n; i++)
+                along += j[row + i * m] * red->x[i + k * n];
+            CHECK(fabs(along) < 1e-9);
+        }
+    }
+    kmp_free(mass);
+    kmp_free(j);
+    kmp_free(qdd);
+}
+
+static void zeros_change_no_acceleration(void)
+{
+    static const char *const path[] = {"examples/limousine/limousine.yaml", "examples/suspension/suspension.yaml"};
+    for (int k = 0; k < 2; k++) {
+        loaded l = load(path[k]);
+        kempe_check *check = NULL;
+        kmp_reduction red;
+        CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
+        kmp_plant *plant = kmp_plant_new(l.system, "tape");
+        CHECK(kmp_reduction_init(&red, plant, &check->part) == KEMPE_OK && red.zeros);
+        double *qd = KMP_NEW(double, red.n), *udd = KMP_NEW(double, red.p);
+        for (int i = 0; i < red.p; i++)
+            udd[i] = between(-1, 1);
+        kempe_assembly *a = NULL;
+        CHECK(kempe_assemble(l.system, &a) == KEMPE_OK);
+        kmp_plant_closure(plant, 0, a->q);
+        CHECK(kmp_reduction_factor(&red) == 0);
+        kmp_reduction_tangent(&red);
+        kmp_reduction_rates(&red, udd, qd);
+        kmp_plant_mass(plant);
+        kmp_plant_bias(plant, qd);
+        CHECK(kmp_reduction_accelerate(&red, udd) == 0);
+        check_accelerations(&red, udd);
+        kmp_free(qd);
+        kmp_free(udd);
+        kempe_assembly_free(a);
+        kmp_reduction_free(&red);
+        kmp_plant_free(plant);
+        kempe_check_free(check);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(random_matrices_have_their_rank);
     TEST(metres_and_millimetres_agree);
     TEST(the_arithmetic_is_that_counted_by_hand);
+    TEST(zeros_change_no_acceleration);
     TEST(a_safe_wish_is_respected);
     TEST(an_unsafe_wish_is_refused);
     TEST(a_wrong_number_of_wishes_is_refused);

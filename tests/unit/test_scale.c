@@ -659,7 +659,7 @@ static void many_freedoms_stay_sparse(void)
     double cost[2];
     long factorizations[2];
     for (int k = 0; k < 2; k++) {
-        loaded l = pendulums(60 << k);
+        loaded l = pendulums(100 << k);
         last reduced, projected;
         kempe_system *by_auto = NULL;
         kmp_run_report report = run(&l, "reduced", "carried", 1e-9, 0.5, &reduced);

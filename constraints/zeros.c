@@ -1,0 +1,433 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sets of coordinates are rows of bits. The order of elimination is that of least degree (Tinney and Walker 1967;
+ * George and Liu, SIAM Review 31 (1989) 1). */
+#include "constraints/zeros.h"
+#include "base/memory.h"
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* Fewer freedoms are not worth the indices, and more would cost room for dense matrices of them. */
+enum { LEAST = 8, MOST = 1024 };
+/* Parts of X, and of the products of the factor, beyond which those with zeros cost less than indices. */
+#define MOST_OF_X      0.5
+#define MOST_OF_FACTOR 0.5
+
+/* -- sets ---------------------------------------------------------------------------------------------- */
+
+typedef struct sets {
+    int words;
+    uint64_t *bits;
+} sets;
+
+static sets sets_new(int count, int size)
+{
+    sets s = {.words = (size + 63) / 64};
+    s.bits = KMP_NEW(uint64_t, (size_t)count * (size_t)s.words);
+    return s;
+}
+
+static uint64_t *set_at(sets s, int k)
+{
+    return s.bits + (size_t)k * (size_t)s.words;
+}
+
+static void put(sets s, int k, int i)
+{
+    set_at(s, k)[i / 64] |= (uint64_t)1 << (i % 64);
+}
+
+static void take_out(sets s, int k, int i)
+{
+    set_at(s, k)[i / 64] &= ~((uint64_t)1 << (i % 64));
+}
+
+static bool has(sets s, int k, int i)
+{
+    return (set_at(s, k)[i / 64] >> (i % 64) & 1u) != 0;
+}
+
+static void join(sets s, int k, const uint64_t *other)
+{
+    uint64_t *own = set_at(s, k);
+    for (int w = 0; w < s.words; w++)
+        own[w] |= other[w];
+}
+
+static bool meet(sets s, int k, const uint64_t *other)
+{
+    const uint64_t *own = set_at(s, k);
+    for (int w = 0; w < s.words; w++)
+        if (own[w] & other[w])
+            return true;
+    return false;
+}
+
+static int size_of(sets s, int k, int most)
+{
+    int size = 0;
+    for (int i = 0; i < most; i++)
+        size += has(s, k, i);
+    return size;
+}
+
+/* -- X ------------------------------------------------------------------------------------------------- */
+
+/* Of each v, the u that move it: those of its block's rows, and of the later blocks that these hold. */
+static bool find_reach(const kmp_zeros_of *of, sets reach, int *block_of_row, int *block_of_column, int blocks)
+{
+    sets of_block = sets_new(blocks + 1, of->part->p);
+    for (int b = 0, count; of_block.bits && b < blocks; b++) {
+        const int *columns = kmp_block_columns(of->block, b, &count), *rows = kmp_block_rows(of->block, b);
+        for (int i = 0; i < count; i++) {
+            block_of_row[rows[i]] = b;
+            block_of_column[columns[i]] = b;
+        }
+    }
+    for (int k = 0; of_block.bits && k < of->ju_count; k++)
+        put(of_block, block_of_row[of->ju_row[k]], of->ju_col[k]);
+    for (int b = blocks - 1; of_block.bits && b >= 0; b--)
+        for (int k = 0; k < of->jv_count; k++)
+            if (block_of_row[of->jv_row[k]] == b && block_of_column[of->jv_col[k]] != b)
+                join(of_block, b, set_at(of_block, block_of_column[of->jv_col[k]]));
+    for (int i = 0; of_block.bits && i < of->part->r; i++)
+        join(reach, i, set_at(of_block, block_of_column[i]));
+    kmp_free(of_block.bits);
+    return of_block.bits;
+}
+
+/* Columns of X as sets of coordinates, and lists of them; which blocks each pair of columns reaches. */
+static bool list_x(kmp_zeros *z, const kmp_zeros_of *of, sets reach, const int *block_of_column, sets x)
+{
+    const kmp_partition *part = of->part;
+    long count = z->p;
+    for (int i = 0; i < part->r; i++)
+        count += size_of(reach, i, z->p);
+    if ((double)count > MOST_OF_X * z->n * z->p)
+        return false;
+    z->x_start = KMP_NEW(int, z->p + 1);
+    z->x_row = KMP_NEW(int, count);
+    z->b_row = KMP_NEW(int, count - z->p + 1);
+    z->used = KMP_NEW(char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
+    if (!z->x_start || !z->x_row || !z->b_row || !z->used)
+        return false;
+    int *b = z->b_row;
+    for (int k = 0; k < z->p; k++) {
+        put(x, k, part->u[k]);
+        for (int i = 0; i < part->r; i++)
+            if (has(reach, i, k)) {
+                put(x, k, part->v[i]);
+                *b++ = i;
+                z->used[k / 2 * z->blocks + block_of_column[i]] = 1;
+            }
+        z->x_start[k + 1] = z->x_start[k];
+        for (int i = 0; i < z->n; i++)
+            if (has(x, k, i))
+                z->x_row[z->x_start[k + 1]++] = i;
+    }
+    return true;
+}
+
+static bool find_x(kmp_zeros *z, const kmp_zeros_of *of, sets x)
+{
+    sets reach = sets_new(of->part->r + 1, z->p);
+    int *row = KMP_NEW(int, of->part->r + 1), *column = KMP_NEW(int, of->part->r + 1);
+    bool ok =
+        reach.bits && row && column && find_reach(of, reach, row, column, z->blocks) && list_x(z, of, reach, column, x);
+    kmp_free(reach.bits);
+    kmp_free(row);
+    kmp_free(column);
+    return ok;
+}
+
+/* -- M and X' M X ---------------------------------------------------------------------------------------- */
+
+static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
+{
+    z->m_start = KMP_NEW(int, z->n + 1);
+    z->m_row = KMP_NEW(int, 2 * m->count);
+    z->m_entry = KMP_NEW(int, 2 * m->count);
+    int *next = KMP_NEW(int, z->n);
+    bool ok = z->m_start && z->m_row && z->m_entry && next;
+    for (int k = 0; ok && k < m->count; k++) {
+        z->m_start[m->col[k] + 1]++;
+        z->m_start[m->row[k] + 1] += m->row[k] != m->col[k];
+    }
+    for (int i = 0; ok && i < z->n; i++) {
+        z->m_start[i + 1] += z->m_start[i];
+        next[i] = z->m_start[i];
+    }
+    for (int k = 0; ok && k < m->count; k++) {
+        int i = m->row[k], j = m->col[k], at = next[j]++;
+        z->m_row[at] = i;
+        z->m_entry[at] = k;
+        if (i == j)
+            continue;
+        at = next[i]++;
+        z->m_row[at] = j;
+        z->m_entry[at] = k;
+    }
+    kmp_free(next);
+    return ok;
+}
+
+/* Which pairs of u the reduced mass couples. */
+static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
+{
+    sets mx = sets_new(1, z->n);
+    for (int k = 0; mx.bits && k < z->p; k++) {
+        memset(mx.bits, 0, (size_t)mx.words * sizeof *mx.bits);
+        for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
+            for (int i = z->m_start[z->x_row[e]]; i < z->m_start[z->x_row[e] + 1]; i++) {
+                put(mx, 0, z->m_row[i]);
+                z->mass_products++;
+            }
+        put(coupled, k, k);
+        for (int i = 0; i < z->p; i++)
+            if (meet(x, i, mx.bits)) {
+                put(coupled, k, i);
+                put(coupled, i, k);
+            }
+    }
+    kmp_free(mx.bits);
+    return mx.bits;
+}
+
+/* -- order and factor ------------------------------------------------------------------------------------ */
+
+/* Eliminates u of `graph` one after another, the one with the fewest neighbours first; the rows of L in sets `fill`. */
+static bool eliminate(kmp_zeros *z, sets graph, sets fill)
+{
+    int *degree = KMP_NEW(int, z->p);
+    for (int k = 0; degree && k < z->p; k++)
+        degree[k] = size_of(graph, k, z->p);
+    for (int c = 0; degree && c < z->p; c++) {
+        int least = -1;
+        for (int k = 0; k < z->p; k++)
+            if (degree[k] >= 0 && (least < 0 || degree[k] < degree[least]))
+                least = k;
+        z->order[c] = least;
+        degree[least] = -1;
+        take_out(graph, least, least);
+        join(fill, c, set_at(graph, least));
+        for (int k = 0; k < z->p; k++)
+            if (has(graph, least, k)) {
+                join(graph, k, set_at(graph, least));
+                take_out(graph, k, least);
+                degree[k] = size_of(graph, k, z->p);
+            }
+    }
+    kmp_free(degree);
+    return degree;
+}
+
+/* In the order of elimination, `of` being sets of u. */
+static bool list_columns(const kmp_zeros *z, sets of, bool by_u, int from, int **start, int **row)
+{
+    long count = 0;
+    for (int c = 0; c < z->p; c++)
+        count += size_of(of, c, z->p);
+    *start = KMP_NEW(int, z->p + 1);
+    *row = KMP_NEW(int, count + z->p);
+    if (!*start || !*row)
+        return false;
+    for (int c = 0; c < z->p; c++) {
+        (*start)[c + 1] = (*start)[c];
+        for (int i = c + from; i < z->p; i++)
+            if (has(of, by_u ? z->order[c] : c, z->order[i]))
+                (*row)[(*start)[c + 1]++] = i;
+    }
+    return true;
+}
+
+static void count_factor(kmp_zeros *z)
+{
+    for (int c = 0; c < z->p; c++) {
+        long below = z->l_start[c + 1] - z->l_start[c];
+        z->factor_products += below * (below + 1) / 2;
+    }
+    z->l_entries = z->l_start[z->p];
+}
+
+static void count_x(kmp_zeros *z)
+{
+    for (int e = 0; e < z->mr_start[z->p]; e++)
+        z->x_products += z->x_start[z->order[z->mr_row[e]] + 1] - z->x_start[z->order[z->mr_row[e]]];
+}
+
+static bool order_factor(kmp_zeros *z, sets coupled)
+{
+    sets graph = sets_new(z->p, z->p), fill = sets_new(z->p, z->p);
+    z->order = KMP_NEW(int, z->p);
+    bool ok = graph.bits && fill.bits && z->order;
+    if (ok) {
+        memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
+        ok = eliminate(z, graph, fill) && list_columns(z, fill, false, 1, &z->l_start, &z->l_row);
+    }
+    if (ok)
+        count_factor(z);
+    if (ok && (double)z->factor_products > MOST_OF_FACTOR * (double)kmp_cholesky_factor_flops(z->p).mul) {
+        z->whole = true;
+        for (int k = 0; k < z->p; k++)
+            z->order[k] = k;
+    }
+    ok = ok && list_columns(z, coupled, true, 0, &z->mr_start, &z->mr_row);
+    if (ok)
+        count_x(z);
+    kmp_free(graph.bits);
+    kmp_free(fill.bits);
+    return ok;
+}
+
+/* -- all together ------------------------------------------------------------------------------------------ */
+
+static void count_solves(kmp_zeros *z, const kmp_zeros_of *of)
+{
+    for (int k = 0; k < z->p; k++) {
+        kmp_flops one = kmp_block_solve_flops_some(of->block, z->used + k / 2 * z->blocks);
+        z->solves.add += one.add;
+        z->solves.mul += one.mul;
+    }
+}
+
+kmp_zeros *kmp_zeros_new(const kmp_zeros_of *of)
+{
+    const kmp_partition *part = of->part;
+    if (part->p < LEAST || part->p > MOST)
+        return NULL;
+    kmp_zeros *z = KMP_NEW(kmp_zeros, 1);
+    if (!z)
+        return NULL;
+    z->part = part;
+    z->n = part->n;
+    z->p = part->p;
+    z->blocks = of->block ? kmp_block_count(of->block) : 0;
+    z->column = KMP_NEW(double, z->n);
+    z->packed = KMP_NEW(double, z->p);
+    sets x = sets_new(z->p, z->n), coupled = sets_new(z->p, z->p);
+    bool ok = z->column && z->packed && x.bits && coupled.bits && find_x(z, of, x) && list_mass(z, of->mass) &&
+              find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
+    kmp_free(x.bits);
+    kmp_free(coupled.bits);
+    if (!ok) {
+        kmp_zeros_free(z);
+        return NULL;
+    }
+    if (of->block)
+        count_solves(z, of);
+    return z;
+}
+
+void kmp_zeros_free(kmp_zeros *z)
+{
+    if (!z)
+        return;
+    void *parts[] = {z->x_start,  z->x_row,  z->b_row,   z->used,  z->m_start, z->m_row,  z->m_entry, z->order,
+                     z->mr_start, z->mr_row, z->l_start, z->l_row, z->column,  z->packed, z};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        kmp_free(parts[i]);
+}
+
+/* -- numbers ------------------------------------------------------------------------------------------------ */
+
+void kmp_zeros_spread(const kmp_zeros *z, const double *bvu, const double *s, double *out)
+{
+    const int *row = z->b_row;
+    for (int k = 0; k < z->p; k++, bvu += z->n - z->p)
+        for (int e = z->x_start[k] - k; e < z->x_start[k + 1] - k - 1; e++)
+            out[z->part->v[row[e]]] += bvu[row[e]] * s[k];
+}
+
+void kmp_zeros_project(const kmp_zeros *z, const double *x, const double *force, double *out)
+{
+    for (int k = 0; k < z->p; k++, x += z->n) {
+        double sum = 0;
+        for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
+            sum += x[z->x_row[e]] * force[z->x_row[e]];
+        out[k] = -sum;
+    }
+}
+
+/* column = M x */
+static void mass_times(const kmp_zeros *z, const double *x, int k, const double *mass)
+{
+    double *column = z->column;
+    memset(column, 0, (size_t)z->n * sizeof *column);
+    for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++) {
+        int j = z->x_row[e];
+        double by = x[j];
+        for (int i = z->m_start[j]; i < z->m_start[j + 1]; i++)
+            column[z->m_row[i]] += mass[z->m_entry[i]] * by;
+    }
+}
+
+void kmp_zeros_reduce(const kmp_zeros *z, const double *x, const double *mass, double *mr)
+{
+    for (int c = 0; c < z->p; c++) {
+        int k = z->order[c];
+        double *to = mr + (size_t)c * (size_t)z->p;
+        mass_times(z, x + (size_t)k * (size_t)z->n, k, mass);
+        if (z->whole)
+            memset(to + c, 0, (size_t)(z->p - c) * sizeof *to);
+        else
+            for (int e = z->l_start[c]; e < z->l_start[c + 1]; e++)
+                to[z->l_row[e]] = 0;
+        for (int e = z->mr_start[c]; e < z->mr_start[c + 1]; e++) {
+            int i = z->order[z->mr_row[e]];
+            const double *other = x + (size_t)i * (size_t)z->n;
+            double sum = 0;
+            for (int f = z->x_start[i]; f < z->x_start[i + 1]; f++)
+                sum += other[z->x_row[f]] * z->column[z->x_row[f]];
+            to[z->mr_row[e]] = sum;
+        }
+    }
+}
+
+int kmp_zeros_factor(const kmp_zeros *z, double *mr)
+{
+    if (z->whole)
+        return kmp_cholesky_factor(z->p, mr);
+    for (int c = 0; c < z->p; c++) {
+        const int *row = z->l_row + z->l_start[c];
+        int count = z->l_start[c + 1] - z->l_start[c];
+        double *own = mr + (size_t)c * (size_t)z->p;
+        if (!(own[c] > 0.0 && own[c] <= DBL_MAX))
+            return 1 + z->order[c];
+        own[c] = sqrt(own[c]);
+        for (int e = 0; e < count; e++)
+            z->packed[e] = own[row[e]] /= own[c];
+        for (int e = 0; e < count; e++) {
+            double *to = mr + (size_t)row[e] * (size_t)z->p, by = z->packed[e];
+            for (int f = e; f < count; f++)
+                to[row[f]] -= z->packed[f] * by;
+        }
+    }
+    return 0;
+}
+
+void kmp_zeros_solve(const kmp_zeros *z, const double *mr, double *b)
+{
+    if (z->whole) {
+        kmp_cholesky_solve(z->p, mr, b);
+        return;
+    }
+    double *x = z->packed;
+    for (int c = 0; c < z->p; c++)
+        x[c] = b[z->order[c]];
+    for (int c = 0; c < z->p; c++) {
+        const double *own = mr + (size_t)c * (size_t)z->p;
+        double by = x[c] /= own[c];
+        for (int e = z->l_start[c]; e < z->l_start[c + 1]; e++)
+            x[z->l_row[e]] -= own[z->l_row[e]] * by;
+    }
+    for (int c = z->p - 1; c >= 0; c--) {
+        const double *own = mr + (size_t)c * (size_t)z->p;
+        double sum = x[c];
+        for (int e = z->l_start[c]; e < z->l_start[c + 1]; e++)
+            sum -= own[z->l_row[e]] * x[z->l_row[e]];
+        x[c] = sum / own[c];
+    }
+    for (int c = 0; c < z->p; c++)
+        b[z->order[c]] = x[c];
+}
