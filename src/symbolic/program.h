@@ -40,7 +40,7 @@ typedef struct kmp_counts {
  *  residuals and their derivatives by the unknowns, row by row. With candidates of unknown 0 there is one between, the
  *  merit by which the first guess is chosen, and guesses may depend on q[0]; with one unknown the last stage gives the
  *  merit's derivative too. One of averages solves nothing (implicit.h): stage 1 of its program is the exponent at the
- * place q[0], stage 2 what is averaged there, and candidates are the places. */
+ *  place q[0] and what is needed of it, stage 2 what is averaged there, and candidates are the places. */
 typedef struct kmp_block {
     int unknowns, arguments;
     bool linear;       /* known to be */

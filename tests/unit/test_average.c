@@ -13,8 +13,8 @@ enum { PLACES = 81, VALUES = 4, OUTPUTS = 3 * VALUES };
 
 static const double pi = 3.14159265358979323846;
 
-/* E = p2 - p1 (s - p0)^2 + p3 sin(s); averages of s, s^2, cos(p0 s); 0.25 apart. */
-static int block_of(kmp_graph *g)
+/* E = p2 - p1 (s - p0)^2 + p3 sin(s), of which p2 + needed is asked; averages of s, s^2, cos(p0 s); 0.25 apart. */
+static int block_of(kmp_graph *g, double needed)
 {
     kmp_graph *l = kmp_graph_new();
     kmp_ref s = kmp_input(l, KMP_IN_Q, 0), p[4];
@@ -27,7 +27,8 @@ static int block_of(kmp_graph *g)
     kmp_ref exponent = kmp_sub(l, p[2], kmp_mul(l, p[1], kmp_mul(l, way, way)));
     exponent = kmp_add(l, exponent, kmp_mul(l, p[3], kmp_sin(l, s)));
     const kmp_ref averaged[] = {s, kmp_mul(l, s, s), kmp_cos(l, kmp_mul(l, p[0], s))};
-    return kmp_graph_add_implicit(g, kmp_average_new(l, 4, exponent, p[3], 3, averaged, PLACES, place));
+    return kmp_graph_add_implicit(
+        g, kmp_average_new(l, 4, exponent, kmp_add(l, p[2], kmp_const(l, needed)), 3, averaged, PLACES, place));
 }
 
 /* The block's components along q with their first and second derivatives. */
@@ -44,7 +45,7 @@ static scene new_scene(void)
     kmp_ref q = kmp_input(g, KMP_IN_Q, 0), one = KMP_ONE;
     const kmp_ref argument[] = {kmp_mul(g, q, q), kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, 0.1), q)),
                                 kmp_mul(g, kmp_const(g, 300), q), kmp_input(g, KMP_IN_PARAMETER, 0)};
-    kmp_implicit_at(g, block_of(g), argument, c.out);
+    kmp_implicit_at(g, block_of(g, -100), argument, c.out);
     for (int order = 1; order < 3; order++) {
         kmp_derivative *d = kmp_derivative_new(g, 1, &q, &one);
         for (int k = 0; k < VALUES; k++)
@@ -141,8 +142,29 @@ static void all_back_ends_have_the_same_bits(void)
     free_scene(&c);
 }
 
+/* Where E does not come near what is needed the values are those of one place near its largest. */
+static void far_below_one_place_will_do(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    const kmp_ref argument[] = {kmp_const(g, 1.3), KMP_ONE, KMP_ZERO, KMP_ZERO};
+    const double *inputs[KMP_IN_COUNT] = {NULL};
+    kmp_ref near[VALUES], away[VALUES];
+    kmp_implicit_at(g, block_of(g, -100), argument, near);
+    kmp_implicit_at(g, block_of(g, 100), argument, away);
+    double *value = KMP_NEW(double, kmp_graph_count(g));
+    kmp_graph_eval(g, inputs, value);
+    double s = value[kmp_id(away[1])];
+    CHECK_NEAR(value[kmp_id(near[1])], 1.3, 1e-13);
+    CHECK(fabs(s - 1.3) <= 1 && fabs(s - 1.3) > 1e-6);
+    CHECK_NEAR(value[kmp_id(away[2])], s * s, 1e-14);
+    CHECK(value[kmp_id(away[0])] < value[kmp_id(near[0])]);
+    kmp_free(value);
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
+    TEST(far_below_one_place_will_do);
     TEST(a_gaussian_is_exact);
     TEST(derivatives_agree_with_differences);
     TEST(all_back_ends_have_the_same_bits);
