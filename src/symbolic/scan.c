@@ -53,47 +53,75 @@ typedef struct groups {
     const size_t *first;
 } groups;
 
-/* d = sign x op y on eight; a sign is a factor, which changes no bit else. */
+/* d = sign x op y on eight; a sign is a factor, which changes no bit else. Rows do not overlap. */
 typedef struct pair {
-    const double *x, *y;
+    const double *restrict x, *restrict y;
     double sign_x, sign_y;
 } pair;
 
-static ALWAYS void add(const pair *o, const groups *n, double *d)
+/* The lanes of one group. */
+#define EACH(l) for (size_t l = 0; l < LANES; l++)
+
+static ALWAYS void add_eight(const pair *o, size_t from, double *restrict d)
 {
-    for (size_t j = 0; j < n->count; j++)
-        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
-            d[l] = o->sign_x * o->x[l] + o->sign_y * o->y[l];
+    const double *restrict x = o->x + from, *restrict y = o->y + from;
+    if (o->sign_x > 0 && o->sign_y > 0)
+        EACH(l)
+    d[l] = x[l] + y[l];
+    else if (o->sign_x > 0) EACH(l) d[l] = x[l] - y[l];
+    else if (o->sign_y > 0) EACH(l) d[l] = y[l] - x[l];
+    else EACH(l) d[l] = -x[l] - y[l];
 }
 
-static ALWAYS void multiply(const pair *o, const groups *n, double *d)
+static ALWAYS void add(const pair *o, const groups *n, double *restrict d)
 {
     for (size_t j = 0; j < n->count; j++)
-        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
-            d[l] = o->sign_x * o->x[l] * (o->sign_y * o->y[l]);
+        add_eight(o, n->first[j], d + n->first[j]);
 }
 
-static ALWAYS void divide(const pair *o, const groups *n, double *d)
+static ALWAYS void multiply(const pair *o, const groups *n, double *restrict d)
 {
-    for (size_t j = 0; j < n->count; j++)
-        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
-            d[l] = o->sign_x * o->x[l] / (o->sign_y * o->y[l]);
+    double sign = o->sign_x * o->sign_y;
+    for (size_t j = 0; j < n->count; j++) {
+        const double *restrict x = o->x + n->first[j], *restrict y = o->y + n->first[j];
+        double *restrict to = d + n->first[j];
+        EACH(l)
+        to[l] = sign * x[l] * y[l];
+    }
 }
 
-static ALWAYS void root(const pair *o, const groups *n, double *d)
+static ALWAYS void divide(const pair *o, const groups *n, double *restrict d)
 {
-    for (size_t j = 0; j < n->count; j++)
-        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++)
-            d[l] = sqrt(o->sign_x * o->x[l]);
+    double sign = o->sign_x * o->sign_y;
+    for (size_t j = 0; j < n->count; j++) {
+        const double *restrict x = o->x + n->first[j], *restrict y = o->y + n->first[j];
+        double *restrict to = d + n->first[j];
+        EACH(l)
+        to[l] = sign * x[l] / y[l];
+    }
 }
 
-static ALWAYS void larger(const pair *o, const groups *n, double *d)
+static ALWAYS void root(const pair *o, const groups *n, double *restrict d)
 {
-    for (size_t j = 0; j < n->count; j++)
-        for (size_t l = n->first[j]; l < n->first[j] + LANES; l++) {
-            double x = o->sign_x * o->x[l], y = o->sign_y * o->y[l];
-            d[l] = x > y || isnan(x) ? x : y;
+    for (size_t j = 0; j < n->count; j++) {
+        const double *restrict x = o->x + n->first[j];
+        double *restrict to = d + n->first[j];
+        EACH(l)
+        to[l] = sqrt(o->sign_x * x[l]);
+    }
+}
+
+static ALWAYS void larger(const pair *o, const groups *n, double *restrict d)
+{
+    for (size_t j = 0; j < n->count; j++) {
+        const double *restrict at = o->x + n->first[j], *restrict beside = o->y + n->first[j];
+        double *restrict to = d + n->first[j];
+        EACH(l)
+        {
+            double x = o->sign_x * at[l], y = o->sign_y * beside[l];
+            to[l] = x > y || isnan(x) ? x : y;
         }
+    }
 }
 
 static void other_at(const kmp_scan *s, int i, size_t from, double *d)

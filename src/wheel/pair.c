@@ -69,7 +69,7 @@ kmp_trace kmp_trace_at(const kmp_pair *p, kmp_ref s)
     kmp_ref inside = kmp_sub(g, KMP_ONE, kmp_mul(g, a, kmp_mul(g, t.slope, t.slope)));
     kmp_ref cosine = a == KMP_ZERO ? KMP_ONE : kmp_sqrt(g, kmp_binary(g, KMP_OP_MAX, inside, kmp_const(g, 1e-4)));
     kmp_ref along = kmp_sub(g, s, kmp_mul(g, a, rise));
-    kmp_ref down = kmp_div(g, kmp_mul(g, t.radius, cosine), kmp_sqrt(g, c2));
+    kmp_ref down = kmp_mul(g, kmp_mul(g, t.radius, cosine), kmp_div(g, KMP_ONE, kmp_sqrt(g, c2)));
     t.x = kmp_mul(g, kmp_add(g, s, rise), e[0]);
     t.y = kmp_add(g, kmp_mul(g, along, e[1]), kmp_mul(g, down, e[2]));
     t.z = kmp_sub(g, kmp_mul(g, along, e[2]), kmp_mul(g, down, e[1]));
