@@ -157,8 +157,15 @@ class Wagon(unittest.TestCase):
             found += row[f"force.{wheel}.z"] * place * (1 if wheel[1] == "R" else -1)
         self.assertLess(abs(found / wanted - 1), 5e-3, (found, wanted))
         for wheel in wheels:  # no contact goes out at once where another one takes over
-            loads = [row[f"force.{wheel}.z"] for row in run if row["q.x"] > 8]
-            self.assertLess(max(abs(after - before) for before, after in zip(loads, loads[1:])), 4000, wheel)
+            loads = [(row["q.x"], row[f"force.{wheel}.z"]) for row in run if 8 < row["q.x"] < 60]
+            changes = [abs(after[1] - before[1]) for before, after in zip(loads, loads[1:]) if not self.at_a_corner(before[0])]
+            self.assertGreater(len(changes), 100)
+            self.assertLess(max(changes), 3000, wheel)
+
+    @staticmethod
+    def at_a_corner(x):
+        """Where an axle passes an end of the transition a step goes over a corner of the cant: its rows are not the motion's."""
+        return any(abs(x + axle - corner) < 1.2 for axle in (2.5, -2.5) for corner in (20, 50))
 
 
 class Uneven(unittest.TestCase):
