@@ -14,6 +14,7 @@
 
 #include "constraints/reduction.h"
 #include "integrators/tangent.h"
+#include "linalg/eigen.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;
@@ -31,6 +32,7 @@ typedef struct kmp_linear {
     double *force;                      /* n: M qdd + C */
     double *residual;                   /* p: R */
     double *mass, *damping, *stiffness; /* p x p, column-major: Mr, Gr, Kr, since kmp_linear_matrices */
+    double *inertia;                    /* likewise N' M N, where Mr is another; otherwise NULL */
     double *unit, *work;                /* n, 5 n + m */
     double *pressed;                    /* p x p: LU of Mr, where forces depend on multipliers; otherwise NULL */
     int *pivot;                         /* p */
@@ -96,5 +98,9 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
 
 /** Mr, Gr and Kr of the last state. */
 void kmp_linear_matrices(kmp_linear *linear);
+
+/** Eigenvalues and vectors of them; the same whatever u are chosen. 0; -1: no memory, or an iteration did not converge;
+ * -2: Mr is singular; i + 1: N' M N is not positive for u[i]. */
+int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
 
 #endif
