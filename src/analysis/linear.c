@@ -326,11 +326,11 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     gather(linear, q, back->u, back->h);
 }
 
-/* N' M N, with the same roundings as in Mr. */
-static void weigh(kmp_linear *l)
+void kmp_linear_inertia(kmp_linear *linear)
 {
+    kmp_linear *l = linear;
     int n = l->n, p = l->p;
-    for (int k = 0; k < p; k++) {
+    for (int k = 0; l->inertia && k < p; k++) {
         memset(l->work, 0, (size_t)n * sizeof *l->work);
         kmp_tangents_add(&l->tangents, KMP_M, l->d, 1, l->red.x + k * n, l->work);
         for (int i = 0; i < p; i++)
@@ -350,8 +350,7 @@ void kmp_linear_matrices(kmp_linear *linear)
         kmp_linear_follow(linear, &(kmp_change){.udd = unit}, &(kmp_response){.residual = linear->mass + k * p});
         unit[k] = 0;
     }
-    if (linear->inertia)
-        weigh(linear);
+    kmp_linear_inertia(linear);
 }
 
 int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)

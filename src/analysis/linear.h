@@ -96,8 +96,11 @@ typedef struct kmp_changes_weight {
  *  both sums are the same for any change; all of `back` must be there. At the last state. No allocation. */
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back);
 
-/** Mr, Gr and Kr of the last state. */
+/** Mr, Gr and Kr of the last state, and N' M N, the latter with the same roundings as in Mr. */
 void kmp_linear_matrices(kmp_linear *linear);
+
+/** The latter alone, for who has made the others by kmp_linear_follow. */
+void kmp_linear_inertia(kmp_linear *linear);
 
 /** Eigenvalues and vectors of them; the same whatever u are chosen. 0; -1: no memory, or an iteration did not converge;
  * -2: Mr is singular; i + 1: N' M N is not positive for u[i]. */

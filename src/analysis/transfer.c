@@ -194,6 +194,7 @@ void kmp_transfer_eval(kmp_transfer *transfer)
         x.udd[k] = 1;
         follow(t, t->linear->mass + k * p, t->by_udd + k * outputs);
     }
+    kmp_linear_inertia(t->linear);
     for (int k = 0; k < t->columns; k++) {
         set_load(t, &t->load[k]);
         follow(t, t->loads + k * p, t->direct + k * outputs);
