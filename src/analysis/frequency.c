@@ -387,7 +387,7 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
             return KEMPE_STOPPED;
     }
     unsigned long failures = kmp_memory_failures();
-    f->has_spectrum = kmp_spectrum_init(&f->poles, l->p, l->mass, l->damping, l->stiffness, false) == 0;
+    f->has_spectrum = kmp_linear_spectrum(l, &f->poles) == 0;
     if (kmp_memory_failures() > failures)
         return kmp_fail_memory(context);
     take_still(f);

@@ -38,9 +38,10 @@ static void forget_choice(kmp_linear *l)
     kmp_free(l->mass);
     kmp_free(l->damping);
     kmp_free(l->stiffness);
+    kmp_free(l->inertia);
     kmp_free(l->pressed);
     kmp_free(l->pivot);
-    l->residual = l->mass = l->damping = l->stiffness = l->pressed = NULL;
+    l->residual = l->mass = l->damping = l->stiffness = l->inertia = l->pressed = NULL;
     l->pivot = NULL;
     if (l->chosen)
         kmp_reduction_free(&l->red);
@@ -83,8 +84,9 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
         return kmp_fail_memory(s->context);
     if (s->pressed_count > 0) {
         linear->pressed = KMP_NEW(double, p *p);
+        linear->inertia = KMP_NEW(double, p *p);
         linear->pivot = KMP_NEW(int, p);
-        if (!linear->pressed || !linear->pivot)
+        if (!linear->pressed || !linear->inertia || !linear->pivot)
             return kmp_fail_memory(s->context);
     }
     status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
@@ -324,6 +326,18 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     gather(linear, q, back->u, back->h);
 }
 
+void kmp_linear_inertia(kmp_linear *linear)
+{
+    kmp_linear *l = linear;
+    int n = l->n, p = l->p;
+    for (int k = 0; l->inertia && k < p; k++) {
+        memset(l->work, 0, (size_t)n * sizeof *l->work);
+        kmp_tangents_add(&l->tangents, KMP_M, l->d, 1, l->red.x + k * n, l->work);
+        for (int i = 0; i < p; i++)
+            l->inertia[i + k * p] = kmp_dot(n, l->red.x + i * n, l->work);
+    }
+}
+
 void kmp_linear_matrices(kmp_linear *linear)
 {
     int p = linear->p;
@@ -336,4 +350,12 @@ void kmp_linear_matrices(kmp_linear *linear)
         kmp_linear_follow(linear, &(kmp_change){.udd = unit}, &(kmp_response){.residual = linear->mass + k * p});
         unit[k] = 0;
     }
+    kmp_linear_inertia(linear);
+}
+
+int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
+{
+    const kmp_linear *l = linear;
+    return l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
+                      : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
 }

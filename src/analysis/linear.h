@@ -14,6 +14,7 @@
 
 #include "constraints/reduction.h"
 #include "integrators/tangent.h"
+#include "linalg/eigen.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;
@@ -31,6 +32,7 @@ typedef struct kmp_linear {
     double *force;                      /* n: M qdd + C */
     double *residual;                   /* p: R */
     double *mass, *damping, *stiffness; /* p x p, column-major: Mr, Gr, Kr, since kmp_linear_matrices */
+    double *inertia;                    /* likewise N' M N, where Mr is another; otherwise NULL */
     double *unit, *work;                /* n, 5 n + m */
     double *pressed;                    /* p x p: LU of Mr, where forces depend on multipliers; otherwise NULL */
     int *pivot;                         /* p */
@@ -94,7 +96,14 @@ typedef struct kmp_changes_weight {
  *  both sums are the same for any change; all of `back` must be there. At the last state. No allocation. */
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back);
 
-/** Mr, Gr and Kr of the last state. */
+/** Mr, Gr and Kr of the last state, and N' M N, the latter with the same roundings as in Mr. */
 void kmp_linear_matrices(kmp_linear *linear);
+
+/** The latter alone, for who has made the others by kmp_linear_follow. */
+void kmp_linear_inertia(kmp_linear *linear);
+
+/** Eigenvalues and vectors of them; the same whatever u are chosen. 0; -1: no memory, or an iteration did not converge;
+ * -2: Mr is singular; i + 1: N' M N is not positive for u[i]. */
+int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
 
 #endif

@@ -56,8 +56,8 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         stability->word = KMP_STABLE;
         return KEMPE_OK;
     }
-    int bad = kmp_spectrum_init(&s, linear->p, linear->mass, linear->damping, linear->stiffness, false);
-    if (bad > 0)
+    int bad = kmp_linear_spectrum(linear, &s);
+    if (bad > 0 || bad == -2)
         return KEMPE_OK;
     if (bad < 0)
         return kmp_fail_memory(linear->system->context);

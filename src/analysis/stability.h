@@ -10,7 +10,7 @@ typedef enum kmp_stability_word {
     KMP_STABLE,      /* nothing grows and nothing stays */
     KMP_INDIFFERENT, /* nothing grows, some motions stay where they are put, or go on */
     KMP_UNSTABLE,
-    KMP_UNDECIDED /* the reduced mass is not positive */
+    KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers */
 } kmp_stability_word;
 
 typedef struct kmp_stability {

@@ -58,7 +58,7 @@ void kmp_transfer_eval(kmp_transfer *transfer);
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
 
 /** A (2p x 2p), B (2p x columns), C (outputs x 2p) and D (outputs x columns), column-major. 0; 1 + k: the reduced mass
- *  is not positive for u[k]; -1: no memory. */
+ *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);
 
 #endif

@@ -159,6 +159,9 @@ static void times(int rows, int n, double *columns, const double *b, double *row
 typedef struct pencil {
     int p, n; /* n = 2 p */
     const double *mass, *damping, *stiffness;
+    const double *led; /* what stands before s^2 instead of the mass; NULL: the mass itself */
+    double *apart;     /* LU of it where the mass is 1 */
+    int *pivot;
     double *l;      /* Cholesky factor of the mass */
     double *g, *k;  /* G and K where M is 1 */
     double rate;    /* of the time in which K has norm 1 */
@@ -172,8 +175,9 @@ typedef struct pencil {
 
 static double **rooms(pencil *w, int k)
 {
-    double **all[] = {&w->l,       &w->g,       &w->k,       &w->t,       &w->h,       &w->a,       &w->s,   &w->vector,
-                      &w->part[0], &w->part[1], &w->part[2], &w->part[3], &w->part[4], &w->part[5], &w->row, &w->noise};
+    double **all[] = {&w->l,       &w->g,       &w->k,       &w->t,       &w->h,       &w->a,
+                      &w->s,       &w->vector,  &w->part[0], &w->part[1], &w->part[2], &w->part[3],
+                      &w->part[4], &w->part[5], &w->row,     &w->noise,   &w->apart};
     return k < (int)(sizeof all / sizeof *all) ? all[k] : NULL;
 }
 
@@ -182,13 +186,14 @@ static bool make_rooms(pencil *w)
     bool ok = true;
     for (int k = 0; rooms(w, k); k++)
         ok = (*rooms(w, k) = KMP_NEW(double, w->n * w->n + 1)) && ok;
-    return ok;
+    return (w->pivot = KMP_NEW(int, w->n)) && ok;
 }
 
 static void free_rooms(pencil *w)
 {
     for (int k = 0; rooms(w, k); k++)
         kmp_free(*rooms(w, k));
+    kmp_free(w->pivot);
 }
 
 static bool is_symmetric(int n, const double *a, double size)
@@ -274,14 +279,15 @@ static void put_still(const pencil *w, kmp_spectrum *s, double *basis)
     kmp_free(pivot);
 }
 
-/* a^H (z M + G) b of parts, z complex; G may be NULL. */
+/* a^H (z M + G) b of parts, z complex; without G: a^H z M b with the mass in place of M. */
 static void form(const pencil *w, const double *a_re, const double *a_im, double z_re, double z_im, bool with_damping,
                  const double *b_re, const double *b_im, double out[2])
 {
+    const double *mass = with_damping && w->led ? w->led : w->mass;
     out[0] = out[1] = 0;
     for (int j = 0; j < w->p; j++)
         for (int i = 0; i < w->p; i++) {
-            double m = w->mass[i + j * w->p], g = with_damping ? w->damping[i + j * w->p] : 0;
+            double m = mass[i + j * w->p], g = with_damping ? w->damping[i + j * w->p] : 0;
             double re = z_re * m + g, im = z_im * m;
             double c_re = re * b_re[j] - im * b_im[j], c_im = re * b_im[j] + im * b_re[j];
             out[0] += a_re[i] * c_re + a_im[i] * c_im;
@@ -553,6 +559,8 @@ static void lift(pencil *w, kmp_spectrum *s, int done, int k, double re, double 
                 y[part][i] += w->t[p + i + (done + j) * n] * left[j];
         }
     for (int part = 0; part < 2; part++) {
+        if (w->led)
+            kmp_lu_solve_transposed(p, w->apart, w->pivot, 1, y[part]);
         backward(p, w->l, x[part]);
         backward(p, w->l, y[part]);
     }
@@ -594,6 +602,27 @@ static int by_companion(pencil *w, kmp_spectrum *s)
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
+/* What is led before s^2, where the mass is 1: E. (s^2 E + s g + k) x = 0 is (s^2 + s E^-1 g + E^-1 k) x = 0, in which
+ * the mass is 1 again; its left vectors are E' times those of the former. */
+static int divide_led(pencil *w)
+{
+    int p = w->p;
+    double off = 0;
+    congruence(p, w->l, w->led, w->apart, w->row);
+    for (int i = 0; i < p; i++)
+        for (int j = 0; j < p; j++)
+            off = fmax(off, fabs(w->apart[i + j * p] - (i == j)));
+    if (off <= rounding(p)) {
+        w->led = NULL;
+        return 0;
+    }
+    if (kmp_lu_factor(p, w->apart, w->pivot))
+        return -2;
+    kmp_lu_solve(p, w->apart, w->pivot, p, w->g);
+    kmp_lu_solve(p, w->apart, w->pivot, p, w->k);
+    return 0;
+}
+
 static int solve(pencil *w, kmp_spectrum *s, bool companion)
 {
     int p = w->p;
@@ -603,31 +632,46 @@ static int solve(pencil *w, kmp_spectrum *s, bool companion)
         return info;
     congruence(p, w->l, w->damping, w->g, w->row);
     congruence(p, w->l, w->stiffness, w->k, w->row);
+    if (w->led && (info = divide_led(w)) != 0)
+        return info;
     double k_norm = norm_of(p * p, w->k), g_norm = norm_of(p * p, w->g);
     w->rate = k_norm > 0 ? sqrt(k_norm) : g_norm > 0 ? g_norm : 1;
-    s->conservative = g_norm <= rounding(p) * w->rate && is_symmetric(p, w->k, k_norm);
+    s->conservative = !w->led && g_norm <= rounding(p) * w->rate && is_symmetric(p, w->k, k_norm);
     return s->conservative && !companion ? by_symmetry(w, s) : by_companion(w, s);
 }
 
-int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
-                      bool companion)
+static int init(kmp_spectrum *spectrum, pencil *w, bool companion)
 {
+    int p = w->p;
     kmp_spectrum s = {.p = p, .count = 2 * p};
-    pencil w = {.p = p, .n = 2 * p, .mass = mass, .damping = damping, .stiffness = stiffness};
     s.re = KMP_NEW(double, s.count);
     s.im = KMP_NEW(double, s.count);
     s.x_re = KMP_NEW(double, p *s.count);
     s.x_im = KMP_NEW(double, p *s.count);
     s.y_re = KMP_NEW(double, p *s.count);
     s.y_im = KMP_NEW(double, p *s.count);
-    bool ok = make_rooms(&w) && s.re && s.im && s.x_re && s.x_im && s.y_re && s.y_im;
-    int info = ok ? p > 0 ? solve(&w, &s, companion) : 0 : -1;
-    free_rooms(&w);
+    bool ok = make_rooms(w) && s.re && s.im && s.x_re && s.x_im && s.y_re && s.y_im;
+    int info = ok ? p > 0 ? solve(w, &s, companion) : 0 : -1;
+    free_rooms(w);
     if (info)
         kmp_spectrum_free(&s);
     else
         *spectrum = s;
     return info;
+}
+
+int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
+                      bool companion)
+{
+    pencil w = {.p = p, .n = 2 * p, .mass = mass, .damping = damping, .stiffness = stiffness};
+    return init(spectrum, &w, companion);
+}
+
+int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
+                          const double *stiffness)
+{
+    pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
+    return init(spectrum, &w, false);
 }
 
 void kmp_spectrum_free(kmp_spectrum *spectrum)

@@ -41,6 +41,12 @@ int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const d
                       bool companion);
 void kmp_spectrum_free(kmp_spectrum *spectrum);
 
+/** The same of a pencil whose M, `led`, is neither symmetric nor positive: `mass`, which is, stands for it in x^H M x
+ * and in the choice of coordinates. With led = mass, but for rounding, it is the pencil above; otherwise it is never
+ * taken for conservative. -2: led is singular. */
+int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
+                          const double *stiffness);
+
 /** Where the conjugate of eigenvalue k stands; k itself when it is real. */
 int kmp_spectrum_conjugate(const kmp_spectrum *spectrum, int k);
 

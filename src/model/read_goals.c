@@ -31,10 +31,17 @@ static bool read_subject(kmp_reader *r, const kmp_yaml *key, kmp_goal *goal)
         kmp_reader_complain(r, key->place, "start goals: '%s' is a point of the ground, which does not move", point);
     if (goal->motion >= 0 && model->start.hold[goal->motion])
         kmp_reader_complain(r, key->place, "start goals: '%s' is held: it keeps its value and can have no goal", text);
-    for (int k = 0; k < model->start.goal_count; k++)
-        if (model->start.goals[k].motion == goal->motion && model->start.goals[k].point == goal->point)
-            kmp_reader_complain(r, key->place, "start goals: '%s' is given twice", text);
     return true;
+}
+
+/* Whether a file that includes this one has set the goal; `said`: where each so far. */
+static bool is_said(kmp_reader *r, const kmp_yaml *key, const kmp_goal *goal, const kmp_place *said)
+{
+    const kmp_start *start = &r->model->start;
+    for (int k = 0; k < start->goal_count; k++)
+        if (start->goals[k].motion == goal->motion && start->goals[k].point == goal->point)
+            return kmp_reader_said(r, "start goals", key, said[k]);
+    return false;
 }
 
 static void read_values(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
@@ -68,11 +75,12 @@ void kmp_read_goals(kmp_reader *r, const kmp_yaml *map)
     if (!map || !kmp_read_map(r, map, "start goals", NULL))
         return;
     start->goals = KMP_ARENA_NEW(&r->model->arena, kmp_goal, map->count);
-    for (int i = 0; start->goals && i < map->count; i++) {
+    kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, map->count);
+    for (int i = 0; start->goals && said && i < map->count; i++) {
         const kmp_yaml *node = map->items[i];
         const char *name = map->keys[i]->text;
         kmp_goal goal;
-        if (!read_subject(r, map->keys[i], &goal))
+        if (!read_subject(r, map->keys[i], &goal) || is_said(r, map->keys[i], &goal, said))
             continue;
         for (int k = 0; k < 3; k++)
             goal.weight[k].value = 1;
@@ -86,6 +94,7 @@ void kmp_read_goals(kmp_reader *r, const kmp_yaml *map)
         }
         if (node)
             read_values(r, node, what, &goal);
+        said[start->goal_count] = map->keys[i]->place;
         start->goals[start->goal_count++] = goal;
     }
 }

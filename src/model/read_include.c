@@ -42,6 +42,28 @@ const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name)
     return kmp_reader_body_name(r, instance->parent, kmp_reader_say(r, "%.*s", (int)strcspn(at, "."), at));
 }
 
+static bool includes(const kmp_reader *r, int outer, int file)
+{
+    const kmp_instance *up = kmp_reader_instance(r, file);
+    while (up && up->parent != outer)
+        up = kmp_reader_instance(r, up->parent);
+    return up;
+}
+
+bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp_place before)
+{
+    if (includes(r, before.file, again->place.file))
+        return true;
+    if (before.file == again->place.file)
+        kmp_reader_complain(r, again->place, "%s: '%s' is given twice", what, again->text);
+    else
+        kmp_reader_complain(r, again->place,
+                            "%s: '%s' is given twice, in %s:%d too, and neither file includes the other: say it in one "
+                            "that includes both",
+                            what, again->text, r->model->files[before.file], before.line);
+    return false;
+}
+
 /* -- loading ------------------------------------------------------------------------------------- */
 
 static const char *path_beside(kmp_reader *r, int file, const char *name)

@@ -13,7 +13,8 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
 {
     if (!map || !kmp_read_map(r, map, what, NULL))
         return;
-    for (int i = 0; i < map->count; i++) {
+    kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, r->model->motion_count);
+    for (int i = 0; said && i < map->count; i++) {
         const kmp_yaml *key = map->keys[i];
         const char *name = kmp_reader_name(r, key->place.file, key->text);
         if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a warning of its own says so */
@@ -24,8 +25,9 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
         bool good = kmp_read_number(r, map->items[i], kmp_reader_say(r, "%s: '%s'", what, key->text), wanted, &value);
         if (motion < 0)
             continue;
-        if (given[motion] && strcmp(key->text, r->model->motions[motion].name) != 0)
-            kmp_reader_complain(r, key->place, "%s: '%s' is given twice", what, key->text);
+        if (given[motion] && kmp_reader_said(r, what, key, said[motion]))
+            continue;
+        said[motion] = key->place;
         given[motion] = true;
         if (good)
             values[motion] = value;

@@ -59,6 +59,10 @@ const kmp_instance *kmp_reader_instance(const kmp_reader *r, int file);
 /** A name that stands in a file, as the model has it: with the file's prefix. */
 const char *kmp_reader_name(kmp_reader *r, int file, const char *name);
 
+/** What the start says again at `again`, having said it at `before`: true where the file of `before` includes that of
+ *  `again`, and has the last word; otherwise it is given twice, and a complaint. */
+bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp_place before);
+
 /** The same for a body; the ground of an included file is the body that it is put on. */
 const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name);
 

@@ -30,6 +30,11 @@ static kempe_status make_first_order(kempe_linearization *l)
     l->c = KMP_NEW(double, 2 * p * outputs);
     l->d = KMP_NEW(double, outputs *inputs);
     int failed = l->a && l->b && l->c && l->d ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
+    if (failed == -2)
+        return kmp_fail(
+            system->context, KEMPE_E_FAILED,
+            "accelerations do not follow from the state: forces that depend on multipliers take all inertia "
+            "away from some motion, and there is no state space (kempe response needs none)");
     if (failed < 0)
         return kmp_fail_memory(system->context);
     if (failed == 0)

@@ -20,7 +20,7 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     kmp_spectrum s;
     double least = INFINITY, most = 0;
     unsigned long failures = kmp_memory_failures();
-    int failed = kmp_spectrum_init(&s, l->p, l->mass, l->damping, l->stiffness, false);
+    int failed = kmp_linear_spectrum(l, &s);
     if (kmp_memory_failures() > failures) {
         if (failed == 0)
             kmp_spectrum_free(&s);

@@ -103,7 +103,7 @@ static kempe_status solve(const kmp_linear *l, kmp_spectrum *spectrum)
 {
     kempe_context *context = l->system->context;
     unsigned long failures = kmp_memory_failures();
-    int fault = kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    int fault = kmp_linear_spectrum(l, spectrum);
     if (fault > 0)
         return kmp_fail(context, KEMPE_E_FAILED, "there are no modes: the reduced mass is not positive along '%s'",
                         l->system->model->motions[l->part.u[fault - 1]].name);

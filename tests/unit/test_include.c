@@ -93,12 +93,55 @@ static void settings(void)
     kempe_model_free(m);
 }
 
+/* A start that the model and an included one say: the model has the last word, with a prefix and without. */
+static void starts(void)
+{
+    static const char *const includes[] = {"{file: started.yaml, prefix: a_}", "{file: started.yaml}",
+                                           "{file: starts.yaml, prefix: a_}"};
+    static const char *const prefix[] = {"a_", "", "a_b_"};
+    for (int k = 0; k < 3; k++) {
+        char text[400];
+        kempe_model *m = NULL;
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ninclude: [%s]\nstart: {q: {%sA: 0.7, %sB: 0.5}, qd: {%sA: 5}, goals: {%sG: 3}}\n",
+                       includes[k], prefix[k], prefix[k], prefix[k], prefix[k]);
+        if (kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer", &m) != KEMPE_OK)
+            printf("%s\n", kempe_context_message(context));
+        CHECK(m != NULL);
+        if (!m)
+            return;
+        const kmp_start *start = &m->start;
+        CHECK(start->q[0].value == 0.7 && start->qd[0].value == 5 && start->hold[0]);
+        CHECK(start->q[1].value == 0.5 && start->qd[1].value == (k == 2 ? -1 : 4)); /* the one in between */
+        CHECK(start->goal_count == 1 && start->goals[0].motion == 2 && start->goals[0].value[0].value == 3);
+        kempe_model_free(m);
+    }
+}
+
+/* Two that neither include the other: a mistake, unless the model says it. */
+static void contradictions(void)
+{
+    static const char two[] = "kempe: 1\ninclude: [{file: started.yaml}, {file: restarted.yaml}]\n";
+    char text[400];
+    kempe_model *m = NULL;
+    CHECK(kempe_model_read_text(context, two, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_E_INPUT && !m);
+    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:13: start q: 'A' is given twice, in ") != NULL);
+    CHECK(strstr(kempe_context_message(context), "restarted.yaml:3:28: start goals: 'G' is given twice, in ") != NULL);
+    CHECK(strstr(kempe_context_message(context), "started.yaml:7 too") != NULL);
+    (void)snprintf(text, sizeof text, "%sstart: {q: {A: 0.7}, goals: {G: 3}}\n", two);
+    CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_OK);
+    CHECK(m && m->start.q[0].value == 0.7 && m->start.goal_count == 1 && m->start.goals[0].value[0].value == 3);
+    kempe_model_free(m);
+}
+
 int main(void)
 {
     context = kempe_context_new();
     TEST(names);
     TEST(equations);
     TEST(settings);
+    TEST(starts);
+    TEST(contradictions);
     kempe_context_free(context);
     return check_report();
 }
