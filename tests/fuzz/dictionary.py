@@ -66,7 +66,8 @@ def values():
 def program():
     functions = re.findall(r'"(\w+)"', (ROOT / "src/symbolic/ops.def").read_text())
     inputs = [word + "[0]" for word in texts("src/symbolic/program_words.c")[:12]]
-    lines = ["program 1\n", "table 0 linear\n", "table 1 cubic\n", "implicit 0 unknowns 1 arguments 1\n", "stage 0\n", "stage 1\n",
+    lines = ["program 1\n", "table 0 linear\n", "table 1 cubic\n", "implicit 0 unknowns 1 arguments 1\n",
+             "implicit 0 averages 2 arguments 1\n", "stage 0\n", "stage 1\n",
              "stage 2\n", "out[0] = ", "out[1] = ", "v0 = ", "v1 = ", "end\n", "implicit[0, 0](v", "table[0, 1](", "list(",
              " + ", " - ", " * ", " / ", "-inf", "nan"]
     return [name + "(" for name in functions] + inputs + lines
