@@ -121,7 +121,7 @@ static void starts(void)
 /* Two that neither include the other: a mistake, unless the model says it. */
 static void contradictions(void)
 {
-    static const char two[] = "kempe: 1\ninclude: [{file: started.yaml}, {file: restarted.yaml}]\n";
+    static const char two[] = "kempe: 1\ninclude: [{file: started.yaml}, {file: parts/restarted.yaml}]\n";
     char text[400];
     kempe_model *m = NULL;
     CHECK(kempe_model_read_text(context, two, KEMPE_ROOT "/tests/models/outer", &m) == KEMPE_E_INPUT && !m);
