@@ -78,6 +78,14 @@ class Balance(unittest.TestCase):
         self.assertTrue(2e-5 < rigid["z"] - elastic["z"] < 5e-5)
         self.assertLess(max(abs(rigid[name] - elastic[name]) for name in ("y", "psi", "yaw", "stroke", "car_pitch")), 1e-5)
 
+    def test_starts_on_its_rails(self):
+        """All wheels stand on their rails at the start and stay there, whatever the clearance, the worn wheel and the turn."""
+        for words in ((), ("sigma=2 mm",), ("worn=0",), ("turn=0.5e-3",)):
+            with self.subTest(words=words):
+                way = simulated(0.2, "--every", 0.001, *(each for word in words for each in ("--set", word)))
+                for name, load in (("FL", 16400), ("FR", 16400), ("RL", 11500), ("RR", 11500)):
+                    self.assertTrue(all(0.5 * load < row[f"force.{name}.z"] < 1.5 * load for row in way), name)
+
 
 class SlowMode(unittest.TestCase):
     def test_closed_form(self):
@@ -98,10 +106,10 @@ class SlowMode(unittest.TestCase):
                 shutil.copytree(ROOT / "examples" / name, pathlib.Path(folder) / name)
             place = pathlib.Path(folder) / "bogie_track"
             steady = asked("equilibrium", place / "bogie_track.yaml", *STEADY, *MIDDLE)
-            bogie = place.parent / "bogie/bogie.yaml"
-            for file, start in ((bogie, f"q: {json.dumps(steady['q'])}\n  qd: {json.dumps(steady['qd'])}"), (place / "half_tram.yaml", "q: {}")):
-                text = file.read_text()
-                file.write_text(text[:text.index("\nstart:")] + f"\nstart:\n  {start}\n")
+            model = place / "bogie_track.yaml"
+            text = model.read_text()
+            start = f"start:\n  q: {json.dumps(steady['q'])}\n  qd: {json.dumps(steady['qd'])}\n"
+            model.write_text(text[:text.index("start:")] + start + text[text.index("\nrun:"):])
             choices = ("psi,car_pitch,car_roll,yaw,roll,pitch,K2,K3", "y,car_roll,psi,stroke,z,pitch,roll,warp",
                        "x,y,car_pitch,car_roll,yaw,roll,K2,K3")
             found = [asked("modes", place / "bogie_track.yaml", "--at", "start", *MIDDLE, "--u", ",".join((choice, *SPINS)))
