@@ -35,17 +35,17 @@ static uint64_t *set_at(sets s, int k)
 
 static void put(sets s, int k, int i)
 {
-    set_at(s, k)[i / 64] |= (uint64_t)1 << (i % 64);
+    set_at(s, k)[i / 64] |= (uint64_t)1 << ((unsigned)i % 64);
 }
 
 static void take_out(sets s, int k, int i)
 {
-    set_at(s, k)[i / 64] &= ~((uint64_t)1 << (i % 64));
+    set_at(s, k)[i / 64] &= ~((uint64_t)1 << ((unsigned)i % 64));
 }
 
 static bool has(sets s, int k, int i)
 {
-    return (set_at(s, k)[i / 64] >> (i % 64) & 1u) != 0;
+    return (set_at(s, k)[i / 64] >> ((unsigned)i % 64) & 1u) != 0;
 }
 
 static void join(sets s, int k, const uint64_t *other)

@@ -522,7 +522,7 @@ void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, con
                       const double *x, double *out)
 {
     const int *column = tangents->column + tangents->first_column[block];
-    for (int c = 0, count = columns_of(tangents, block); c < count; c++) {
+    for (int c = 0, count = columns_of(tangents, (int)block); c < count; c++) {
         if (x[c] == 0)
             continue;
         for (int k = column[c]; k < column[c + 1]; k++) {
