@@ -13,4 +13,7 @@
 #define KMP_CLONES
 #endif
 
+/** What clones call: it becomes part of each, for its vectors. */
+#define KMP_INTO_CLONES inline __attribute__((always_inline))
+
 #endif

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Averages over places as a block of the graph, and their numbers. The largest exponent is taken out of all, so that
- * nothing overflows. Sums run in eight lanes, which are added at the end: the bits are the same from vectors of any
- * width. */
+ * nothing overflows. Sums run in four lanes, which are added at the end: the bits are the same with vectors and
+ * without. */
 #include "symbolic/average.h"
 #include "base/clones.h"
+#include "base/four.h"
 #include "base/memory.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
@@ -143,29 +144,39 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 struct kmp_average {
     const kmp_block *block;
-    kmp_scan *scan, *coarse; /* all places; one of each group of eight */
-    size_t groups;
-    double *middle;  /* those ones */
+    kmp_scan *scan;  /* at all places, filled up to groups of eight, then one of each group */
+    size_t groups;   /* of all places */
+    double *place;   /* those */
     double *spacing; /* by place, 0 where rows are filled up */
     double *weight;  /* exp(E) times it */
+    double *middle;  /* E at the one of each group */
     double *value;
-    size_t *first; /* groups that count, and how many */
+    size_t *first; /* groups that count, and how many; behind them those of the ones in the middle */
     size_t count;
 };
+
+/* The place of a group that speaks for it. */
+static size_t middle_of(const kmp_average *a, size_t group)
+{
+    size_t first = group * LANES, last = first + LANES - 1, end = (size_t)a->block->candidates - 1;
+    return (first + (last < end ? last : end)) / 2;
+}
 
 /* What a place stands for, and the places in the middle of groups. */
 static void measure(kmp_average *a)
 {
     const kmp_block *b = a->block;
+    size_t width = a->groups * LANES;
+    for (size_t k = 0; k < width; k++)
+        a->place[k] = b->candidate[k < (size_t)b->candidates ? k : 0];
     for (int k = 0, last = b->candidates - 1; k <= last; k++) {
         double before = b->candidate[k > 0 ? k - 1 : 0], after = b->candidate[k < last ? k + 1 : last];
         a->spacing[k] = (after - before) / 2;
     }
-    for (size_t k = 0; k < a->groups; k++) {
-        size_t first = k * LANES, last = first + LANES - 1;
-        last = last < (size_t)b->candidates ? last : (size_t)b->candidates - 1;
-        a->middle[k] = b->candidate[(first + last) / 2];
-    }
+    for (size_t k = 0; k < a->groups; k++)
+        a->place[width + k] = b->candidate[middle_of(a, k)];
+    for (size_t k = 0; k * LANES < a->groups; k++)
+        a->first[a->groups + k] = width + k * LANES;
 }
 
 kmp_average *kmp_average_room(const kmp_block *block)
@@ -176,18 +187,17 @@ kmp_average *kmp_average_room(const kmp_block *block)
     a->block = block;
     a->groups = ((size_t)block->candidates + LANES - 1) / LANES;
     size_t width = a->groups * LANES;
-    a->spacing = kmp_calloc(2 * width + a->groups, sizeof *a->spacing);
+    a->place = kmp_calloc(3 * width + 2 * a->groups + LANES, sizeof *a->place);
     a->value = KMP_NEW(double, block->unknowns);
-    a->first = kmp_calloc(a->groups, sizeof *a->first);
-    bool ok = a->spacing && a->value && a->first;
-    if (ok) {
+    a->first = kmp_calloc(2 * a->groups, sizeof *a->first);
+    if (a->place && a->value && a->first) {
+        a->spacing = a->place + width + a->groups;
         a->weight = a->spacing + width;
         a->middle = a->weight + width;
         measure(a);
-        a->scan = kmp_scan_new(block, block->candidates, block->candidate);
-        a->coarse = kmp_scan_new(block, (int)a->groups, a->middle);
+        a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);
     }
-    if (ok && a->scan && a->coarse)
+    if (a->scan)
         return a;
     kmp_average_room_free(a);
     return NULL;
@@ -198,8 +208,7 @@ void kmp_average_room_free(kmp_average *a)
     if (!a)
         return;
     kmp_scan_free(a->scan);
-    kmp_scan_free(a->coarse);
-    kmp_free(a->spacing);
+    kmp_free(a->place);
     kmp_free(a->value);
     kmp_free(a->first);
     kmp_free(a);
@@ -212,12 +221,14 @@ const double *kmp_average_values(const kmp_average *a)
 
 /* exp(x) for x not above 0: x = n log 2 + r, |r| <= log(2)/2, and the series of exp(r), whose rest is below 1e-17. What
  * would not be a normal number is 0. */
-static inline double power_of_e(double x)
+static KMP_INTO_CLONES void power_of_e(const kmp_four *x, kmp_four *power)
 {
     static const double shift = 0x1.8p52, high = 0x1.62e42fefa3800p-1, low = 0x1.ef35793c76730p-45;
-    double least = x < -700 ? -700 : x, n = least * 0x1.71547652b82fep0 + shift, whole = n - shift;
-    double r = (least - whole * high) - whole * low;
-    double sum = 1.0 / 6227020800;
+    const kmp_four_mask gone = *x < -700;
+    const kmp_four least = KMP_FOUR_SELECT(gone, KMP_FOUR_ALL(-700.0), *x);
+    const kmp_four n = least * 0x1.71547652b82fep0 + shift, whole = n - shift;
+    const kmp_four r = (least - whole * high) - whole * low;
+    kmp_four sum = KMP_FOUR_ALL(1.0 / 6227020800);
     sum = sum * r + 1.0 / 479001600;
     sum = sum * r + 1.0 / 39916800;
     sum = sum * r + 1.0 / 3628800;
@@ -231,109 +242,122 @@ static inline double power_of_e(double x)
     sum = sum * r + 0.5;
     sum = sum * r + 1;
     sum = sum * r + 1;
-    int64_t bits, exponent;
-    memcpy(&bits, &sum, sizeof bits);
-    memcpy(&exponent, &n, sizeof exponent);
-    bits += (int64_t)((uint64_t)exponent << 52);
-    memcpy(&sum, &bits, sizeof sum);
-    return x < -700 ? 0 : sum;
+    const kmp_four_mask bits = (kmp_four_mask)sum + ((kmp_four_mask)n << 52);
+    *power = (kmp_four)(bits & ~gone);
 }
 
-static double sum_of(const double *lane)
+static KMP_INTO_CLONES double sum_of(const kmp_four *x)
 {
-    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+    return ((*x)[0] + (*x)[1]) + ((*x)[2] + (*x)[3]);
 }
+
+/* By fours: all places of the groups that count. */
+#define EACH(a, at)                                                                                                    \
+    for (size_t group = 0; group < (a)->count; group++)                                                                \
+        for (size_t at = (a)->first[group], end = at + LANES; at < end; at += KMP_FOUR)
 
 /* Weights, and their sum. */
-KMP_CLONES static double weigh(const kmp_average *a, double sign, const double *x, double most)
+KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponent, double most)
 {
-    double lane[LANES] = {0};
-    for (size_t j = 0; j < a->count; j++)
-        for (size_t l = 0, k = a->first[j]; l < LANES; l++) {
-            double w = power_of_e(sign * x[k + l] - most) * a->spacing[k + l];
-            a->weight[k + l] = w;
-            lane[l] += w;
-        }
-    return sum_of(lane);
+    kmp_four sum = {0}, power;
+    EACH(a, at)
+    {
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at)) - most;
+        power_of_e(&x, &power);
+        const kmp_four weight = power * KMP_FOUR_CONST(a->spacing + at);
+        KMP_FOUR_AT(a->weight + at) = weight;
+        sum += weight;
+    }
+    return sum_of(&sum);
 }
 
-KMP_CLONES static double weighed(const kmp_average *a, const double *x)
+KMP_CLONES static double weighed(const kmp_average *a, const kmp_scan_row *row)
 {
-    double lane[LANES] = {0};
-    for (size_t j = 0; j < a->count; j++)
-        for (size_t l = 0, k = a->first[j]; l < LANES; l++)
-            lane[l] += a->weight[k + l] * x[k + l];
-    return sum_of(lane);
+    kmp_four sum = {0};
+    EACH(a, at)
+    sum += KMP_FOUR_CONST(a->weight + at) * KMP_FOUR_CONST(kmp_scan_at(row, at));
+    return row->sign * sum_of(&sum);
 }
 
-static double larger(double x, double y)
+static inline double larger(double x, double y)
 {
     return y <= x || isnan(x) ? x : y; /* NaN stays */
 }
 
-/* Chooses the groups that may count; where exponents are no numbers, all. Where less is needed, the one in whose middle
- * the exponent is largest, and whether that is so. */
-static bool choose(kmp_average *a, const double *arguments)
+/* Of the groups that count; NaN, where there is one. */
+KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
 {
-    double sign, most;
-    kmp_scan_set(a->coarse, arguments);
-    kmp_scan_every(a->coarse, EXPONENT);
-    const double *x = kmp_scan_output(a->coarse, EXPONENT, 0, &sign);
-    most = sign * x[0];
-    size_t best = 0;
-    for (size_t k = 1; k < a->groups; k++) {
-        best = sign * x[k] > most ? k : best;
-        most = larger(most, sign * x[k]);
+    kmp_four most = KMP_FOUR_ALL(-INFINITY);
+    EACH(a, at)
+    {
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at));
+        most = KMP_FOUR_SELECT((x <= most) | (most != most), most, x);
     }
-    a->count = 0;
-    double needed_sign, needed = *kmp_scan_output(a->coarse, EXPONENT, 1, &needed_sign) * needed_sign;
-    if (most + 2 * RISING < needed) {
-        a->first[a->count++] = best * LANES;
-        return true;
-    }
-    for (size_t k = 0; k < a->groups; k++) {
-        double before = k > 0 ? sign * (x[k - 1] - x[k]) : 0, after = k + 1 < a->groups ? sign * (x[k + 1] - x[k]) : 0;
-        double rising = larger(larger(before, after), 0) / 2 + RISING;
-        if (!(sign * x[k] + rising < most - LOST))
-            a->first[a->count++] = k * LANES;
-    }
-    return false;
+    return larger(larger(most[0], most[1]), larger(most[2], most[3]));
 }
 
-/* The values in the middle of the only group. */
-static void take_one(kmp_average *a)
+/* The largest exponent in the middle of a group, and in which. */
+static double look_around(kmp_average *a, size_t *best)
 {
-    double sign;
-    size_t at = a->first[0], last = (size_t)a->block->candidates - 1;
-    at = (at + (at + LANES - 1 < last ? at + LANES - 1 : last)) / 2;
-    a->value[0] = kmp_scan_output(a->scan, EXPONENT, 0, &sign)[at];
-    a->value[0] = sign * a->value[0] + log(a->spacing[at]);
+    kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups);
+    const kmp_scan_row e = kmp_scan_output(a->scan, EXPONENT, 0);
+    const size_t from = a->groups * LANES;
+    double most = e.sign * *kmp_scan_at(&e, from);
+    *best = 0;
+    for (size_t k = 0; k < a->groups; k++) {
+        a->middle[k] = e.sign * *kmp_scan_at(&e, from + k);
+        *best = a->middle[k] > most ? k : *best;
+        most = larger(most, a->middle[k]);
+    }
+    return most;
+}
+
+/* Chooses the groups that may count; where exponents are no numbers, all. Where less is needed none, and `best` is the
+ * one in whose middle the exponent is largest. */
+static void choose(kmp_average *a, size_t *best)
+{
+    const double *x = a->middle;
+    double most = look_around(a, best);
+    const kmp_scan_row needed = kmp_scan_output(a->scan, EXPONENT, 1);
+    a->count = 0;
+    if (most + 2 * RISING < needed.sign * *kmp_scan_at(&needed, a->groups * LANES))
+        return;
+    for (size_t k = 0; k < a->groups; k++) {
+        double before = k > 0 ? x[k - 1] - x[k] : 0, after = k + 1 < a->groups ? x[k + 1] - x[k] : 0;
+        double rising = larger(larger(before, after), 0) / 2 + RISING;
+        if (!(x[k] + rising < most - LOST))
+            a->first[a->count++] = k * LANES;
+    }
+}
+
+/* The values in the middle of a group. */
+static void take_one(kmp_average *a, size_t group)
+{
+    size_t at = a->groups * LANES + group;
+    kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES]);
+    a->value[0] = a->middle[group] + log(a->spacing[middle_of(a, group)]);
     for (int k = 1; k < a->block->unknowns; k++) {
-        const double *x = kmp_scan_output(a->scan, AVERAGED, k - 1, &sign);
-        a->value[k] = sign * x[at];
+        const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
+        a->value[k] = x.sign * *kmp_scan_at(&x, at);
     }
 }
 
 void kmp_average_run(kmp_average *a, const double *arguments)
 {
-    double sign;
-    bool far = choose(a, arguments);
+    size_t best;
     kmp_scan_set(a->scan, arguments);
-    kmp_scan_groups(a->scan, EXPONENT, a->count, a->first);
-    kmp_scan_groups(a->scan, AVERAGED, a->count, a->first);
-    if (far) {
-        take_one(a);
+    choose(a, &best);
+    if (a->count == 0) {
+        take_one(a, best);
         return;
     }
-    const double *exponent = kmp_scan_output(a->scan, EXPONENT, 0, &sign);
-    double most = sign * exponent[a->first[0]];
-    for (size_t j = 0; j < a->count; j++)
-        for (size_t l = 0; l < LANES; l++)
-            most = larger(most, sign * exponent[a->first[j] + l]);
-    double all = weigh(a, sign, exponent, most);
+    kmp_scan_groups(a->scan, EXPONENT, a->count, a->first);
+    kmp_scan_groups(a->scan, AVERAGED, a->count, a->first);
+    const kmp_scan_row exponent = kmp_scan_output(a->scan, EXPONENT, 0);
+    double most = largest(a, &exponent), all = weigh(a, &exponent, most);
     a->value[0] = most + log(all);
     for (int k = 1; k < a->block->unknowns; k++) {
-        const double *x = kmp_scan_output(a->scan, AVERAGED, k - 1, &sign);
-        a->value[k] = sign * weighed(a, x) / all;
+        const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
+        a->value[k] = weighed(a, &x) / all;
     }
 }

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pieces in powers of the distance to their left knot. The range is cut into equal parts, a few more than there are
- * pieces: in which one a point is never goes down where the point goes up, to the bit, so that knots of the parts
- * around bound its piece. */
+/* Pieces in powers of the distance to their left knot. The range is cut into equal parts, several times as
+ * many as there are pieces: in which one a point is never goes down where the point goes up, to the bit, so that knots
+ * of the parts around bound its piece. */
 #include "symbolic/table.h"
+#include "base/clones.h"
+#include "base/four.h"
 #include "base/memory.h"
 #include "base/spline.h"
 #include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
 
-enum { PARTS = 4 }; /* a piece */
+enum { PARTS = 8 }; /* a piece */
 
 static const char *const method_names[KMP_TABLE_METHODS] = {"linear", "cubic"};
 
@@ -109,6 +111,7 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         kmp_table_free(t);
         return NULL;
     }
+    t->last_slope = kempe_piece_(t->piece[count - 2], 1, x[count - 1] - x[count - 2]);
     make_parts(t);
     return t;
 }
@@ -148,7 +151,7 @@ static inline int find_piece(const kmp_table *t, double x)
     return t->x[high] <= x ? high : low;
 }
 
-static inline double value(const kmp_table *t, int derivative, double x)
+double kmp_table_value(const kmp_table *t, int derivative, double x)
 {
     if (x >= t->x[0] && x <= t->x[t->count - 1]) {
         int k = find_piece(t, x);
@@ -157,17 +160,79 @@ static inline double value(const kmp_table *t, int derivative, double x)
     return kempe_table(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
 }
 
-double kmp_table_value(const kmp_table *t, int derivative, double x)
+/* Beyond the ends and for NaN any piece will do. Where more than one knot is in question, by halves. */
+KMP_CLONES void kmp_table_find(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
-    return value(t, derivative, x);
+    const double first = t->x[0], last = t->x[t->count - 1], most = last_part(t), scale = t->per_length;
+    const kmp_four from = KMP_FOUR_ALL(first), to = KMP_FOUR_ALL(last);
+    for (int k = 0; k < n; k += KMP_FOUR) {
+        const kmp_four given = sign * KMP_FOUR_CONST(x + k), low = KMP_FOUR_SELECT(given >= from, given, from);
+        const kmp_four at = KMP_FOUR_SELECT(low <= to, low, to), far = (at - from) * scale;
+        const kmp_four part = KMP_FOUR_SELECT(far < most, far, KMP_FOUR_ALL(most));
+        for (int l = 0; l < KMP_FOUR; l++) {
+            const int *knot = t->last + (int)part[l];
+            piece[k + l] = t->x[knot[1]] <= at[l] ? knot[1] : knot[0];
+            if (knot[1] - knot[0] > 1)
+                piece[k + l] = find_piece(t, at[l]);
+        }
+    }
 }
 
-void kmp_table_values(const kmp_table *t, int derivative, int n, double sign, const double *x, double *y)
+/* Of four pieces; `derivative` is known to the compiler, here and below. */
+static KMP_INTO_CLONES void within(const kmp_table *t, int derivative, const kmp_four *at, const int *p, kmp_four *y)
+{
+    const double *c[KMP_FOUR] = {t->piece[p[0]], t->piece[p[1]], t->piece[p[2]], t->piece[p[3]]};
+    const kmp_four s = *at - (kmp_four){t->x[p[0]], t->x[p[1]], t->x[p[2]], t->x[p[3]]};
+    const kmp_four c0 = {c[0][0], c[1][0], c[2][0], c[3][0]}, c1 = {c[0][1], c[1][1], c[2][1], c[3][1]};
+    const kmp_four c2 = {c[0][2], c[1][2], c[2][2], c[3][2]}, c3 = {c[0][3], c[1][3], c[2][3], c[3][3]};
+    if (derivative == 0)
+        *y = c0 + s * (c1 + s * (c2 + s * c3));
+    else if (derivative == 1)
+        *y = c1 + s * (2 * c2 + s * (3 * c3));
+    else if (derivative == 2)
+        *y = 2 * c2 + s * (6 * c3);
+    else if (derivative == 3)
+        *y = 6 * c3;
+    else
+        *y = KMP_FOUR_ALL(0.0);
+}
+
+/* Straight on from an end. */
+static KMP_INTO_CLONES void beyond(const kmp_table *t, int derivative, int end, double slope, const kmp_four *at,
+                                   kmp_four *y)
 {
     if (derivative == 0)
-        for (int k = 0; k < n; k++)
-            y[k] = value(t, 0, sign * x[k]);
+        *y = t->y[end] + slope * (*at - t->x[end]);
     else
-        for (int k = 0; k < n; k++)
-            y[k] = value(t, derivative, sign * x[k]);
+        *y = KMP_FOUR_ALL(derivative == 1 ? slope : 0.0);
+}
+
+static KMP_INTO_CLONES void look_up(const kmp_table *t, int derivative, int n, double sign, const double *x,
+                                    const int *piece, double *y)
+{
+    for (int k = 0, last = t->count - 1; k < n; k += KMP_FOUR) {
+        const kmp_four at = sign * KMP_FOUR_CONST(x + k);
+        kmp_four here, before, behind;
+        within(t, derivative, &at, piece + k, &here);
+        beyond(t, derivative, 0, t->piece[0][1], &at, &before);
+        beyond(t, derivative, last, t->last_slope, &at, &behind);
+        here = KMP_FOUR_SELECT(at < t->x[0], before, here);
+        here = KMP_FOUR_SELECT(at > t->x[last], behind, here);
+        KMP_FOUR_AT(y + k) = KMP_FOUR_SELECT(at == at, here, at);
+    }
+}
+
+KMP_CLONES void kmp_table_values(const kmp_table *t, int derivative, int n, double sign, const double *x,
+                                 const int *piece, double *y)
+{
+    if (derivative == 0)
+        look_up(t, 0, n, sign, x, piece, y);
+    else if (derivative == 1)
+        look_up(t, 1, n, sign, x, piece, y);
+    else if (derivative == 2)
+        look_up(t, 2, n, sign, x, piece, y);
+    else if (derivative == 3)
+        look_up(t, 3, n, sign, x, piece, y);
+    else
+        look_up(t, 4, n, sign, x, piece, y);
 }

@@ -19,6 +19,7 @@ typedef struct kmp_table {
     double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
     int *last;          /* by equal parts of the range of x: the last knot but one that lies in it or before it */
     double per_length;  /* parts over the range */
+    double last_slope;  /* at the last knot */
 } kmp_table;
 
 /** -1 when a table can be made of the points, otherwise the index of the first that is not finite or whose x does not
@@ -35,8 +36,11 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
 /** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
  *  the range that x is in: no state, no allocation. */
 double kmp_table_value(const kmp_table *table, int derivative, double x);
-/** The same of n, each times `sign`, to the bit. */
-void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, double *y);
+/** The same of n, a multiple of four, each times `sign`, to the bit: first the pieces that they are in, which serve all
+ *  derivatives. */
+void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece);
+void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
+                      double *y);
 
 /** Derivatives of a higher order are zero everywhere: 1 or 3. */
 int kmp_table_degree(const kmp_table *table);
