@@ -343,6 +343,23 @@ static void end(finder *f)
     kmp_free(f);
 }
 
+/* Numbers the best parts anew, the costliest first: who begins with it last makes all wait. */
+static void put_costliest_first(finder *f, int parts)
+{
+    double cost[KMP_PARTS_MOST + 2] = {0};
+    int number[KMP_PARTS_MOST + 2] = {0};
+    for (int i = 0; i < f->count; i++)
+        cost[f->best[i]] += cost_of(f, i);
+    number[parts + 1] = parts + 1;
+    for (int k = 1; k <= parts; k++) {
+        number[k] = 1;
+        for (int other = 1; other <= parts; other++)
+            number[k] += cost[other] > cost[k] || (cost[other] == cost[k] && other < k);
+    }
+    for (int i = 0; i < f->count; i++)
+        f->best[i] = (uint8_t)number[f->best[i]];
+}
+
 /* As many parts as threads, or some times as many where they are of unequal size. */
 static int choose_parts(finder *f, int threads, double alone)
 {
@@ -376,8 +393,10 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
         spread_seeds(f);
         find_shares(f);
         parts = choose_parts(f, threads, alone);
-        if (parts > 0)
+        if (parts > 0) {
+            put_costliest_first(f, parts);
             memcpy(layout->part + f->from, f->best, (size_t)f->count);
+        }
     } else if (alone >= LEAST) {
         parts = -1;
     }

@@ -2,9 +2,19 @@
 #include "base/clock.h"
 #include <time.h>
 
-double kmp_cpu_now(void)
+static double read_clock(clockid_t clock)
 {
     struct timespec t;
-    (void)clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    (void)clock_gettime(clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+double kmp_cpu_now(void)
+{
+    return read_clock(CLOCK_THREAD_CPUTIME_ID);
+}
+
+double kmp_wall_now(void)
+{
+    return read_clock(CLOCK_MONOTONIC);
 }

@@ -5,4 +5,7 @@
 /** Seconds of processor time of this thread, from some beginning. */
 double kmp_cpu_now(void);
 
+/** Seconds on the wall, from some beginning; they never go back. */
+double kmp_wall_now(void);
+
 #endif

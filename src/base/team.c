@@ -2,15 +2,14 @@
 /* One number says which work is on, how many pieces it has and which one is next: who changes it takes that piece.
  * Nobody has to answer a call: where the processors are busy elsewhere, the one that asks does all of it. */
 #include "base/team.h"
+#include "base/clock.h"
 #include "base/memory.h"
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
-#include <stdbool.h>
 #include <stdint.h>
-#include <time.h>
 
 /* Calls that are done alone after one that came late: twice as many each time, fewer again where all goes well. */
 enum { FIRST_REST = 16, LONGEST_REST = 4096 };
@@ -25,6 +24,7 @@ struct kmp_team {
     char after[64];
     atomic_int sleepers;
     atomic_bool ends;
+    atomic_bool stolen; /* a processor was, from another thread than the one that asks, during this call */
     kmp_team_work *work;
     void *self;
     int rest, longest;    /* calls that are not shared for now; of the last such rest */
@@ -46,14 +46,28 @@ static bool has_more(uint64_t ticket)
     return (ticket & 0xffff) < (ticket >> 16 & 0xffff);
 }
 
+/* A piece by another thread than the one that asks. What the clock on the wall says and that of the processor does not
+ * is time without a processor: an unequal piece takes long by both. */
+static void help_with(kmp_team *team, int piece)
+{
+    double wall = kmp_wall_now(), cpu = kmp_cpu_now();
+    team->work(team->self, piece);
+    cpu = kmp_cpu_now() - cpu;
+    if (kmp_wall_now() - wall - cpu > LATE)
+        atomic_store_explicit(&team->stolen, true, memory_order_relaxed);
+}
+
 /* false: there was none. */
-static bool do_one(kmp_team *team)
+static bool do_one(kmp_team *team, bool helps)
 {
     uint64_t ticket = atomic_load_explicit(&team->ticket, memory_order_acquire);
     while (has_more(ticket))
         if (atomic_compare_exchange_weak_explicit(&team->ticket, &ticket, ticket + 1, memory_order_acq_rel,
                                                   memory_order_acquire)) {
-            team->work(team->self, (int)(ticket & 0xffff));
+            if (helps)
+                help_with(team, (int)(ticket & 0xffff));
+            else
+                team->work(team->self, (int)(ticket & 0xffff));
             atomic_fetch_add_explicit(&team->done, 1, memory_order_release);
             return true;
         }
@@ -74,7 +88,7 @@ static void *help(void *self)
 {
     kmp_team *team = self;
     for (int looks = 0; !atomic_load_explicit(&team->ends, memory_order_relaxed); looks++) {
-        if (do_one(team))
+        if (do_one(team, true))
             looks = 0;
         else if (looks < AWAKE)
             pause_a_moment();
@@ -126,18 +140,11 @@ void kmp_team_free(kmp_team *team)
     kmp_free(team);
 }
 
-static double now(void)
-{
-    struct timespec t;
-    (void)clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* A processor that was taken away in the middle of a piece keeps this one waiting for milliseconds. Where others want
  * the processors that happens again and again: then it is quicker alone. */
-static void judge(kmp_team *team, double own, double waited)
+static void judge(kmp_team *team, double waited)
 {
-    if (waited > own + LATE) {
+    if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
         team->longest = team->longest < LONGEST_REST / 2 ? 2 * team->longest + FIRST_REST : LONGEST_REST;
         team->rest = team->longest;
     } else {
@@ -156,22 +163,27 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
             work(self, k);
         return;
     }
-    double from = now();
     team->work = work;
     team->self = self;
     atomic_store_explicit(&team->done, 0, memory_order_relaxed);
+    atomic_store_explicit(&team->stolen, false, memory_order_relaxed);
     atomic_store(&team->ticket, ((last >> 32) + 1) << 32 | (uint64_t)count << 16);
     if (atomic_load(&team->sleepers) > 0)
         wake(team);
-    while (do_one(team))
+    while (do_one(team, false))
         ;
-    double until = now();
+    double from = kmp_wall_now();
     for (int looks = 0; atomic_load_explicit(&team->done, memory_order_acquire) < count; looks++)
         if (looks % PATIENT < PATIENT - 1)
             pause_a_moment();
         else
             (void)sched_yield();
-    judge(team, until - from, now() - until);
+    judge(team, kmp_wall_now() - from);
+}
+
+bool kmp_team_rests(const kmp_team *team)
+{
+    return team->rest > 0;
 }
 
 #else
@@ -198,6 +210,12 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
     (void)team;
     for (int k = 0; k < count; k++)
         work(self, k);
+}
+
+bool kmp_team_rests(const kmp_team *team)
+{
+    (void)team;
+    return false;
 }
 
 #endif

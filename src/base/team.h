@@ -4,6 +4,8 @@
 #ifndef KMP_BASE_TEAM_H
 #define KMP_BASE_TEAM_H
 
+#include <stdbool.h>
+
 typedef struct kmp_team kmp_team;
 typedef void kmp_team_work(void *self, int piece);
 
@@ -18,5 +20,8 @@ int kmp_team_threads(const kmp_team *team);
 
 /** Does pieces 0 .. count - 1 (count < 65536), in any order, and comes back when all are done. One at a time. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self);
+
+/** Whether the next call is not shared, because a processor was taken away in the middle of a piece. */
+bool kmp_team_rests(const kmp_team *team);
 
 #endif

@@ -3,8 +3,12 @@
 #include "../check.h"
 #include "backend/code.h"
 #include "backend/parts.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/plant.h"
+#include <pthread.h>
+#include <sched.h>
+#include <stdatomic.h>
 #include <unistd.h>
 
 /* -- the team ---------------------------------------------------------------------------------------- */
@@ -38,6 +42,71 @@ static void each_piece_is_done_once(void)
         kmp_team_free(team);
     }
     kmp_team_free(NULL);
+}
+
+enum { TEAMS = 20, CALLS = 20 };
+
+typedef struct burden {
+    double s[2];   /* of the processor, by piece */
+    bool taken[2]; /* the processor was, in the middle of it */
+} burden;
+
+static void be_busy(void *self, int piece)
+{
+    burden *b = self;
+    double wall = kmp_wall_now(), cpu = kmp_cpu_now();
+    while (kmp_cpu_now() - cpu < b->s[piece])
+        ;
+    b->taken[piece] = b->taken[piece] || kmp_wall_now() - wall - b->s[piece] > 20e-6;
+}
+
+/* Whoever gets the short piece waits long for the other; nothing is late where no processor was taken away. */
+static void unequal_pieces_stay_shared(void)
+{
+    int without_reason = 0;
+    for (int k = 0; k < TEAMS; k++) {
+        burden b = {{20e-6, 300e-6}, {false, false}};
+        kmp_team *team = kmp_team_new(2);
+        for (int call = 0; team && call < CALLS && !kmp_team_rests(team); call++)
+            kmp_team_run(team, 2, be_busy, &b);
+        without_reason += !team || (kmp_team_rests(team) && !b.taken[0] && !b.taken[1]);
+        kmp_team_free(team);
+    }
+    CHECK(without_reason <= 1); /* it may be taken away between two looks at the clocks */
+}
+
+typedef struct sleeper {
+    pthread_t asks;
+    atomic_bool other_began;
+} sleeper;
+
+/* Another thread loses its processor; the one that asks waits until it has begun. */
+static void lose_processor(void *self, int piece)
+{
+    sleeper *s = self;
+    (void)piece;
+    if (!pthread_equal(pthread_self(), s->asks)) {
+        atomic_store(&s->other_began, true);
+        (void)usleep(100000);
+        return;
+    }
+    for (double from = kmp_wall_now(); !atomic_load(&s->other_began) && kmp_wall_now() - from < 10;)
+        (void)sched_yield();
+}
+
+static void calls_that_come_late_are_followed_by_rest(void)
+{
+    kmp_team *team = kmp_team_new(2);
+    sleeper s = {.asks = pthread_self()};
+    CHECK(team != NULL && !kmp_team_rests(team));
+    kmp_team_run(team, 2, lose_processor, &s);
+    CHECK(kmp_team_rests(team));
+    int alone = 0;
+    long count[2] = {0};
+    for (; alone < 1000 && kmp_team_rests(team); alone++)
+        kmp_team_run(team, 2, count_piece, count);
+    CHECK(alone == 16 && count[0] == 16 && count[1] == 16);
+    kmp_team_free(team);
 }
 
 /* -- parts ------------------------------------------------------------------------------------------- */
@@ -108,6 +177,40 @@ static void bogies_fall_apart(void)
     CHECK(parts_of(s.system->motion, KMP_STAGE_BIAS, team, &outside) == 3);
     CHECK(outside < 0.05);
     CHECK(parts_of(s.system->motion, KMP_STAGE_CLOSURE, team, &outside) == 0); /* too small */
+    kmp_team_free(team);
+    close_scene(&s);
+}
+
+/* What a part solves: its blocks, each once for a list of arguments. */
+static int solvings_of(const kmp_program *p, const kmp_layout *l, int stage, int part)
+{
+    int count = 0;
+    for (int i = p->code[stage]; i < p->code[stage + 1]; i++) {
+        bool first = p->instruction[i].op == KMP_OP_IMPLICIT && l->part[i] == part;
+        for (int j = p->code[stage]; first && j < i; j++)
+            first = p->instruction[j].op != KMP_OP_IMPLICIT || p->instruction[j].a != p->instruction[i].a ||
+                    p->instruction[j].b != p->instruction[i].b;
+        count += first;
+    }
+    return count;
+}
+
+/* Parts are begun as they are numbered. */
+static void largest_begin_first(void)
+{
+    scene s = open_scene("tests/models/three_bogies.yaml");
+    const kmp_program *p = s.system->motion;
+    kmp_team *team = kmp_team_new(4);
+    kmp_layout l = {0};
+    kmp_frame frame = {0};
+    CHECK(kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, team));
+    int parts = frame.parting[KMP_STAGE_BIAS].parts;
+    CHECK(parts > 1);
+    for (int k = 1; k < parts; k++)
+        CHECK(solvings_of(p, &l, KMP_STAGE_BIAS, k) >= solvings_of(p, &l, KMP_STAGE_BIAS, k + 1));
+    CHECK(solvings_of(p, &l, KMP_STAGE_BIAS, 1) > solvings_of(p, &l, KMP_STAGE_BIAS, parts));
+    kmp_layout_free(&l);
+    kmp_frame_free(&frame);
     kmp_team_free(team);
     close_scene(&s);
 }
@@ -244,7 +347,10 @@ static void runs_have_the_same_bits(void)
 int main(void)
 {
     TEST(each_piece_is_done_once);
+    TEST(unequal_pieces_stay_shared);
+    TEST(calls_that_come_late_are_followed_by_rest);
     TEST(bogies_fall_apart);
+    TEST(largest_begin_first);
     TEST(bogies_have_the_same_bits);
     TEST(wagon_has_the_same_bits);
     TEST(memory_may_end);
