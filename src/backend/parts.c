@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include <string.h>
 
-/* Nanoseconds, roughly: of what a thread must be worth to be called, and of a call. */
+/* Nanoseconds, roughly: of a stage that is worth a look, alone; of a call. */
 enum { LEAST = 10000, CALL = 2000 };
 enum { SEEDS = 64, BEFORE = 0, FREE = 255 };
 

@@ -11,7 +11,8 @@
 #include <stdatomic.h>
 #include <stdint.h>
 
-/* Calls that are done alone after one that came late: twice as many each time, fewer again where all goes well. */
+/* Calls that are done alone after one that came late: at first, and twice as many each time; fewer again where all goes
+ * well. */
 enum { FIRST_REST = 16, LONGEST_REST = 4096 };
 static const double LATE = 50e-6;      /* s */
 enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
@@ -145,8 +146,8 @@ void kmp_team_free(kmp_team *team)
 static void judge(kmp_team *team, double waited)
 {
     if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
-        team->longest = team->longest < LONGEST_REST / 2 ? 2 * team->longest + FIRST_REST : LONGEST_REST;
-        team->rest = team->longest;
+        int rest = 2 * team->longest > FIRST_REST ? 2 * team->longest : FIRST_REST;
+        team->rest = team->longest = rest < LONGEST_REST ? rest : LONGEST_REST;
     } else {
         team->longest -= (team->longest + 15) / 16;
     }

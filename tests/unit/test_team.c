@@ -99,13 +99,15 @@ static void calls_that_come_late_are_followed_by_rest(void)
     kmp_team *team = kmp_team_new(2);
     sleeper s = {.asks = pthread_self()};
     CHECK(team != NULL && !kmp_team_rests(team));
-    kmp_team_run(team, 2, lose_processor, &s);
-    CHECK(kmp_team_rests(team));
-    int alone = 0;
-    long count[2] = {0};
-    for (; alone < 1000 && kmp_team_rests(team); alone++)
-        kmp_team_run(team, 2, count_piece, count);
-    CHECK(alone == 16 && count[0] == 16 && count[1] == 16);
+    for (int rest = 16; team && rest <= 64; rest *= 2) {
+        int alone = 0;
+        long count[2] = {0};
+        atomic_store(&s.other_began, false);
+        kmp_team_run(team, 2, lose_processor, &s);
+        for (; alone < 1000 && kmp_team_rests(team); alone++)
+            kmp_team_run(team, 2, count_piece, count);
+        CHECK(alone == rest && count[0] == rest && count[1] == rest);
+    }
     kmp_team_free(team);
 }
 
