@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "command.h"
+#include <limits.h>
 
 static kempe_status print_trajectory(const void *object, kempe_format format, char **text)
 {
@@ -12,7 +13,7 @@ static kempe_status simulate(const cli_job *j)
     kempe_run run = j->settings->run;
     run.fixed_u = j->settings->fixed_u;
     run.once = j->settings->once;
-    run.threads = j->settings->threads < 1000 ? (int)j->settings->threads : 1000;
+    run.threads = j->settings->threads < INT_MAX ? (int)j->settings->threads : INT_MAX;
     kempe_status status = kempe_simulate(j->system, &run, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

@@ -887,6 +887,10 @@ class Assemble(Case):
 class Simulate(Case):
     SHORT = ("simulate", FOUR_BAR, "--t-end", 0.1, "--rtol", 1e-8)
 
+    def test_too_many_threads(self):
+        said = self.expect(3, *self.SHORT, "--threads", 5000).stderr
+        self.assertIn("5000 threads: 1 to 64 are possible", said)
+
     def test_keys(self):
         found = self.object(0, *self.SHORT)
         self.assertKeys(found, "model status reason build_s road form integrator rtol t q qd qdd lambda residual energy "
