@@ -34,6 +34,12 @@ static kempe_status begin(kmp_runner *run)
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
 }
 
+/* Seconds of processor time so far, of all threads. */
+static double cpu_of(const kmp_runner *run)
+{
+    return kmp_cpu_now() + kmp_team_cpu(run ? run->team : NULL);
+}
+
 kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                             kmp_runner **runner)
 {
@@ -58,7 +64,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     if (status == KEMPE_OK)
         status = kmp_runner_prepare(run, start);
     kempe_assembly_free(own);
-    run->build_s = kmp_cpu_now() - begin_s;
+    run->build_s = cpu_of(run) - begin_s;
     status = status == KEMPE_OK ? begin(run) : kmp_runner_give_up(run, status, "the run could not be prepared", 0);
     if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
         *runner = run;
@@ -217,7 +223,7 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     if (!(run->spec.limit_s > 0) || ++*steps < UNWATCHED)
         return KEMPE_OK;
     *steps = 0;
-    if (kmp_cpu_now() - begin_s <= run->spec.limit_s)
+    if (cpu_of(run) - begin_s <= run->spec.limit_s)
         return KEMPE_OK;
     kmp_text text = {0};
     kmp_text_printf(&text, "given up at t = %.6g s after %.3g s of the processor", kmp_runner_t(run),
@@ -230,7 +236,7 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
-    double begin_s = run->spec.limit_s > 0 ? kmp_cpu_now() : 0;
+    double begin_s = run->spec.limit_s > 0 ? cpu_of(run) : 0;
     double *row = KMP_NEW(double, 3 * run->s->n + run->s->m);
     if (!row)
         return kmp_fail_memory(run->s->context);
@@ -254,13 +260,15 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     kmp_runner *run = NULL;
     *report = (kmp_run_report){0};
     kempe_status status = kmp_runner_new(system, spec, start, &run);
-    double begin_s = kmp_cpu_now();
+    double begin_s = cpu_of(run), wall_s = kmp_wall_now();
     if (status == KEMPE_OK && run)
         status = advance(run, row, user);
-    double cpu_s = kmp_cpu_now() - begin_s;
+    double cpu_s = cpu_of(run) - begin_s;
+    wall_s = kmp_wall_now() - wall_s;
     if (run)
         kmp_runner_report(run, report);
     report->cpu_s = cpu_s;
+    report->wall_s = run && run->team ? wall_s : 0;
     kmp_runner_free(run);
     return status;
 }

@@ -39,6 +39,7 @@ typedef struct kmp_run_report {
     bool ended;            /* a condition has ended it */
     bool by_bodies;        /* it went by articulated bodies, where the road was not M and C's own */
     double cpu_s, build_s; /* integration alone; preparing this run (deriving for the dae road included) */
+    double wall_s;         /* of the integration, where threads share it; 0: there is one */
 } kmp_run_report;
 
 /** Fills what is NULL or 0 from the model and from Kempe's defaults and checks the names against the tables of roads

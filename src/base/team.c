@@ -10,6 +10,7 @@
 #include <sched.h>
 #include <stdatomic.h>
 #include <stdint.h>
+#include <time.h>
 
 /* Calls that are done alone after one that came late: at first, and twice as many each time; fewer again where all goes
  * well. */
@@ -182,6 +183,28 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
     judge(team, kmp_wall_now() - from);
 }
 
+static double time_of(pthread_t thread)
+{
+#if defined(__APPLE__)
+    (void)thread;
+    return 0;
+#else
+    clockid_t clock;
+    struct timespec t;
+    if (pthread_getcpuclockid(thread, &clock) || clock_gettime(clock, &t))
+        return 0;
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#endif
+}
+
+double kmp_team_cpu(const kmp_team *team)
+{
+    double sum = 0;
+    for (int k = 0; team && k < team->started; k++)
+        sum += time_of(team->thread[k]);
+    return sum;
+}
+
 bool kmp_team_rests(const kmp_team *team)
 {
     return team->rest > 0;
@@ -211,6 +234,12 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
     (void)team;
     for (int k = 0; k < count; k++)
         work(self, k);
+}
+
+double kmp_team_cpu(const kmp_team *team)
+{
+    (void)team;
+    return 0;
 }
 
 bool kmp_team_rests(const kmp_team *team)

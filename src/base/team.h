@@ -21,6 +21,10 @@ int kmp_team_threads(const kmp_team *team);
 /** Does pieces 0 .. count - 1 (count < 65536), in any order, and comes back when all are done. One at a time. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self);
 
+/** Seconds of processor time of all threads but the one that asks, waiting included; 0 without a team, or where the
+ *  system does not tell. */
+double kmp_team_cpu(const kmp_team *team);
+
 /** Whether the next call is not shared, because a processor was taken away in the middle of a piece. */
 bool kmp_team_rests(const kmp_team *team);
 

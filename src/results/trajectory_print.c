@@ -120,8 +120,10 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     if (t->system->chart_count > 0)
         kmp_text_printf(text, "centrings %ld, ", r->centrings);
     kmp_text_printf(text, "events %ld; %d rows\n", r->events, t->table.rows);
-    kmp_text_printf(text, "cpu       %.4g ms integrating, %.4g ms preparing\n", 1e3 * r->cpu_s,
-                    1e3 * (r->build_s + t->system->build_s));
+    kmp_text_printf(text, "cpu       %.4g ms integrating", 1e3 * r->cpu_s);
+    if (r->wall_s > 0)
+        kmp_text_printf(text, " by all threads, %.4g ms on the wall", 1e3 * r->wall_s);
+    kmp_text_printf(text, ", %.4g ms preparing\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
 static void show_notes(kmp_text *text, const kempe_trajectory *t)
@@ -274,6 +276,8 @@ static void json(kmp_text *text, const kempe_trajectory *t)
     kmp_print_work(&j, &t->report);
     json_notes(&j, &t->journal);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);
+    if (t->report.wall_s > 0)
+        kmp_json_number(&j, "wall_s", t->report.wall_s);
     kmp_json_end(&j);
 }
 

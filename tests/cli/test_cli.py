@@ -56,7 +56,7 @@ def strict(text):
     return json.loads(text, parse_constant=refuse, object_pairs_hook=once)
 
 
-TIMED = "cpu_s build_s equal_error advice".split()
+TIMED = "cpu_s build_s wall_s equal_error advice".split()
 
 
 def without_times(value):
@@ -886,6 +886,15 @@ class Assemble(Case):
 
 class Simulate(Case):
     SHORT = ("simulate", FOUR_BAR, "--t-end", 0.1, "--rtol", 1e-8)
+
+    def test_threads(self):
+        """The time on the wall is told where it is not that of the processor."""
+        one, two = (self.object(0, *self.SHORT, *words) for words in ((), ("--threads", 2)))
+        self.assertNotIn("wall_s", one)
+        self.assertGreater(two["wall_s"], 0)
+        self.assertEqual(without_times(one), without_times(two))
+        said = self.expect(0, *self.SHORT, "--threads", 2).stdout
+        self.assertRegex(said, r"cpu +\S+ ms integrating by all threads, \S+ ms on the wall, \S+ ms preparing")
 
     def test_too_many_threads(self):
         said = self.expect(3, *self.SHORT, "--threads", 5000).stderr

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/plant.h"
+#include "results/trajectory.h"
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
@@ -108,6 +109,18 @@ static void calls_that_come_late_are_followed_by_rest(void)
             kmp_team_run(team, 2, count_piece, count);
         CHECK(alone == rest && count[0] == rest && count[1] == rest);
     }
+    kmp_team_free(team);
+}
+
+/* Time that others have used counts. */
+static void time_of_all_is_known(void)
+{
+    kmp_team *team = kmp_team_new(2);
+    burden b = {{0.02, 0.02}, {false, false}};
+    double own = kmp_cpu_now(), others = kmp_team_cpu(team);
+    kmp_team_run(team, 2, be_busy, &b);
+    CHECK(kmp_cpu_now() - own + kmp_team_cpu(team) - others >= 0.04);
+    CHECK(kmp_team_cpu(NULL) == 0);
     kmp_team_free(team);
 }
 
@@ -328,6 +341,7 @@ static void runs_have_the_same_bits(void)
 {
     scene s = open_scene("tests/models/three_bogies.yaml");
     const char *const roads[] = {"reduced", "dae"};
+    double cpu_s[2] = {0};
     for (int r = 0; r < 2; r++) {
         kempe_trajectory *one = run(&s, roads[r], 1), *shared = run(&s, roads[r], 3);
         int rows = kempe_trajectory_row_count(one);
@@ -335,9 +349,13 @@ static void runs_have_the_same_bits(void)
         CHECK(rows == 5 && kempe_trajectory_row_count(shared) == rows);
         CHECK(memcmp(kempe_trajectory_q(one, rows - 1), kempe_trajectory_q(shared, rows - 1), bytes) == 0);
         CHECK(memcmp(kempe_trajectory_qd(one, rows - 1), kempe_trajectory_qd(shared, rows - 1), bytes) == 0);
+        CHECK(one->report.wall_s == 0 && shared->report.wall_s > 0);
+        cpu_s[0] += one->report.cpu_s;
+        cpu_s[1] += shared->report.cpu_s;
         kempe_trajectory_free(one);
         kempe_trajectory_free(shared);
     }
+    CHECK(cpu_s[1] > 0.8 * cpu_s[0]); /* shared work is work */
     kempe_run many = kempe_run_default();
     kempe_trajectory *none = NULL;
     many.threads = 65;
@@ -351,6 +369,7 @@ int main(void)
     TEST(each_piece_is_done_once);
     TEST(unequal_pieces_stay_shared);
     TEST(calls_that_come_late_are_followed_by_rest);
+    TEST(time_of_all_is_known);
     TEST(bogies_fall_apart);
     TEST(largest_begin_first);
     TEST(bogies_have_the_same_bits);
