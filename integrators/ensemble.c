@@ -163,6 +163,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
 {
     kmp_context_clear(e->context);
     e->spec = *spec;
+    e->spec.threads = 0; /* instances are many enough */
     e->way = *way;
     e->count = instances;
     e->values = values;

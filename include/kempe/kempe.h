@@ -194,8 +194,9 @@ typedef struct kempe_run {
     const char *reference;     /* CSV file to measure errors against */
     const char *checkpoint;    /* file that a long run leaves its rows in, every few seconds and at its end */
     const char *resume;        /* such a file to go on from */
-    int threads;               /* that share the work of each evaluation: the same bits; 0: one */
-    int once;                  /* no other run at another tolerance, which warns when this one has not converged */
+    int threads; /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
+                  * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
+    int once;    /* no other run at another tolerance, which warns when this one has not converged */
 } kempe_run;
 
 KEMPE_API kempe_run kempe_run_default(void);

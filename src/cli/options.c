@@ -82,7 +82,7 @@ static const option options[] = {
     {CLI_SIMULATE | CLI_SENSITIVITY, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME",
      "what evaluates the equations: native (default), tape"},
     {CLI_SIMULATE, "threads", 0, OPTION_WHOLE, AT(threads), "N",
-     "threads that share each evaluation (default: 1); for large models"},
+     "1 to 64 threads that share each evaluation by machine code (default: 1); for large models"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "rtol", 0, OPTION_NUMBER, AT(run.rtol), "X", "relative tolerance"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "atol", 0, OPTION_NUMBER, AT(run.atol), "X",
      "absolute tolerance of an angle (default: rtol)"},
