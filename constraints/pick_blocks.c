@@ -2,6 +2,7 @@
 /* Exchanges in a large J: in each of the blocks that share no row and no column for itself. */
 #include "constraints/pick_blocks.h"
 #include "base/memory.h"
+#include "base/roots.h"
 #include "linalg/sparse.h"
 #include <math.h>
 #include <string.h>
@@ -212,13 +213,6 @@ static void split_free(split *s)
         kmp_free(arrays[k]);
 }
 
-static int root_of(int *root, int k)
-{
-    while (root[k] != k)
-        k = root[k] = root[root[k]];
-    return k;
-}
-
 /* Columns that meet in a chosen row belong together; blocks are numbered by their first column. */
 static bool number_blocks(split *s, const kmp_pick *c, int r)
 {
@@ -237,11 +231,11 @@ static bool number_blocks(split *s, const kmp_pick *c, int r)
             continue;
         if (first[i] < 0)
             first[i] = k;
-        int a = root_of(s->root, first[i]), b = root_of(s->root, k);
+        int a = kmp_root_of(s->root, first[i]), b = kmp_root_of(s->root, k);
         s->root[a > b ? a : b] = a > b ? b : a;
     }
     for (int k = 0; k < c->n; k++) { /* a root is the first column of its block */
-        int root = root_of(s->root, k);
+        int root = kmp_root_of(s->root, k);
         s->block_of[k] = root == k ? s->count++ : s->block_of[root];
     }
     for (int i = 0; i < c->m; i++) /* an empty row belongs to none */

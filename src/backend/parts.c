@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/parts.h"
 #include "base/memory.h"
+#include "base/roots.h"
 #include <string.h>
 
 /* Nanoseconds, roughly: of a stage that is worth a look, alone; of a call. */
@@ -59,13 +60,6 @@ static double cost_of(const finder *f, int i)
 }
 
 /* -- seeds ------------------------------------------------------------------------------------------- */
-
-static int find(int *up, int k)
-{
-    while (up[k] != k)
-        k = up[k] = up[up[k]];
-    return k;
-}
 
 /* Blocks are numbered as they come; where there are too many, neighbours are one seed. */
 static bool number_seeds(finder *f)
@@ -150,7 +144,7 @@ static void tie_chains(finder *f)
     for (int i = 0; i < f->count; i++)
         if (f->reads[i] && f->feeds[i])
             for (seeds s = f->reads[i] | f->feeds[i], a = s; a; a &= a - 1)
-                f->up[find(f->up, first_of(a))] = find(f->up, first_of(s));
+                f->up[kmp_root_of(f->up, first_of(a))] = kmp_root_of(f->up, first_of(s));
 }
 
 /* The two groups that share most, for their size. */
@@ -161,9 +155,9 @@ static bool join_nearest(finder *f)
     double sum[SEEDS][SEEDS], most = NONE;
     memset(sum, 0, sizeof sum);
     for (int a = 0; a < f->seed_count; a++) {
-        size[find(f->up, a)]++;
+        size[kmp_root_of(f->up, a)]++;
         for (int b = 0; b < f->seed_count; b++)
-            sum[find(f->up, a)][find(f->up, b)] += f->share[a][b];
+            sum[kmp_root_of(f->up, a)][kmp_root_of(f->up, b)] += f->share[a][b];
     }
     for (int a = 0; a < f->seed_count; a++)
         for (int b = 0; b < a; b++)
@@ -181,15 +175,15 @@ static void join_seeds(finder *f, int parts)
     int groups = 0;
     tie_chains(f);
     for (int k = 0; k < f->seed_count; k++)
-        groups += find(f->up, k) == k;
+        groups += kmp_root_of(f->up, k) == k;
     while (groups > parts && join_nearest(f))
         groups--;
     f->parts = f->seed_count > 0 ? 0 : parts;
     for (int k = 0; k < f->seed_count; k++)
-        if (find(f->up, k) == k)
+        if (kmp_root_of(f->up, k) == k)
             f->part_of[k] = ++f->parts;
     for (int k = 0; k < f->seed_count; k++)
-        f->part_of[k] = f->part_of[find(f->up, k)];
+        f->part_of[k] = f->part_of[kmp_root_of(f->up, k)];
 }
 
 /* -- parts ------------------------------------------------------------------------------------------- */
@@ -258,12 +252,12 @@ static void place_the_rest(finder *f)
         for (int k = 0; k < operands(f, i) && f->part[i] == FREE; k++) {
             int j = operand(f, i, k);
             if (j >= 0 && f->part[j] == FREE)
-                f->root[find(f->root, i)] = find(f->root, j);
+                f->root[kmp_root_of(f->root, i)] = kmp_root_of(f->root, j);
         }
     memset(f->cost, 0, sizeof f->cost);
     for (int i = 0; i < f->count; i++) {
         if (f->part[i] == FREE)
-            f->weight[find(f->root, i)] += cost_of(f, i);
+            f->weight[kmp_root_of(f->root, i)] += cost_of(f, i);
         else
             f->cost[f->part[i]] += cost_of(f, i);
     }
@@ -274,7 +268,7 @@ static void place_the_rest(finder *f)
         }
     for (int i = 0; i < f->count; i++)
         if (f->part[i] == FREE)
-            f->part[i] = f->wish[find(f->root, i)];
+            f->part[i] = f->wish[kmp_root_of(f->root, i)];
 }
 
 /* Whatever was thought above: who reads another part comes after all. The costs that follow. */
