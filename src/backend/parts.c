@@ -6,6 +6,7 @@
 
 /* Nanoseconds, roughly: of a stage that is worth a look, alone; of a call. */
 enum { LEAST = 10000, CALL = 2000 };
+enum { SOLVING = 2500 }; /* the same, of a block; 1 to 5 us are measured */
 enum { SEEDS = 64, BEFORE = 0, FREE = 255 };
 
 typedef uint64_t seeds; /* a set of them */
@@ -23,6 +24,7 @@ typedef struct finder {
     uint8_t *wish;
     int *root; /* of what hangs together and touches no block */
     double *weight;
+    double *price; /* nanoseconds, by instruction of the stage */
     double cost[KMP_PARTS_MOST + 2];
 } finder;
 
@@ -43,20 +45,53 @@ static int operand(const finder *f, int i, int k)
     return j >= 0 ? j : -1;
 }
 
-static double cost_of(const finder *f, int i)
+/* The block that an implicit instruction is of, for its list of arguments: its number among those found so far, which
+ * are known by their first instructions in the program; a new one's is *count, which grows. */
+static int block_of(const finder *f, int i, int *first, int *count)
 {
-    switch (instruction(f, i)->op) {
+    const kmp_instruction *all = f->l->program->instruction;
+    int b = 0;
+    while (b < *count && (all[first[b]].a != all[i].a || all[first[b]].b != all[i].b))
+        b++;
+    if (b == *count)
+        first[(*count)++] = i;
+    return b;
+}
+
+static double price_of(kmp_op op)
+{
+    switch (op) {
     case KMP_OP_ADD:
     case KMP_OP_MUL:
+    case KMP_OP_IMPLICIT:
         return 1;
     case KMP_OP_DIV:
     case KMP_OP_SQRT:
         return 5;
-    case KMP_OP_IMPLICIT:
-        return 1000;
     default:
         return 15;
     }
+}
+
+/* All unknowns of a block are solved for where the first one is asked for, in this stage or before. */
+static bool find_prices(finder *f)
+{
+    const kmp_instruction *all = f->l->program->instruction;
+    int end = f->from + f->count, most = 0, count = 0;
+    for (int i = 0; i < end; i++)
+        most += all[i].op == KMP_OP_IMPLICIT;
+    int *first = KMP_NEW(int, most);
+    f->price = KMP_NEW(double, f->count);
+    for (int i = 0; first && f->price && i < end; i++) {
+        int before = count;
+        if (all[i].op == KMP_OP_IMPLICIT)
+            (void)block_of(f, i, first, &count);
+        if (i >= f->from)
+            f->price[i - f->from] = count > before ? SOLVING : price_of((kmp_op)all[i].op);
+    }
+    bool ok = first && f->price;
+    kmp_free(first);
+    return ok;
 }
 
 /* -- seeds ------------------------------------------------------------------------------------------- */
@@ -64,18 +99,10 @@ static double cost_of(const finder *f, int i)
 /* Blocks are numbered as they come; where there are too many, neighbours are one seed. */
 static bool number_seeds(finder *f)
 {
-    int *first = KMP_NEW(int, f->count), count = 0; /* the first instruction of each block */
-    for (int i = 0; first && i < f->count; i++) {
-        const kmp_instruction *in = instruction(f, i);
-        int b = 0;
-        if (in->op != KMP_OP_IMPLICIT)
-            continue;
-        while (b < count && (instruction(f, first[b])->a != in->a || instruction(f, first[b])->b != in->b))
-            b++;
-        if (b == count)
-            first[count++] = i;
-        f->root[i] = b;
-    }
+    int *first = KMP_NEW(int, f->count), count = 0;
+    for (int i = 0; first && i < f->count; i++)
+        if (instruction(f, i)->op == KMP_OP_IMPLICIT)
+            f->root[i] = block_of(f, f->from + i, first, &count);
     f->seed_count = count < SEEDS ? count : SEEDS;
     for (int i = 0; first && i < f->count; i++)
         if (instruction(f, i)->op == KMP_OP_IMPLICIT)
@@ -133,7 +160,7 @@ static void find_shares(finder *f)
     for (int i = 0; i < f->from; i++)
         add_share(f, f->earlier[i], 1);
     for (int i = 0; i < f->count; i++)
-        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * cost_of(f, i));
+        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
 }
 
 /* Blocks of which one reads another. */
@@ -257,9 +284,9 @@ static void place_the_rest(finder *f)
     memset(f->cost, 0, sizeof f->cost);
     for (int i = 0; i < f->count; i++) {
         if (f->part[i] == FREE)
-            f->weight[kmp_root_of(f->root, i)] += cost_of(f, i);
+            f->weight[kmp_root_of(f->root, i)] += f->price[i];
         else
-            f->cost[f->part[i]] += cost_of(f, i);
+            f->cost[f->part[i]] += f->price[i];
     }
     for (int i = 0; i < f->count; i++)
         if (f->part[i] == FREE && f->root[i] == i) {
@@ -281,7 +308,7 @@ static void settle(finder *f)
             if (j >= 0 && f->part[j] != BEFORE && f->part[j] != f->part[i])
                 f->part[i] = (uint8_t)(f->parts + 1);
         }
-        f->cost[f->part[i]] += cost_of(f, i);
+        f->cost[f->part[i]] += f->price[i];
     }
 }
 
@@ -334,6 +361,7 @@ static void end(finder *f)
     kmp_free(f->wish);
     kmp_free(f->root);
     kmp_free(f->weight);
+    kmp_free(f->price);
     kmp_free(f);
 }
 
@@ -343,7 +371,7 @@ static void put_costliest_first(finder *f, int parts)
     double cost[KMP_PARTS_MOST + 2] = {0};
     int number[KMP_PARTS_MOST + 2] = {0};
     for (int i = 0; i < f->count; i++)
-        cost[f->best[i]] += cost_of(f, i);
+        cost[f->best[i]] += f->price[i];
     number[parts + 1] = parts + 1;
     for (int k = 1; k <= parts; k++) {
         number[k] = 1;
@@ -380,9 +408,10 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     f->l = layout;
     f->from = code[stage];
     f->count = code[stage + 1] - code[stage];
-    for (int i = 0; i < f->count; i++)
-        alone += cost_of(f, i);
-    int parts = 0;
+    bool priced = find_prices(f);
+    for (int i = 0; priced && i < f->count; i++)
+        alone += f->price[i];
+    int parts = priced ? 0 : -1;
     if (alone >= LEAST && begin(f)) {
         spread_seeds(f);
         find_shares(f);
