@@ -45,19 +45,6 @@ static int operand(const finder *f, int i, int k)
     return j >= 0 ? j : -1;
 }
 
-/* The block that an implicit instruction is of, for its list of arguments: its number among those found so far, which
- * are known by their first instructions in the program; a new one's is *count, which grows. */
-static int block_of(const finder *f, int i, int *first, int *count)
-{
-    const kmp_instruction *all = f->l->program->instruction;
-    int b = 0;
-    while (b < *count && (all[first[b]].a != all[i].a || all[first[b]].b != all[i].b))
-        b++;
-    if (b == *count)
-        first[(*count)++] = i;
-    return b;
-}
-
 static double price_of(kmp_op op)
 {
     switch (op) {
@@ -73,7 +60,17 @@ static double price_of(kmp_op op)
     }
 }
 
-/* All unknowns of a block are solved for where the first one is asked for, in this stage or before. */
+/* All unknowns of a block are solved for where the first one is asked for with a list of arguments, in this stage or
+ * before. `first`: where, of those found so far. */
+static bool is_solved(const kmp_instruction *all, int i, int *first, int *count)
+{
+    for (int b = 0; b < *count; b++)
+        if (all[first[b]].a == all[i].a && all[first[b]].b == all[i].b)
+            return true;
+    first[(*count)++] = i;
+    return false;
+}
+
 static bool find_prices(finder *f)
 {
     const kmp_instruction *all = f->l->program->instruction;
@@ -82,33 +79,40 @@ static bool find_prices(finder *f)
         most += all[i].op == KMP_OP_IMPLICIT;
     int *first = KMP_NEW(int, most);
     f->price = KMP_NEW(double, f->count);
-    for (int i = 0; first && f->price && i < end; i++) {
-        int before = count;
-        if (all[i].op == KMP_OP_IMPLICIT)
-            (void)block_of(f, i, first, &count);
-        if (i >= f->from)
-            f->price[i - f->from] = count > before ? SOLVING : price_of((kmp_op)all[i].op);
-    }
     bool ok = first && f->price;
+    for (int i = 0; ok && i < end; i++) {
+        bool solves = all[i].op == KMP_OP_IMPLICIT && !is_solved(all, i, first, &count);
+        if (i >= f->from)
+            f->price[i - f->from] = solves ? SOLVING : price_of((kmp_op)all[i].op);
+    }
     kmp_free(first);
     return ok;
 }
 
 /* -- seeds ------------------------------------------------------------------------------------------- */
 
-/* Blocks are numbered as they come; where there are too many, neighbours are one seed. */
+/* Blocks with one list of arguments are one seed. They are numbered as they come; where there are too many, neighbours
+ * are one. */
 static bool number_seeds(finder *f)
 {
-    int *first = KMP_NEW(int, f->count), count = 0;
-    for (int i = 0; first && i < f->count; i++)
-        if (instruction(f, i)->op == KMP_OP_IMPLICIT)
-            f->root[i] = block_of(f, f->from + i, first, &count);
+    uint32_t *list = KMP_NEW(uint32_t, f->count);
+    int count = 0;
+    for (int i = 0; list && i < f->count; i++) {
+        int b = 0;
+        if (instruction(f, i)->op != KMP_OP_IMPLICIT)
+            continue;
+        while (b < count && list[b] != instruction(f, i)->a)
+            b++;
+        if (b == count)
+            list[count++] = instruction(f, i)->a;
+        f->root[i] = b;
+    }
     f->seed_count = count < SEEDS ? count : SEEDS;
-    for (int i = 0; first && i < f->count; i++)
+    for (int i = 0; list && i < f->count; i++)
         if (instruction(f, i)->op == KMP_OP_IMPLICIT)
             f->reads[i] = f->feeds[i] = (seeds)1 << (count > SEEDS ? (long)f->root[i] * SEEDS / count : f->root[i]);
-    kmp_free(first);
-    return first;
+    kmp_free(list);
+    return list;
 }
 
 static void spread_seeds(finder *f)
