@@ -131,31 +131,35 @@ static void spread_seeds(finder *f)
         }
 }
 
+/* Of a set that is not empty. */
 static int first_of(seeds s)
 {
     int k = 0;
-    while (!(s >> k & 1))
-        k++;
+    for (int step = SEEDS / 2; step > 0; step /= 2)
+        if (!(s & (((seeds)1 << step) - 1))) {
+            s >>= step;
+            k += step;
+        }
     return k;
 }
 
-static int size_of(seeds s)
+/* Ascending; how many. */
+static int list_members(seeds s, int *member)
 {
     int size = 0;
     for (; s; s &= s - 1)
-        size++;
+        member[size++] = first_of(s);
     return size;
 }
 
 /* What is computed for a few seeds makes them belong together, what is for many says little. */
 static void add_share(finder *f, seeds s, double cost)
 {
-    int size = size_of(s);
-    if (size < 2)
-        return;
-    for (seeds a = s; a; a &= a - 1)
-        for (seeds b = s; b; b &= b - 1)
-            f->share[first_of(a)][first_of(b)] += cost / size / size;
+    int member[SEEDS], size = list_members(s, member);
+    double share = size > 1 ? cost / size / size : 0;
+    for (int a = 0; a < size; a++)
+        for (int b = a + 1; b < size; b++)
+            f->share[member[a]][member[b]] += share;
 }
 
 /* What feeds blocks says more than what adds up their results. */
@@ -165,6 +169,9 @@ static void find_shares(finder *f)
         add_share(f, f->earlier[i], 1);
     for (int i = 0; i < f->count; i++)
         add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
+    for (int a = 0; a < f->seed_count; a++)
+        for (int b = 0; b < a; b++)
+            f->share[a][b] = f->share[b][a];
 }
 
 /* Blocks of which one reads another. */

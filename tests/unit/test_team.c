@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/plant.h"
+#include "integrators/tangent.h"
 #include "results/trajectory.h"
 #include <pthread.h>
 #include <sched.h>
@@ -196,6 +197,21 @@ static void bogies_fall_apart(void)
     close_scene(&s);
 }
 
+/* Many more blocks, which are derivatives of others and read what those read. */
+static void tangents_fall_apart(void)
+{
+    scene s = open_scene("tests/models/three_bogies.yaml");
+    kmp_team *team = kmp_team_new(3);
+    kmp_tangents tangents = {0};
+    double outside;
+    CHECK(kmp_tangents_init(&tangents, s.system, kmp_backend_find("tape"), 1u << KMP_VALUE_R) == KEMPE_OK);
+    CHECK(parts_of(tangents.tangent_program, 1, team, &outside) == 3);
+    CHECK(outside < 0.05);
+    kmp_tangents_free(&tangents);
+    kmp_team_free(team);
+    close_scene(&s);
+}
+
 /* What a part solves: its blocks, each once for a list of arguments. */
 static int solvings_of(const kmp_program *p, const kmp_layout *l, int stage, int part)
 {
@@ -371,6 +387,7 @@ int main(void)
     TEST(calls_that_come_late_are_followed_by_rest);
     TEST(time_of_all_is_known);
     TEST(bogies_fall_apart);
+    TEST(tangents_fall_apart);
     TEST(largest_begin_first);
     TEST(bogies_have_the_same_bits);
     TEST(wagon_has_the_same_bits);
