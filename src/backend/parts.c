@@ -229,12 +229,13 @@ static void join_seeds(finder *f, int parts)
 /* By the blocks that an instruction feeds or reads. */
 static void place_by_seeds(finder *f)
 {
+    seeds of[KMP_PARTS_MOST + 2] = {0}; /* each part's */
+    for (int k = 0; k < f->seed_count; k++)
+        of[f->part_of[k]] |= (seeds)1 << k;
     for (int i = 0; i < f->count; i++) {
         seeds s = f->reads[i] | f->feeds[i];
         int part = s ? f->part_of[first_of(s)] : FREE;
-        bool several = false;
-        for (; s; s &= s - 1)
-            several = several || f->part_of[first_of(s)] != part;
+        bool several = s && (s & ~of[part]);
         f->part[i] = (uint8_t)(!several ? part : f->reads[i] ? f->parts + 1 : BEFORE);
     }
 }
