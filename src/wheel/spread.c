@@ -14,6 +14,7 @@
  * penetration d, so that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest
  * point jumps. Against solutions for the half-space it is nearer than the nearest point (examples/manchester). */
 #include "wheel/spread.h"
+#include "symbolic/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/table.h"
