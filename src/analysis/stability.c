@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/stability.h"
-#include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 #include <math.h>
 
 #define ROUNDING 1e-10 /* of a real part, in parts of the largest modulus */
