@@ -157,22 +157,22 @@ class Backwards(unittest.TestCase):
 
 class Hunting(unittest.TestCase):
     def test_critical_speeds(self):
-        """Against rails.py, whose patches are circles; stiff patches leave rounding, of modes 1e5 times as fast."""
+        """Against rails.py. Apart are: curvatures across, 1e-4 larger here (Hertz's are never flatter than a hundredth of those
+        along, smoothly), up to 4e-6; coefficients beside the circle by a spline, there by a parabola, 2e-6; the rails' points,
+        1e-6. No value lies near the critical one: a growth below 1e-11 of the fastest mode counts as none, 7e-5 1/s with the
+        stiffest patches, and such a value as one end moves the border to where the growth is that: 1e-4 in V."""
         found = []
         for row in rows(SPRINGS / "rails.csv"):
-            if row["cone"] not in (0.1, 0.05, 0.0125):
-                continue
             with self.subTest(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"]):
                 values = settings(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"])
-                about = f"V={0.9 * row['speed']}:{1.1 * row['speed']}:3"
+                about = f"V={0.9 * row['speed']}:{1.1 * row['speed']}:2"
                 locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--vary", about)["locus"]
                 critical, = locus["critical"]
                 self.assertEqual(critical["grows"], "above")
-                near = 5e-5 if row["shear_modulus"] < 1e12 else 1.5e-4
-                self.assertLess(abs(critical["value"] / row["speed"] - 1), near)
-                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), near)
+                self.assertLess(abs(critical["value"] / row["speed"] - 1), 1e-5)
+                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), 1e-5)
                 found.append(critical["value"])
-        self.assertEqual(len(found), 9)
+        self.assertEqual(len(found), 12)
 
 
 def kinked(angle, step):
