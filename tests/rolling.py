@@ -128,7 +128,12 @@ class Independent(unittest.TestCase):
             with self.subTest(V=speed):
                 self.assertEqual(waves(ROLLING / "independent.yaml", V=speed, spin=0.001, aside=0), [])
         held = settings(aside=0, spin=0.1, ky=25e3, kpsi=2e5)
-        self.assertEqual(kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--vary", "V=5:200:40")["locus"]["critical"], [])
+        locus = kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--vary", "V=5:200:40")["locus"]
+        self.assertEqual((len(locus["eigenvalues"]), locus["critical"]), (40, []))
+        for speed, found in zip(locus["values"], locus["eigenvalues"]):
+            with self.subTest(V=speed):
+                self.assertEqual(sum(s == [0, 0] for s in found), 4)  # x, both turns, the speed: exactly
+                self.assertLess(max(re for re, im in found if (re, im) != (0, 0)), 0)
 
     def test_length_of_the_wave(self):
         """Heavy wheels: Klingel's wave, longer by the root of what the inertia of all is over that of the wheels' turning."""
