@@ -250,6 +250,7 @@ static void read_wheel(const reading *w)
     good = read_zones(w) && good;
     if (!good || !r->model->tracks[wheel->track].rail)
         return;
+    wheel->scale = kmp_zones_scale(wheel);
     wheel->stands = kmp_zones_stand(&r->model->tracks[wheel->track], wheel);
     if (!wheel->zones_given)
         find_zones(w);

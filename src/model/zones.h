@@ -5,10 +5,14 @@
 
 #include "model/wheels.h"
 
+/** By which the lengths go with which contact is looked for: the wheel's radius over 0.46 m. Where the profile is very
+ * wide or narrow for that radius its width decides. */
+double kmp_zones_scale(const kmp_wheel *wheel);
+
 /** Puts the wheel all over the rail, from where it stands (below), at a few rolls, and notes what touches. Where the
- * point of contact jumps by more than two millimetres one zone ends and the next one begins, in the middle of what is
- * passed over; jumps that overlap, at different rolls, share a border. Of more borders than there is room for those of
- * the smallest jumps are left out. false: no memory. */
+ * point of contact jumps by more than 2 mm (of a wheel of 0.46 m, and in proportion) one zone ends and the next one
+ * begins, in the middle of what is passed over; jumps that overlap, at different rolls, share a border. Of more borders
+ * than there is room for those of the smallest jumps are left out. false: no memory. */
 bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel);
 
 /** How near to each other the places of an elastic wheel's zones are, and the least spread that they resolve, by the

@@ -7,9 +7,6 @@
 
 enum { KMP_PAIR_ARGUMENTS = 7 };
 
-/* Beyond a border, m: where a slope of 10 is balanced. */
-#define KMP_ZONE_GIVE 1e-3
-
 typedef struct kmp_pair {
     kmp_graph *g;
     int wheel, rail; /* tables: both heights */
@@ -39,6 +36,8 @@ kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s);
 /** Of the angle that has the tangent. */
 kmp_ref kmp_cosine_of(kmp_graph *g, kmp_ref slope);
 
+/** m beyond a border: where a slope of 10 is balanced. */
+double kmp_zone_give(const kmp_wheel *wheel);
 /** Half of the way on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone: there
  * the border is sharp, or both zones were equally near around it. */
 double kmp_zone_border(const kmp_wheel *wheel);
