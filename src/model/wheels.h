@@ -112,7 +112,7 @@ typedef struct kmp_wheel {
     bool zones_given;                     /* in the file; otherwise found */
     double node[KMP_WHEEL_PLACES];        /* on the profile, that averages of an elastic wheel are made of */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
-    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve (wheel/spread.c) */
+    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve but at edges (model/zones.h) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;
