@@ -38,6 +38,11 @@ kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *li
     double value;
     if (kmp_is_const(g, x, &value))
         return kmp_const(local, value);
+    if (*count == KMP_PAIR_ARGUMENTS) {
+        kmp_graph_fail(g);
+        kmp_graph_fail(local);
+        return KMP_ZERO;
+    }
     list[*count] = x;
     return kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(*count)++);
 }

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "derived.h"
 #include "symbolic/table.h"
+#include "wheel/pair.h"
 #include <kempe/kempe.h>
 #include <math.h>
 
@@ -357,6 +358,23 @@ static void cone_on_arc(void)
     kempe_model_free(m);
 }
 
+/* A block of a wheel and its rail has room for so many arguments, and one more is told. */
+static void arguments_end(void)
+{
+    kmp_graph *g = kmp_graph_new(), *local = kmp_graph_new();
+    kmp_ref list[KMP_PAIR_ARGUMENTS];
+    int count = 0;
+    for (uint32_t k = 0; k < KMP_PAIR_ARGUMENTS; k++)
+        (void)kmp_pair_argument(g, local, kmp_input(g, KMP_IN_Q, k), list, &count);
+    CHECK(count == KMP_PAIR_ARGUMENTS && !kmp_graph_failed(g) && !kmp_graph_failed(local));
+    (void)kmp_pair_argument(g, local, kmp_const(g, 3), list, &count);
+    CHECK(!kmp_graph_failed(g) && !kmp_graph_failed(local));
+    (void)kmp_pair_argument(g, local, kmp_input(g, KMP_IN_QD, 0), list, &count);
+    CHECK(count == KMP_PAIR_ARGUMENTS && kmp_graph_failed(g) && kmp_graph_failed(local));
+    kmp_graph_free(g);
+    kmp_graph_free(local);
+}
+
 /* What a rigid wheel shows waits for multipliers: kinematics leaves it out. */
 static void shown_with_loads(void)
 {
@@ -458,6 +476,7 @@ int main(void)
     TEST(tangents_by_differences);
     TEST(mirrored);
     TEST(cone_on_arc);
+    TEST(arguments_end);
     TEST(shown_with_loads);
     TEST(stiffer);
     kempe_context_free(context);
