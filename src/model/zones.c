@@ -256,7 +256,7 @@ bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
  * are nearly the same. */
 static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
 {
-    double *angle = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
+    double *angle = KMP_NEW(double, s->rail_count);
     for (int l = 0; angle && l < s->rail_count; l++)
         angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
     for (int k = 0; angle && k < s->count; k++) {
