@@ -18,7 +18,7 @@
 #define BEYOND 2e-3   /* a zone goes on so far after the last point that touches */
 #define FAR    1.0    /* below the rail's top, where there is no rail */
 #define TURN   0.3    /* rad: contacts of an elastic wheel whose normals are nearer are in one zone */
-enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000, MOST_JUMPS = 64 };
+enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000 };
 
 static const double rolls[] = {-0.01, 0, 0.01};
 
@@ -33,8 +33,9 @@ typedef struct scan {
     double first, step;
     double *radius;
     int lowest, highest; /* of those that touch anywhere */
-    int jump_count;
-    jump jump[MOST_JUMPS];
+    int jump_count, jump_room;
+    jump *jump;
+    bool failed; /* no memory for one more */
     int rail_count;
     double rail_first, rail_step;
     double *rail;
@@ -128,8 +129,17 @@ static void note_jump(scan *s, int a, int b)
 {
     if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
         return;
-    if (s->jump_count < MOST_JUMPS)
-        s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
+    if (s->jump_count == s->jump_room) {
+        int room = s->jump_room ? 2 * s->jump_room : 16;
+        jump *grown = kmp_realloc(s->jump, (size_t)room, sizeof *grown);
+        if (!grown) {
+            s->failed = true;
+            return;
+        }
+        s->jump = grown;
+        s->jump_room = room;
+    }
+    s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
 
 /* From one place, where k touches, to the next one, where l does: what stays a jump however near both places are. */
@@ -176,7 +186,8 @@ static int by_end(const void *a, const void *b)
 static int join_jumps(scan *s)
 {
     int count = 0;
-    qsort(s->jump, (size_t)s->jump_count, sizeof(jump), by_end);
+    if (s->jump_count > 1)
+        qsort(s->jump, (size_t)s->jump_count, sizeof(jump), by_end);
     for (int k = 0; k < s->jump_count; k++) {
         jump next = s->jump[k], *before = count > 0 ? &s->jump[count - 1] : NULL;
         if (before && next.first < before->last)
@@ -200,15 +211,17 @@ static int drop_smallest(scan *s, int count)
     return count;
 }
 
-static void collect(scan *s, kmp_wheel *wheel)
+/* How many zones there would be with room for all. */
+static int collect(scan *s, kmp_wheel *wheel)
 {
-    int borders = drop_smallest(s, join_jumps(s));
+    int all = join_jumps(s), borders = drop_smallest(s, all);
     double end = s->first + s->step * (s->count - 1), beyond = BEYOND * s->scale;
     wheel->zone[0][0] = fmax(s->first, s->first + s->step * s->lowest - beyond);
     for (int k = 0; k < borders; k++)
         wheel->zone[k][1] = wheel->zone[k + 1][0] = s->first + s->step * (s->jump[k].first + s->jump[k].last) / 2;
     wheel->zone[borders][1] = fmin(end, s->first + s->step * s->highest + beyond);
     wheel->zone_count = borders + 1;
+    return all + 1;
 }
 
 double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel)
@@ -227,17 +240,17 @@ double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel)
     return best;
 }
 
-bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
+int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 {
     scan s;
     bool ok = begin(&s, track, wheel);
     for (size_t k = 0; ok && k < sizeof rolls / sizeof rolls[0]; k++)
         roll_over(&s, wheel->stands, rolls[k]);
-    if (ok)
-        collect(&s, wheel);
+    int zones = ok && !s.failed ? collect(&s, wheel) : 0;
+    kmp_free(s.jump);
     kmp_free(s.radius);
     kmp_free(s.rail);
-    return ok;
+    return zones;
 }
 
 /* -- places ------------------------------------------------------------------------------------------- */

@@ -13,8 +13,8 @@ double kmp_zones_scale(const kmp_wheel *wheel);
  * point of contact jumps by more than 2 mm (of a wheel of 0.46 m, and in proportion) one zone ends and the next one
  * begins, in the middle of what is passed over; of an elastic wheel only by those jumps over which the normal turns by
  * 0.3 rad or more. Jumps that overlap, at different rolls, share a border. Of more borders than there is room for those
- * of the smallest jumps are left out. false: no memory. */
-bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel);
+ * of the smallest jumps are left out. How many zones there would be with room for all; 0: no memory. */
+int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel);
 
 /** How near to each other the places of an elastic wheel's zones are, and the least spread that they resolve, by the
  * curvatures of what can touch there, looked at every 0.25 mm (of a wheel of 0.46 m). At edges with a radius below
