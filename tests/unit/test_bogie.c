@@ -11,15 +11,6 @@ enum { N = 24, ROWS = 12, FREE = 12 };
 
 static const char model[] = "examples/bogie/bogie.yaml";
 
-static int coordinate(const loaded *l, const char *name)
-{
-    for (int i = 0; i < N; i++)
-        if (strcmp(kempe_model_coordinate_name(l->model, i), name) == 0)
-            return i;
-    printf("no coordinate %s\n", name);
-    exit(1);
-}
-
 /* -- what it is -------------------------------------------------------------------------------------- */
 
 static void counts(void)
@@ -48,7 +39,7 @@ static void hold_free(const loaded *l, int hold[N])
 {
     memset(hold, 0, N * sizeof *hold);
     for (int k = 0; k < FREE; k++)
-        hold[coordinate(l, free_names[k])] = 1;
+        hold[coordinate_named(l, free_names[k])] = 1;
 }
 
 typedef struct golden {
@@ -65,10 +56,10 @@ static void closes_on(double warp, double stroke, const golden *of)
     int hold[N];
     hold_free(&l, hold);
     CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
-    q[coordinate(&l, "warp")] = expected[coordinate(&l, "warp")] = warp;
-    q[coordinate(&l, "stroke")] = expected[coordinate(&l, "stroke")] = stroke;
+    q[coordinate_named(&l, "warp")] = expected[coordinate_named(&l, "warp")] = warp;
+    q[coordinate_named(&l, "stroke")] = expected[coordinate_named(&l, "stroke")] = stroke;
     for (; of->name; of++)
-        expected[coordinate(&l, of->name)] = of->value;
+        expected[coordinate_named(&l, of->name)] = of->value;
     CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK);
     for (int i = 0; i < N; i++)
         CHECK_NEAR(q[i], expected[i], 1e-9);
@@ -108,7 +99,7 @@ static void positions_of_the_table(void)
     FILE *f = fopen(KEMPE_ROOT "/examples/bogie/closures.csv", "r");
     CHECK(f && kempe_workspace_new(l.system, &ws) == KEMPE_OK && next_line(line, sizeof line, f));
     for (char *name = strtok(line, ",\n"); name && columns < MOST_COLUMNS; name = strtok(NULL, ",\n"))
-        at[columns++] = coordinate(&l, name);
+        at[columns++] = coordinate_named(&l, name);
     hold_free(&l, hold);
     while (next_line(line, sizeof line, f)) {
         double q[N] = {0}, expected[N] = {0};
@@ -155,7 +146,7 @@ static void warp_and_stroke_may_be_independent(void)
     for (int i = 0; i < N; i++)
         worst = fmax(worst, fabs(chosen[i] - asked[i]));
     printf("   off by %.1e\n", worst);
-    CHECK(worst <= 1e-9 && fabs(chosen[coordinate(&l, "warp")]) > 0.01);
+    CHECK(worst <= 1e-9 && fabs(chosen[coordinate_named(&l, "warp")]) > 0.01);
     unload(&l);
 }
 

@@ -258,15 +258,6 @@ static const char worn[] =
     "-2e6*q(yaw)}}\n"
     "start: {q: {z: 0.46}, hold: [y, yaw], qd: {x: 20, spin: 43.481181}}\n";
 
-static loaded load_set(const char *path, const kempe_setting *settings, int count)
-{
-    char full[1024];
-    loaded l = {.context = kempe_context_new()};
-    (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read_set(l.context, full, settings, count, &l.model);
-    return load_finish(l);
-}
-
 /* What is not 0, each beside itself: |s - its nearest of the other| over |s|, or over what the quickest one rounds. */
 static double far_apart(const kmp_modes *a, const kmp_modes *b)
 {
@@ -327,15 +318,6 @@ static double off_one(const kmp_linear *l, const kmp_spectrum *s)
     return worst;
 }
 
-static int coordinate(const loaded *m, const char *name)
-{
-    for (int k = 0; k < kempe_model_coordinate_count(m->model); k++)
-        if (strcmp(kempe_model_coordinate_name(m->model, k), name) == 0)
-            return k;
-    CHECK(false);
-    return -1;
-}
-
 /* How far Mr is from symmetric, of its largest entry. */
 static double skew(const kmp_linear *l)
 {
@@ -354,7 +336,7 @@ static void rigid_wheels_do_not_depend_on_u(const loaded *m, int zeros)
 {
     kmp_station *station = NULL;
     kmp_modes first = {0}, other = {0};
-    int y = coordinate(m, "y"), roll = coordinate(m, "roll"), wish[MOST];
+    int y = coordinate_named(m, "y"), roll = coordinate_named(m, "roll"), wish[MOST];
     CHECK(kmp_station_new(m->system, &(kmp_station_ask){.word = "start"}, &station) == KEMPE_OK);
     CHECK(kmp_station_go(station, 0, &first) == KEMPE_OK);
     memcpy(wish, first.u, (size_t)first.p * sizeof *wish);
