@@ -74,7 +74,7 @@ static void positions_of_the_table(void)
             q[i] = hold[i] ? expected[i] : 0;
         CHECK(kempe_close(ws, 0, q, NULL, hold) == KEMPE_OK);
         for (int i = 0; i < N; i++)
-            worst = fmax(worst, fabs(q[i] - expected[i]));
+            worst = check_max(worst, fabs(q[i] - expected[i]));
         rows++;
     }
     printf("   %d positions, off by %.1e\n", rows, worst);
@@ -108,7 +108,7 @@ static void warp_and_stroke_may_be_independent(void)
     run(&l, NULL, chosen);
     run(&l, "x,y,z,yaw,roll,pitch,spin_FL,spin_FR,spin_RL,spin_RR,warp,stroke", asked);
     for (int i = 0; i < N; i++)
-        worst = fmax(worst, fabs(chosen[i] - asked[i]));
+        worst = check_max(worst, fabs(chosen[i] - asked[i]));
     printf("   off by %.1e\n", worst);
     CHECK(worst <= 1e-9 && fabs(chosen[coordinate_named(&l, "warp")]) > 0.01);
     unload(&l);
