@@ -42,10 +42,11 @@ static double residual(const kmp_spectrum *s, int c, const double *m, const doub
             double q_re = square_re * m[at] + re * g[at] + k[at], q_im = square_im * m[at] + im * g[at];
             sum_re += q_re * x_re[j] - q_im * x_im[j];
             sum_im += q_re * x_im[j] + q_im * x_re[j];
-            size = fmax(size, (hypot(square_re, square_im) * fabs(m[at]) + hypot(re, im) * fabs(g[at]) + fabs(k[at])) *
-                                  hypot(x_re[j], x_im[j]));
+            size = check_max(size,
+                             (hypot(square_re, square_im) * fabs(m[at]) + hypot(re, im) * fabs(g[at]) + fabs(k[at])) *
+                                 hypot(x_re[j], x_im[j]));
         }
-        worst = fmax(worst, hypot(sum_re, sum_im));
+        worst = check_max(worst, hypot(sum_re, sum_im));
     }
     return size > 0 ? worst / size : 0;
 }
@@ -66,7 +67,7 @@ static double largest(const kmp_spectrum *s)
 {
     double most = 0;
     for (int c = 0; c < s->count; c++)
-        most = fmax(most, hypot(s->re[c], s->im[c]));
+        most = check_max(most, hypot(s->re[c], s->im[c]));
     return most;
 }
 

@@ -287,7 +287,7 @@ static void check_accelerations(kmp_reduction *red, const double *udd)
             for (int c = 0; c < n; c++)
                 force += mass[i + c * n] * qdd[c];
             sum += red->x[i + k * n] * force;
-            size = fmax(size, fabs(red->x[i + k * n]) * fmax(fabs(force), fabs(red->plant->bias[i])));
+            size = check_max(size, fabs(red->x[i + k * n]) * fmax(fabs(force), fabs(red->plant->bias[i])));
         }
         CHECK(fabs(sum) <= 1e-9 * fmax(size, 1));
         for (int row = 0; row < m; row++) {

@@ -209,7 +209,7 @@ static void check_ranges(const kempe_comparison *c, const kmp_record *r, double 
             double t = kmp_runner_t(runner);
             CHECK(kmp_runner_step(runner) == KEMPE_OK);
             least = fmin(least, kmp_runner_t(runner) - t);
-            most = fmax(most, kmp_runner_t(runner) - t);
+            most = check_max(most, kmp_runner_t(runner) - t);
         }
         CHECK_NEAR(r->ranges[k].t, begin, 0);
         CHECK_NEAR(r->ranges[k].least, least, 0);
@@ -233,8 +233,8 @@ static void check_record(const kempe_comparison *c, int run, double t_end)
     check_ranges(c, &r, t_end);
     double drift = 0, h = 0;
     for (int k = 0; k < r.row.rows; k++) {
-        drift = fmax(drift, fabs(r.energy[k]));
-        h = fmax(h, r.h[k]);
+        drift = check_max(drift, fabs(r.energy[k]));
+        h = check_max(h, r.h[k]);
     }
     CHECK(drift < 100 * compared->verdict.drift_rel + 1e-12 && drift > 0.1 * compared->verdict.drift_rel);
     CHECK(h < 100 * compared->verdict.h_max + 1e-13);

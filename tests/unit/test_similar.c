@@ -134,7 +134,7 @@ static double difference(const derived *a, const derived *b, double scale, int *
         *pressed += k == 3 && a->shown[i] > 100;
     }
     for (int i = 0; i < a->m; i++)
-        worst = fmax(worst, fabs(b->h[i] / scale - a->h[i]));
+        worst = check_max(worst, fabs(b->h[i] / scale - a->h[i]));
     return worst;
 }
 

@@ -45,7 +45,7 @@ static void check_near(int count, const double *a, const double *b)
 {
     double size = 1;
     for (int k = 0; k < count; k++)
-        size = fmax(size, fabs(b[k]));
+        size = check_max(size, fabs(b[k]));
     for (int k = 0; k < count; k++)
         CHECK_NEAR(a[k], b[k], 1e-13 * size);
 }

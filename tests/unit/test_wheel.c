@@ -173,7 +173,7 @@ static void against_space(const char *profile)
         derived_eval(&d, &s);
         for (int w = 0; w < 2; w++) {
             solid b = solid_of(m, w, &s);
-            worst = fmax(worst, fabs(d.h[w] - least_gap(&b, -0.05, 0.05)));
+            worst = check_max(worst, fabs(d.h[w] - least_gap(&b, -0.05, 0.05)));
         }
     }
     /* the search finds the place to the root of rounding, and with it the angle: of gaps of a millimetre */
@@ -264,13 +264,13 @@ static void tangents_by_differences(void)
                 double size = 0, error = 0;
                 difference(&d, &s, c, rate, &d.inverse, COORDINATES, slope);
                 for (int i = 0; i < COORDINATES; i++) {
-                    size = fmax(size, fabs(slope[i]));
-                    error = fmax(error, fabs(slope[i] - by[rate][i * COORDINATES + c]));
+                    size = check_max(size, fabs(slope[i]));
+                    error = check_max(error, fabs(slope[i] - by[rate][i * COORDINATES + c]));
                 }
-                here = fmax(here, error / (1e3 + size));
+                here = check_max(here, error / (1e3 + size));
             }
         few += here > 1e-5;
-        worst = fmax(worst, here);
+        worst = check_max(worst, here);
     }
     /* within a step there may be a knot of a profile, where the derivative of the curvature jumps */
     CHECK(few <= 2 && worst < 1e-2);
