@@ -80,7 +80,7 @@ class Curve(unittest.TestCase):
             self.assertTrue(1 - cone < out / 0.005 < 1 - 0.7 * cone, (cone, out))
 
     def balance(self, form, road, speed, cant):
-        """A wheelset with a load 1.5 m above it, steadily round a curve of 1500 m: what its wheels carry against the weight
+        """A wheelset with a load 1.5 m above it, steadily round a curve of 1380 m: what its wheels carry against the weight
         and the centrifugal force, in the track's axes, and the moments about the axle."""
         cone, mass, load, high = 0.05, 1000, 5000, 1.5
         radius = R0 * B / (cone * 0.005)
