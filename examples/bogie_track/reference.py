@@ -28,7 +28,7 @@ TABLE = {
 
 
 def at(row, nu):
-    """Through three values at nu 0, 1/4, 1/2, straight in nu of 1/C piece by piece is near enough; a parabola."""
+    """1/C is a parabola through its values at nu 0, 1/4, 1/2."""
     x, (a, b, c) = 4 * nu, (1 / v for v in row)
     return 1 / (a + x * (b - a) + x * (x - 1) / 2 * (c - 2 * b + a))
 
