@@ -45,7 +45,7 @@ def runs(wide, narrow, alike):
     over = lambda value: [(name, colour, [(row["t"], value(row)) for row in table]) for table, name, colour in tables]
     draw([("yaw of the car body, mrad", (-1.5, -1, -0.5, 0, 0.5, 1, 1.5), over(lambda r: 1e3 * r["q.psi"])),
           ("driven axle to the left of the middle, mm; dashed: where a flange meets its rail", (-8, -4, 0, 4, 8),
-           over(lambda r: 1e3 * r["q.y"]), [(-6.5, BLUE), (6.5, BLUE), (-2, RED), (2, RED)])],
+           over(lambda r: 1e3 * r["q.y"]), [(-6.33, BLUE), (6.33, BLUE), (-1.94, RED), (1.94, RED)])],
          (0, 30), 5, "t, s")
 
 
