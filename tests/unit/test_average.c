@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "check.h"
+#include "symbolic/average.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include <math.h>

@@ -3,6 +3,7 @@
  * that are exact and their chains. */
 #include "check.h"
 #include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 
 enum { MOST = 12 };
 
