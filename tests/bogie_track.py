@@ -72,13 +72,14 @@ class Balance(unittest.TestCase):
         self.assertLess(abs(q["y"]), 1e-5)
 
     def test_elastic(self):
-        """Elastic wheels stand lower by Hertz's approach and as the rigid ones in all else; 0.25 % more, as places nearby count, too."""
+        """Elastic wheels stand lower by Hertz's approach and as the rigid ones in all else; 0.25 and 0.16 % more, as places nearby
+        count, too: patches reach to where the rail's arc of 80 mm begins."""
         rigid = kempe("equilibrium", HERE / "on_rails.yaml", *STEADY)["q"]
         elastic = kempe("equilibrium", HERE / "bogie_track.yaml", *STEADY, *MIDDLE)["q"]
         driven, small = (reference.contact(*given)[2] for given in zip(reference.LOADS, reference.RADII))
         lower = rigid["z"] - elastic["z"]
-        self.assertLess(abs(lower / driven - 1), 4e-3)
-        self.assertLess(abs((lower - 1.7 * (elastic["pitch"] - rigid["pitch"])) / small - 1), 4e-3)
+        self.assertTrue(0 < lower / driven - 1 < 3e-3)
+        self.assertTrue(0 < (lower - 1.7 * (elastic["pitch"] - rigid["pitch"])) / small - 1 < 3e-3)
         turned = (driven - small) / 1.7
         self.assertLess(abs(rigid["car_pitch"] - elastic["car_pitch"] + (driven - 0.765 * turned) / 5.5), 2e-7)
         self.assertLess(max(abs(rigid[name] - elastic[name]) for name in ("y", "psi", "yaw", "stroke")), 1e-6)
