@@ -6,36 +6,17 @@ that turn by themselves, a wheelset that hunts; and what must end a run by name,
     python3 tests/rolling.py build/dev/kempe
 """
 import bisect
-import csv
-import json
 import math
-import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True
+import runs
+from runs import ROOT, kempe, rows, settings
+
 ROLLING, SPRINGS, ONE = ROOT / "examples/rolling_wheel", ROOT / "examples/restrained_wheelset", ROOT / "tests/models/one_wheel.yaml"
-
-
-def rows(path):
-    with open(path, newline="") as file:
-        return [{key: float(x) for key, x in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
-
-
-def kempe(*words, status=0):
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "out.json"
-        done = subprocess.run([KEMPE, *map(str, words), "--json", str(path)], capture_output=True, text=True, timeout=250)
-        if done.returncode != status:
-            raise AssertionError(f"{words}: {done.returncode}\n{done.stdout}{done.stderr}")
-        return json.loads(path.read_text())
-
-
-def settings(**values):
-    return [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
 
 
 def waves(model, **values):
@@ -346,5 +327,4 @@ class Ends(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    KEMPE = os.path.abspath(sys.argv.pop(1))
-    unittest.main()
+    runs.main()
