@@ -6,7 +6,7 @@
 #include "analysis/equilibrium.h"
 #include "bench.h"
 #include "constraints/assemble.h"
-#include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 #include "model/output_table.h"
 #include <math.h>
 #include <string.h>

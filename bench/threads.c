@@ -195,11 +195,23 @@ static void put_runs(const bench *b, const kempe_assembly *start, int way, doubl
     fflush(stdout);
 }
 
+static bool takes_part(const char *integrator)
+{
+    for (int way = 0; way < WAYS; way++)
+        if (strcmp(integrator, ways[way].integrator) == 0)
+            return true;
+    return false;
+}
+
 int main(int argc, char **argv)
 {
     const char *model = argc > 1 ? argv[1] : "tests/models/three_bogies.yaml";
     double t_end = argc > 2 ? atof(argv[2]) : 0.1;
     int runs = argc > 3 ? atoi(argv[3]) : 5;
+    if (argc > 4 && !takes_part(argv[4])) {
+        fprintf(stderr, "no run by '%s': radau5, dop853 or ida\n", argv[4]);
+        return 2;
+    }
     bench b = bench_load(model);
     kempe_assembly *start = NULL;
     if (kempe_assemble(b.system, &start)) {

@@ -30,6 +30,7 @@ struct kmp_crossing {
     double *last;   /* time of the last change of each condition */
     double *most;   /* the largest value of each since then, of what was looked at */
     int *repeats;
+    bool stuck;     /* one changed back and forth */
     bool *stays;    /* of each condition: it is not looked at until the next event */
     double instant; /* of the run: nothing that moves does so in less */
     long count;
@@ -87,6 +88,11 @@ void kmp_crossing_free(kmp_crossing *c)
     kmp_free(c->repeats);
     kmp_free(c->stays);
     kmp_free(c);
+}
+
+bool kmp_crossing_is_stuck(const kmp_crossing *c)
+{
+    return c->stuck;
 }
 
 long kmp_crossing_count(const kmp_crossing *c)
@@ -290,6 +296,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     c->most[k] = 0;
     if (c->repeats[k] < MOST_REPEATS)
         return KEMPE_OK;
+    c->stuck = true;
     return kmp_fail(c->s->context, KEMPE_E_FAILED, "%s changes back and forth at t = %.9g: %s", c->s->event_text[k], t,
                     advice ? advice
                            : "the motion slides along it; make the law continuous there, for instance with tanh");

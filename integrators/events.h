@@ -36,6 +36,9 @@ kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, double *y, doub
 kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double *q, const double *qd, bool again,
                                  bool *changed);
 
+/** Whether conditions have changed back and forth without end. */
+bool kmp_crossing_is_stuck(const kmp_crossing *crossing);
+
 /** Events so far. */
 long kmp_crossing_count(const kmp_crossing *crossing);
 

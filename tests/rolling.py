@@ -5,36 +5,18 @@ that turn by themselves, a wheelset that hunts; and what must end a run by name,
 
     python3 tests/rolling.py build/dev/kempe
 """
-import csv
-import json
+import bisect
 import math
-import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True
+import runs
+from runs import ROOT, kempe, rows, settings
+
 ROLLING, SPRINGS, ONE = ROOT / "examples/rolling_wheel", ROOT / "examples/restrained_wheelset", ROOT / "tests/models/one_wheel.yaml"
-
-
-def rows(path):
-    with open(path, newline="") as file:
-        return [{key: float(x) for key, x in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
-
-
-def kempe(*words, status=0):
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "out.json"
-        done = subprocess.run([KEMPE, *map(str, words), "--json", str(path)], capture_output=True, text=True, timeout=250)
-        if done.returncode != status:
-            raise AssertionError(f"{words}: {done.returncode}\n{done.stdout}{done.stderr}")
-        return json.loads(path.read_text())
-
-
-def settings(**values):
-    return [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
 
 
 def waves(model, **values):
@@ -128,7 +110,12 @@ class Independent(unittest.TestCase):
             with self.subTest(V=speed):
                 self.assertEqual(waves(ROLLING / "independent.yaml", V=speed, spin=0.001, aside=0), [])
         held = settings(aside=0, spin=0.1, ky=25e3, kpsi=2e5)
-        self.assertEqual(kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--vary", "V=5:200:40")["locus"]["critical"], [])
+        locus = kempe("modes", ROLLING / "independent.yaml", "--at", "start", *held, "--vary", "V=5:200:40")["locus"]
+        self.assertEqual((len(locus["eigenvalues"]), locus["critical"]), (40, []))
+        for speed, found in zip(locus["values"], locus["eigenvalues"]):
+            with self.subTest(V=speed):
+                self.assertEqual(sum(s == [0, 0] for s in found), 4)  # x, both turns, the speed: exactly
+                self.assertLess(max(re for re, im in found if (re, im) != (0, 0)), 0)
 
     def test_length_of_the_wave(self):
         """Heavy wheels: Klingel's wave, longer by the root of what the inertia of all is over that of the wheels' turning."""
@@ -157,22 +144,22 @@ class Backwards(unittest.TestCase):
 
 class Hunting(unittest.TestCase):
     def test_critical_speeds(self):
-        """Against rails.py, whose patches are circles; stiff patches leave rounding, of modes 1e5 times as fast."""
+        """Against rails.py. Apart are: curvatures across, 1e-4 larger here (Hertz's are never flatter than a hundredth of those
+        along, smoothly), up to 4e-6; coefficients beside the circle by a spline, there by a parabola, 2e-6; the rails' points,
+        1e-6. The value in the middle is the critical one: its growth is rounding, which is 7e-5 1/s with the stiffest patches,
+        and on which side it stands is told by the value before it."""
         found = []
         for row in rows(SPRINGS / "rails.csv"):
-            if row["cone"] not in (0.1, 0.05, 0.0125):
-                continue
             with self.subTest(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"]):
                 values = settings(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"])
                 about = f"V={0.9 * row['speed']}:{1.1 * row['speed']}:3"
                 locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--vary", about)["locus"]
                 critical, = locus["critical"]
                 self.assertEqual(critical["grows"], "above")
-                near = 5e-5 if row["shear_modulus"] < 1e12 else 1.5e-4
-                self.assertLess(abs(critical["value"] / row["speed"] - 1), near)
-                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), near)
+                self.assertLess(abs(critical["value"] / row["speed"] - 1), 1e-5)
+                self.assertLess(abs(critical["eigenvalue"][1] / row["rate"] - 1), 1e-5)
                 found.append(critical["value"])
-        self.assertEqual(len(found), 9)
+        self.assertEqual(len(found), 12)
 
 
 def kinked(angle, step):
@@ -180,6 +167,45 @@ def kinked(angle, step):
     y = [step * k for k in range(-math.floor(46 / step), math.floor(46 / step) + 1)]
     z = [0.05 * x + min(x + 26, 0) * (math.tan(math.radians(angle)) - 0.05) for x in y]
     return "{" + ", ".join(f"{name}: [{', '.join(f'{x:.9g} mm' for x in list)}]" for name, list in (("y", y), ("z", z))) + "}"
+
+
+def between(x, y, at):
+    k = min(max(bisect.bisect(x, at), 1), len(x) - 1)
+    return y[k - 1] + (y[k] - y[k - 1]) * (at - x[k - 1]) / (x[k] - x[k - 1])
+
+
+def head(lean=math.atan(1 / 20), inside=1.435 / 2):
+    """The head of UIC 60, leaning inwards, its inner side 14 mm below its top at half the gauge; without what overhangs."""
+    turned = [(math.cos(lean) * p["y"] - math.sin(lean) * p["z"], math.sin(lean) * p["y"] + math.cos(lean) * p["z"])
+              for p in rows(ROOT / "examples/profiles/uic60.csv")]
+    top = max(z for _, z in turned)
+    inner = next(a[0] + (b[0] - a[0]) * (top - 0.014 - a[1]) / (b[1] - a[1]) for a, b in zip(turned, turned[1:]) if b[1] > top - 0.014)
+    seen = [p for k, p in enumerate(turned) if all(p[0] > q[0] for q in turned[:k])]
+    return [y - inner + inside for y, _ in seen], [z - top for _, z in seen]
+
+
+def outline(attack, radius=0.46):
+    """What of the wheel of one_wheel.yaml is lowest, seen along the track: s on its profile, y outwards, z. On the circle at s
+    the point whose normal, radial + z'(s) times the axle, has no part along the track."""
+    profile, out = rows(ROOT / "examples/profiles/cone20.csv"), []
+    for a, b in zip(profile, profile[1:]):
+        slope = (b["z"] - a["z"]) / (b["y"] - a["y"])
+        sine, pieces = slope * attack, max(1, round((b["y"] - a["y"]) / 5e-5))
+        for k in range(pieces if abs(sine) < 1 else 0):
+            s = a["y"] + (b["y"] - a["y"]) * k / pieces
+            r = radius - a["z"] - slope * (s - a["y"])
+            out.append((s, (s + r * sine * attack) / math.hypot(1, attack), radius - r * math.sqrt(1 - sine * sine)))
+    return out
+
+
+def two_points(attack, middle=0.75):
+    """How far the wheel is to the side where tread and flange are as near to the rail as each other."""
+    (y, z), wheel, low, high = head(), outline(attack), 0.004, 0.008
+    while high - low > 1e-7:
+        aside = 0.5 * (low + high)
+        gaps = ((up - between(y, z, middle + aside + out), s) for s, out, up in wheel if y[0] < middle + aside + out < y[-1])
+        low, high = (low, aside) if min(gaps)[1] < -0.02 else (aside, high)
+    return low
 
 
 class Ends(unittest.TestCase):
@@ -255,13 +281,14 @@ class Ends(unittest.TestCase):
         self.assertRegex(found["reason"], r"wheel 'L' is unloaded at t = 0\.1\d+ s")
 
     def test_two_points_at_once(self):
-        """A rigid wheel that is kept against its flange says so at once, whichever way it is turned."""
-        for attack, last in ((0.02, 0.06), (0, 0.345), (-0.02, 0.48)):
+        """A rigid wheel that is kept against its flange says so at once, whichever way it is turned: where profiles drawn
+        by straight lines touch at two points. It goes back and forth there by 1 um."""
+        for attack in (0.02, 0, -0.02):
             with self.subTest(attack=attack):
-                found, table = self.run_of(form="rigid", status=1, attack=attack)
+                found, table = self.run_of(form="rigid", status=1, words=("--every", 2e-4), attack=attack)
                 self.assertRegex(found["reason"], self.TWO_POINTS)
                 self.assertLess(found["work"]["events"], 100)
-                self.assertAlmostEqual(table[-1]["t"], last, delta=0.02)
+                self.assertLess(abs(table[-1]["q.y"] - two_points(attack)), 2e-6)
 
     def test_roads(self):
         """The same ends, at the same time, on all roads."""
@@ -278,13 +305,13 @@ class Ends(unittest.TestCase):
                 self.assertLess(max(ends) - min(ends), 1e-3)
 
     def test_kinked(self):
-        """Two straight lines: the spline rounds their kink over the distance of the points, the less the more there are; one
-        so sharp that the spline swings out is refused."""
+        """Two straight lines: the spline rounds their kink over the distance of the points, so that what it changes goes with
+        that distance or quicker; one so sharp that the spline swings out is refused."""
         for step in (23, 2):
             found, table = self.run_of(form="rigid", status=1, profile=kinked(60, step), attack=0.02)
             self.assertRegex(found["reason"], self.TWO_POINTS)
         climbs = []
-        for step in (4, 2, 1):
+        for step in (8, 4, 2, 1, 0.5):
             ends = []
             for road in ("reduced", "dae"):
                 found, table = self.run_of(words=("--road", road), profile=kinked(60, step), attack=0.02)
@@ -292,12 +319,12 @@ class Ends(unittest.TestCase):
                 ends.append(table[-1]["t"])
             self.assertLess(abs(ends[0] - ends[1]), 1e-3)
             climbs.append(ends[0])
-        self.assertLess(abs(climbs[2] - climbs[1]), 5e-3)
-        self.assertLess(abs(climbs[2] - climbs[0]), 1e-2)
+        off = [abs(end - climbs[-1]) for end in climbs[:-1]]
+        for k in range(1, len(off)):
+            self.assertTrue(off[k] < off[k - 1] and off[k] < off[0] / 2**k, climbs)
         with self.assertRaisesRegex(AssertionError, r": 2\n.*:8:103: profile 'wheel': between y = -0.026 m .* swings out"):
             self.run_of(profile=kinked(85, 2))
 
 
 if __name__ == "__main__":
-    KEMPE = os.path.abspath(sys.argv.pop(1))
-    unittest.main()
+    runs.main()

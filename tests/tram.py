@@ -6,47 +6,19 @@
 """
 import csv
 import math
-import os
-import pathlib
-import subprocess
 import sys
-import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-G, R, LEAD, BEFORE, CAR, MASS = 9.81, 30, 20, 10, 7.6, 31900
-CANT = math.asin(0.150 / 1.507)  # over the distance of the rails' middles
+sys.dont_write_bytecode = True
+import runs
+from curve import Frame, Track
+from runs import ROOT
+
+G, CAR, MASS = 9.81, 7.6, 31900
+TRACK = Track(10, 20, 30, 0.150)
 CARS = {"a": 8500, "b": 5500, "c": 8500}
 TRAVERSE, MOTOR = (MASS - 22500 - 3 * 2189) / 3 - 640, 320
 WHEELS = [f"{p}_{w}" for p in "abc" for w in ("FL", "FR", "RL", "RR")]
-
-
-def turn(axis, angle):
-    c, s = math.cos(angle), math.sin(angle)
-    i, j = ((1, 2), (2, 0), (0, 1))[axis]
-    m = [[float(r == k) for k in range(3)] for r in range(3)]
-    m[i][i], m[i][j], m[j][i], m[j][j] = c, -s, s, c
-    return m
-
-
-def times(a, b):
-    return [[sum(a[r][k] * b[k][c] for k in range(3)) for c in range(3)] for r in range(3)]
-
-
-class Frame:
-    """A place and axes; `then` goes on from a point of it, by rotations about axes 0, 1, 2."""
-
-    def __init__(self, at=(0, 0, 0), axes=turn(0, 0)):
-        self.at, self.axes = at, axes
-
-    def point(self, x, y, z):
-        return tuple(self.at[r] + sum(self.axes[r][k] * v for k, v in enumerate((x, y, z))) for r in range(3))
-
-    def then(self, point, *turns):
-        axes = self.axes
-        for axis, angle in turns:
-            axes = times(axes, turn(axis, angle))
-        return Frame(self.point(*point), axes)
 
 
 def places(row, k):
@@ -74,31 +46,27 @@ def centre(row):
     return [sum(m * at[i] for m, at in masses) / MASS for i in range(3)]
 
 
-def middle_of_curve():
-    """The transition's heading is s^2/(2 R LEAD): its end by Simpson's rule, and from there R to the left."""
-    n, x, y = 400, 0, 0
-    for i in range(n + 1):
-        weight = (1 if i in (0, n) else 4 if i % 2 else 2) * LEAD / n / 3
-        heading = (i / n * LEAD)**2 / (2 * R * LEAD)
-        x, y = x + weight * math.cos(heading), y + weight * math.sin(heading)
-    end = LEAD / (2 * R)
-    return BEFORE + x - R * math.sin(end), y + R * math.cos(end)
+def velocity(row):
+    """Of the centre: what a hundredth of a millisecond along the rates makes of it."""
+    step = 1e-5
+    ends = [centre({**row, **{name: x + way * row["qd" + name[1:]] for name, x in row.items() if name.startswith("q.")}}) for way in (-step, step)]
+    return [(b - a) / (2 * step) for a, b in zip(*ends)]
 
 
 def force(row):
     """Of all wheels, ground axes; each in the track's axes at its hub, all of which are in the curve."""
-    x0, y0 = middle_of_curve()
-    total = [0, 0, 0]
+    total = (0, 0, 0)
     for k in range(3):
-        for wheel, (x, y, _) in places(row, k)[1].items():
-            along, left, up = (row[f"force.{wheel}.{c}"] for c in "xyz")
-            away = math.hypot(x - x0, y - y0)
-            inward = ((x0 - x) / away, (y0 - y) / away)
-            across = left * math.cos(CANT) + up * math.sin(CANT)
-            total[0] += along * inward[1] + across * inward[0]
-            total[1] += -along * inward[0] + across * inward[1]
-            total[2] += up * math.cos(CANT) - left * math.sin(CANT)
+        for wheel, hub in places(row, k)[1].items():
+            one = TRACK.under(hub).vector(*(row[f"force.{wheel}.{c}"] for c in "xyz"))
+            total = tuple(a + b for a, b in zip(total, one))
     return total
+
+
+def loads():
+    """Of the wheels on the straight, by statics."""
+    with open(ROOT / "examples/tram/reference.csv", newline="") as file:
+        return {row["wheel"]: float(row["load"]) for row in csv.DictReader(file)}
 
 
 def mean(rows, of):
@@ -108,18 +76,11 @@ def mean(rows, of):
 class Ride(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "tram.csv"
-            done = subprocess.run([KEMPE, "simulate", ROOT / "examples/tram/tram.yaml", "--once", "-o", path],
-                                  capture_output=True, text=True, timeout=250)
-            assert done.returncode == 0, done.stdout + done.stderr
-            with open(path, newline="") as file:
-                cls.rows = [{key: float(x) for key, x in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
+        cls.rows = runs.simulated(ROOT / "examples/tram/tram.yaml")[1]
 
     def test_straight(self):
         """On the straight, where no step reaches over to the cant, each wheel carries what statics say."""
-        with open(ROOT / "examples/tram/reference.csv", newline="") as file:
-            wanted = {row["wheel"]: float(row["load"]) for row in csv.DictReader(file)}
+        wanted = loads()
         rows = [row for row in self.rows if 0.4 <= row["t"] < 0.6]
         self.assertEqual(list(wanted), WHEELS)
         self.assertAlmostEqual(sum(wanted.values()), MASS * G, 3)
@@ -129,12 +90,14 @@ class Ride(unittest.TestCase):
                 self.assertLess(abs(found / load - 1), 2e-3, (found, load))
 
     def test_momentum(self):
-        """In the curve forces of the wheels are the weight and what turns the momentum, its mean over a second."""
-        rows, dt = self.rows, self.rows[1]["t"] - self.rows[0]["t"]
+        """In the curve forces of the wheels are the weight and what turns the momentum, its mean over a second. At 1e-6: within steps as
+        long as 1e-5 allows rows are up to 34 N off."""
+        rows = runs.simulated(ROOT / "examples/tram/tram.yaml", "--rtol", 1e-6)[1]
+        dt = rows[1]["t"] - rows[0]["t"]
         for begin in (5, 6, 7):
             first = round(begin / dt)
-            last = min(first + round(1 / dt), len(rows) - 2)
-            speed = [[(b - a) / (2 * dt) for a, b in zip(centre(rows[k - 1]), centre(rows[k + 1]))] for k in (first, last)]
+            last = min(first + round(1 / dt), len(rows) - 1)
+            speed = [velocity(rows[k]) for k in (first, last)]
             span = (last - first) * dt
             forces = [force(row) for row in rows[first:last + 1]]
             found = [(sum(f[i] for f in forces) - (forces[0][i] + forces[-1][i]) / 2) * dt / span for i in range(3)]
@@ -143,18 +106,22 @@ class Ride(unittest.TestCase):
                 print("  %g s: %s N, by momentum %s N" % (begin, " ".join("%.0f" % f for f in found), " ".join("%.0f" % f for f in wanted)))
                 self.assertGreater(math.hypot(*wanted[:2]), 1e5)
                 for a, b in zip(found, wanted):
-                    self.assertLess(abs(a - b), 100)
+                    self.assertLess(abs(a - b), 5)  # found 1.8
 
     def test_guided(self):
-        """Flanges of the leading outer wheels guide, none near to climbing (Nadal: 1.34), and no wheel lifts off."""
+        """In the last second, settled: flanges of the leading outer wheels guide, far from climbing (Nadal: 1.34); the inner ones slide,
+        pushed by friction and the cone's slope; and none loses more than 60 % of its load on the straight, which is what EN 14363 allows
+        where track is twisted. Before, where flanges strike, Y/Q is more and inner wheels are off their rails: README."""
         settled = [row for row in self.rows if row["t"] > 7]
         ratio = lambda row, wheel: row[f"force.{wheel}.y"] / row[f"force.{wheel}.z"]
+        slides = (0.3 + 0.05) / (1 - 0.3 * 0.05)
         for p in "abc":
-            self.assertTrue(0.3 < mean(settled, lambda r: ratio(r, p + "_FR")) < 0.6)
-            self.assertLess(abs(mean(settled, lambda r: ratio(r, p + "_FL")) + 0.35), 0.05)
-        self.assertGreater(min(row[f"force.{w}.z"] for row in settled for w in WHEELS), 10e3)
+            self.assertLess(max(ratio(row, p + "_FR") for row in settled), 0.6)
+            self.assertGreater(min(ratio(row, p + "_FR") for row in settled), slides)
+            self.assertLess(abs(mean(settled, lambda row: ratio(row, p + "_FL")) + slides), 0.01)
+        for wheel, load in loads().items():
+            self.assertGreater(min(row[f"force.{wheel}.z"] for row in settled), 0.4 * load, wheel)
 
 
 if __name__ == "__main__":
-    KEMPE = os.path.abspath(sys.argv.pop(1))
-    unittest.main()
+    runs.main()

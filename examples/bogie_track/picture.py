@@ -12,52 +12,32 @@
     kempe modes on_rails.yaml --at start --vary speed=0.5:20:40 --set motors=0 -o alone.csv
     python3 picture.py modes behind.csv before.csv alone.csv > modes.svg
 """
-import csv
+import pathlib
 import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from plot import Panel, page, rows  # noqa: E402
 
 WIDTH, HIGH, LEFT, GAP = 620, 150, 56, 34
 BLUE, RED, GREEN = "#0072b2", "#d55e00", "#009e73"
 
 
-def rows(path):
-    with open(path, newline="") as file:
-        return [{key: float(x) for key, x in row.items() if x} for row in csv.DictReader(line for line in file if line[0] != "#")]
-
-
 def panel(top, title, ticks, span, curves, rails=()):
     """Curves (name, colour, points) over `span`; rails: dashed levels with colours. Its legend is beside the first ones."""
-    low, high = ticks[0], ticks[-1]
-    x = lambda s: LEFT + (s - span[0]) / (span[1] - span[0]) * WIDTH
-    y = lambda v: top + HIGH * (high - min(max(v, low), high)) / (high - low)
-    out = [f'<text x="{LEFT}" y="{top - 8}" font-weight="bold">{title}</text>']
-    for v in ticks:
-        out.append(f'<path d="M{LEFT},{y(v):.1f}h{WIDTH}" stroke="#999" stroke-width="0.5"/>'
-                   f'<text x="{LEFT - 6}" y="{y(v) + 4:.1f}" text-anchor="end">{v:g}</text>')
+    p = Panel(LEFT, top, WIDTH, HIGH, span, ticks)
+    p.frame(title)
     for v, colour in rails:
-        out.append(f'<path d="M{LEFT},{y(v):.1f}h{WIDTH}" stroke="{colour}" stroke-dasharray="4 3"/>')
+        p.level(v, colour)
     for k, (name, colour, points) in enumerate(curves):
-        way = "L".join(f"{x(s):.1f},{y(v):.1f}" for s, v in points)
-        out.append(f'<path d="M{way}" fill="none" stroke="{colour}" stroke-width="1.6"/>')
-        for line, words in enumerate(name.split("|")):
-            out.append(f'<text x="{LEFT + WIDTH + 8}" y="{top + 12 + 42 * k + 14 * line}" fill="{colour}">{words}</text>')
-    return out
-
-
-def axis(top, span, step, name):
-    count = round((span[1] - span[0]) / step)
-    out = [f'<text x="{LEFT + WIDTH * k / count:.1f}" y="{top + 16}" text-anchor="middle">{span[0] + step * k:g}</text>' for k in range(count + 1)]
-    return out + [f'<text x="{LEFT + WIDTH + 22}" y="{top + 16}">{name}</text>']
+        p.curve(points, colour, name, 12 + 42 * k)
+    return p
 
 
 def draw(panels, span, step, name):
-    lines, top = [], GAP
-    for given in panels:
-        lines += panel(top, *given[:2], span, *given[2:])
-        top += HIGH + GAP
-    lines += axis(top - GAP, span, step, name)
-    print(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 130} {top}" font-family="sans-serif" font-size="12">'
-          '<rect width="100%" height="100%" fill="#fff"/>')
-    print("\n".join(lines) + "\n</svg>")
+    drawn = [panel(GAP + k * (HIGH + GAP), *given[:2], span, *given[2:]) for k, given in enumerate(panels)]
+    drawn[-1].axis([span[0] + step * k for k in range(round((span[1] - span[0]) / step) + 1)], name, 22)
+    page(LEFT + WIDTH + 130, GAP + len(drawn) * (HIGH + GAP), drawn)
 
 
 def runs(wide, narrow, alike):
@@ -65,7 +45,7 @@ def runs(wide, narrow, alike):
     over = lambda value: [(name, colour, [(row["t"], value(row)) for row in table]) for table, name, colour in tables]
     draw([("yaw of the car body, mrad", (-1.5, -1, -0.5, 0, 0.5, 1, 1.5), over(lambda r: 1e3 * r["q.psi"])),
           ("driven axle to the left of the middle, mm; dashed: where a flange meets its rail", (-8, -4, 0, 4, 8),
-           over(lambda r: 1e3 * r["q.y"]), [(-6.5, BLUE), (6.5, BLUE), (-2, RED), (2, RED)])],
+           over(lambda r: 1e3 * r["q.y"]), [(-6.33, BLUE), (6.33, BLUE), (-1.94, RED), (1.94, RED)])],
          (0, 30), 5, "t, s")
 
 

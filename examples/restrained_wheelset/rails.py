@@ -5,10 +5,10 @@
     python3 rails.py CONE V             eigenvalues
     python3 rails.py                    critical speeds over the slope of the cones, beside the closed form
 
-Two cones on rails that are as round as the wheels, contact rigid, Hertz's ellipses and Kalker's linear forces with the
-coefficients of a circular patch (a/b leaves 1 in the second order of what neglects nothing else here). Newton's and
-Euler's equations of one body, the normal forces among the unknowns; the way around a straight run at V by central
-differences. Nothing of it is shared with the library.
+Two cones on rails that are as round as the wheels, contact rigid, patches by Hertz and linear forces by Kalker, for
+ellipses that are all but circles: sizes go with the radius that a wheel rolls on, creepages with the speed of its own
+centre. Newton's and Euler's equations of one body, the normal forces among the unknowns; the way around a straight run
+at V by central differences. Nothing of it is shared with the library.
 """
 import math
 import sys
@@ -16,8 +16,10 @@ import sys
 import numpy as np
 
 G, NU = 82e9, 0.25
-C11, C22, C23, C33 = 4.12, 3.67, 1.47, 1.19  # Kalker 1990, table E.3, nu 1/4, a = b
-STEP = 1e-4  # of differences, with values at four places each: error of order 1e-14 + STEP^4
+# Kalker 1990, table E.3, nu 1/4: C11, C22, C23, C33 at b/a = 0.9 across the direction of rolling, 1, and 0.9 along it.
+TABLE = np.array([[4.01, 3.54, 1.36, 1.27], [4.12, 3.67, 1.47, 1.19], [4.22, 3.81, 1.59, 1.11]])
+C11, C22 = TABLE[1, :2]
+STEP = 3e-5  # of differences, with values at four places each: critical speeds move by less than 1e-7 with the half of it
 WEIGHTS = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
@@ -75,18 +77,29 @@ class Wheelset:
         arm, n, _ = self.touch(q, side)
         return -np.concatenate([n, self.rates(q).T @ np.cross(arm, n)])
 
-    def stiffness(self, normal):
-        """G a b of a circular patch (Hertz), and its radius."""
-        radius = (3 * normal * self.rail * (1 - NU) / (4 * self.g)) ** (1 / 3)
-        return self.g * radius**2, radius
+    def stiffness(self, normal, along, across):
+        """G a b and sqrt(a b) of a patch between surfaces with these curvatures, and the logarithm of a/b; all but a circle:
+        with x = log(along/across) a b is off by x^2/36, log(a/b) by x^3/324 (Hertz)."""
+        size = (3 * normal * (1 - NU) / (4 * self.g * math.sqrt(along * across))) ** (1 / 3)
+        return self.g * size**2, size, math.log(across / along) * 2 / 3
 
-    def creep(self, v, w, arm, n, normal, speed):
-        gab, radius = self.stiffness(normal)
+    @staticmethod
+    def coefficients(longer):
+        """Kalker's, their logarithms parabolas over log(a/b) through three rows of the table."""
+        last, rows = math.log(0.9), np.log(TABLE)
+        x = -longer / last
+        return np.exp(rows[1] + 0.5 * x * (rows[2] - rows[0]) + 0.5 * x * x * (rows[2] - 2 * rows[1] + rows[0]))
+
+    def creep(self, v, w, arm, n, normal, e):
+        side = math.copysign(self.b, arm @ e)
+        speed, rolls = (v + np.cross(w, side * e))[0], np.linalg.norm(arm - (arm @ e) * e)
+        gab, size, longer = self.stiffness(normal, 1 / (rolls * math.sqrt(1 + self.cone**2)), 1 / self.rail)
+        c11, c22, c23, c33 = self.coefficients(longer)
         up, x = -n, np.array([1.0, 0, 0])
         across, slip = np.cross(up, x), v + np.cross(w, arm)
         xi, eta, spin = slip[0] / speed, slip @ across / speed, w @ up / speed
-        force = -gab * C11 * xi * x - gab * (C22 * eta + radius * C23 * spin) * across
-        return force, gab * radius * (C23 * eta - radius * C33 * spin) * up
+        force = -gab * c11 * xi * x - gab * (c22 * eta + size * c23 * spin) * across
+        return force, gab * size * (c23 * eta - size * c33 * spin) * up
 
     def accelerations(self, q, qd):
         e, rates = self.axes(q)[:, 1], self.rates(q)
@@ -106,7 +119,7 @@ class Wheelset:
         for _ in range(60):
             force, moment = np.array([0, -self.ky * q[1], -self.load]), np.array([0, 0, -self.kpsi * q[3]])
             for k, (arm, n, _) in enumerate(contacts):
-                f, twist = self.creep(v, w, arm, n, normal[k], qd[0])
+                f, twist = self.creep(v, w, arm, n, normal[k], e)
                 force, moment = force + f, moment + twist + np.cross(arm, f)
             right[:3], right[3:6], right[6:] = force, moment - gyro, -np.array(jdqd)
             x = np.linalg.solve(left, right)
@@ -155,7 +168,7 @@ class Wheelset:
 
     def closed_form(self):
         """Routh and Hurwitz on two equations: creep along f11, across f22, no spin, no gravity."""
-        gab, _ = self.stiffness(self.load / 2 * math.sqrt(1 + self.cone**2))
+        gab = self.stiffness(self.load / 2 * math.sqrt(1 + self.cone**2), 1 / self.rail, 1 / self.rail)[0]
         f11, f22, m, i, b, ky, kpsi = gab * C11, gab * C22, self.m, self.it, self.b, self.ky, self.kpsi
         w2 = (f22 * kpsi + f11 * b * b * ky) / (m * f11 * b * b + f22 * i)
         a = (m * i * w2**2 + ky * kpsi + 4 * f11 * f22 * b * self.cone / self.r0) / w2 - m * kpsi - ky * i

@@ -6,76 +6,23 @@
     python3 independent.py > independent.csv          eigenvalues over speeds and inertias, speeds where waves begin to grow
 
 Newton's and Euler's equations of an axle and two wheels, y and yaw free, height and roll as both contacts want them. Cones
-on rails whose tops are circles, in closed form; Hertz's ellipses; Kalker's table. The state is y, yaw, their rates, the
+on rails whose tops are circles, in closed form; Hertz's ellipses and Kalker's table (../kalker.py). The state is y, yaw, their rates, the
 speed and the rates of both wheels; derivatives are taken by complex steps. Nothing of it is shared with the library.
 
 Springs are `ky` and `kpsi`. Parts are left out by 0, and are 1 otherwise: `gyro` (moments of the wheels that turn, as the axle
 rolls and yaws), `turn` (what it takes to change their rates; not 0 itself), `c11`, `c22`, `c23`, `c33` of the creep forces.
 """
+import pathlib
 import sys
 
 import numpy as np
 
-# Kalker 1990, table E.3: C11, C22, C23, C33 of ellipses that are long in the direction of rolling, at b/a = 0.1, 0.2, .. 1,
-# for nu = 0, 1/4, 1/2.
-TABLE = np.array([
-    [[10.7, 11.7, 12.9], [10.7, 12.8, 16.0], [12.2, 14.6, 18.0], [0.795, 0.526, 0.228]],
-    [[6.96, 7.78, 8.82], [6.96, 8.14, 9.79], [5.72, 6.63, 7.89], [0.828, 0.601, 0.341]],
-    [[5.57, 6.34, 7.34], [5.57, 6.40, 7.51], [3.79, 4.32, 5.01], [0.868, 0.674, 0.446]],
-    [[4.84, 5.57, 6.57], [4.84, 5.48, 6.31], [2.88, 3.24, 3.70], [0.912, 0.747, 0.549]],
-    [[4.37, 5.10, 6.11], [4.37, 4.90, 5.56], [2.35, 2.62, 2.96], [0.958, 0.819, 0.650]],
-    [[4.06, 4.78, 5.80], [4.06, 4.50, 5.04], [2.01, 2.23, 2.50], [1.01, 0.892, 0.751]],
-    [[3.82, 4.54, 5.58], [3.82, 4.21, 4.67], [1.76, 1.95, 2.18], [1.05, 0.965, 0.852]],
-    [[3.65, 4.36, 5.42], [3.65, 3.99, 4.39], [1.58, 1.75, 1.94], [1.10, 1.04, 0.954]],
-    [[3.51, 4.22, 5.30], [3.51, 3.81, 4.16], [1.44, 1.59, 1.77], [1.16, 1.11, 1.06]],
-    [[3.40, 4.12, 5.20], [3.40, 3.67, 3.98], [1.33, 1.47, 1.63], [1.21, 1.19, 1.16]]])
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from kalker import coefficients, ellipse  # noqa: E402
+
 STEP, GRAVITY = 1e-25, 9.81
 Z, X = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
-
-
-def spline(x, y, at):
-    """Natural cubic through rows of y."""
-    n, h = len(x), np.diff(x)
-    left, right = np.eye(n), np.zeros((n, y.shape[1]))
-    for k in range(1, n - 1):
-        left[k, k - 1 : k + 2] = h[k - 1], 2 * (h[k - 1] + h[k]), h[k]
-        right[k] = 6 * ((y[k + 1] - y[k]) / h[k] - (y[k] - y[k - 1]) / h[k - 1])
-    bend = np.linalg.solve(left, right)
-    k = min(max(np.searchsorted(x, np.real(at)) - 1, 0), n - 2)
-    p, q = (x[k + 1] - at) / h[k], (at - x[k]) / h[k]
-    return p * y[k] + q * y[k + 1] + ((p**3 - p) * bend[k] + (q**3 - q) * bend[k + 1]) * h[k] ** 2 / 6
-
-
-def coefficients(g, nu):
-    """Of an ellipse with b/a = g < 1: 1/C is a parabola over nu, log C a spline over log g."""
-    weights = np.array([(1 - 4 * nu) * (1 - 2 * nu), 8 * nu * (1 - 2 * nu), -2 * nu * (1 - 4 * nu)])
-    return np.exp(spline(np.log(np.arange(1, 11) / 10), -np.log((1 / TABLE) @ weights), np.log(g)))
-
-
-def elliptic(g):
-    """K and E of m = 1 - g^2, by the arithmetic and geometric means of 1 and g."""
-    a, b, total, power = 1.0, g, 0.5 * (1 - g * g), 0.5
-    for _ in range(8):
-        power *= 2
-        total = total + power * (0.5 * (a - b)) ** 2
-        a, b = 0.5 * (a + b), np.sqrt(a * b)
-    K = np.pi / (2 * a)
-    return K, K * (1 - total)
-
-
-def ellipse(along, across, normal, g_star):
-    """Semi-axes a (along) and b < a, from curvatures: (b/a)^2 D/B = along/across, a^3 by the load (Johnson 1985, 4.2)."""
-    def ratio(g):
-        K, E = elliptic(g)
-        B, D = (E - g * g * K) / (1 - g * g), (K - E) / (1 - g * g)
-        return g * g * D / B, E
-    g = 0.35
-    for _ in range(40):  # secants by a fixed step: it holds for complex values, too
-        here, up, down = ratio(g)[0], ratio(g + 1e-5)[0], ratio(g - 1e-5)[0]
-        g = g - (here - along / across) / ((up - down) / 2e-5)
-    cube = 3 * normal * ratio(g)[1] / (np.pi * g_star * (along + across))
-    a = (cube / (g * g)) ** (1 / 3)
-    return a, a * g
 
 
 class Vehicle:
@@ -127,8 +74,8 @@ class Vehicle:
     def creep(self, slip, turn, normal, radius, speed):
         """Force along and to the left, moment about the normal: G a b (C11 xi, C22 eta + sqrt(ab) C23 spin, ..)."""
         p = self.parts
-        a, b = ellipse(1 / (radius * np.hypot(1, self.cone)), 1 / self.rail, normal, self.shear / (1 - self.nu))
-        c = coefficients(b / a, self.nu) * [p["c11"], p["c22"], p["c23"], p["c33"]]
+        a, b, _ = ellipse(1 / (radius * np.hypot(1, self.cone)), 1 / self.rail, normal, self.shear / (1 - self.nu))
+        c = [value * p[name] for value, name in zip(coefficients(a, b, self.nu), ("c11", "c22", "c23", "c33"))]
         xi, eta, spin, size, gab = slip[0] / speed, slip[1] / speed, turn / speed, np.sqrt(a * b), self.shear * a * b
         return -gab * c[0] * xi, -gab * (c[1] * eta + size * c[2] * spin), gab * size * (c[2] * eta - size * c[3] * spin)
 

@@ -4,9 +4,13 @@
 
     kempe simulate tram.yaml --once -o tram.csv && python3 picture.py tram.csv > tram.svg
 """
-import csv
 import math
+import pathlib
 import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from plot import Panel, page, rows  # noqa: E402
 
 WIDTH, HIGH, LEFT, GAP, COLUMN = 290, 120, 50, 34, 380
 COLOUR = {"FL": "#0072b2", "FR": "#d55e00", "RL": "#56b4e9", "RR": "#e69f00"}
@@ -15,11 +19,6 @@ SPEED, CAR, BROAD, PIVOT = 10, 7.6, 2.3, -0.765
 BENDS = (10, 30)  # where the transition begins and ends
 PLAN = 400
 TIMES = (0, 3, 5.6)  # of the cars from above
-
-
-def rows(path):
-    with open(path, newline="") as file:
-        return [{key: float(x) for key, x in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
 
 
 def centre(row, k):
@@ -52,44 +51,31 @@ def plan(table):
     return out
 
 
-def panel(left, top, title, ticks, end, curves):
-    low, high = ticks[0], ticks[-1]
-    x = lambda t: left + t / end * WIDTH
-    y = lambda v: top + HIGH * (high - v) / (high - low)
-    out = [f'<text x="{left}" y="{top - 8}" font-weight="bold">{title}</text>']
-    for v in ticks:
-        out.append(f'<path d="M{left},{y(v):.1f}h{WIDTH}" stroke="#999" stroke-width="0.5"/>'
-                   f'<text x="{left - 6}" y="{y(v) + 4:.1f}" text-anchor="end">{v:g}</text>')
-    for k, (name, points) in enumerate(curves):
-        way = "L".join(f"{x(t):.1f},{y(min(max(v, low), high)):.1f}" for t, v in points)
-        out.append(f'<path d="M{way}" fill="none" stroke="{COLOUR[name]}" stroke-width="1.4"/>'
-                   f'<text x="{left + WIDTH + 6}" y="{top + 14 + 16 * k}" fill="{COLOUR[name]}">{name}</text>')
-    return out
-
-
-def bends(left, top, end, k):
-    """Where the front axle of bogie k comes into the transition, and into the curve."""
-    return [f'<path d="M{left + (s + k * CAR) / SPEED / end * WIDTH:.1f},{top}v{HIGH}" stroke="#999" stroke-dasharray="3 3"/>' for s in BENDS]
+def panel(k, left, top, title, ticks, end, curves):
+    """Of bogie k; dashed: where its front axle comes into the transition, and into the curve."""
+    p = Panel(left, top, WIDTH, HIGH, (0, end), ticks)
+    p.frame(title)
+    for row, (name, points) in enumerate(curves):
+        p.curve(points, COLOUR[name], name, 14 + 16 * row, 1.4, 6)
+    for s in BENDS:
+        p.mark((s + k * CAR) / SPEED)
+    return p
 
 
 def main(path):
     table = [row for row in rows(path)]
     end, later = table[-1]["t"], [row for row in table if row["t"] > 0.1]
     over = lambda value: [(row["t"], value(row)) for row in later]
-    lines, top = plan(table), PLAN + 40
+    panels, top = [], PLAN + 40
     for k, (p, name) in enumerate(BOGIES.items()):
         loads = [(w, over(lambda r, w=w: r[f"force.{p}_{w}.z"] / 1e3)) for w in COLOUR]
         ratios = [(w, over(lambda r, w=w: r[f"force.{p}_{w}.y"] / max(r[f"force.{p}_{w}.z"], 1))) for w in COLOUR]
-        lines += panel(LEFT, top, f"Q of the {name} bogie, kN", (0, 20, 40, 60), end, loads) + bends(LEFT, top, end, k)
-        lines += panel(LEFT + COLUMN, top, "Y/Q, Y to the left", (-0.5, 0, 0.5, 1), end, ratios) + bends(LEFT + COLUMN, top, end, k)
+        panels += (panel(k, LEFT, top, f"Q of the {name} bogie, kN", (0, 20, 40, 60), end, loads),
+                   panel(k, LEFT + COLUMN, top, "Y/Q, Y to the left", (-0.5, 0, 0.5, 1), end, ratios))
         top += HIGH + GAP
-    for left in (LEFT, LEFT + COLUMN):
-        for t in range(0, int(end) + 1):
-            lines.append(f'<text x="{left + t / end * WIDTH:.1f}" y="{top - GAP + 16}" text-anchor="middle">{t}</text>')
-        lines.append(f'<text x="{left + WIDTH + 8}" y="{top - GAP + 16}">t, s</text>')
-    print(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + 2 * COLUMN} {top}" font-family="sans-serif" font-size="12">'
-          '<rect width="100%" height="100%" fill="#fff"/>')
-    print("\n".join(lines) + "\n</svg>")
+    for p in panels[-2:]:
+        p.axis(range(0, int(end) + 1), "t, s", 8)
+    page(LEFT + 2 * COLUMN, top, panels, plan(table))
 
 
 if __name__ == "__main__":

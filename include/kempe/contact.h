@@ -98,8 +98,8 @@ KEMPE_API kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_cree
  */
 KEMPE_API kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexibility[3]);
 
-/** The one flexibility instead of the three (Kalker 1982): their mean, each weighed by its creepage, x, y and spin
- *  sqrt(a b), over the length of these. The linear force where one creepage is alone; without any it is L1. */
+/** The one flexibility (m^3/N) instead of the three (Kalker 1982): their mean, each weighed by its creepage, x, y and
+ *  spin sqrt(a b), over the length of these. The linear force where one creepage is alone; without any it is L1. */
 KEMPE_API kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibility);
 
 /** FASTSIM with flexibilities of one's own, each > 0. */

@@ -34,7 +34,8 @@ typedef struct kempe_contact_ask {
     const char *backend; /* as in kempe_run */
 } kempe_contact_ask;
 
-/** Where a zone of a wheel touches. Of what does not touch the geometry is where it comes nearest, and normal 0. */
+/** Where a zone of a wheel touches. Of what does not touch the geometry is where it comes nearest, of an elastic wheel
+ *  that is well off the rail at one of a few fixed places of the zone, and normal 0. */
 typedef struct kempe_contact_patch {
     int touches;
     double s, y;      /* lateral coordinates, outwards: on the wheel's profile; from the track's middle, m */

@@ -46,7 +46,7 @@ kempe_status kmp_contact_ask(kempe_contact_table *table, const kempe_contact_ask
 /** The place of a coordinate among those held; -1: it is not. */
 int kmp_contact_hold_of(const kempe_contact_table *table, int coordinate);
 
-/** A patch from the ten values that the wheel's output has of a zone; the rest from the profiles. */
+/** A patch from the KMP_CONTACT_SHOWN values that the wheel's output has of a zone; its radius from the profile. */
 void kmp_contact_patch(const kempe_contact_table *table, int wheel, const double *shown, kempe_contact_patch *patch);
 
 #endif

@@ -9,7 +9,7 @@
 #define KMP_ANALYSIS_FREQUENCY_H
 
 #include "analysis/transfer.h"
-#include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 
 /** A maximum of an amplitude between the ends of the range. */
 typedef struct kmp_peak {

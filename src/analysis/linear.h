@@ -14,7 +14,7 @@
 
 #include "constraints/reduction.h"
 #include "integrators/tangent.h"
-#include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;

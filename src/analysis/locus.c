@@ -207,7 +207,46 @@ static kempe_status visit(maker *m, const station *as, station *copy)
     return status;
 }
 
-static kempe_status find_critical(maker *m, const station *from, const station *to, int branch)
+/* An end that lies within rounding of the axis may be one where the branch passes, or rest there (as before a
+ * buckling load). Where it decays at the value beyond, it passes: that is the end then. */
+static kempe_status step_back(maker *m, bracket *b, station *end, double *at_end, double beyond)
+{
+    double doubt = 0;
+    station farther;
+    kempe_status status = arrive(m, beyond, &farther);
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    if (status != KEMPE_OK) {
+        kmp_context_clear(m->context);
+        return KEMPE_OK;
+    }
+    if (farther.modes.count == end->modes.count)
+        status = advance(m, end, &farther, 0, &doubt);
+    if (status == KEMPE_OK && farther.modes.count == end->modes.count &&
+        -growth(&farther, b->branch) > kmp_modes_noise(&farther.modes)) {
+        leave(end);
+        *end = farther;
+        *at_end = growth(end, b->branch);
+        b->crosses = true;
+    } else {
+        leave(&farther);
+    }
+    return status;
+}
+
+/* Values on either side of an interval, NaN where there is none. */
+typedef struct around {
+    double before, behind;
+} around;
+
+static kempe_status look_beyond(maker *m, bracket *b, const around *values)
+{
+    bool low = !grows(&b->low, b->branch);
+    double beyond = low ? values->before : values->behind;
+    return isnan(beyond) ? KEMPE_OK : step_back(m, b, low ? &b->low : &b->high, low ? &b->f : &b->g, beyond);
+}
+
+static kempe_status find_critical(maker *m, const station *from, const station *to, const around *values, int branch)
 {
     bracket b = {.f = growth(from, branch), .g = growth(to, branch), .branch = branch};
     b.crosses = b.f * b.g < 0 && fabs(b.f) > kmp_modes_noise(&from->modes) && fabs(b.g) > kmp_modes_noise(&to->modes);
@@ -216,7 +255,10 @@ static kempe_status find_critical(maker *m, const station *from, const station *
         return status;
     status = visit(m, to, &b.high);
     if (status == KEMPE_OK) {
-        status = refine(m, &b);
+        if (!b.crosses)
+            status = look_beyond(m, &b, values);
+        if (status == KEMPE_OK)
+            status = refine(m, &b);
         const station *best = fabs(growth(&b.low, branch)) < fabs(growth(&b.high, branch)) ? &b.low : &b.high;
         const kmp_spectrum *s = &best->modes.spectrum;
         kmp_critical found = {.value = best->value,
@@ -234,14 +276,14 @@ static kempe_status find_critical(maker *m, const station *from, const station *
 
 /* Of a pair the one above the axis is asked; of two that are real at one end and a pair at the other, the one that
  * grows. */
-static kempe_status look_between(maker *m, const station *from, const station *to)
+static kempe_status look_between(maker *m, const station *from, const station *to, const around *values)
 {
     for (int b = 0; b < from->modes.count; b++) {
         bool before = grows(from, b), after = grows(to, b);
         const station *growing = before ? from : to;
         if (before == after || growing->modes.spectrum.im[growing->at[b]] < 0)
             continue;
-        kempe_status status = find_critical(m, from, to, b);
+        kempe_status status = find_critical(m, from, to, values, b);
         if (status != KEMPE_OK)
             return status;
     }
@@ -308,7 +350,8 @@ static kempe_status go(maker *m, station *here)
         status = advance(m, here, &next, 0, &doubt);
         if (status == KEMPE_OK) {
             note(l, &next, doubt);
-            status = look_between(m, here, &next);
+            const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
+            status = look_between(m, here, &next, &values);
         }
         leave(here);
         *here = next;

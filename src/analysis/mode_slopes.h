@@ -13,7 +13,7 @@
 
 #include "analysis/bend.h"
 #include "analysis/shift.h"
-#include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 
 /** What is known of an eigenvalue's derivatives. */
 typedef enum kmp_mode_kind {

@@ -5,7 +5,7 @@
 #define KMP_ANALYSIS_MODES_H
 
 #include "analysis/linear.h"
-#include "linalg/eigen.h"
+#include "linalg/spectrum.h"
 
 typedef struct kmp_modes {
     const kempe_system *system;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/stability.h"
-#include "linalg/eigen.h"
+#include "base/memory.h"
+#include "linalg/spectrum.h"
 #include <math.h>
 
 #define ROUNDING 1e-10 /* of a real part, in parts of the largest modulus */
@@ -56,11 +57,12 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         stability->word = KMP_STABLE;
         return KEMPE_OK;
     }
+    unsigned long short_of = kmp_memory_failures();
     int bad = kmp_linear_spectrum(linear, &s);
-    if (bad > 0 || bad == -2)
-        return KEMPE_OK;
-    if (bad < 0)
+    if (bad && kmp_memory_failures() != short_of)
         return kmp_fail_memory(linear->system->context);
+    if (bad)
+        return KEMPE_OK;
     judge(linear, &s, stability);
     kmp_spectrum_free(&s);
     return KEMPE_OK;

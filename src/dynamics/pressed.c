@@ -62,7 +62,7 @@ kempe_status kmp_refuse_pressed_model(const kempe_model *model, const char *what
         if (model->wheels[k].form == KMP_CONTACT_RIGID && model->wheels[k].law != KMP_CREEP_NONE)
             return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                             "%s: the creep forces of wheel '%s' depend on its normal force, lambda(%s), which these "
-                            "equations do not solve for; no language is written with wheels in it",
+                            "equations do not solve for; take 'contact: elastic' or 'creep: none'",
                             what, model->wheels[k].name, model->wheels[k].name);
     return KEMPE_OK;
 }

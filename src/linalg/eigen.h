@@ -1,17 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Eigenvalues and eigenvectors of general matrices and of quadratic pencils
- *
- *     (s^2 M + s G + K) x = 0,     y^H (s^2 M + s G + K) = 0,     M symmetric and positive,
- *
- * by LAPACK. Without G and with a symmetric K the symmetric solver finds them, exactly on the axes; otherwise a
- * companion matrix in coordinates and a time that scale themselves: those that M makes orthonormal, and the root of the
- * norm of K (Tisseur and Meerbergen 2001, section 3; Fan, Lin and Van Dooren 2004). Before either, zeros are separated:
- * the null space of K, then, stage by stage, what of the chains that begin in it is zero as well (Kublanovskaya 1966),
- * so that they are zeros and not roots of round-off. Allocates: not for hot paths. */
+/* Eigenvalues and eigenvectors of general and of symmetric matrices, by LAPACK. Allocates: not for hot paths. */
 #ifndef KMP_LINALG_EIGEN_H
 #define KMP_LINALG_EIGEN_H
-
-#include <stdbool.h>
 
 /** a (n x n, column-major, lost) has the eigenvalues re + i im, conjugate pairs side by side, the positive one first;
  *  right and left vectors a v = s v, w^H a = s w^H as columns of their parts (n x n each), of norm 1. Balanced first.
@@ -21,33 +11,5 @@ int kmp_eigen_general(int n, double *a, double *re, double *im, double *v_re, do
 /** k x = mu m x for symmetric k and positive m (n x n, lower triangles are read; both lost: k becomes the vectors,
  *  x' m x = 1); values ascend. 0; -1: no memory or no convergence; i + 1: minor i of m is not positive. */
 int kmp_eigen_symmetric(int n, double *k, double *m, double *values);
-
-/** Of a pencil. Zeros come first, then by modulus; of a pair the one above the axis comes first. */
-typedef struct kmp_spectrum {
-    int p, count; /* size of the pencil, 2 p */
-    int zeros;    /* how many are exactly zero */
-    int still;    /* of these, how many have a vector of their own: the null space of K; the others repeat them */
-    bool conservative;
-    double *re, *im;     /* count */
-    double *x_re, *x_im; /* p x count: x^H M x = 1 and the largest part real and positive; of zeros a basis of the
-                            null space of K, the identity in `still` of its coordinates, whatever the libraries
-                            below find */
-    double *y_re, *y_im; /* p x count: y^H (2 s M + G) x = 1, or y' y = 1 where that cannot be; of zeros: zero */
-} kmp_spectrum;
-
-/** Of M, G and K (p x p, column-major). `companion`: never by the symmetric solver. 0; -1: no memory, or an iteration
- * did not converge; i + 1: minor i of M is not positive. */
-int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *damping, const double *stiffness,
-                      bool companion);
-void kmp_spectrum_free(kmp_spectrum *spectrum);
-
-/** The same of a pencil whose M, `led`, is neither symmetric nor positive: `mass`, which is, stands for it in x^H M x
- * and in the choice of coordinates. With led = mass, but for rounding, it is the pencil above; otherwise it is never
- * taken for conservative. -2: led is singular. */
-int kmp_spectrum_init_led(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
-                          const double *stiffness);
-
-/** Where the conjugate of eigenvalue k stands; k itself when it is real. */
-int kmp_spectrum_conjugate(const kmp_spectrum *spectrum, int k);
 
 #endif

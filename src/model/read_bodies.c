@@ -264,7 +264,7 @@ static int place_ground(kmp_reader *r, const kmp_instance *instance)
     const kmp_instance *outer = kmp_reader_instance(r, instance->parent);
     if (instance->at && strchr(instance->at->text, '.'))
         base = kmp_read_point_text(r, instance->at->place, instance->at->text, "'at' of an include");
-    else if (body < 0)
+    else if (body < 0 && instance->at) /* without it, the ground: not found for want of memory */
         (void)kmp_read_body(r, instance->at, "'at' of an include");
     else if (outer && (!instance->at || strcmp(instance->at->text, "ground") == 0))
         base = outer->ground;

@@ -191,6 +191,16 @@ static bool read_zones(const reading *w)
     return good;
 }
 
+static void say_left_out(const reading *w, int zones)
+{
+    const kmp_place place = w->wheel->place;
+    kmp_log(
+        w->r->context, KEMPE_LOG_WARNING,
+        "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has %d at most: borders of the smallest jumps are "
+        "left out, and there contact may jump; a smoother profile has fewer, and 'zones' says which",
+        w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
+}
+
 /* Those of an earlier wheel that is the same, or found anew. */
 static void find_zones(const reading *w)
 {
@@ -203,8 +213,11 @@ static void find_zones(const reading *w)
             memcpy(wheel->zone, other->zone, sizeof wheel->zone);
             return;
         }
-    if (!kmp_zones_find(&model->tracks[wheel->track], wheel))
+    int zones = kmp_zones_find(&model->tracks[wheel->track], wheel);
+    if (zones == 0)
         w->r->scratch.failed = true;
+    if (zones > KMP_WHEEL_ZONES)
+        say_left_out(w, zones);
 }
 
 /* Likewise the places of each. */
@@ -250,6 +263,7 @@ static void read_wheel(const reading *w)
     good = read_zones(w) && good;
     if (!good || !r->model->tracks[wheel->track].rail)
         return;
+    wheel->scale = kmp_zones_scale(wheel);
     wheel->stands = kmp_zones_stand(&r->model->tracks[wheel->track], wheel);
     if (!wheel->zones_given)
         find_zones(w);

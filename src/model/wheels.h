@@ -104,6 +104,7 @@ typedef struct kmp_wheel {
     int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
     const kmp_profile *profile;
     kmp_number radius;
+    double scale;  /* of the lengths by which contact is looked for: kmp_zones_scale of the radius as it was read */
     double stands; /* on the track, where the rail has the slope that the profile has at 0: there it stands in the
                       middle */
     int zone_count;
@@ -111,7 +112,7 @@ typedef struct kmp_wheel {
     bool zones_given;                     /* in the file; otherwise found */
     double node[KMP_WHEEL_PLACES];        /* on the profile, that averages of an elastic wheel are made of */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
-    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve (wheel/patch.c) */
+    double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: what they resolve but at edges (model/zones.h) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

@@ -8,13 +8,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define GRID   2.5e-4 /* m, of the wheel's points */
+/* Lengths are in m and those of a wheel of that radius: times kmp_wheel.scale. */
+#define USUAL  0.46
+#define GRID   2.5e-4 /* of the wheel's points */
 #define FINE   1e-4   /* of the rail's */
+#define MARGIN 1e-2   /* beside the rail */
 #define SHIFT  2.5e-4 /* from one place of the wheel to the next */
 #define JUMP   2e-3   /* shorter ones are none */
-#define TURN   0.3    /* rad: contacts of an elastic wheel whose normals are nearer are in one zone */
 #define BEYOND 2e-3   /* a zone goes on so far after the last point that touches */
-enum { BISECTIONS = 10, MOST_POINTS = 4000, MOST_JUMPS = 64 };
+#define FAR    1.0    /* below the rail's top, where there is no rail */
+#define TURN   0.3    /* rad: contacts of an elastic wheel whose normals are nearer are in one zone */
+enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000 };
 
 static const double rolls[] = {-0.01, 0, 0.01};
 
@@ -24,12 +28,14 @@ typedef struct jump {
 } jump;
 
 typedef struct scan {
+    double scale;
     int count; /* points of the wheel */
     double first, step;
     double *radius;
     int lowest, highest; /* of those that touch anywhere */
-    int jump_count;
-    jump jump[MOST_JUMPS];
+    int jump_count, jump_room;
+    jump *jump;
+    bool failed; /* no memory for one more */
     int rail_count;
     double rail_first, rail_step;
     double *rail;
@@ -50,21 +56,31 @@ static double *sample(const kmp_table *table, double first, double step, int cou
     return y;
 }
 
+/* A length of whole steps has as many of them on each scale, however it is rounded. */
 static int points_of(double length, double step)
 {
-    return (int)fmin(MOST_POINTS, ceil(length / step)) + 1;
+    return (int)fmin(MOST_POINTS, fmax(1, ceil(length / step - 1e-6))) + 1;
+}
+
+double kmp_zones_scale(const kmp_wheel *wheel)
+{
+    const kmp_table *height = wheel->profile->height;
+    double width = (end_of(height) - height->x[0]) / GRID;
+    return fmin(fmax(wheel->radius.value / USUAL, width / MOST_POINTS), width / FEWEST_POINTS);
 }
 
 static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
 {
     const kmp_table *height = wheel->profile->height;
-    double length = end_of(height) - height->x[0], margin = 0.01;
-    *s = (scan){
-        .first = height->x[0], .rail_first = track->rail->x[0] - margin, .elastic = wheel->form == KMP_CONTACT_ELASTIC};
-    s->count = points_of(length, GRID);
+    double length = end_of(height) - height->x[0], margin = MARGIN * wheel->scale;
+    *s = (scan){.scale = wheel->scale,
+                .first = height->x[0],
+                .rail_first = track->rail->x[0] - margin,
+                .elastic = wheel->form == KMP_CONTACT_ELASTIC};
+    s->count = points_of(length, GRID * s->scale);
     s->step = length / (s->count - 1);
     double head = end_of(track->rail) + margin - s->rail_first;
-    s->rail_count = points_of(head, FINE);
+    s->rail_count = points_of(head, FINE * s->scale);
     s->rail_step = head / (s->rail_count - 1);
     s->radius = sample(height, s->first, s->step, s->count);
     s->rail = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
@@ -79,7 +95,7 @@ static double rail_at(const scan *s, double y)
 {
     double x = (y - s->rail_first) / s->rail_step;
     if (!(x >= 0 && x < s->rail_count - 1))
-        return -1;
+        return -FAR * s->scale;
     int k = (int)x;
     return s->rail[k] + (x - k) * (s->rail[k + 1] - s->rail[k]);
 }
@@ -113,8 +129,17 @@ static void note_jump(scan *s, int a, int b)
 {
     if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
         return;
-    if (s->jump_count < MOST_JUMPS)
-        s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
+    if (s->jump_count == s->jump_room) {
+        int room = s->jump_room ? 2 * s->jump_room : 16;
+        jump *grown = kmp_realloc(s->jump, (size_t)room, sizeof *grown);
+        if (!grown) {
+            s->failed = true;
+            return;
+        }
+        s->jump = grown;
+        s->jump_room = room;
+    }
+    s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
 
 /* From one place, where k touches, to the next one, where l does: what stays a jump however near both places are. */
@@ -122,7 +147,7 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
 {
     s->lowest = k < s->lowest ? k : s->lowest;
     s->highest = k > s->highest ? k : s->highest;
-    if (abs(l - k) * s->step <= JUMP)
+    if (abs(l - k) * s->step <= JUMP * s->scale * (1 + 1e-9))
         return;
     if (depth == 0) {
         note_jump(s, k, l);
@@ -140,12 +165,12 @@ static void roll_over(scan *s, double middle, double roll)
     s->cosine = cos(roll);
     s->sine = sin(roll);
     double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * s->sine;
-    double out = middle - reach - lean, last = middle - s->first - lean;
+    double out = middle - reach - lean, last = middle - s->first - lean, shift = SHIFT * s->scale;
     int k = touching(s, out);
     while (out < last) {
-        int l = touching(s, out + SHIFT);
-        follow(s, out, k, out + SHIFT, l, BISECTIONS);
-        out += SHIFT;
+        int l = touching(s, out + shift);
+        follow(s, out, k, out + shift, l, BISECTIONS);
+        out += shift;
         k = l;
     }
 }
@@ -161,7 +186,8 @@ static int by_end(const void *a, const void *b)
 static int join_jumps(scan *s)
 {
     int count = 0;
-    qsort(s->jump, (size_t)s->jump_count, sizeof(jump), by_end);
+    if (s->jump_count > 1)
+        qsort(s->jump, (size_t)s->jump_count, sizeof(jump), by_end);
     for (int k = 0; k < s->jump_count; k++) {
         jump next = s->jump[k], *before = count > 0 ? &s->jump[count - 1] : NULL;
         if (before && next.first < before->last)
@@ -185,22 +211,24 @@ static int drop_smallest(scan *s, int count)
     return count;
 }
 
-static void collect(scan *s, kmp_wheel *wheel)
+/* How many zones there would be with room for all. */
+static int collect(scan *s, kmp_wheel *wheel)
 {
-    int borders = drop_smallest(s, join_jumps(s));
-    double end = s->first + s->step * (s->count - 1);
-    wheel->zone[0][0] = fmax(s->first, s->first + s->step * s->lowest - BEYOND);
+    int all = join_jumps(s), borders = drop_smallest(s, all);
+    double end = s->first + s->step * (s->count - 1), beyond = BEYOND * s->scale;
+    wheel->zone[0][0] = fmax(s->first, s->first + s->step * s->lowest - beyond);
     for (int k = 0; k < borders; k++)
         wheel->zone[k][1] = wheel->zone[k + 1][0] = s->first + s->step * (s->jump[k].first + s->jump[k].last) / 2;
-    wheel->zone[borders][1] = fmin(end, s->first + s->step * s->highest + BEYOND);
+    wheel->zone[borders][1] = fmin(end, s->first + s->step * s->highest + beyond);
     wheel->zone_count = borders + 1;
+    return all + 1;
 }
 
 double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel)
 {
     const kmp_table *rail = track->rail;
     double slope = kmp_table_value(wheel->profile->height, 1, 0), best = rail->x[0], most = -INFINITY;
-    int count = points_of(end_of(rail) - rail->x[0], FINE);
+    int count = points_of(end_of(rail) - rail->x[0], FINE * wheel->scale);
     for (int k = 0; k < count; k++) {
         double y = rail->x[0] + (end_of(rail) - rail->x[0]) * k / (count - 1);
         double over = kmp_table_value(rail, 0, y) - slope * y;
@@ -212,17 +240,17 @@ double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel)
     return best;
 }
 
-bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
+int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 {
     scan s;
     bool ok = begin(&s, track, wheel);
     for (size_t k = 0; ok && k < sizeof rolls / sizeof rolls[0]; k++)
         roll_over(&s, wheel->stands, rolls[k]);
-    if (ok)
-        collect(&s, wheel);
+    int zones = ok && !s.failed ? collect(&s, wheel) : 0;
+    kmp_free(s.jump);
     kmp_free(s.radius);
     kmp_free(s.rail);
-    return ok;
+    return zones;
 }
 
 /* -- places ------------------------------------------------------------------------------------------- */
@@ -230,18 +258,18 @@ bool kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 /* A Gaussian of standard deviation sigma is summed up to 1e-6 of itself at places 1.2 sigma apart. */
 #define RESOLVED   1.2
 #define LEAST      8e-6 /* spread, over the radius */
-#define MOST_LEAST 5e-5 /* where a profile is sharp */
-#define NARROWEST  1e-4 /* m, from place to place */
+#define MOST_LEAST 5e-5 /* likewise: an edge, which no places resolve, is not to blur its whole zone */
+#define NARROWEST  1e-4 /* from place to place */
 #define WIDEST     1e-3
 #define GROWING    0.12   /* of spacings, from each to the next */
 #define ALIKE      0.05   /* rad: of the normals of points that may touch, with what the wheel rolls */
-#define MARGIN     2.5e-3 /* of places beyond a zone: wheel/patch.c lets nothing farther */
+#define OUTSIDE    2.5e-3 /* of places beyond a zone: what pair.c adds to the gap there lets nothing farther */
 
 /* Curvatures of the gap where a point of the wheel touches, the greatest, by point; by those of the rail whose normals
  * are nearly the same. */
 static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *wheel, double *bend)
 {
-    double *angle = sample(track->rail, s->rail_first, s->rail_step, s->rail_count);
+    double *angle = KMP_NEW(double, s->rail_count);
     for (int l = 0; angle && l < s->rail_count; l++)
         angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
     for (int k = 0; angle && k < s->count; k++) {
@@ -260,8 +288,8 @@ static bool find_bends(const scan *s, const kmp_track *track, const kmp_wheel *w
 static void find_spacing(const scan *s, double radius, const double *bend, double *spacing)
 {
     for (int k = 0; k < s->count; k++) {
-        double wanted = bend[k] > 0 ? RESOLVED * sqrt(LEAST * radius / bend[k]) : WIDEST;
-        spacing[k] = fmin(fmax(wanted, NARROWEST), WIDEST);
+        double widest = WIDEST * s->scale, wanted = bend[k] > 0 ? RESOLVED * sqrt(LEAST * radius / bend[k]) : widest;
+        spacing[k] = fmin(fmax(wanted, NARROWEST * s->scale), widest);
     }
     for (int k = 1; k < s->count; k++)
         spacing[k] = fmin(spacing[k], spacing[k - 1] + GROWING * s->step);
@@ -278,7 +306,7 @@ static int point_near(const scan *s, double at)
 static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, const double *spacing)
 {
     int *end = &wheel->nodes_end[zone];
-    double at = wheel->zone[zone][0] - MARGIN, last = wheel->zone[zone][1] + MARGIN;
+    double outside = OUTSIDE * s->scale, at = wheel->zone[zone][0] - outside, last = wheel->zone[zone][1] + outside;
     *end = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
     while (*end < KMP_WHEEL_PLACES) {
         wheel->node[(*end)++] = at;
@@ -290,7 +318,8 @@ static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, 
     return false;
 }
 
-/* The spread that all places of a zone resolve. */
+/* The spread that all places of a zone resolve; where curvatures come to more than 3300 1/m (of a wheel of 0.46 m) they
+ * do not, and contact there is where a place is. */
 static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *bend)
 {
     double least = LEAST * wheel->radius.value;

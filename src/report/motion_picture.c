@@ -12,9 +12,11 @@
 
 enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7 };
 
-/* What a joint may turn between two frames, and how much more is left as it is. */
+/* What a joint may turn between two frames, and how much more is left as it is; and what one may that moves no point,
+ * as the spin of a wheel: of it the eye wants to know which way. */
 #define FOLLOWED 0.35
 #define SPARED   1.5
+#define SPUN     1.2
 
 typedef struct picture {
     const kempe_model *model;
@@ -26,16 +28,44 @@ typedef struct picture {
     int16_t *room;
 } picture;
 
+/* Whether all points of a body lie on an axis through its origin, and nothing hangs on it. */
+static bool is_on_axis(const kempe_model *model, int body, const double axis[3])
+{
+    double radius = 0, across = 0;
+    for (int k = 0; k < model->point_count; k++) {
+        const kmp_number *at = model->points[k].at;
+        if (model->points[k].body != body)
+            continue;
+        double x = at[0].value, y = at[1].value, z = at[2].value, along = x * axis[0] + y * axis[1] + z * axis[2];
+        radius = fmax(radius, x * x + y * y + z * z);
+        across = fmax(across, x * x + y * y + z * z - along * along);
+    }
+    for (int b = 0; b < model->body_count; b++)
+        if (b != body && model->bodies[b].parent == body)
+            return false;
+    return across <= 1e-12 * radius;
+}
+
+/* Whether a coordinate turns its body about all that is seen of it. */
+static bool is_spin(const kempe_model *model, int k)
+{
+    const kmp_motion *motion = &model->motions[k];
+    const kmp_body *body = &model->bodies[motion->body];
+    bool last = k + 1 == model->motion_count || model->motions[k + 1].body != motion->body;
+    return last && !body->turned && !body->reversed && body->to < 0 && is_on_axis(model, motion->body, motion->axis);
+}
+
 double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record)
 {
     const kmp_samples *row = &record->row;
     double most = 0, t_end = row->rows > 0 ? kmp_samples_time(row, row->rows - 1) : 0;
-    for (int r = 1; r < row->rows; r++) {
-        const double *q = kmp_samples_get(row, KMP_QUANTITY_Q, r),
-                     *before = kmp_samples_get(row, KMP_QUANTITY_Q, r - 1);
-        for (int k = 0; k < model->motion_count; k++)
-            if (model->motions[k].rotation)
-                most = fmax(most, fabs(q[k] - before[k]));
+    for (int k = 0; k < model->motion_count; k++) {
+        double turn = 0;
+        for (int r = 1; model->motions[k].rotation && r < row->rows; r++)
+            turn = fmax(turn, fabs(kmp_samples_get(row, KMP_QUANTITY_Q, r)[k] -
+                                   kmp_samples_get(row, KMP_QUANTITY_Q, r - 1)[k]));
+        if (turn > FOLLOWED)
+            most = fmax(most, is_spin(model, k) ? turn * FOLLOWED / SPUN : turn);
     }
     return most > SPARED * FOLLOWED ? t_end * FOLLOWED / most : t_end;
 }

@@ -138,7 +138,8 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 /* Of exponents that are this much below the largest a sum keeps 1e-10; and what they may rise by within a group, over
  * the line to the next one's middle: with places 1.2 standard deviations of the weights from each other, as far as four
- * of them go. */
+ * of them go. An edge of a profile, which its places do not resolve (model/zones.c), may rise by twice that, if it is
+ * one of 70 degrees: beside another place that counts a sum keeps 1e-5 then. */
 #define LOST   24.0
 #define RISING 12.0
 

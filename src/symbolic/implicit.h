@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Implicit blocks: unknowns y that solve F(y; p) = 0 for arguments p, as an operation of the graph. Newton's method
  * with the exact dF/dy runs wherever the program runs; where it does not converge the unknowns are NaN, and an
- * integrator takes a smaller step. The derivative is that of the implicit-function theorem: F_y dy + F_p dp = 0. */
+ * integrator takes a smaller step. The derivative is that of the implicit-function theorem: F_y dy + F_p dp = 0.
+ *
+ * Averages over places (average.h) are blocks, too: their components stand where unknowns do. */
 #ifndef KMP_SYMBOLIC_IMPLICIT_H
 #define KMP_SYMBOLIC_IMPLICIT_H
 
@@ -24,15 +26,6 @@ kmp_implicit *kmp_implicit_new(kmp_graph *local, int unknowns, int arguments, co
 kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int arguments, const kmp_ref *residual,
                                      const kmp_ref *guess, int candidates, const double *candidate, kmp_ref merit);
 
-/** Averages over places: with E and f_1 .. f_count of arguments and of the place KMP_IN_Q[0], and Z the integral of
- *  exp(E) over the places, component 0 is log Z and component k the integral of f_k exp(E), over Z. Places (three at
- *  least, increasing) carry half the distance of their neighbours, so that what is smooth over two of them, and gone
- *  before the ends, is integrated to many digits (Trefethen and Weideman, SIAM Review 56 (2014) 385). Derivatives are
- *  averages again: d log Z = <dE>, d<f> = <df> + <f dE> - <f> <dE>. Where E is everywhere below `needed` (of arguments)
- *  by more than log Z can make up for, nobody is to look at more than roughly: they are the values at one place near
- *  the largest E. Owns `local` in any case. NULL: as above. */
-kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
-                              const kmp_ref *averaged, int places, const double *place);
 void kmp_implicit_free(kmp_implicit *block);
 
 /** The same equations, first guesses and candidates, to the bit. */

@@ -38,6 +38,11 @@ kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *li
     double value;
     if (kmp_is_const(g, x, &value))
         return kmp_const(local, value);
+    if (*count == KMP_PAIR_ARGUMENTS) {
+        kmp_graph_fail(g);
+        kmp_graph_fail(local);
+        return KMP_ZERO;
+    }
     list[*count] = x;
     return kmp_input(local, KMP_IN_PARAMETER, (uint32_t)(*count)++);
 }
@@ -100,9 +105,14 @@ kmp_ref kmp_cosine_of(kmp_graph *g, kmp_ref slope)
 
 /* -- zones ------------------------------------------------------------------------------------------- */
 
+double kmp_zone_give(const kmp_wheel *wheel)
+{
+    return 1e-3 * wheel->scale;
+}
+
 double kmp_zone_border(const kmp_wheel *wheel)
 {
-    double border = wheel->form == KMP_CONTACT_RIGID ? 0 : KMP_ZONE_GIVE;
+    double border = wheel->form == KMP_CONTACT_RIGID ? 0 : kmp_zone_give(wheel);
     for (int k = 0; k < wheel->zone_count; k++)
         border = fmin(border, (wheel->zone[k][1] - wheel->zone[k][0]) / 4);
     return border;
@@ -118,10 +128,11 @@ static kmp_ref beyond(kmp_graph *g, const kmp_wheel *wheel, int zone, int side, 
 
 kmp_ref kmp_zone_penalty(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s)
 {
+    double give = kmp_zone_give(wheel);
     kmp_ref sum = KMP_ZERO;
     for (int side = 0; side < 2; side++)
         sum = kmp_add(g, sum, kmp_power(g, beyond(g, wheel, zone, side, s), 3));
-    return kmp_mul(g, kmp_const(g, 10 / (3 * KMP_ZONE_GIVE * KMP_ZONE_GIVE)), sum);
+    return kmp_mul(g, kmp_const(g, 10 / (3 * give * give)), sum);
 }
 
 kmp_ref kmp_zone_weight(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s)

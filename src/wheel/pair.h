@@ -5,10 +5,9 @@
 
 #include "wheel/patch.h"
 
+/** Of a block: the wheel's radius, its way out, the axle's three components; of averages (spread.c) also 1/e and the
+ * height of the centre. */
 enum { KMP_PAIR_ARGUMENTS = 7 };
-
-/* Beyond a border, m: where a slope of 10 is balanced. */
-#define KMP_ZONE_GIVE 1e-3
 
 typedef struct kmp_pair {
     kmp_graph *g;
@@ -27,7 +26,7 @@ bool kmp_pair_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_p
 
 /** The pair in a graph of its own, for a block: what is no number becomes an argument, and is put into the list. */
 kmp_pair kmp_pair_inside(const kmp_pair *pair, kmp_graph *local, kmp_ref *list, int *count);
-/** Likewise anything. */
+/** Likewise anything. The list has room for KMP_PAIR_ARGUMENTS; more of them fail both graphs. */
 kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *list, int *count);
 
 kmp_trace kmp_trace_at(const kmp_pair *pair, kmp_ref s);
@@ -39,6 +38,8 @@ kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s);
 /** Of the angle that has the tangent. */
 kmp_ref kmp_cosine_of(kmp_graph *g, kmp_ref slope);
 
+/** m beyond a border: where a slope of 10 is balanced. */
+double kmp_zone_give(const kmp_wheel *wheel);
 /** Half of the way on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone: there
  * the border is sharp, or both zones were equally near around it. */
 double kmp_zone_border(const kmp_wheel *wheel);

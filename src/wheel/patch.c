@@ -10,7 +10,7 @@
 #include "wheel/spread.h"
 #include <math.h>
 
-/* Of candidates for the nearest point, m apart at most. */
+/* Of candidates for the nearest point of a wheel of 0.46 m, m apart at most: times kmp_wheel.scale. */
 #define SPACING 0.001
 enum { FEWEST = 5, MOST = 128, BEYOND = 3 };
 
@@ -19,14 +19,15 @@ enum { FEWEST = 5, MOST = 128, BEYOND = 3 };
 /* Evenly within the zone; beyond a border, where the cubic balances all slopes between, few. */
 static int candidates_of(const kmp_wheel *wheel, int index, double *candidate)
 {
-    static const double give[BEYOND] = {0.03, 0.3, 1.2};
-    const double *zone = wheel->zone[index], length = zone[1] - zone[0], border = kmp_zone_border(wheel);
-    int count = (int)fmin(MOST, fmax(FEWEST, ceil(length / SPACING) + 1));
+    static const double part[BEYOND] = {0.03, 0.3, 1.2};
+    const double *zone = wheel->zone[index], length = zone[1] - zone[0];
+    const double border = kmp_zone_border(wheel), give = kmp_zone_give(wheel);
+    int count = (int)fmin(MOST, fmax(FEWEST, ceil(length / (SPACING * wheel->scale) - 1e-6) + 1));
     for (int k = 0; k < count; k++)
         candidate[k] = zone[0] + length * k / (count - 1);
     for (int k = 0; k < BEYOND; k++) {
-        candidate[count++] = zone[0] - border - give[k] * KMP_ZONE_GIVE;
-        candidate[count++] = zone[1] + border + give[k] * KMP_ZONE_GIVE;
+        candidate[count++] = zone[0] - border - part[k] * give;
+        candidate[count++] = zone[1] + border + part[k] * give;
     }
     return count;
 }

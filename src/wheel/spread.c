@@ -14,6 +14,7 @@
  * penetration d, so that e = d/5. d itself comes from averages of a fixed e. All of that is smooth where the nearest
  * point jumps. Against solutions for the half-space it is nearer than the nearest point (examples/manchester). */
 #include "wheel/spread.h"
+#include "symbolic/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/table.h"
@@ -22,7 +23,8 @@
 /* Of the fixed spread, in least spreads: as much as every other place resolves. */
 #define WIDER 4
 
-/* Least standard deviation of s, m: where all weight is on one place, in a profile that has an edge. */
+/* Least standard deviation of s, m of a wheel of 0.46 m: where all weight is on one place, in a profile that has an
+ * edge. */
 #define NARROW 2e-6
 
 /* Part of the penetration that is the spread: above. */
@@ -76,7 +78,8 @@ static bool spread_by(const kmp_pair *p, const kmp_wheel *wheel, int zone, int s
         return false;
     kmp_implicit_at(g, block, list, value);
     kmp_ref variance = kmp_sub(g, value[2], kmp_mul(g, value[1], value[1]));
-    all->variance = kmp_add(g, variance, kmp_const(g, NARROW * NARROW));
+    double narrow = NARROW * wheel->scale;
+    all->variance = kmp_add(g, variance, kmp_const(g, narrow * narrow));
     kmp_ref width = kmp_mul(g, kmp_const(g, 2 * acos(-1)), all->variance);
     kmp_ref lost = kmp_mul(g, kmp_const(g, 0.5), kmp_unary(g, KMP_OP_LOG, width));
     all->height = kmp_mul(g, e, kmp_sub(g, value[0], lost));

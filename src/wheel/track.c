@@ -23,7 +23,8 @@ static void straight(const kmp_tree *tree, const ground *at, kmp_vec point, kmp_
 
 enum { PLANE = 2 };
 
-/* The block of a track that the graph has already; -1: none. */
+/* The block of a track that the graph has already; -1: none. The graph itself would find that a new one is the same,
+ * but building one takes some milliseconds, for each wheel. */
 static int find_block(const kmp_graph *g, const kmp_track *track)
 {
     const kmp_implicit *implicit;

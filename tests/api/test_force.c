@@ -45,9 +45,9 @@ static double difference(const kempe_trajectory *a, const kempe_trajectory *b)
     CHECK(kempe_trajectory_row_count(a) == kempe_trajectory_row_count(b));
     for (int k = 0; k < kempe_trajectory_row_count(a); k++)
         for (int i = 0; i < 3; i++) {
-            worst = fmax(worst, fabs(kempe_trajectory_q(a, k)[i] - kempe_trajectory_q(b, k)[i]));
-            worst = fmax(worst, fabs(kempe_trajectory_qd(a, k)[i] - kempe_trajectory_qd(b, k)[i]) / 20);
-            worst = fmax(worst, fabs(kempe_trajectory_qdd(a, k)[i] - kempe_trajectory_qdd(b, k)[i]) / 400);
+            worst = check_max(worst, fabs(kempe_trajectory_q(a, k)[i] - kempe_trajectory_q(b, k)[i]));
+            worst = check_max(worst, fabs(kempe_trajectory_qd(a, k)[i] - kempe_trajectory_qd(b, k)[i]) / 20);
+            worst = check_max(worst, fabs(kempe_trajectory_qdd(a, k)[i] - kempe_trajectory_qdd(b, k)[i]) / 400);
         }
     return worst;
 }

@@ -120,13 +120,17 @@ static void creepages_agree(void)
         }
 }
 
-/* FASTSIM with one flexibility: 1 %, on the flange 2 %, as much as the normal force is off; 5 % at 1 mm. */
-static double by_law_within(int row, int wheel)
+/* FASTSIM with one flexibility: 1 %, where the patch slides. At 1 mm the creepages would make twice the force that
+ * friction bears. Under the pressure of Hertz all of the patch slides from about there on (of a roller exactly:
+ * Carter). FASTSIM's bound is a paraboloid, under which its edge sticks up to 32/(3 pi) = 3.4 times that force. Without
+ * spin it lacks 8/(3 pi) times the integral of (sqrt(1 - y^2) - k)^3 over |y| < sqrt(1 - k^2): 4.7 % for k = 2/3.4. */
+static double by_law_within(int row)
 {
-    return row == 2 ? 0.05 : on_flange(row, wheel) ? 0.02 : 0.01;
+    return row == 2 ? 0.05 : 0.01;
 }
 
-/* Their size within 2 %, where the wheel turns to its flange with the direction off by 6 degrees at most. */
+/* Their size within 2 %, where the wheel turns to its flange with the direction off by 6 degrees at most. By the law
+ * they are compared at the same normal force, with which they go where all slides. */
 static void forces_agree(void)
 {
     for (int row = 0; row < VALUES; row++)
@@ -137,7 +141,9 @@ static void forces_agree(void)
                 continue;
             CHECK(fabs(size(p->force) / size(r->force) - 1) <= 0.02);
             CHECK(apart(p->force, r->force) <= (on_flange(row, w) ? 0.12 : 0.04));
-            CHECK(is_egg(row, w) || apart(p->by_law, r->force) <= by_law_within(row, w));
+            double same = r->normal / p->normal;
+            const double by_law[] = {same * p->by_law[0], same * p->by_law[1]};
+            CHECK(is_egg(row, w) || apart(by_law, r->force) <= by_law_within(row));
         }
 }
 
@@ -164,7 +170,7 @@ static void fastsim_agrees_at_the_given_contact(void)
             CHECK(kempe_contact_creep(KEMPE_CREEP_FASTSIM, &creep, &three) == KEMPE_OK);
             CHECK(kempe_contact_creep(KEMPE_CREEP_FASTSIM1, &creep, &one) == KEMPE_OK);
             CHECK(apart(three.force, r->force) <= (on_flange(row, w) ? 0.07 : 0.04));
-            CHECK(apart(one.force, r->force) <= (row == 2 ? 0.05 : 0.01));
+            CHECK(apart(one.force, r->force) <= by_law_within(row));
         }
 }
 

@@ -38,6 +38,52 @@ static void judge(const scene *s, const char *name, unsigned long n, kempe_statu
         printf("%s, allocation %lu: status %d: %s\n", name, n, status, message);
 }
 
+/* -- stages of many tests ----------------------------------------------------------------------------- */
+
+/* What a stage asked for by reading is dropped again. */
+static inline kempe_status drop_model(kempe_status status, kempe_model *model)
+{
+    untouched(status, model);
+    kempe_model_free(model);
+    return status;
+}
+
+static inline kempe_status read_file(const scene *s, const char *path)
+{
+    kempe_model *model = NULL;
+    kempe_status status = kempe_model_read(s->context, path, &model);
+    return drop_model(status, model);
+}
+
+static inline kempe_status print_model(scene *s)
+{
+    char *text = NULL;
+    kempe_status status = kempe_model_print(s->model, KEMPE_JSON, &text);
+    untouched(status, text);
+    kempe_text_free(text);
+    return status;
+}
+
+static inline kempe_status derive(scene *s)
+{
+    kempe_system *system = NULL;
+    kempe_status status = kempe_system_new(s->model, &system);
+    untouched(status, system);
+    kempe_system_free(system);
+    return status;
+}
+
+static inline kempe_status simulate_run(const scene *s, const kempe_run *run)
+{
+    kempe_trajectory *trajectory = NULL;
+    kempe_status status = kempe_simulate(s->system, run, &trajectory);
+    untouched(status, trajectory);
+    kempe_trajectory_free(trajectory);
+    return status;
+}
+
+/* -- the loop ------------------------------------------------------------------------------------------ */
+
 /* Long stages do the same many times: beyond the first 600 allocations one of `stride` fails. */
 static void exhaust(scene *s, const char *name, stage_fn *stage, unsigned stride)
 {

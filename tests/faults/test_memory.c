@@ -11,11 +11,7 @@ static char csv[] = "/tmp/kempe_memory_XXXXXX";
 
 static kempe_status read_model(scene *s)
 {
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read(s->context, path, &model);
-    untouched(status, model);
-    kempe_model_free(model);
-    return status;
+    return read_file(s, path);
 }
 
 /* A model with mistakes: KEMPE_E_INPUT is what it should say. */
@@ -53,21 +49,13 @@ static kempe_status lead_rocker(scene *s)
 
 static kempe_status read_robotran(scene *s)
 {
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/robotran.mbs", &model);
-    untouched(status, model);
-    kempe_model_free(model);
-    return status;
+    return read_file(s, KEMPE_ROOT "/tests/models/robotran.mbs");
 }
 
 /* Joints between bodies, of which some are cut. */
 static kempe_status read_graph(scene *s)
 {
-    kempe_model *model = NULL;
-    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/two_bars.yaml", &model);
-    untouched(status, model);
-    kempe_model_free(model);
-    return status;
+    return read_file(s, KEMPE_ROOT "/tests/models/two_bars.yaml");
 }
 
 /* A track with a course and waves. */
@@ -80,9 +68,7 @@ static kempe_status read_track(scene *s)
         "ground: {points: {O: [0, 0, 0]}}\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n";
     kempe_model *model = NULL;
     kempe_status status = kempe_model_read_text(s->context, text, "track.yaml", &model);
-    untouched(status, model);
-    kempe_model_free(model);
-    return status;
+    return drop_model(status, model);
 }
 
 static kempe_status read_wrong_robotran(scene *s)
@@ -188,24 +174,6 @@ static kempe_status derive_kinds(scene *s)
     untouched(status, system);
     kempe_system_free(system);
     kempe_model_free(model);
-    return status;
-}
-
-static kempe_status print_model(scene *s)
-{
-    char *text = NULL;
-    kempe_status status = kempe_model_print(s->model, KEMPE_JSON, &text);
-    untouched(status, text);
-    kempe_text_free(text);
-    return status;
-}
-
-static kempe_status derive(scene *s)
-{
-    kempe_system *system = NULL;
-    kempe_status status = kempe_system_new(s->model, &system);
-    untouched(status, system);
-    kempe_system_free(system);
     return status;
 }
 
@@ -351,7 +319,6 @@ static kempe_status evaluate(scene *s)
 
 static kempe_status simulate(scene *s, const char *road, const char *form, const char *integrator)
 {
-    kempe_trajectory *trajectory = NULL;
     kempe_run run = kempe_run_default();
     run.road = road;
     run.form = form;
@@ -360,10 +327,7 @@ static kempe_status simulate(scene *s, const char *road, const char *form, const
     run.t_end = 0.05;
     run.every = 0.025;
     run.u = strcmp(road, "reduced") == 0 ? "crank" : NULL;
-    kempe_status status = kempe_simulate(s->system, &run, &trajectory);
-    untouched(status, trajectory);
-    kempe_trajectory_free(trajectory);
-    return status;
+    return simulate_run(s, &run);
 }
 
 /* Of a motion with an exchange of u; rows, and one scalar backwards. */

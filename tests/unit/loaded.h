@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include <kempe/kempe.h>
+#include <stdbool.h>
 
 typedef struct loaded {
     kempe_context *context;
@@ -20,22 +21,44 @@ static inline loaded load_finish(loaded l)
     return l;
 }
 
-/** A file by its path from the root of the sources. */
-static inline loaded load(const char *path)
+/** A file by its path from the root of the sources, with parameters set. */
+static inline loaded load_set(const char *path, const kempe_setting *settings, int count)
 {
     char full[1024];
     loaded l = {.context = kempe_context_new()};
     (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read(l.context, full, &l.model);
+    (void)kempe_model_read_set(l.context, full, settings, count, &l.model);
     return load_finish(l);
 }
 
-/** A text; complaints of it begin with model.yaml. */
-static inline loaded load_text(const char *text)
+static inline loaded load(const char *path)
+{
+    return load_set(path, NULL, 0);
+}
+
+/** A text as if it stood in this file, from which it names others. */
+static inline loaded load_text_as(const char *text, const char *path)
 {
     loaded l = {.context = kempe_context_new()};
-    (void)kempe_model_read_text(l.context, text, "model.yaml", &l.model);
+    (void)kempe_model_read_text(l.context, text, path, &l.model);
     return load_finish(l);
+}
+
+static inline loaded load_text(const char *text)
+{
+    return load_text_as(text, "model.yaml");
+}
+
+/** Where a coordinate is in q. One that is missing is a failed check, and said; 0 then. */
+static inline int coordinate_named(const loaded *l, const char *name)
+{
+    int count = l->model ? kempe_model_coordinate_count(l->model) : 0;
+    for (int k = 0; k < count; k++)
+        if (strcmp(kempe_model_coordinate_name(l->model, k), name) == 0)
+            return k;
+    printf("no coordinate '%s'\n", name);
+    CHECK(false);
+    return 0;
 }
 
 static inline void unload(loaded *l)

@@ -124,7 +124,7 @@ static double difference(const rows *a, const rows *b, int quantity)
         for (int i = 0; i < width; i++) {
             double x = a->value[k][quantity][i], y = b->value[k][quantity][i];
             off = isfinite(y) ? fmax(off, fabs(x - y)) : INFINITY;
-            size = fmax(size, fabs(x));
+            size = check_max(size, fabs(x));
         }
     return off / size;
 }

@@ -43,7 +43,7 @@ static void returns_from(const char *path, double size, int trials)
             CHECK(!l.model->start.hold[k] || a->q[k] == q[k]);
             CHECK_NEAR(a->q[k], q[k], 1e-12);
             CHECK(a->moved[k] == a->q[k] - l.model->start.q[k].value);
-            worst = fmax(worst, fabs(a->q[k] - q[k]));
+            worst = check_max(worst, fabs(a->q[k] - q[k]));
         }
         newton += a->newton > 0;
         kempe_assembly_free(a);

@@ -110,8 +110,8 @@ static double deviation(rig *r, const point *x, const point *a, const point *b, 
         first(r, &up, a, plus);
         first(r, &down, a, minus);
         for (int i = 0; i < count; i++) {
-            size = fmax(size, fabs(exact[i]));
-            worst = fmax(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
+            size = check_max(size, fabs(exact[i]));
+            worst = check_max(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
         }
         best = fmin(best, worst / size);
     }

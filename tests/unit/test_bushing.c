@@ -146,8 +146,8 @@ static void added_is(int number, at_state *a, const derived *with, const derived
     shape(a, s->q, values);
     double size = 1, worst = 0;
     for (int i = 0; i < n; i++) {
-        size = fmax(size, fabs(bias[i]));
-        worst = fmax(worst, fabs(added[i] - bias[i]));
+        size = check_max(size, fabs(bias[i]));
+        worst = check_max(worst, fabs(added[i] - bias[i]));
     }
     if (!(worst <= 1e-8 * size))
         printf("model %d: generalised forces differ by %.3g of %.3g\n", number, worst, size);

@@ -55,7 +55,7 @@ static void sweep_windows(int n, double x, double y, int tolerances)
         for (int k = 0; k < tolerances; k++) {
             last_row row = {0};
             CHECK(run(&s, ways[way][0], ways[way][1], pow(10, -6 - 0.1 * k), &row) == KEMPE_OK);
-            worst = fmax(worst, hypot(cos(row.q[0]) - x, sin(row.q[0]) - y));
+            worst = check_max(worst, hypot(cos(row.q[0]) - x, sin(row.q[0]) - y));
             for (int i = 1; i <= n; i++)
                 CHECK_NEAR(row.q[i], row.q[0], 1e-3); /* the other branch is radians away */
         }

@@ -122,7 +122,7 @@ static double worst(int n, const double *a, const double *b)
 {
     double most = 0;
     for (int k = 0; k < n; k++)
-        most = fmax(most, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
+        most = check_max(most, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
     return most;
 }
 
@@ -563,8 +563,8 @@ static void test_turns_back(void)
     CHECK(s.status == KEMPE_OK && s.t && s.t->report.centrings > 0);
     double most = 0, turned_by = 0;
     for (int row = 0; row <= last(&s); row++) {
-        most = fmax(most, fabs(kempe_trajectory_q(s.t, row)[1]));
-        turned_by = fmax(turned_by, fabs(kempe_trajectory_q(s.t, row)[0]));
+        most = check_max(most, fabs(kempe_trajectory_q(s.t, row)[1]));
+        turned_by = check_max(turned_by, fabs(kempe_trajectory_q(s.t, row)[0]));
     }
     CHECK(most > 1.2 && most < 1.5707963267948966 && turned_by > 3);
     scene_free(&s);
@@ -646,8 +646,8 @@ static void test_loop(void)
             if (s.status == KEMPE_OK && other.status == KEMPE_OK) {
                 double q = 0, qd = 0;
                 for (int row = 0; row <= last(&s); row++) {
-                    q = fmax(q, worst(2, kempe_trajectory_q(s.t, row), kempe_trajectory_q(other.t, row)));
-                    qd = fmax(qd, worst(2, kempe_trajectory_qd(s.t, row), kempe_trajectory_qd(other.t, row)));
+                    q = check_max(q, worst(2, kempe_trajectory_q(s.t, row), kempe_trajectory_q(other.t, row)));
+                    qd = check_max(qd, worst(2, kempe_trajectory_qd(s.t, row), kempe_trajectory_qd(other.t, row)));
                 }
                 if (getenv("CHARTS_PRINT"))
                     printf("%d %-24s q %.2e qd %.2e energy %.2e h %.2e centred %ld (%ld) steps %ld (%ld)\n", moves,

@@ -18,8 +18,8 @@ static double distance(int n, const double *a, const double *b)
 {
     double off = 0, size = 1;
     for (int k = 0; k < n; k++) {
-        off = fmax(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
-        size = fmax(size, fabs(b[k]));
+        off = check_max(off, isfinite(a[k]) ? fabs(a[k] - b[k]) : INFINITY);
+        size = check_max(size, fabs(b[k]));
     }
     return off / size;
 }

@@ -65,9 +65,9 @@ static void follows_line(const char *course, double before, double length, doubl
     double worst = 0, turned = 0, stretched = 0, exact[3];
     for (double s = -3; s < until; s += until / 20011) {
         exact_at(s, before, length, radius, exact);
-        worst = fmax(worst, hypot(kmp_table_value(t->x, 0, s) - exact[0], kmp_table_value(t->y, 0, s) - exact[1]));
-        turned = fmax(turned, angle_between(heading_at(t, s), exact[2]));
-        stretched = fmax(stretched, fabs(hypot(kmp_table_value(t->x, 1, s), kmp_table_value(t->y, 1, s)) - 1));
+        worst = check_max(worst, hypot(kmp_table_value(t->x, 0, s) - exact[0], kmp_table_value(t->y, 0, s) - exact[1]));
+        turned = check_max(turned, angle_between(heading_at(t, s), exact[2]));
+        stretched = check_max(stretched, fabs(hypot(kmp_table_value(t->x, 1, s), kmp_table_value(t->y, 1, s)) - 1));
     }
     printf("%s: %d points, %d candidates; off %.2g m, %.2g rad, stretched %.2g\n", course, t->x->count,
            t->candidate_count, worst, turned, stretched);
@@ -147,10 +147,10 @@ static void finds_places(void)
             const double point[3] = {kmp_table_value(t->x, 0, along) - lateral * sin(a),
                                      kmp_table_value(t->y, 0, along) + lateral * cos(a), 0.46};
             section_at(&s, point);
-            worst = fmax(worst, fabs(s.value[ALONG] - along));
+            worst = check_max(worst, fabs(s.value[ALONG] - along));
             for (int k = 0; k < 3; k++)
                 cross += (point[k] - s.value[ORIGIN + k]) * s.value[AXES + k];
-            off = fmax(off, fabs(cross));
+            off = check_max(off, fabs(cross));
         }
     printf("terminus: %d points, %d candidates; %.2g m off, %.2g m out of its plane; ends at y = %.3g, heading %.3g\n",
            t->x->count, t->candidate_count, worst, off, kmp_table_value(t->y, 0, t->length), heading_at(t, t->length));

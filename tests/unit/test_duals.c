@@ -45,7 +45,7 @@ static double block_distance(kmp_tangents *a, kmp_tangents *b, const kmp_instant
     spread(a, kmp_tangents_derivatives(a, at), block, x);
     spread(b, kmp_tangents_derivatives(b, at), block, y);
     for (int k = 0; k < SIZE * SIZE; k++) {
-        size = fmax(size, fabs(y[k]));
+        size = check_max(size, fabs(y[k]));
         worst = fabs(x[k] - y[k]) <= worst ? worst : fabs(x[k] - y[k]);
     }
     return worst / size;
@@ -176,8 +176,8 @@ static void many_states_are_as_few(void)
     CHECK(!l.tangents.numbers);
     kmp_linear_matrices(&l);
     for (int k = 0; k < l.p * l.p; k++) {
-        size = fmax(size, fabs(first[k]));
-        worst = fmax(worst, fabs(first[k] - l.stiffness[k]));
+        size = check_max(size, fabs(first[k]));
+        worst = check_max(worst, fabs(first[k] - l.stiffness[k]));
     }
     CHECK(size > 0 && worst < 1e-10 * size);
     kmp_linear_free(&l);

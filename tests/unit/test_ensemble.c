@@ -122,7 +122,7 @@ static double distance(const many *x, const outcome *a, const outcome *b)
 {
     double worst = 0;
     for (int k = 0; k < COUNT * x->n; k++)
-        worst = fmax(worst, fabs(a->q[k] - b->q[k]) / fmax(1, fabs(b->q[k])));
+        worst = check_max(worst, fabs(a->q[k] - b->q[k]) / fmax(1, fabs(b->q[k])));
     return worst;
 }
 
@@ -269,11 +269,11 @@ static void test_measures(void)
         for (size_t l = 0; l < width; l++) {
             double most_h = 0, most_dv = 0, most_b = 0;
             for (size_t i = 0; i < R; i++) {
-                most_h = fmax(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
-                most_dv = fmax(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
+                most_h = check_max(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
+                most_dv = check_max(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
                 for (size_t c = 0; c < P; c++)
-                    most_b = fmax(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] /
-                                              scale[(size_t)v[i] * width + l]);
+                    most_b = check_max(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] /
+                                                   scale[(size_t)v[i] * width + l]);
             }
             CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b);
             CHECK(a[(2 * N + 1) * width + l] == jacobian[2 * width + l] * scale[width + l] / row_scale[2 * width + l]);
@@ -313,8 +313,8 @@ static void compare_with_models(const char *example, const char *const *names, d
         CHECK(made && !out.result[i].alone);
         for (int k = 0; made && k < x.n; k++) {
             double q = kempe_stepper_q(stepper)[k], qd = kempe_stepper_qd(stepper)[k];
-            worst = fmax(worst, fabs(out.q[i * x.n + k] - q) / fmax(1, fabs(q)));
-            worst = fmax(worst, fabs(out.qd[i * x.n + k] - qd) / fmax(10, fabs(qd)));
+            worst = check_max(worst, fabs(out.q[i * x.n + k] - q) / fmax(1, fabs(q)));
+            worst = check_max(worst, fabs(out.qd[i * x.n + k] - qd) / fmax(10, fabs(qd)));
         }
         kempe_stepper_free(stepper);
         kempe_system_free(system);

@@ -33,7 +33,8 @@ static double off(const kmp_reference *reference, kmp_quantity quantity, const r
             double ref = reference->value[quantity][k * r->n + i];
             if (isnan(ref))
                 continue;
-            worst = fmax(worst, fabs((quantity == KMP_QUANTITY_Q ? r->q : r->qd)[k][i] - ref) / fmax(fabs(ref), 1));
+            worst =
+                check_max(worst, fabs((quantity == KMP_QUANTITY_Q ? r->q : r->qd)[k][i] - ref) / fmax(fabs(ref), 1));
             seen++;
         }
     CHECK(seen >= 4 * reference->rows);

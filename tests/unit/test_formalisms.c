@@ -39,10 +39,10 @@ static double balance(const derived *d, const double *x, const double *lambda, c
     derived_mass_times(d, x, mx);
     derived_transposed(d, lambda, jt);
     for (int k = 0; k < d->n; k++) {
-        worst = fmax(worst, fabs(mx[k] + bias[k] - jt[k]));
+        worst = check_max(worst, fabs(mx[k] + bias[k] - jt[k]));
         for (int i = 0; i < d->n; i++)
-            size = fmax(size, fabs(d->mass[(i > k ? i : k) * d->n + (i > k ? k : i)] * x[i]));
-        size = fmax(size, fabs(bias[k]));
+            size = check_max(size, fabs(d->mass[(i > k ? i : k) * d->n + (i > k ? k : i)] * x[i]));
+        size = check_max(size, fabs(bias[k]));
     }
     return isfinite(worst) ? worst / size : INFINITY;
 }
@@ -67,7 +67,7 @@ static void check_accelerations(int number, derived *fast, derived *full, state 
         for (int k = 0; k < m; k++) {
             double entry = fast->mobility[r > k ? r * m + k : k * m + r] * s->lambda[k];
             sum += entry;
-            size = fmax(size, fabs(entry));
+            size = check_max(size, fabs(entry));
         }
         check_close(number, "rows", fabs(sum - drift[r] - full->jdqd[r]) / fmax(size, 1), 1e-11);
     }
@@ -75,10 +75,10 @@ static void check_accelerations(int number, derived *fast, derived *full, state 
     derived_eval(full, s);
     double size = 1;
     for (int k = 0; k < n; k++)
-        size = fmax(size, fabs(full->bias[k]));
+        size = check_max(size, fabs(full->bias[k]));
     for (int k = 0; k < n; k++)
         for (int i = 0; i <= k; i++)
-            size = fmax(size, fabs(full->mass[k * n + i] * qdd[i]));
+            size = check_max(size, fabs(full->mass[k * n + i] * qdd[i]));
     check_close(number, "implicit residual", distance(n, full->residual, zero) / size, 1e-12);
 }
 

@@ -64,8 +64,8 @@ static double apart(int count, const double *a, const double *b)
 {
     double off = 0, size = 1e-300;
     for (int i = 0; i < count; i++) {
-        off = fmax(off, fabs(a[i] - b[i]));
-        size = fmax(size, fabs(b[i]));
+        off = check_max(off, fabs(a[i] - b[i]));
+        size = check_max(size, fabs(b[i]));
     }
     return off / size;
 }
@@ -78,11 +78,11 @@ static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
     kmp_fused_end end = kmp_fused_at_end(fused);
     double worst = 0, closed = kmp_plant_residual(plant);
     for (int k = 0; k < s->m; k++)
-        worst = fmax(worst, fabs(end.h[k] - plant->h[k]) / s->row_scale[k]);
-    worst = fmax(worst, apart(s->jacobian.count, end.jacobian, plant->jacobian));
+        worst = check_max(worst, fabs(end.h[k] - plant->h[k]) / s->row_scale[k]);
+    worst = check_max(worst, apart(s->jacobian.count, end.jacobian, plant->jacobian));
     CHECK(!end.h_t == !plant->h_t);
     if (end.h_t)
-        worst = fmax(worst, apart(s->m, end.h_t, plant->h_t));
+        worst = check_max(worst, apart(s->m, end.h_t, plant->h_t));
     CHECK(end.regular);
     if (red->r == 0)
         return worst;
@@ -92,8 +92,8 @@ static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
     kmp_block_take_signs(red->block, signs);
     for (int b = kmp_block_count(red->block); end.good && b-- > 0;)
         CHECK(end.signs[b] == signs[b]);
-    worst = fmax(worst, apart(red->r * red->p, end.bvu, red->bvu));
-    return closed > 1e-6 ? fmax(worst, apart(red->r, end.dv, red->dv)) : worst;
+    worst = check_max(worst, apart(red->r * red->p, end.bvu, red->bvu));
+    return closed > 1e-6 ? check_max(worst, apart(red->r, end.dv, red->dv)) : worst;
 }
 
 /* The largest difference of qd and udd, and of what the end of a step is told, each beside its own largest number. */
@@ -114,21 +114,21 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
     put_state(red->part, q, all, y);
     CHECK(kmp_fused_run(fused, t, y, dy));
     for (int k = 0; k < p; k++)
-        size = fmax(size, fabs(udd[k]));
+        size = check_max(size, fabs(udd[k]));
     for (int i = 0; i < n; i++)
-        rates = fmax(rates, fabs(qd[i]));
-    size = fmax(size, rates * rates); /* where all accelerations are but rounding */
+        rates = check_max(rates, fabs(qd[i]));
+    size = check_max(size, rates * rates); /* where all accelerations are but rounding */
     for (int k = 0; k < p; k++)
-        worst = fmax(worst, fabs(udd[k] - dy[p + k]) / size);
+        worst = check_max(worst, fabs(udd[k] - dy[p + k]) / size);
     for (int k = 0; k < p; k++)
-        worst = fmax(worst, fabs(ud[k] - dy[k]) / rates);
+        worst = check_max(worst, fabs(ud[k] - dy[k]) / rates);
     for (int i = 0; i < red->r; i++)
-        worst = fmax(worst, fabs(qd[red->part->v[i]] - dy[2 * p + i]) / rates);
+        worst = check_max(worst, fabs(qd[red->part->v[i]] - dy[2 * p + i]) / rates);
     if (red->plant->system->dissipative) {
         double power = kmp_plant_power(red->plant, t, q, qd);
-        worst = fmax(worst, fabs(kmp_fused_power(fused) - power) / fmax(fabs(power), size));
+        worst = check_max(worst, fabs(kmp_fused_power(fused) - power) / check_max(fabs(power), size));
     }
-    worst = fmax(worst, difference_at_end(fused, red));
+    worst = check_max(worst, difference_at_end(fused, red));
     kmp_free(ud);
     return worst;
 }
@@ -154,7 +154,7 @@ static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
         if (!is_good(fused, red, 0.3, q))
             worn++;
         else
-            worst = fmax(worst, red->block ? d * kmp_block_quality(red->block) : d);
+            worst = check_max(worst, red->block ? d * kmp_block_quality(red->block) : d);
     }
     CHECK(worst < 1e-10); /* multipliers up to ten may grow */
     if (!(worst < 1e-10))
@@ -177,7 +177,7 @@ static void along_the_motion(const kempe_system *system, const states *at, doubl
     for (int k = 0; fused && k < at->count; k++) {
         double t = end * k / STATES, d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
         bad += !is_good(fused, &red, t, at->q + k * at->n);
-        worst = fmax(worst, red.block ? d * kmp_block_quality(red.block) : d);
+        worst = check_max(worst, red.block ? d * kmp_block_quality(red.block) : d);
     }
     CHECK(fused && worst < 1e-13 && bad == 0);
     if (fused) {

@@ -109,7 +109,7 @@ static void a_four_bar_comes_nearest(void)
         CHECK(fabs(best - a0) < 2e-7);            /* a golden section sees no more than the root of rounding */
         CHECK_NEAR(a->goals.distance * a->goals.distance, four_bar_cost(a0, &w), 1e-13);
         CHECK_NEAR(a->goals.distance * a->goals.distance, four_bar_cost(best, &w), 1e-13);
-        worst = fmax(worst, fabs(best - a0));
+        worst = check_max(worst, fabs(best - a0));
         most = a->goals.steps > most ? a->goals.steps : most;
         kempe_assembly_free(a);
         unload(&l);

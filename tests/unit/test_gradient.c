@@ -59,8 +59,8 @@ static double off_at(kempe_gradient *g, const double *values, double angle)
         for (int i = 0; i < 2; i++) {
             double slope =
                 k < PARAMETERS ? kempe_gradient_jacobian(g)[i * PARAMETERS + k] : kempe_gradient_by_driven(g)[i];
-            worst = fmax(worst, fabs(kempe_gradient_values(g)[i] - creal(point[i])));
-            worst = fmax(worst, fabs(slope - cimag(point[i]) / 1e-30));
+            worst = check_max(worst, fabs(kempe_gradient_values(g)[i] - creal(point[i])));
+            worst = check_max(worst, fabs(slope - cimag(point[i]) / 1e-30));
         }
     }
     return worst;
@@ -86,16 +86,16 @@ static void a_coupler_curve(void)
     CHECK_TEXT(kempe_gradient_name(g, 1), "position.coupler.P.y");
     CHECK_TEXT(kempe_gradient_name(g, 3), "");
     for (int k = 0; k < 48; k++)
-        worst = fmax(worst, off_at(g, start, 1 + 2 * 3.141592653589793 * k / 24));
+        worst = check_max(worst, off_at(g, start, 1 + 2 * 3.141592653589793 * k / 24));
     /* other lengths, at once; far away, at once; and there with others again */
     memcpy(values, start, sizeof values);
     values[CRANK] = 0.2, values[ROCKER] = 0.9, values[TILT] = -0.4;
     CHECK(kempe_gradient_set(g, values) == KEMPE_OK);
-    worst = fmax(worst, off_at(g, values, 2));
-    worst = fmax(worst, off_at(g, values, 5));
-    worst = fmax(worst, off_at(g, values, 2));
+    worst = check_max(worst, off_at(g, values, 2));
+    worst = check_max(worst, off_at(g, values, 5));
+    worst = check_max(worst, off_at(g, values, 2));
     CHECK(kempe_gradient_set(g, start) == KEMPE_OK);
-    worst = fmax(worst, off_at(g, start, -1.4));
+    worst = check_max(worst, off_at(g, start, -1.4));
     printf("   off by %.1e\n", worst);
     CHECK(worst < 2e-14);
     kempe_gradient_free(g);
@@ -133,8 +133,8 @@ static void motion_and_reactions(void)
                 memcpy(side[s], kempe_gradient_values(g), sizeof side[s]);
             }
             for (int i = 0; i < VALUES; i++) {
-                size = fmax(size, fabs(exact[i][k]));
-                worst = fmax(worst, fabs((side[0][i] - side[1][i]) / (2 * step) - exact[i][k]));
+                size = check_max(size, fabs(exact[i][k]));
+                worst = check_max(worst, fabs((side[0][i] - side[1][i]) / (2 * step) - exact[i][k]));
             }
             best[k] = fmin(best[k], worst / size);
         }

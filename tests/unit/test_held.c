@@ -20,20 +20,11 @@ static const char roller[] = "kempe: 1\n"
                              "  pull: {joint: go.2, force: \"f*(0.5*qd(go.3)-qd(go.2))\"}\n"
                              "start: {q: {go.1: 0.7}, qd: {go.2: 4, go.3: 1}}\n";
 
-static int coordinate(const loaded *l, const char *name)
-{
-    for (int k = 0; k < l->system->n; k++)
-        if (strcmp(l->system->model->motions[k].name, name) == 0)
-            return k;
-    CHECK(name == NULL); /* there is none */
-    return 0;
-}
-
 static void a_roller_sinks_in_and_turns(void)
 {
     loaded l = load_text(roller);
     kmp_linear linear;
-    int x = coordinate(&l, "go.2"), z = coordinate(&l, "go.1"), spin = coordinate(&l, "go.3");
+    int x = coordinate_named(&l, "go.2"), z = coordinate_named(&l, "go.1"), spin = coordinate_named(&l, "go.3");
     kmp_hold hold[] = {{x, false}, {spin, true}};
     kmp_steady rates[] = {{x, 4}, {spin, 1}};
     kmp_held held = {.count = 2, .hold = hold, .rates = rates};

@@ -240,7 +240,7 @@ static double miss(SUNMatrix a, int n, const double *x, const double *b)
         for (sunindextype k = start[c]; k < start[c + 1]; k++)
             r[place[k]] += SUNSparseMatrix_Data(a)[k] * x[c];
     for (int i = 0; i < n; i++)
-        worst = fmax(worst, fabs(r[i] - b[i]));
+        worst = check_max(worst, fabs(r[i] - b[i]));
     return worst;
 }
 

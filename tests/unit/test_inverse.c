@@ -154,8 +154,8 @@ static void as_drives(const char *path, double t_end)
             const kmp_closure *c = &m.model->closures[m.system->rows[k].closure];
             bool drives = strcmp(c->kind, "drive") == 0 || strcmp(c->kind, "lock") == 0;
             double x = drives ? kempe_inverse_tau(r, row)[drive++] : mine[k];
-            worst = fmax(worst, fabs(x - lambda[k]));
-            size = fmax(size, fabs(lambda[k]));
+            worst = check_max(worst, fabs(x - lambda[k]));
+            size = check_max(size, fabs(lambda[k]));
         }
     }
     CHECK(size > 1 && worst < 1e-12 * size);
@@ -288,8 +288,8 @@ static void power_is_the_rate_of_energy(void)
                  kempe_inverse_power(r, row)[0]);
         if (row % 100 == 0) {
             double gained = energy_at(&m, r, row) - begin;
-            worst = fmax(worst, fabs(gained - work));
-            range = fmax(range, fabs(gained));
+            worst = check_max(worst, fabs(gained - work));
+            range = check_max(range, fabs(gained));
         }
     }
     CHECK(range > 1 && worst < 1e-9 * range);
@@ -340,7 +340,7 @@ static void the_platform_comes_back(void)
     kempe_trajectory *x = simulate(&free_one, 1, 0.05, 1e-12);
     for (int row = 0; x && row < kempe_trajectory_row_count(x); row++)
         for (int k = 0; k < 24; k++)
-            worst = fmax(worst, fabs(kempe_trajectory_q(x, row)[k] - kempe_inverse_q(r, 100 * row)[k]));
+            worst = check_max(worst, fabs(kempe_trajectory_q(x, row)[k] - kempe_inverse_q(r, 100 * row)[k]));
     CHECK(worst < 1e-10);
     if (getenv("KEMPE_SHOW"))
         printf("platform: %.2e\n", worst);
@@ -415,9 +415,9 @@ static void known_efforts_come_back(void)
         CHECK(r && kempe_inverse_row_count(r) == 101 && kempe_inverse_residual(r) < 1e-12);
         for (int row = 0; r && row < kempe_inverse_row_count(r); row++) {
             const double *tau = kempe_inverse_tau(r, row);
-            worst = fmax(worst, fabs(tau[0] - 7 * sin(4 * kempe_inverse_time(r, row))));
+            worst = check_max(worst, fabs(tau[0] - 7 * sin(4 * kempe_inverse_time(r, row))));
             if (cases[c].both)
-                worst = fmax(worst, fabs(tau[1] - 3 + 2 * kempe_inverse_qd(r, row)[6]));
+                worst = check_max(worst, fabs(tau[1] - 3 + 2 * kempe_inverse_qd(r, row)[6]));
         }
         CHECK(worst < 1e-10);
         if (getenv("KEMPE_SHOW"))
@@ -511,10 +511,10 @@ static void least_norm_by_one_dense_system(void)
             for (int row = 0; r && row < kempe_inverse_row_count(r); row += 20) {
                 solve_dense(&m, r, row, weights[w], tau);
                 for (int k = 0; k < 4; k++) {
-                    worst = fmax(worst, fabs(tau[k] - kempe_inverse_tau(r, row)[k]));
-                    size = fmax(size, fabs(tau[k]));
+                    worst = check_max(worst, fabs(tau[k] - kempe_inverse_tau(r, row)[k]));
+                    size = check_max(size, fabs(tau[k]));
                 }
-                other = fmax(other, fabs(tau[1] - tau[3]));
+                other = check_max(other, fabs(tau[1] - tau[3]));
             }
             CHECK(worst < 1e-11 * size);
             CHECK((other < 1e-11 * size) == (w == 0)); /* crank and bar share evenly without weights */
@@ -578,9 +578,9 @@ static void one_coordinate_is_enough(void)
     for (int row = 0; r && all && row < 801; row++) {
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(kempe_inverse_q(r, row)[k], kempe_inverse_q(all, 200 + row)[k], 1e-13);
-        size = fmax(size, fabs(kempe_inverse_tau(all, 200 + row)[0]));
+        size = check_max(size, fabs(kempe_inverse_tau(all, 200 + row)[0]));
         if (row >= 10 && row < 791) /* at the ends splines know less */
-            worst = fmax(worst, fabs(kempe_inverse_tau(r, row)[0] - kempe_inverse_tau(all, 200 + row)[0]));
+            worst = check_max(worst, fabs(kempe_inverse_tau(r, row)[0] - kempe_inverse_tau(all, 200 + row)[0]));
     }
     CHECK(worst < 1e-8 * size);
     kempe_inverse_free(r);

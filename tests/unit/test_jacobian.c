@@ -91,9 +91,9 @@ static double column_off(along a, int column, double step, const double *j)
     a.step = step;
     difference(rhs_field, &a, 1, &zero, &one, a.ode->n, expected);
     for (int i = 0; i < a.ode->n; i++)
-        size = fmax(size, fabs(expected[i] / step));
+        size = check_max(size, fabs(expected[i] / step));
     for (int i = 0; i < a.ode->n; i++)
-        worst = fmax(worst, fabs(j[i] - expected[i] / step) / size);
+        worst = check_max(worst, fabs(j[i] - expected[i] / step) / size);
     return a.failed ? -1 : worst;
 }
 
@@ -110,7 +110,7 @@ static double worst_of(along a, const double *j)
         }
         if (off < 0)
             return -1;
-        worst = fmax(worst, off);
+        worst = check_max(worst, off);
     }
     return worst;
 }
@@ -183,7 +183,7 @@ static void test_random_mechanisms(void)
         if (r.model && bench_open(&b, r.model)) {
             double worst = check_bench(&b);
             CHECK(worst < 1e-6);
-            most = fmax(most, worst);
+            most = check_max(most, worst);
             trees += worst >= 0 && b.part.r == 0;
             looped += worst >= 0 && b.part.r > 0;
         }

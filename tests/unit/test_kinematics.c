@@ -407,9 +407,9 @@ static void check_differences(const char *path, const char *drive, const char *h
                 qd += weight[d] * kempe_kinematics_q(k, row + d - 2)[i] / h;
                 qdd += weight[d] * kempe_kinematics_qd(k, row + d - 2)[i] / h;
             }
-            rates = fmax(rates, fabs(qd - kempe_kinematics_qd(k, row)[i]));
-            accelerations = fmax(accelerations, fabs(qdd - kempe_kinematics_qdd(k, row)[i]));
-            most = fmax(most, fabs(qdd));
+            rates = check_max(rates, fabs(qd - kempe_kinematics_qd(k, row)[i]));
+            accelerations = check_max(accelerations, fabs(qdd - kempe_kinematics_qdd(k, row)[i]));
+            most = check_max(most, fabs(qdd));
         }
     }
     if (!(rates < tolerance) || !(accelerations < tolerance) || most == 0)
@@ -523,7 +523,7 @@ static void a_stewart_platform_agrees_with_its_inverse(void)
             double x2 = cy * x1, z2 = -sy * x1;
             double dx = q[0] + x2 - cos(a), dy = q[1] + cx * y1 - sx * z2 - sin(a), dz = q[2] + 1 + sx * y1 + cx * z2;
             double rest = sqrt(pow(x - cos(a), 2) + pow(y - sin(a), 2) + 1);
-            worst = fmax(worst, fabs(sqrt(dx * dx + dy * dy + dz * dz) - rest - wanted[leg]));
+            worst = check_max(worst, fabs(sqrt(dx * dx + dy * dy + dz * dz) - rest - wanted[leg]));
         }
     }
     CHECK(k && kempe_kinematics_count(k) == 41 && worst < 1e-14);

@@ -116,7 +116,7 @@ static void compare(const scene *s, kmp_creep_law law, const double at[INPUTS])
     CHECK(kempe_contact_creep(numeric_law[law], &creep, &f) == KEMPE_OK);
     double unit = at[FRICTION] * at[NORMAL];
     if (law == KMP_CREEP_LINEAR)
-        unit = fmax(unit, hypot(f.force[0], f.force[1]));
+        unit = check_max(unit, hypot(f.force[0], f.force[1]));
     CHECK_NEAR((out[FORCE_X] - f.force[0]) / unit, 0, 1e-9);
     CHECK_NEAR((out[FORCE_Y] - f.force[1]) / unit, 0, 1e-9);
     CHECK_NEAR((out[MOMENT] - f.moment) / fmax(unit * creep.a, fabs(f.moment)), 0, 1e-9);

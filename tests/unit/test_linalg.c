@@ -41,7 +41,7 @@ static double residual(int n, const double *a, int transposed, const double *x, 
         double s = b[i];
         for (int j = 0; j < n; j++)
             s -= (transposed ? a[j + i * n] : a[i + j * n]) * x[j];
-        worst = fmax(worst, fabs(s));
+        worst = check_max(worst, fabs(s));
     }
     return worst;
 }
@@ -50,7 +50,7 @@ static double largest(int n, const double *x)
 {
     double m = 1;
     for (int i = 0; i < n; i++)
-        m = fmax(m, fabs(x[i]));
+        m = check_max(m, fabs(x[i]));
     return m;
 }
 

@@ -42,8 +42,8 @@ static double distance(int count, const double *plus, const double *minus, doubl
 {
     double worst = 0, size = 1;
     for (int i = 0; i < count; i++) {
-        size = fmax(size, fabs(exact[i]));
-        worst = fmax(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
+        size = check_max(size, fabs(exact[i]));
+        worst = check_max(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
     }
     return worst / size;
 }
@@ -67,10 +67,10 @@ static void check_change(kmp_linear *l, const double *q, const double *ud, const
         ok = ok && residual_at(l, q, change, -step, ud, udd);
         keep(l, &minus);
         double worst = distance(l->n, plus.q, minus.q, step, exact.q);
-        worst = fmax(worst, distance(l->n, plus.qd, minus.qd, step, exact.qd));
-        worst = fmax(worst, distance(l->n, plus.qdd, minus.qdd, step, exact.qdd));
-        worst = fmax(worst, distance(l->m, plus.lambda, minus.lambda, step, exact.lambda));
-        worst = fmax(worst, distance(l->p, plus.residual, minus.residual, step, exact.residual));
+        worst = check_max(worst, distance(l->n, plus.qd, minus.qd, step, exact.qd));
+        worst = check_max(worst, distance(l->n, plus.qdd, minus.qdd, step, exact.qdd));
+        worst = check_max(worst, distance(l->m, plus.lambda, minus.lambda, step, exact.lambda));
+        worst = check_max(worst, distance(l->p, plus.residual, minus.residual, step, exact.residual));
         best = ok ? fmin(best, worst) : best;
     }
     CHECK(best < 1e-6);

@@ -227,7 +227,7 @@ static void test_choice_is_best(void)
         }
         shortest += depth == least;
         if (least > 0)
-            worst = fmax(worst, (double)depth / least);
+            worst = check_max(worst, (double)depth / least);
     }
     printf("  of %d graphs %d have the shortest chains too, at worst %.2f times as long\n", GRAPHS, shortest, worst);
     CHECK(10 * shortest >= 9 * GRAPHS);

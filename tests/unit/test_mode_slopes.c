@@ -164,8 +164,8 @@ static double off(int count, const double *plus, const double *minus, double ste
 {
     double worst = 0, size = 1e-300;
     for (int i = 0; i < count; i++) {
-        size = fmax(size, fmax(fabs(exact[i]), 1e-2 * fabs(plus[i]) / value));
-        worst = fmax(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
+        size = check_max(size, fmax(fabs(exact[i]), 1e-2 * fabs(plus[i]) / value));
+        worst = check_max(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
     }
     return worst / size;
 }
@@ -182,7 +182,7 @@ static void against_differences(rig *r, int k, double within)
         from[i] = eigenvalue(r, i);
         best_s[i] = INFINITY;
         if (r->modes.kind[i] == KMP_MODE_SIMPLE)
-            size = fmax(size, cabs(slope(r, i, k)));
+            size = check_max(size, cabs(slope(r, i, k)));
     }
     for (double relative = 1e-2; relative > 1e-6; relative /= 4) {
         double value = fmax(fabs(r->values[k]), 1e-3), step = relative * value;
@@ -200,7 +200,7 @@ static void against_differences(rig *r, int k, double within)
     solve_modes(r);
     for (int i = 0; i < count; i++)
         if (r->modes.kind[i] == KMP_MODE_SIMPLE)
-            worst = fmax(worst, best_s[i]);
+            worst = check_max(worst, best_s[i]);
     printf("   %-12s q %.1e  lambda %.1e  eigenvalues %.1e\n", r->names[k], best_q, best_lambda, worst);
     CHECK(best_q < within && best_lambda < within && worst < within);
 }

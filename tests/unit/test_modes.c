@@ -155,7 +155,7 @@ static double apart(const kmp_modes *a, const kmp_modes *b, bool zeros)
     CHECK(kmp_assign(n, cost, column) == 0);
     for (int i = 0; i < n; i++)
         if ((i < a->spectrum.zeros) == zeros)
-            worst = fmax(worst, cost[i + column[i] * n]);
+            worst = check_max(worst, cost[i + column[i] * n]);
     return worst / kmp_modes_size(a);
 }
 
@@ -258,15 +258,6 @@ static const char worn[] =
     "-2e6*q(yaw)}}\n"
     "start: {q: {z: 0.46}, hold: [y, yaw], qd: {x: 20, spin: 43.481181}}\n";
 
-static loaded load_set(const char *path, const kempe_setting *settings, int count)
-{
-    char full[1024];
-    loaded l = {.context = kempe_context_new()};
-    (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
-    (void)kempe_model_read_set(l.context, full, settings, count, &l.model);
-    return load_finish(l);
-}
-
 /* What is not 0, each beside itself: |s - its nearest of the other| over |s|, or over what the quickest one rounds. */
 static double far_apart(const kmp_modes *a, const kmp_modes *b)
 {
@@ -275,7 +266,7 @@ static double far_apart(const kmp_modes *a, const kmp_modes *b)
         double least = INFINITY, size = hypot(a->spectrum.re[i], a->spectrum.im[i]);
         for (int k = 0; k < b->count; k++)
             least = fmin(least, hypot(a->spectrum.re[i] - b->spectrum.re[k], a->spectrum.im[i] - b->spectrum.im[k]));
-        worst = fmax(worst, least / fmax(size, 1e9 * round));
+        worst = check_max(worst, least / check_max(size, 1e9 * round));
     }
     return worst;
 }
@@ -300,10 +291,10 @@ static double left_over(const kmp_linear *l, const kmp_spectrum *s, bool left)
                 sum += m + g + q;
                 parts += cabs(m) + cabs(g) + cabs(q);
             }
-            rest = fmax(rest, cabs(sum) / unit);
-            size = fmax(size, parts / unit);
+            rest = check_max(rest, cabs(sum) / unit);
+            size = check_max(size, parts / unit);
         }
-        worst = fmax(worst, rest / size);
+        worst = check_max(worst, rest / size);
     }
     return worst;
 }
@@ -322,18 +313,9 @@ static double off_one(const kmp_linear *l, const kmp_spectrum *s)
                 double complex z = s->re[c] + I * s->im[c];
                 sum += y * (2 * z * l->mass[i + k * p] + l->damping[i + k * p]) * x;
             }
-        worst = fmax(worst, cabs(sum - 1));
+        worst = check_max(worst, cabs(sum - 1));
     }
     return worst;
-}
-
-static int coordinate(const loaded *m, const char *name)
-{
-    for (int k = 0; k < kempe_model_coordinate_count(m->model); k++)
-        if (strcmp(kempe_model_coordinate_name(m->model, k), name) == 0)
-            return k;
-    CHECK(false);
-    return -1;
 }
 
 /* How far Mr is from symmetric, of its largest entry. */
@@ -342,8 +324,8 @@ static double skew(const kmp_linear *l)
     double most = 0, off = 0;
     for (int i = 0; i < l->p; i++)
         for (int k = 0; k < l->p; k++) {
-            most = fmax(most, fabs(l->mass[i + k * l->p]));
-            off = fmax(off, fabs(l->mass[i + k * l->p] - l->mass[k + i * l->p]));
+            most = check_max(most, fabs(l->mass[i + k * l->p]));
+            off = check_max(off, fabs(l->mass[i + k * l->p] - l->mass[k + i * l->p]));
         }
     return off / most;
 }
@@ -354,7 +336,7 @@ static void rigid_wheels_do_not_depend_on_u(const loaded *m, int zeros)
 {
     kmp_station *station = NULL;
     kmp_modes first = {0}, other = {0};
-    int y = coordinate(m, "y"), roll = coordinate(m, "roll"), wish[MOST];
+    int y = coordinate_named(m, "y"), roll = coordinate_named(m, "roll"), wish[MOST];
     CHECK(kmp_station_new(m->system, &(kmp_station_ask){.word = "start"}, &station) == KEMPE_OK);
     CHECK(kmp_station_go(station, 0, &first) == KEMPE_OK);
     memcpy(wish, first.u, (size_t)first.p * sizeof *wish);
@@ -435,7 +417,7 @@ static double departure(const kempe_modes *modes, int n, int k, double size)
     for (int row = 0; row < kempe_trajectory_row_count(trajectory); row++) {
         double complex grown = cexp(s * kempe_trajectory_time(trajectory, row));
         for (int i = 0; i < n; i++)
-            worst = fmax(
+            worst = check_max(
                 worst, fabs(kempe_trajectory_q(trajectory, row)[i] - q[i] - size * creal(grown * (re[i] + I * im[i]))));
     }
     kempe_trajectory_free(trajectory);
@@ -546,7 +528,7 @@ static void a_governor_swings_about_its_steady_height(void)
         double D = J + m * l * l * s * s, D1 = 2 * m * l * l * s * c, D2 = 2 * m * l * l * (c * c - s * s), p = D * W;
         double U2 = p * p * (D1 * D1 / (D * D * D) - D2 / (2 * D * D)) + m * g * l * c;
         for (int b = 0; b < 4; b++) {
-            most = fmax(most, kempe_modes_locus_im(modes, k, b));
+            most = check_max(most, kempe_modes_locus_im(modes, k, b));
             CHECK(fabs(kempe_modes_locus_re(modes, k, b)) <= 1e-10 * W);
         }
         CHECK_NEAR(most, sqrt(U2 / (m * l * l)), 1e-9);

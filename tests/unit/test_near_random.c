@@ -211,7 +211,7 @@ static void near_random_states(unsigned flags, uint64_t seed, int wanted)
             for (int k = 0; k < PARAMETERS; k++) {
                 parameter[k] = 1;
                 follow(&r, none, k, &exact);
-                by_parameter = fmax(by_parameter, against_differences(&r, none, parameter, &exact));
+                by_parameter = check_max(by_parameter, against_differences(&r, none, parameter, &exact));
                 parameter[k] = 0;
             }
             if (!(by_state < 1e-7 && by_parameter < 1e-7))

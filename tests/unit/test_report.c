@@ -8,6 +8,7 @@
 #include "random.h"
 #include "report/drawing.h"
 #include "report/encode.h"
+#include "report/motion_picture.h"
 #include "report/page.h"
 #include "report/pose.h"
 #include "symbolic/interpreter.h"
@@ -208,7 +209,7 @@ static void check_ranges(const kempe_comparison *c, const kmp_record *r, double 
             double t = kmp_runner_t(runner);
             CHECK(kmp_runner_step(runner) == KEMPE_OK);
             least = fmin(least, kmp_runner_t(runner) - t);
-            most = fmax(most, kmp_runner_t(runner) - t);
+            most = check_max(most, kmp_runner_t(runner) - t);
         }
         CHECK_NEAR(r->ranges[k].t, begin, 0);
         CHECK_NEAR(r->ranges[k].least, least, 0);
@@ -232,8 +233,8 @@ static void check_record(const kempe_comparison *c, int run, double t_end)
     check_ranges(c, &r, t_end);
     double drift = 0, h = 0;
     for (int k = 0; k < r.row.rows; k++) {
-        drift = fmax(drift, fabs(r.energy[k]));
-        h = fmax(h, r.h[k]);
+        drift = check_max(drift, fabs(r.energy[k]));
+        h = check_max(h, r.h[k]);
     }
     CHECK(drift < 100 * compared->verdict.drift_rel + 1e-12 && drift > 0.1 * compared->verdict.drift_rel);
     CHECK(h < 100 * compared->verdict.h_max + 1e-13);
@@ -255,6 +256,32 @@ static void runs_are_watched(void)
             CHECK(strcmp(c->runs[shown[k]].way->road, c->runs[shown[i]].way->road) != 0);
     kempe_comparison_free(c);
     unload(&l);
+}
+
+/* How long a fast rotor is shown: to the end where nothing on it is off its axis. */
+static double shown_of(const char *points)
+{
+    char text[512];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\nbodies:\n  cart: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                   "  rotor: {joint: {revolute: y, at: cart}, mass: 1, inertia: {yy: 1}, points: {%s}}\n"
+                   "start: {qd: {rotor: %d}}\n",
+                   points, KMP_RECORD_ROWS * 2 / 3);
+    loaded l = load_text(text);
+    kempe_comparison *c = compare(l.system, "1e-5", 1);
+    kmp_record r;
+    CHECK(kmp_record_make(c, 0, 1, &r) == KEMPE_OK);
+    double end = kmp_motion_picture_end(l.model, &r);
+    kmp_record_free(&r);
+    kempe_comparison_free(c);
+    unload(&l);
+    return end;
+}
+
+static void a_spin_is_shown_whole(void)
+{
+    CHECK_NEAR(shown_of("A: [0, 0.5, 0], B: [0, -1, 0]"), 1, 0);
+    CHECK_NEAR(shown_of("A: [0, 0.5, 0], B: [0.1, 0, 0]"), 0.35 * 1.5, 1e-9); /* 2/3 rad a row */
 }
 
 static void happenings_are_kept(void)
@@ -370,6 +397,7 @@ int main(void)
     TEST(quaternions_are_the_rotations);
     TEST(numbers_in_few_characters);
     TEST(runs_are_watched);
+    TEST(a_spin_is_shown_whole);
     TEST(happenings_are_kept);
     TEST(drawing_of_a_slider);
     if (!mkdtemp(folder) || setenv("KEMPE_JAVASCRIPT", folder, 1) != 0)

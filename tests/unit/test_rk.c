@@ -44,7 +44,7 @@ static double distance(const double *y, double t)
     double exact[4], worst = 0;
     curve_at(t, exact);
     for (int i = 0; i < 4; i++)
-        worst = fmax(worst, fabs(y[i] - exact[i]) / exact[1]);
+        worst = check_max(worst, fabs(y[i] - exact[i]) / exact[1]);
     return worst;
 }
 
@@ -167,7 +167,7 @@ static void test_dense_output_of_a_run(void)
         for (int i = 0; i < 4; i++)
             CHECK_NEAR(dense[i], kmp_rk_y(s)[i], 1e-14);
         kmp_rk_dense(s, t0 + 0.3 * (t1 - t0), dense);
-        worst = fmax(worst, distance(dense, t0 + 0.3 * (t1 - t0)));
+        worst = check_max(worst, distance(dense, t0 + 0.3 * (t1 - t0)));
     }
     printf("  within the steps: %.1e\n", worst);
     CHECK(worst < 1e-7);

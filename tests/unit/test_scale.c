@@ -203,7 +203,7 @@ static void pivots_in_a_kept_order_tell_the_rank(void)
             kmp_lu_complete(m, n, lu, NULL, row, col, dense);
             CHECK(kmp_order_run(order, &a.entries, rank, &r, &c, &pivots));
             double ratio = last_pivot(pivots, rank) / dense[rank - 1];
-            worst = fmax(worst, fmax(ratio, 1 / ratio));
+            worst = check_max(worst, fmax(ratio, 1 / ratio));
             for (int i = 0; i < m; i++) {
                 CHECK(r[i] >= 0 && r[i] < m && !seen[r[i]]);
                 seen[r[i]] = true;
@@ -256,7 +256,7 @@ static double one_norm(int n, const double *a)
         double sum = 0;
         for (int i = 0; i < n; i++)
             sum += fabs(a[i + j * n]);
-        most = fmax(most, sum);
+        most = check_max(most, sum);
     }
     return most;
 }
@@ -494,7 +494,7 @@ static double distance(const last *a, const last *b)
 {
     double most = 0;
     for (int k = 0; k < a->n; k++)
-        most = fmax(most, fabs(a->q[k] - b->q[k]));
+        most = check_max(most, fabs(a->q[k] - b->q[k]));
     return most;
 }
 
@@ -694,7 +694,7 @@ static void a_chain_apart_is_assembled(void)
     CHECK(a->residual < 1e-11 && a->iterations < 20);
     double moved = 0;
     for (int k = 0; k < l.system->n; k++)
-        moved = fmax(moved, fabs(a->moved[k]));
+        moved = check_max(moved, fabs(a->moved[k]));
     CHECK(moved > 1e-3 && moved < 0.2);
     kempe_assembly_free(a);
     unload(&l);

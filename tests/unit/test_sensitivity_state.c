@@ -60,7 +60,7 @@ static void against_differences(const char *text, kempe_sensitivity_ask ask, dou
         double best = INFINITY, size = 1e-3, x = 0;
         char key[64];
         for (int c = 0; c < columns; c++)
-            size = fmax(size, fabs(kempe_sensitivity_slope(s, 0, c, k)));
+            size = check_max(size, fabs(kempe_sensitivity_slope(s, 0, c, k)));
         (void)snprintf(key, sizeof key, " %s: ", name);
         (void)sscanf(strstr(text, key) + strlen(key), "%lf", &x);
         for (double step = 1e-3 * x; step > 5e-6 * x; step /= 10) {
@@ -68,10 +68,10 @@ static void against_differences(const char *text, kempe_sensitivity_ask ask, dou
             values_at(text, &ask, name, x + step, up);
             values_at(text, &ask, name, x - step, down);
             for (int c = 0; c < columns; c++)
-                off = fmax(off, fabs((up[c] - down[c]) / (2 * step) - kempe_sensitivity_slope(s, 0, c, k)));
+                off = check_max(off, fabs((up[c] - down[c]) / (2 * step) - kempe_sensitivity_slope(s, 0, c, k)));
             best = fmin(best, off / size);
         }
-        worst = fmax(worst, best);
+        worst = check_max(worst, best);
         CHECK(best < within);
     }
     printf("   %s at %s: off by %.1e\n", ask.of, ask.at ? ask.at : "equilibrium", worst);

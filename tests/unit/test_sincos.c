@@ -37,7 +37,7 @@ static void measure(double x)
 {
     double s, c;
     kempe_sincos(x, &s, &c);
-    worst = fmax(worst, fmax(ulps(s, sinl((long double)x)), ulps(c, cosl((long double)x))));
+    worst = check_max(worst, fmax(ulps(s, sinl((long double)x)), ulps(c, cosl((long double)x))));
 }
 
 static void accuracy_over(double low, double high, int points)

@@ -130,8 +130,8 @@ static double distance(int count, const double *plus, const double *minus, doubl
 {
     double worst = 0, size = 1e-12;
     for (int i = 0; i < count; i++) {
-        size = fmax(size, fmax(fabs(exact[i]), 0.01 * fmax(fabs(plus[i]), fabs(minus[i]))));
-        worst = fmax(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
+        size = check_max(size, fmax(fabs(exact[i]), 0.01 * fmax(fabs(plus[i]), fabs(minus[i]))));
+        worst = check_max(worst, fabs((plus[i] - minus[i]) / (2 * step) - exact[i]));
     }
     return worst / size;
 }

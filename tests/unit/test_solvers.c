@@ -99,7 +99,7 @@ static void check_accuracy(const kmp_solver_kind *kind)
             CHECK(kind->step(s) == KEMPE_OK);
             double t0 = kind->t_old(s), t1 = kind->t(s);
             for (int k = 0; k <= 4; k++)
-                worst = fmax(worst, miss(kind, s, k == 4 ? t1 : t0 + 0.25 * k * (t1 - t0)));
+                worst = check_max(worst, miss(kind, s, k == 4 ? t1 : t0 + 0.25 * k * (t1 - t0)));
         }
         kmp_solver_work w = kind->work(s);
         CHECK(kind->t(s) == 5 && worst < 1e-6 && miss(kind, s, 5) < 1e-6);

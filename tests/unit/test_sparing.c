@@ -55,8 +55,8 @@ static double power_apart(kmp_plant *plant, const kempe_assembly *at, bool by_bo
         place(plant, 0.1 * k, at->q, qd);
         double power = kmp_plant_power_here(plant, qd), judged = kmp_plant_power(plant, 0.1 * k, at->q, qd);
         CHECK(isfinite(power) && isfinite(judged));
-        worst = fmax(worst, fabs(power - judged));
-        most = fmax(most, fabs(judged));
+        worst = check_max(worst, fabs(power - judged));
+        most = check_max(most, fabs(judged));
     }
     CHECK(most > 1e-300 || (plant->system->rheonomic && !plant->system->force)); /* drives do work by multipliers */
     return worst / most;

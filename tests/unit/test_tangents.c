@@ -89,7 +89,7 @@ static void check_column(int number, along *a, const double *values)
     difference(residual_field, a, 1, &zero, &one, a->dae->n, expected);
     spread(a->dae, values, a->column, column);
     for (int i = 0; i < a->dae->n; i++)
-        size = fmax(size, fabs(expected[i]));
+        size = check_max(size, fabs(expected[i]));
     for (int i = 0; i < a->dae->n; i++)
         if (!(fabs(column[i] - expected[i]) <= 1e-7 * size)) {
             check_failures++;

@@ -62,7 +62,7 @@ static void round_rail(void)
         CHECK_NEAR(t->rail_at, middle - head_radius * slope[k] / sqrt(1 + slope[k] * slope[k]), 1e-10);
         for (double y = -0.035; y < 0.035; y += 0.00037) {
             double z = kmp_table_value(t->rail, 0, middle + y);
-            worst = fmax(worst, fabs(z - (sqrt(head_radius * head_radius - y * y) - head_radius)));
+            worst = check_max(worst, fabs(z - (sqrt(head_radius * head_radius - y * y) - head_radius)));
         }
         CHECK(worst < 1e-10);
         CHECK_NEAR(kmp_table_value(t->rail, 0, gauge[k] / 2), -depth[k], 1e-13);

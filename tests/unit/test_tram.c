@@ -5,17 +5,11 @@
 #include "loaded.h"
 #include <kempe/equilibrium.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { BODIES = 51, COORDINATES = 90, LOOPS = 20, ROWS = 42, WHEELS = 12, MOST_BLOCK = 7 };
 
-static loaded tram(const kempe_setting *settings, int count)
-{
-    loaded l = {.context = kempe_context_new()};
-    (void)kempe_model_read_set(l.context, KEMPE_ROOT "/examples/tram/tram.yaml", settings, count, &l.model);
-    return load_finish(l);
-}
+static const char file[] = "examples/tram/tram.yaml";
 
 /* 'a', 'b' or 'c': whose coordinates the block has; 0: of several. */
 static char bogie_of(const kempe_model *model, const kmp_loop_block *block)
@@ -49,7 +43,7 @@ static bool is_loop_of(const kempe_model *model, const kmp_loop_block *block, ch
 
 static void bogies_are_blocks_of_their_own(void)
 {
-    loaded l = tram(NULL, 0);
+    loaded l = load(file);
     kempe_check *check = NULL;
     CHECK(l.system && kempe_check_new(l.system, &check) == KEMPE_OK);
     if (check) {
@@ -81,14 +75,6 @@ static double multiplier(const kempe_system *system, const kempe_equilibrium *e,
     return NAN;
 }
 
-static double angle(const kempe_model *model, const kempe_equilibrium *e, const char *coordinate)
-{
-    for (int k = 0; k < model->motion_count; k++)
-        if (strcmp(model->motions[k].name, coordinate) == 0)
-            return kempe_equilibrium_q(e, 0)[k];
-    return NAN;
-}
-
 /* Two upright rods bear the car, the traverse, the cradle and half of the link L3. They stand 0.165 m before the pivot,
  * and L3, 0.15 m below it, pulls against that; as far as it leans it pulls down, too. */
 static double load_of_a_rod(double car, double leans)
@@ -101,7 +87,7 @@ static void cranks_bear_the_cars(void)
 {
     static const kempe_setting rest = {"V", "0"};
     static const double car[] = {8500, 5500, 8500};
-    loaded l = tram(&rest, 1);
+    loaded l = load_set(file, &rest, 1);
     kempe_equilibrium *e = NULL;
     if (l.system && kempe_equilibrium_new(l.system, NULL, &e) != KEMPE_OK)
         printf("%s\n", kempe_context_message(l.context));
@@ -109,7 +95,7 @@ static void cranks_bear_the_cars(void)
     for (int k = 0; e && k < 3; k++) {
         char name[16];
         (void)snprintf(name, sizeof name, "%c_L3_pitch", 'a' + k);
-        double wanted = load_of_a_rod(car[k], angle(l.model, e, name));
+        double wanted = load_of_a_rod(car[k], kempe_equilibrium_q(e, 0)[coordinate_named(&l, name)]);
         for (int rod = 1; rod <= 2; rod++) {
             (void)snprintf(name, sizeof name, "%c_K%d.1", 'a' + k, rod);
             /* h is half the difference of squares: lambda times the rod's length is its force */

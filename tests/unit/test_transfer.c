@@ -44,7 +44,7 @@ static double largest(int count, const double *x)
 {
     double most = 0;
     for (int k = 0; k < count; k++)
-        most = fmax(most, fabs(x[k]));
+        most = check_max(most, fabs(x[k]));
     return most;
 }
 
@@ -68,7 +68,7 @@ static void a_is_the_jacobian_of_the_reduced_road(void)
         CHECK(jacobian(l, j));
         double worst = 0, size = largest(rows * columns, a);
         for (int e = 0; e < rows * columns; e++)
-            worst = fmax(worst, fabs(a[e] - j[e]));
+            worst = check_max(worst, fabs(a[e] - j[e]));
         CHECK(size > 1 && worst <= 1e-12 * size);
         kempe_linearization_free(l);
         unload(&m);
@@ -200,10 +200,10 @@ static double apart(int rows, const double *a, const double *b)
             double size = 1, off = 0;
             for (int k = part ? STATES : 0; k < (part ? STATES + INPUTS : STATES); k++) {
                 double unit = k < STATES ? 1 : sizes[k - STATES];
-                size = fmax(size, fabs(b[i + k * rows]) * unit);
-                off = fmax(off, fabs(a[i + k * rows] - b[i + k * rows]) * unit);
+                size = check_max(size, fabs(b[i + k * rows]) * unit);
+                off = check_max(off, fabs(a[i + k * rows] - b[i + k * rows]) * unit);
             }
-            worst = fmax(worst, off / size);
+            worst = check_max(worst, off / size);
         }
     return worst;
 }
@@ -247,7 +247,7 @@ static double skewness(int p, const double *x, double sign)
     double worst = 0;
     for (int i = 0; i < p; i++)
         for (int k = 0; k < p; k++)
-            worst = fmax(worst, fabs(x[i + k * p] + sign * x[k + i * p]));
+            worst = check_max(worst, fabs(x[i + k * p] + sign * x[k + i * p]));
     return worst / largest(p * p, x);
 }
 
@@ -351,7 +351,7 @@ static double linear_error(const double *q, const double *a, double eps)
     exponential(a, 1, x);
     const double *end = t ? kempe_trajectory_q(t, 1) : q, *rate = t ? kempe_trajectory_qd(t, 1) : q;
     worst = fmax(fabs(end[1] - q[1] - x[0]), fabs(end[4] - q[4] - x[1]));
-    worst = fmax(worst, fmax(fabs(rate[1] - x[2]), fabs(rate[4] - x[3])));
+    worst = check_max(worst, fmax(fabs(rate[1] - x[2]), fabs(rate[4] - x[3])));
     kempe_trajectory_free(t);
     kempe_system_free(system);
     kempe_model_free(model);

@@ -45,7 +45,7 @@ static void check_near(int count, const double *a, const double *b)
 {
     double size = 1;
     for (int k = 0; k < count; k++)
-        size = fmax(size, fabs(b[k]));
+        size = check_max(size, fabs(b[k]));
     for (int k = 0; k < count; k++)
         CHECK_NEAR(a[k], b[k], 1e-13 * size);
 }
@@ -156,21 +156,41 @@ static void test_scales(void)
     unload(&l);
 }
 
-/* Where there is no solution the values are none, and the run says so. */
-static void test_no_solution(void)
+/* Runs until they fail, with words that name these unknowns or (NULL) none. */
+static void fails(const char *text, const char *when, const char *named)
 {
-    static const char text[] = "kempe: 1\n"
-                               "unknowns: {u: {of: {y: 1}, zero: \"y^2 + q(x) - 1\"}}\n"
-                               "bodies: {B: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
-                               "forces: {f: {joint: x, force: 1 + y}}\n"
-                               "run: {t_end: 3}\n";
     loaded l = load_text(text);
     kempe_trajectory *t = NULL;
     kempe_run settings = kempe_run_default();
     CHECK(l.system && kempe_simulate(l.system, &settings, &t) < 0);
-    CHECK(strstr(kempe_context_message(l.context), "at t = 1.02")); /* x = 1, where y^2 becomes negative */
+    const char *why = kempe_context_message(l.context), *names = strstr(why, "have no solution there: ");
+    CHECK(strstr(why, when));
+    CHECK(named ? names && strstr(names, named) : !names);
     kempe_trajectory_free(t);
     unload(&l);
+}
+
+/* Where there is no solution the values are none, and the run says so. */
+static void test_no_solution(void)
+{
+    fails("kempe: 1\n"
+          "unknowns: {u: {of: {y: 1}, zero: \"y^2 + q(x) - 1\"}}\n"
+          "bodies: {B: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+          "forces: {f: {joint: x, force: 1 + y}}\n"
+          "run: {t_end: 3}\n",
+          "at t = 1.02", "'u'"); /* x = 1, where y^2 becomes negative */
+}
+
+/* A run that ends for another reason does not blame them. */
+static void test_not_to_blame(void)
+{
+    fails("kempe: 1\n"
+          "unknowns: {u: {of: {y: 0.1}, zero: \"y + sin(y) - q(x)/(1 m)\"}}\n"
+          "bodies: {B: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+          "forces: {f: {joint: x, force: \"1 N - 2 N*sign(qd(x)) + 0 N*y\"}}\n"
+          "start: {qd: {x: 1}}\n"
+          "run: {t_end: 3}\n",
+          "changes back and forth at t = 1", NULL);
 }
 
 int main(void)
@@ -179,5 +199,6 @@ int main(void)
     TEST(test_roads);
     TEST(test_scales);
     TEST(test_no_solution);
+    TEST(test_not_to_blame);
     return check_report();
 }

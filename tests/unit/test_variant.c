@@ -18,8 +18,8 @@ static double difference(int count, const double *a, const double *b)
 {
     double worst = 0, size = 1e-300;
     for (int k = 0; k < count; k++) {
-        worst = fmax(worst, fabs(a[k] - b[k]));
-        size = fmax(size, fabs(b[k]));
+        worst = check_max(worst, fabs(a[k] - b[k]));
+        size = check_max(size, fabs(b[k]));
     }
     return worst / size;
 }

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "derived.h"
 #include "symbolic/table.h"
+#include "wheel/pair.h"
 #include <kempe/kempe.h>
 #include <math.h>
 
@@ -172,7 +173,7 @@ static void against_space(const char *profile)
         derived_eval(&d, &s);
         for (int w = 0; w < 2; w++) {
             solid b = solid_of(m, w, &s);
-            worst = fmax(worst, fabs(d.h[w] - least_gap(&b, -0.05, 0.05)));
+            worst = check_max(worst, fabs(d.h[w] - least_gap(&b, -0.05, 0.05)));
         }
     }
     /* the search finds the place to the root of rounding, and with it the angle: of gaps of a millimetre */
@@ -263,13 +264,13 @@ static void tangents_by_differences(void)
                 double size = 0, error = 0;
                 difference(&d, &s, c, rate, &d.inverse, COORDINATES, slope);
                 for (int i = 0; i < COORDINATES; i++) {
-                    size = fmax(size, fabs(slope[i]));
-                    error = fmax(error, fabs(slope[i] - by[rate][i * COORDINATES + c]));
+                    size = check_max(size, fabs(slope[i]));
+                    error = check_max(error, fabs(slope[i] - by[rate][i * COORDINATES + c]));
                 }
-                here = fmax(here, error / (1e3 + size));
+                here = check_max(here, error / (1e3 + size));
             }
         few += here > 1e-5;
-        worst = fmax(worst, here);
+        worst = check_max(worst, here);
     }
     /* within a step there may be a knot of a profile, where the derivative of the curvature jumps */
     CHECK(few <= 2 && worst < 1e-2);
@@ -355,6 +356,75 @@ static void cone_on_arc(void)
     CHECK_NEAR(d.shown[2], lean, 1e-9);
     derived_free(&d);
     kempe_model_free(m);
+}
+
+/* -- more zones than there is room for ------------------------------------------------------------- */
+
+static char lines[1000];
+
+static void on_log(void *user, kempe_level level, const char *line)
+{
+    size_t length = strlen(lines);
+    (void)user;
+    (void)snprintf(lines + length, sizeof lines - length, "%d %s\n", (int)level, line + strlen(KEMPE_ROOT));
+}
+
+/* A wheel with a wave of 3 mm and 0.1 mm: its crests, at odd multiples of 1.5 mm, touch a round rail one
+ * after the other, at three rolls. */
+static kempe_model *read_wave(double from, double to)
+{
+    enum { POINTS = 601 };
+    kmp_text text = {0}, profile = {0};
+    for (int list = 0; list < 2; list++) {
+        kmp_text_put(&profile, list ? "], z: [" : "{y: [");
+        for (int i = 0; i < POINTS; i++) {
+            double y = from + (to - from) * i / (POINTS - 1);
+            kmp_text_put(&profile, i > 0 ? ", " : "");
+            kmp_text_number(&profile, list ? 1e-4 * cos(y * 2 * acos(-1) / 3e-3) + 0.02 * y : y);
+        }
+    }
+    kmp_text_put(&profile, "]}");
+    kmp_text_printf(&text, head, profile.s, "circular", ", gauge_depth: 5 mm", "contact: rigid",
+                    "contact: rigid, zones: [[0, 10 mm]]");
+    lines[0] = '\0';
+    kempe_context_set_log(context, on_log, NULL);
+    kempe_model *model = read_text(text.s);
+    kempe_context_set_log(context, NULL, NULL);
+    kmp_text_free(&profile);
+    kmp_text_free(&text);
+    return model;
+}
+
+static void more_zones_than_room(void)
+{
+    kempe_model *model = read_wave(-0.0495, 0.0495);
+    CHECK(model && model->wheels[0].zone_count == KMP_WHEEL_ZONES);
+    CHECK_TEXT(lines,
+               "2 /tests/models/wheels.yaml:15:3: wheel 'L' would touch its rail in 34 zones, and a wheel has 8 at "
+               "most: borders of the smallest jumps are left out, and there contact may jump; a smoother profile "
+               "has fewer, and 'zones' says which\n");
+    kempe_model_free(model);
+    model = read_wave(-0.0075, 0.0075);
+    CHECK(model && model->wheels[0].zone_count == 6);
+    CHECK_TEXT(lines, "");
+    kempe_model_free(model);
+}
+
+/* A block of a wheel and its rail has room for so many arguments, and one more is told. */
+static void arguments_end(void)
+{
+    kmp_graph *g = kmp_graph_new(), *local = kmp_graph_new();
+    kmp_ref list[KMP_PAIR_ARGUMENTS];
+    int count = 0;
+    for (uint32_t k = 0; k < KMP_PAIR_ARGUMENTS; k++)
+        (void)kmp_pair_argument(g, local, kmp_input(g, KMP_IN_Q, k), list, &count);
+    CHECK(count == KMP_PAIR_ARGUMENTS && !kmp_graph_failed(g) && !kmp_graph_failed(local));
+    (void)kmp_pair_argument(g, local, kmp_const(g, 3), list, &count);
+    CHECK(!kmp_graph_failed(g) && !kmp_graph_failed(local));
+    (void)kmp_pair_argument(g, local, kmp_input(g, KMP_IN_QD, 0), list, &count);
+    CHECK(count == KMP_PAIR_ARGUMENTS && kmp_graph_failed(g) && kmp_graph_failed(local));
+    kmp_graph_free(g);
+    kmp_graph_free(local);
 }
 
 /* What a rigid wheel shows waits for multipliers: kinematics leaves it out. */
@@ -458,6 +528,8 @@ int main(void)
     TEST(tangents_by_differences);
     TEST(mirrored);
     TEST(cone_on_arc);
+    TEST(more_zones_than_room);
+    TEST(arguments_end);
     TEST(shown_with_loads);
     TEST(stiffer);
     kempe_context_free(context);

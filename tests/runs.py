@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Running the command for tests of models, and reading what it says and writes. `main` takes the command from the arguments."""
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+command = None
+
+
+def rows(path):
+    """Numbers of a table; lines that begin with # are no part of it."""
+    with open(path, newline="") as file:
+        return [{key: float(x) for key, x in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
+
+
+def settings(**values):
+    return [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+
+
+def kempe(*words, status=0):
+    """What it says in JSON."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "out.json"
+        done = subprocess.run([command, *map(str, words), "--json", str(path)], capture_output=True, text=True, timeout=250,
+                              env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+        if done.returncode != status:
+            raise AssertionError(f"{words}: {done.returncode}\n{done.stdout}{done.stderr}")
+        return json.loads(path.read_text())
+
+
+def simulated(model, *words, status=0, **values):
+    """What a run says, and its rows."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "run.csv"
+        said = kempe("simulate", model, "--once", *words, *settings(**values), "-o", path, status=status)
+        return said, rows(path)
+
+
+def main():
+    global command
+    command = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
