@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Functions of which the loader takes the one for the widest vectors of the machine, all with the same bits. Sanitizers
- * run before the loader may choose, so they get the plain function. */
+/* Static functions of which the loader takes the one for the widest vectors of the machine, all with the same bits.
+ * Sanitizers run before the loader may choose, so they get the plain function. */
 #ifndef KMP_BASE_CLONES_H
 #define KMP_BASE_CLONES_H
 

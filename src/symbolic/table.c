@@ -161,7 +161,7 @@ double kmp_table_value(const kmp_table *t, int derivative, double x)
 }
 
 /* Beyond the ends and for NaN any piece will do. Where more than one knot is in question, by halves. */
-KMP_CLONES void kmp_table_find(const kmp_table *t, int n, double sign, const double *x, int *piece)
+KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
     const double first = t->x[0], last = t->x[t->count - 1], most = last_part(t), scale = t->per_length;
     const kmp_four from = KMP_FOUR_ALL(first), to = KMP_FOUR_ALL(last);
@@ -222,8 +222,8 @@ static KMP_INTO_CLONES void look_up(const kmp_table *t, int derivative, int n, d
     }
 }
 
-KMP_CLONES void kmp_table_values(const kmp_table *t, int derivative, int n, double sign, const double *x,
-                                 const int *piece, double *y)
+KMP_CLONES static void look_up_all(const kmp_table *t, int derivative, int n, double sign, const double *x,
+                                   const int *piece, double *y)
 {
     if (derivative == 0)
         look_up(t, 0, n, sign, x, piece, y);
@@ -235,4 +235,16 @@ KMP_CLONES void kmp_table_values(const kmp_table *t, int derivative, int n, doub
         look_up(t, 3, n, sign, x, piece, y);
     else
         look_up(t, 4, n, sign, x, piece, y);
+}
+
+/* Clones that are not static would be seen outside of a shared library. */
+void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece)
+{
+    find(table, n, sign, x, piece);
+}
+
+void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
+                      double *y)
+{
+    look_up_all(table, derivative, n, sign, x, piece, y);
 }
