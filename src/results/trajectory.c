@@ -234,8 +234,11 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     t->report.reason = NULL;
     if (!t->reason)
         return kmp_fail_memory(context);
-    if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason))
+    if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason)) {
+        if (strstr(t->reason, message)) /* what was said is part of it: not twice */
+            kmp_context_clear(context);
         return kmp_fail(context, KEMPE_E_FAILED, "%s", t->reason);
+    }
     return t->status;
 }
 
