@@ -67,7 +67,7 @@ typedef struct kmp_frame {
     double *out;          /* the outputs' slots */
     kmp_feed *feeds;
     int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
-    kmp_runner runner;                /* of blocks */
+    kmp_block_runner runner;          /* of blocks */
     kmp_solving **solving;            /* of each block with each list of arguments: both remember */
     uint32_t solving_count;
     kmp_list_item *items; /* of implicit instructions, one after another */

@@ -388,7 +388,7 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
 {
     *frame = (kmp_frame){.program = program, .team = team};
     if (blocks)
-        frame->runner = (kmp_runner){blocks->prepare, blocks->release, blocks->set, blocks->run, blocks->outputs};
+        frame->runner = (kmp_block_runner){blocks->prepare, blocks->release, blocks->set, blocks->run, blocks->outputs};
     *l = (kmp_layout){.frame = frame,
                       .program = program,
                       .straight = straight,

@@ -52,19 +52,19 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
 /* -- values ---------------------------------------------------------------------------------------- */
 
 /** What runs the program of a block: the five functions of a back end (backend/machine.h). */
-typedef struct kmp_runner {
+typedef struct kmp_block_runner {
     void *(*prepare)(const kmp_program *program); /* NULL: no memory */
     void (*release)(void *code);
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
-} kmp_runner;
+} kmp_block_runner;
 
 /* Room to solve a block in: one for each thread. */
 typedef struct kmp_solving kmp_solving;
 
 /** The block must outlive it. Without a runner the program is interpreted. NULL: no memory. */
-kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_runner *runner);
+kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_block_runner *runner);
 void kmp_solving_free(kmp_solving *solving);
 
 /** Where the arguments are to be put. */

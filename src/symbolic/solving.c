@@ -17,7 +17,7 @@ enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12 };
 
 struct kmp_solving {
     const kmp_block *block;
-    const kmp_runner *runner;
+    const kmp_block_runner *runner;
     void *code;     /* the runner's */
     kmp_scan *scan; /* of candidates, if there are some */
     kmp_average *average;
@@ -52,7 +52,7 @@ static const double *outputs(const void *code, int stage)
     return kmp_interpreter_outputs(code, stage);
 }
 
-static const kmp_runner interpreted = {prepare, release, set, run, outputs};
+static const kmp_block_runner interpreted = {prepare, release, set, run, outputs};
 
 static const double *run_stage(kmp_solving *s, int stage)
 {
@@ -77,7 +77,7 @@ static bool prepare_block(kmp_solving *s)
     return s->code && (s->block->candidates == 0 || s->scan);
 }
 
-kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_runner *runner)
+kmp_solving *kmp_solving_new(const kmp_block *block, const kmp_block_runner *runner)
 {
     kmp_solving *s = KMP_NEW(kmp_solving, 1);
     if (!s)
