@@ -28,22 +28,26 @@ typedef struct picture {
     int16_t *room;
 } picture;
 
-/* Whether all points of a body lie on an axis through its origin, and nothing hangs on it. */
+/* The larger of the squares of a place's distance from an axis, and of `across`; likewise from the origin. */
+static void measure(const kmp_number *at, const double axis[3], double *across, double *away)
+{
+    double x = at[0].value, y = at[1].value, z = at[2].value, along = x * axis[0] + y * axis[1] + z * axis[2];
+    *away = fmax(*away, x * x + y * y + z * z);
+    *across = fmax(*across, x * x + y * y + z * z - along * along);
+}
+
+/* Whether a body's points and its centre of mass lie on an axis through its origin, and nothing hangs on it. */
 static bool is_on_axis(const kempe_model *model, int body, const double axis[3])
 {
-    double radius = 0, across = 0;
-    for (int k = 0; k < model->point_count; k++) {
-        const kmp_number *at = model->points[k].at;
-        if (model->points[k].body != body)
-            continue;
-        double x = at[0].value, y = at[1].value, z = at[2].value, along = x * axis[0] + y * axis[1] + z * axis[2];
-        radius = fmax(radius, x * x + y * y + z * z);
-        across = fmax(across, x * x + y * y + z * z - along * along);
-    }
+    double across = 0, away = 0;
+    measure(model->bodies[body].com, axis, &across, &away);
+    for (int k = 0; k < model->point_count; k++)
+        if (model->points[k].body == body)
+            measure(model->points[k].at, axis, &across, &away);
     for (int b = 0; b < model->body_count; b++)
         if (b != body && model->bodies[b].parent == body)
             return false;
-    return across <= 1e-12 * radius;
+    return across <= 1e-12 * away;
 }
 
 /* Whether a coordinate turns its body about all that is seen of it. */

@@ -13,7 +13,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { LANES = 8, EXPONENT = 1, AVERAGED = 2 }; /* stages */
+enum { LANES = KMP_SCAN_GROUP, EXPONENT = 1, AVERAGED = 2 }; /* stages */
 
 /* -- in the graph ------------------------------------------------------------------------------------ */
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A value is a row of doubles, one a place, filled up to a multiple of eight; one that is the same at all places is
- * four doubles alone. */
+ * eight doubles alone. */
 #include "symbolic/scan.h"
 #include "base/clones.h"
 #include "base/four.h"
@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { LANES = 8, FIRST = 1, LAST = 2 }; /* stages that depend on places */
+enum { LANES = KMP_SCAN_GROUP, FIRST = 1, LAST = 2 }; /* stages that depend on places */
 
 /* What a value depends on: on nothing that changes, on the arguments alone, on both them and the place. */
 typedef enum need { STANDING, COMMON, MOVING } need;
@@ -52,7 +52,7 @@ static double sign_of(uint32_t operand)
     return operand & 1 ? -1 : 1;
 }
 
-/* Of numbers and of what depends on arguments alone there are four. */
+/* Of numbers and of what depends on arguments alone there are eight. */
 static bool is_short(const kmp_scan *s, uint32_t value)
 {
     return s->need[value] == COMMON || (int)value < s->p->constant_count;
@@ -154,14 +154,14 @@ static void other(const kmp_program *p, const step *s, const groups *n)
                 kmp_program_value(p, s->instruction, value_at(&s->x, at), value_at(&s->y, at), value_at(&s->z, at));
 }
 
-/* What is looked up moves with the place. */
 static void look_up(const step *s, int order, const groups *n)
 {
     for (size_t group = 0; group < n->count; group++) {
         const size_t at = n->first[group];
+        const double *x = kmp_scan_at(&s->x, at);
         if (s->finds)
-            kmp_table_find(s->table, LANES, s->x.sign, s->x.row + at, s->piece + at);
-        kmp_table_values(s->table, order, LANES, s->x.sign, s->x.row + at, s->piece + at, s->to + at);
+            kmp_table_find(s->table, LANES, s->x.sign, x, s->piece + at);
+        kmp_table_values(s->table, order, LANES, s->x.sign, x, s->piece + at, s->to + at);
     }
 }
 
@@ -264,13 +264,13 @@ static bool place_rows(kmp_scan *s)
     uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
     size_t size = s->width;
     for (uint32_t k = 0; k < values; k++)
-        size += is_short(s, k) ? KMP_FOUR : s->width;
+        size += is_short(s, k) ? LANES : s->width;
     s->memory = kmp_calloc(size, sizeof *s->memory);
     s->merit = s->memory;
     double *at = s->memory ? s->memory + s->width : NULL;
     for (uint32_t k = 0; at && k < values; k++) {
         s->row[k] = at;
-        at += is_short(s, k) ? KMP_FOUR : s->width;
+        at += is_short(s, k) ? LANES : s->width;
     }
     return s->memory;
 }
@@ -298,7 +298,7 @@ static void put_standing(kmp_scan *s, int places, const double *place)
     const kmp_program *p = s->p;
     const groups all = {s->width / LANES, s->every};
     for (int k = 0; k < p->constant_count; k++)
-        fill(s->row[k], KMP_FOUR, p->constant[k]);
+        fill(s->row[k], LANES, p->constant[k]);
     for (int k = 0; k < p->input_count; k++)
         if (s->need[p->constant_count + k] == STANDING) {
             fill(s->row[p->constant_count + k], s->width, place[0]);
@@ -406,7 +406,7 @@ void kmp_scan_set(kmp_scan *s, const double *arguments)
     (void)kmp_interpreter_run(s->first, 0);
     const double *values = kmp_interpreter_values(s->first);
     for (int k = 0; k < s->common_count; k++)
-        fill(s->row[s->common[k]], KMP_FOUR, values[s->common[k]]);
+        fill(s->row[s->common[k]], LANES, values[s->common[k]]);
 }
 
 void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first)

@@ -9,8 +9,10 @@
 
 typedef struct kmp_scan kmp_scan;
 
-/** Values at all places, times `sign`: that of place k is at `row + moves k`, and those of the three places behind it
- * follow, where k is a multiple of four; `moves` is 0 where they are the same at all places. */
+enum { KMP_SCAN_GROUP = 8 }; /* places that are run together */
+
+/** Values at all places, times `sign`: that of place k is at `row + moves k`, and those of its group of eight
+ * follow the first one's; `moves` is 0 where they are the same at all places. */
 typedef struct kmp_scan_row {
     const double *row;
     size_t moves;

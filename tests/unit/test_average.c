@@ -146,6 +146,37 @@ static void all_back_ends_have_the_same_bits(void)
     free_scene(&c);
 }
 
+/* A program from a file may leave to the places what depends on arguments alone: a table and its slope there. */
+static void arguments_alone_at_all_places(void)
+{
+    static const char inner[] =
+        "program 1\ntable 0 linear\n0 0\n1 2\n4 5\n"
+        "stage 0\nstage 1\nv0 = table[0, 0](p[0])\nv1 = q[0] * q[0]\nout[0] = -v1\nout[1] = -9\n"
+        "stage 2\nv2 = table[0, 1](p[0])\nout[0] = v0\nout[1] = v2\nend\n";
+    static const char outer[] = "stage 0\nstage 1\nv0 = list(q[0], 0)\nv1 = implicit[0, 1](v0)\n"
+                                "v2 = implicit[0, 2](v0)\nout[0] = v1\nout[1] = v2\nend\n";
+    kempe_context *context = kempe_context_new();
+    kmp_program *program = NULL;
+    kmp_text text = {0};
+    kmp_text_put(&text, "program 1\nimplicit 0 averages 3 arguments 1\n");
+    for (int k = 0; k < 40; k++)
+        kmp_text_printf(&text, "%.17g\n", 0.25 * (k - 20));
+    kmp_text_printf(&text, "%s%s", inner, outer);
+    CHECK(kmp_program_read(context, "text", text.s, &program) == KEMPE_OK);
+    kmp_machine *m = program ? kmp_machine_new(program, kmp_backend_find("native")) : NULL;
+    CHECK(m);
+    for (double q = 0.5; m && q < 4; q += 2) {
+        kmp_machine_set(m, KMP_IN_Q, &q);
+        const double *got = kmp_machine_run(m, 1);
+        CHECK_NEAR(got[0], q < 1 ? 2 * q : 1 + q, 1e-14);
+        CHECK_NEAR(got[1], q < 1 ? 2 : 1, 1e-14);
+    }
+    kmp_machine_free(m);
+    kmp_program_free(program);
+    kmp_text_free(&text);
+    kempe_context_free(context);
+}
+
 /* Where E does not come near what is needed the values are those of one place near its largest. */
 static void far_below_one_place_will_do(void)
 {
@@ -169,6 +200,7 @@ static void far_below_one_place_will_do(void)
 int main(void)
 {
     TEST(far_below_one_place_will_do);
+    TEST(arguments_alone_at_all_places);
     TEST(a_gaussian_is_exact);
     TEST(derivatives_agree_with_differences);
     TEST(all_back_ends_have_the_same_bits);
