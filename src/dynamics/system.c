@@ -218,7 +218,6 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         kmp_condition *condition = &s->events.condition[k];
         known = kmp_tree_event(&eq->tree, k, &out[k]);
         condition->late = condition->ends && is_late(eq->graph, out[k]);
-        s->changes_late = s->changes_late || condition->late;
         s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];

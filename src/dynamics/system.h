@@ -61,7 +61,6 @@ struct kempe_system {
                                * those, at qdd and lambda too; NULL without conditions */
     kmp_program *goals;       /* of points that goals are about (dynamics/goals.h); NULL without them */
     bool changes_by_rates;    /* they depend on qd, or on more */
-    bool changes_late;        /* some of stage 2 */
     char **event_text;        /* events.count: "'motor': q(A) < 0.2" */
     int chart_count;          /* joints with inputs KMP_IN_CHART, nine each */
     int *chart_first;         /* their first rotations */
