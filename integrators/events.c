@@ -67,6 +67,11 @@ void kmp_crossing_free(kmp_crossing *c)
     kmp_free(c);
 }
 
+void kmp_crossing_forget(kmp_crossing *c)
+{
+    c->search.ready = false;
+}
+
 bool kmp_crossing_is_stuck(const kmp_crossing *c)
 {
     return c->stuck;

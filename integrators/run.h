@@ -64,6 +64,10 @@ void kmp_runner_free(kmp_runner *runner);
 /** One accepted step towards t_end. KEMPE_E_FAILED and KEMPE_STOPPED: the report says why. */
 kempe_status kmp_runner_step(kmp_runner *runner);
 
+/** What the equations read from outside (kempe_system_set_force) may have changed at t, within the last step: what lies
+ * beyond t is forgotten, the integrator begins anew there, and no step goes beyond `stop`. */
+kempe_status kmp_runner_cut(kmp_runner *runner, double t, double stop);
+
 /** Ends of the last step; equal at the start. */
 double kmp_runner_t(const kmp_runner *runner);
 double kmp_runner_t_old(const kmp_runner *runner);
