@@ -16,7 +16,7 @@
 enum {
     MOST_LOOKS = 256, /* at one step, beside those that narrow what was found */
     LOOSE_FROM = 1,   /* halvings from which three points do where there are no bounds */
-    FIT_FROM = 5      /* and from which they do beside bounds that do not settle it */
+    ZERO_FROM = 5     /* and from which a condition that is exactly zero at them is taken to stay so */
 };
 
 /* A polynomial of a higher degree may leave the control values of the cubic by this part of what they leave the chord
@@ -229,14 +229,21 @@ static bool find_open(kmp_crossing *c, int depth, const kmp_look *a, const kmp_l
     return any;
 }
 
+/* What stays zero by cancellation, the difference of two coordinates that move alike, has bounds on both sides. */
+static bool is_zero(int k, const kmp_look *a, const kmp_look *m, const kmp_look *b)
+{
+    return a->change[k] == 0 && m->change[k] == 0 && b->change[k] == 0;
+}
+
 /* Those for which a third point says too little, too. */
 static bool are_open_still(kmp_crossing *c, int depth, const kmp_look *a, const kmp_look *m, const kmp_look *b)
 {
     int count = c->s->events.count;
     bool *open = c->search.open + depth * count, any = false;
     for (int k = 0; k < count; k++) {
-        bool enough = depth >= (c->search.loose[k] ? LOOSE_FROM : FIT_FROM);
-        open[k] = open[k] && !(enough && fits(c, k, a, m, b));
+        bool settled =
+            c->search.loose[k] ? depth >= LOOSE_FROM && fits(c, k, a, m, b) : depth >= ZERO_FROM && is_zero(k, a, m, b);
+        open[k] = open[k] && !settled;
         any = any || open[k];
     }
     return any && depth < KMP_SEARCH_DEPTH;
