@@ -11,7 +11,8 @@
 typedef struct kmp_look {
     double t;
     double *change; /* first - second of each condition */
-    double *state;  /* q, qd, qdd (n each); qdd where conditions depend on rates */
+    double *state;  /* q, qd, qdd (n each), lambda (m); the last two where conditions depend on rates, or on more */
+    double *solved; /* what implicit blocks solve for in conditions */
 } kmp_look;
 
 enum {
@@ -23,13 +24,16 @@ enum {
 typedef struct kmp_search {
     kmp_bounds *bounds; /* of the conditions */
     int *output;        /* of each condition, among those of their program */
-    bool *loose;        /* of each: its bounds are not known */
+    bool *third;        /* of each: its bounds want a third point */
     bool *open;         /* of each, for each halving: it may change within the piece, as far as is known */
     kmp_look look[KMP_SEARCH_LOOKS];
     double *memory;
+    int solved[2]; /* how many, of all conditions and of late ones; the first outputs of each */
+    int first_solved[2];
     bool ready;  /* the look at the end of the last step is still good */
     long charts; /* version for which the bounds' constants are */
     int left;    /* looks that this step may still take */
+    int least;   /* halvings that are made in any case */
 } kmp_search;
 
 struct kmp_crossing {

@@ -3,9 +3,9 @@
  * piece (backend/bounds.h) say whether it can change there: not where the value stays away from zero, and where it goes
  * one way its values at both ends say so. A piece for which that is open is halved, the earlier half first.
  *
- * The coordinates that bounds are made from are cubics through their values and rates at both ends of the piece. What
- * has no bounds (implicit blocks, conditions on multipliers) is looked at in points, closer where a parabola through
- * three of them comes near zero. */
+ * The coordinates that bounds are made from are cubics through their values and rates at both ends of the piece.
+ * Accelerations, multipliers and what implicit blocks solve for, whose rates are not known, are parabolas through the
+ * values at both ends and in the middle. */
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "integrators/crossing.h"
@@ -15,17 +15,15 @@
 
 enum {
     MOST_LOOKS = 256, /* at one step, beside those that narrow what was found */
-    LOOSE_FROM = 1,   /* halvings from which three points do where there are no bounds */
-    ZERO_FROM = 5     /* and from which a condition that is exactly zero at them is taken to stay so */
+    ZERO_FROM = 5,    /* halvings from which a condition that is exactly zero at three points is taken to stay so */
+    CLOSELY = 2       /* halvings in any case where a run is to check another one */
 };
 
 /* A polynomial of a higher degree may leave the control values of the cubic by this part of what they leave the chord
  * by: at twice the longest steps that integrators take of an oscillation, half a period, it does not. */
 #define SLACK 0.25
-/* Three points settle a condition if its parabola stays away from zero by this part of its bend, or goes one way with
- * this much to spare. */
-#define BEND_AWAY 0.5
-#define ONE_WAY   6.0
+/* And those of a parabola by this part of its bend, its rates by this part of their change. */
+#define PARABOLA_SLACK 0.5
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
@@ -35,38 +33,59 @@ static void find_outputs(kmp_search *s, const kempe_system *system)
     const int *outputs = system->changes->outputs;
     int late = outputs[2];
     for (int k = 0; k < system->events.count; k++) {
-        s->output[k] = system->events.condition[k].late ? late++ : outputs[1] + k;
-        s->loose[k] = system->events.condition[k].late || !kmp_bounds_know(s->bounds, s->output[k]);
+        bool is_late = system->events.condition[k].late;
+        s->output[k] = is_late ? late++ : outputs[1] + k;
+        s->third[k] = is_late || kmp_bounds_need(s->bounds, s->output[k]);
     }
+    s->first_solved[0] = outputs[1] + system->events.count;
+    s->first_solved[1] = late;
+    for (int i = 0; i < 2; i++)
+        s->solved[i] = outputs[i + 2] - s->first_solved[i];
+}
+
+static bool make_looks(kmp_search *s, const kempe_system *system)
+{
+    size_t count = (size_t)system->events.count, state = 3 * (size_t)system->n + (size_t)system->m;
+    size_t size = count + state + (size_t)(s->solved[0] + s->solved[1]);
+    s->memory = KMP_NEW(double, KMP_SEARCH_LOOKS *size);
+    for (size_t i = 0; s->memory && i < KMP_SEARCH_LOOKS; i++) {
+        double *at = s->memory + i * size;
+        s->look[i] = (kmp_look){0, at, at + count, at + count + state};
+    }
+    return s->memory;
 }
 
 bool kmp_search_init(kmp_search *s, const kempe_system *system)
 {
-    size_t count = (size_t)system->events.count, size = count + 3 * (size_t)system->n;
+    int count = system->events.count;
     *s = (kmp_search){.charts = -1};
     s->bounds = kmp_bounds_new(system->changes);
     s->output = KMP_NEW(int, count);
-    s->loose = KMP_NEW(bool, count);
+    s->third = KMP_NEW(bool, count);
     s->open = KMP_NEW(bool, count *(KMP_SEARCH_DEPTH + 1));
-    s->memory = KMP_NEW(double, KMP_SEARCH_LOOKS *size);
-    if (!s->bounds || !s->output || !s->loose || !s->open || !s->memory) {
+    if (!s->bounds || !s->output || !s->third || !s->open) {
         kmp_search_free(s);
         return false;
     }
-    for (size_t i = 0; i < KMP_SEARCH_LOOKS; i++)
-        s->look[i] = (kmp_look){0, s->memory + i * size, s->memory + i * size + count};
     find_outputs(s, system);
-    return true;
+    if (!make_looks(s, system))
+        kmp_search_free(s);
+    return s->memory;
 }
 
 void kmp_search_free(kmp_search *s)
 {
     kmp_bounds_free(s->bounds);
     kmp_free(s->output);
-    kmp_free(s->loose);
+    kmp_free(s->third);
     kmp_free(s->open);
     kmp_free(s->memory);
     *s = (kmp_search){0};
+}
+
+void kmp_crossing_look_closely(kmp_crossing *crossing)
+{
+    crossing->search.least = CLOSELY;
 }
 
 /* -- looking ----------------------------------------------------------------------------------------- */
@@ -78,8 +97,13 @@ static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
     memcpy(look->change, c->change, (size_t)c->s->events.count * sizeof(double));
     memcpy(look->state, c->q, size);
     memcpy(look->state + n, c->qd, size);
-    if (c->s->changes_by_rates)
+    if (c->s->changes_by_rates) {
         memcpy(look->state + 2 * n, c->qdd, size);
+        memcpy(look->state + 3 * n, c->lambda, (size_t)c->s->m * sizeof(double));
+    }
+    for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
+        if (c->search.solved[i] > 0)
+            memcpy(look->solved + at, c->plant->solved[i], (size_t)c->search.solved[i] * sizeof(double));
 }
 
 static kempe_status look_at(kmp_crossing *c, double t, kmp_look *look)
@@ -131,39 +155,61 @@ static kmp_bound over(double h, double x, double x_rate, double y, double y_rate
     return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
 }
 
+/* One that is x, z in the middle, and y. */
+static kmp_bound through(double h, double x, double z, double y)
+{
+    double bend = z - (x + y) / 2, control = z + bend, off = PARABOLA_SLACK * fabs(bend);
+    double at_x = 2 * (control - x) / h, at_y = 2 * (y - control) / h, rate_off = PARABOLA_SLACK * fabs(at_y - at_x);
+    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(at_x, at_y), fmax(at_x, at_y)};
+    widen(&r.low, &r.high, control);
+    return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
+}
+
 static kmp_bound still(double x)
 {
     return (kmp_bound){x, x, 0, 0};
 }
 
-static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const kmp_look *a, const kmp_look *b)
+/* A piece: its ends, and its middle where that has been looked at. */
+typedef struct piece {
+    const kmp_look *a, *m, *b;
+} piece;
+
+static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const piece *p)
 {
     size_t n = (size_t)c->s->n, i = in->index;
-    const double *x = a->state, *y = b->state;
+    const double *x = p->a->state, *y = p->b->state;
+    double h = p->b->t - p->a->t;
     switch (in->kind) {
     case KMP_IN_TIME:
-        return (kmp_bound){a->t, b->t, 1, 1};
+        return (kmp_bound){p->a->t, p->b->t, 1, 1};
     case KMP_IN_Q:
-        return over(b->t - a->t, x[i], x[n + i], y[i], y[n + i]);
+        return over(h, x[i], x[n + i], y[i], y[n + i]);
     case KMP_IN_QD:
-        return over(b->t - a->t, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
+        return over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
     case KMP_IN_MODE:
         return still(c->plant->mode[i]);
     case KMP_IN_CHART:
         return still(c->plant->chart[i]);
     case KMP_IN_PARAMETER:
         return still(c->s->parameters[i]);
-    default: /* accelerations and multipliers: of loose conditions alone */
-        return still(0);
+    default: /* accelerations and multipliers */
+        i += in->kind == KMP_IN_QDD ? 2 * n : 3 * n;
+        return p->m ? through(h, x[i], p->m->state[i], y[i]) : still(x[i]);
     }
 }
 
-static void run_bounds(kmp_crossing *c, const kmp_look *a, const kmp_look *b)
+static void run_bounds(kmp_crossing *c, const piece *p)
 {
-    const kmp_program *p = c->s->changes;
+    const kmp_program *program = c->s->changes;
     kmp_search *s = &c->search;
-    for (int k = 0; k < p->input_count; k++)
-        kmp_bounds_set(s->bounds, k, input_over(c, &p->input[k], a, b));
+    for (int k = 0; k < program->input_count; k++)
+        kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
+    for (int i = 0, at = 0; p->m && i < 2; i++)
+        for (int k = 0; k < s->solved[i]; k++, at++)
+            if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
+                kmp_bounds_give(s->bounds, s->first_solved[i] + k,
+                                through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
     kmp_bounds_run(s->bounds, s->charts != c->plant->chart_version);
     s->charts = c->plant->chart_version;
 }
@@ -192,61 +238,41 @@ static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const km
     return holds ? low > 0 : low >= 0;
 }
 
-/* The same by three points: the parabola through them stays away from zero, or goes one way. */
-static bool fits(const kmp_crossing *c, int k, const kmp_look *a, const kmp_look *m, const kmp_look *b)
+/* What stays zero by cancellation, the difference of two coordinates that move alike, has bounds on both sides. */
+static bool is_zero(int k, const piece *p)
 {
-    bool holds = c->plant->mode[k] > 0;
-    double x = a->change[k], z = m->change[k], y = b->change[k], sign = holds ? -1 : 1;
-    x *= sign;
-    z *= sign;
-    y *= sign;
-    double bend = z - (x + y) / 2, rise = y - x, low = fmin(x, y);
-    if (ONE_WAY * fabs(bend) <= fabs(rise))
-        return true;
-    double part = 0.5 - rise / (8 * bend); /* where it turns */
-    if (bend < 0 && part > 0 && part < 1)
-        low = x + part * (part * -4 * bend + rise + 4 * bend);
-    low -= BEND_AWAY * fabs(bend);
-    return holds ? low > 0 : low >= 0;
+    return p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0;
 }
 
-/* Those of the conditions that were open before for which the piece says too little. */
-static bool find_open(kmp_crossing *c, int depth, const kmp_look *a, const kmp_look *b)
+/* Of the conditions that are open, those that want a third point, or the others, for which the piece says too little.
+ * Whether any is open at all. */
+static bool find_open(kmp_crossing *c, int depth, const piece *p)
 {
-    size_t count = (size_t)c->s->events.count;
-    bool *open = c->search.open + (size_t)depth * count, bounded = false, any = false;
-    const bool *before = depth > 0 ? open - count : NULL;
-    for (size_t k = 0; k < count; k++) {
-        open[k] = !before || before[k];
-        bounded = bounded || (open[k] && !c->search.loose[k]);
-    }
-    if (bounded)
-        run_bounds(c, a, b);
-    for (size_t k = 0; k < count; k++) {
-        open[k] = open[k] && (c->search.loose[k] || !is_settled(c, (int)k, a, b));
+    int count = c->s->events.count;
+    bool *open = c->search.open + depth * count, wanted = false, any = false;
+    for (int k = 0; k < count; k++)
+        wanted = wanted || (open[k] && c->search.third[k] == (p->m != NULL));
+    if (wanted && depth >= c->search.least)
+        run_bounds(c, p);
+    for (int k = 0; k < count; k++) {
+        if (p->m && depth >= ZERO_FROM && is_zero(k, p))
+            open[k] = false;
+        if (c->search.third[k] == (p->m != NULL) && depth >= c->search.least)
+            open[k] = open[k] && !is_settled(c, k, p->a, p->b);
         any = any || open[k];
     }
     return any;
 }
 
-/* What stays zero by cancellation, the difference of two coordinates that move alike, has bounds on both sides. */
-static bool is_zero(int k, const kmp_look *a, const kmp_look *m, const kmp_look *b)
+/* At first those that were open in the piece that this is a half of. */
+static void begin_piece(kmp_crossing *c, int depth)
 {
-    return a->change[k] == 0 && m->change[k] == 0 && b->change[k] == 0;
-}
-
-/* Those for which a third point says too little, too. */
-static bool are_open_still(kmp_crossing *c, int depth, const kmp_look *a, const kmp_look *m, const kmp_look *b)
-{
-    int count = c->s->events.count;
-    bool *open = c->search.open + depth * count, any = false;
-    for (int k = 0; k < count; k++) {
-        bool settled =
-            c->search.loose[k] ? depth >= LOOSE_FROM && fits(c, k, a, m, b) : depth >= ZERO_FROM && is_zero(k, a, m, b);
-        open[k] = open[k] && !settled;
-        any = any || open[k];
-    }
-    return any && depth < KMP_SEARCH_DEPTH;
+    size_t count = (size_t)c->s->events.count;
+    bool *open = c->search.open + (size_t)depth * count;
+    if (depth > 0)
+        memcpy(open, open - count, count * sizeof *open);
+    for (size_t k = 0; depth == 0 && k < count; k++)
+        open[k] = true;
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
@@ -328,13 +354,14 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
 {
     kmp_look *m = &c->search.look[depth + 2];
     double middle = a->t + (b->t - a->t) / 2;
-    if (!find_open(c, depth, a, b) || c->search.left == 0 || !(middle > a->t && middle < b->t))
+    begin_piece(c, depth);
+    if (!find_open(c, depth, &(piece){a, NULL, b}) || c->search.left == 0 || !(middle > a->t && middle < b->t))
         return end_piece(c, a, b, t, found);
     c->search.left--;
     kempe_status status = look_at(c, middle, m);
     if (status != KEMPE_OK)
         return status;
-    bool deeper = are_open_still(c, depth, a, m, b);
+    bool deeper = find_open(c, depth, &(piece){a, m, b}) && depth < KMP_SEARCH_DEPTH;
     status = deeper ? search(c, depth + 1, a, m, t, found) : end_piece(c, a, m, t, found);
     if (status != KEMPE_OK || *found)
         return status;

@@ -19,6 +19,7 @@ typedef struct kmp_run_spec {
     int u_count;
     bool fixed_u;              /* no exchanges: the run ends where u goes bad */
     const char *change_points; /* a word of change_points.def */
+    bool closely;              /* it checks another run: conditions are looked at in more places */
     double limit_s;            /* of the processor: a run that needs more is given up; 0: none */
     kmp_journal *journal;      /* what happens on the way; NULL: told to the log alone */
     int threads;               /* that share the work of an evaluation by a back end that can; 0: one */

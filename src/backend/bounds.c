@@ -11,6 +11,7 @@ struct kmp_bounds {
     int *order;          /* instructions that known outputs need */
     int constant, count; /* of these: that depend on parameters alone, all */
     bool *known;         /* an output */
+    bool *given;         /* likewise: something given counts for it */
     kmp_bound *value;
 };
 
@@ -19,40 +20,67 @@ static const double half_turn = 3.14159265358979323846;
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-static bool has_bounds(const kmp_instruction *in)
+/* The instruction behind an output; NULL: it is an input or a number. */
+static const kmp_instruction *behind(const kmp_bounds *b, int k)
 {
-    return in->op != KMP_OP_IMPLICIT && in->op != KMP_OP_LIST;
+    int i = (int)(b->program->output[k] >> 1) - b->first;
+    return i >= 0 ? &b->program->instruction[i] : NULL;
 }
 
-/* Marks what can be bounded. */
-static void find_known(const kmp_program *p, int first, bool *known)
+bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k)
 {
-    for (int i = 0; i < first; i++)
-        known[i] = true;
+    const kmp_instruction *in = behind(bounds, k);
+    return in && in->op == KMP_OP_IMPLICIT;
+}
+
+/* What is known of a value: whether it can be bounded, and whether something given counts for it. */
+typedef struct knowledge {
+    bool known, given, needed;
+} knowledge;
+
+static void find_known(const kmp_bounds *b, knowledge *value)
+{
+    const kmp_program *p = b->program;
+    for (int i = 0; i < b->first; i++)
+        value[i].known = true;
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (kmp_bounds_is_solved(b, k))
+            value[p->output[k] >> 1] = (knowledge){.known = true, .given = true};
     for (int i = 0; i < p->code[p->stages]; i++) {
         const kmp_instruction *in = &p->instruction[i];
-        known[first + i] = has_bounds(in);
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
-            known[first + i] = known[first + i] && known[kmp_instruction_operand(in, k) >> 1];
+        knowledge *now = &value[b->first + i];
+        if (in->op == KMP_OP_IMPLICIT)
+            continue;
+        now->known = in->op != KMP_OP_LIST;
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            const knowledge *operand = &value[kmp_instruction_operand(in, k) >> 1];
+            now->known = now->known && operand->known;
+            now->given = now->given || operand->given;
+        }
     }
 }
 
 /* What known outputs need, in order. */
-static void find_order(kmp_bounds *r, const bool *known, bool *needed)
+static void find_order(kmp_bounds *b, knowledge *value)
 {
-    const kmp_program *p = r->program;
+    const kmp_program *p = b->program;
     for (int k = 0; k < p->outputs[p->stages]; k++) {
-        r->known[k] = known[p->output[k] >> 1];
-        needed[p->output[k] >> 1] |= r->known[k];
+        knowledge *out = &value[p->output[k] >> 1];
+        b->known[k] = out->known;
+        b->given[k] = out->given;
+        out->needed = out->needed || out->known;
     }
-    for (int i = p->code[p->stages]; i-- > 0;)
-        for (int k = 0; needed[r->first + i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            needed[kmp_instruction_operand(&p->instruction[i], k) >> 1] = true;
+    for (int i = p->code[p->stages]; i-- > 0;) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; value[b->first + i].needed && in->op != KMP_OP_IMPLICIT && k < kmp_op_arity((kmp_op)in->op);
+             k++)
+            value[kmp_instruction_operand(in, k) >> 1].needed = true;
+    }
     for (int i = 0; i < p->code[p->stages]; i++) {
-        if (!needed[r->first + i])
+        if (!value[b->first + i].needed || p->instruction[i].op == KMP_OP_IMPLICIT)
             continue;
-        r->constant += i < p->code[1];
-        r->order[r->count++] = i;
+        b->constant += i < p->code[1];
+        b->order[b->count++] = i;
     }
 }
 
@@ -65,14 +93,15 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program)
     *r = (kmp_bounds){.program = program, .inputs = program->constant_count};
     r->first = r->inputs + program->input_count;
     int values = r->first + operations;
-    bool *marks = KMP_NEW(bool, 2 * values);
+    knowledge *marks = KMP_NEW(knowledge, values);
     r->order = KMP_NEW(int, operations);
     r->known = KMP_NEW(bool, program->outputs[program->stages]);
+    r->given = KMP_NEW(bool, program->outputs[program->stages]);
     r->value = KMP_NEW(kmp_bound, values);
-    bool ok = marks && r->order && r->known && r->value;
+    bool ok = marks && r->order && r->known && r->given && r->value;
     if (ok) {
-        find_known(program, r->first, marks);
-        find_order(r, marks, marks + values);
+        find_known(r, marks);
+        find_order(r, marks);
         for (int k = 0; k < program->constant_count; k++)
             r->value[k] = (kmp_bound){program->constant[k], program->constant[k], 0, 0};
     }
@@ -88,6 +117,7 @@ void kmp_bounds_free(kmp_bounds *bounds)
         return;
     kmp_free(bounds->order);
     kmp_free(bounds->known);
+    kmp_free(bounds->given);
     kmp_free(bounds->value);
     kmp_free(bounds);
 }
@@ -95,6 +125,11 @@ void kmp_bounds_free(kmp_bounds *bounds)
 bool kmp_bounds_know(const kmp_bounds *bounds, int k)
 {
     return bounds->known[k];
+}
+
+bool kmp_bounds_need(const kmp_bounds *bounds, int k)
+{
+    return bounds->given[k];
 }
 
 void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound)
@@ -418,6 +453,12 @@ static kmp_bound evaluated(const kmp_program *p, const kmp_instruction *in, cons
     default:
         return one_variable((kmp_op)in->op, x);
     }
+}
+
+void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound)
+{
+    uint32_t operand = bounds->program->output[k];
+    bounds->value[operand >> 1] = operand & 1 ? negative(bound) : bound;
 }
 
 void kmp_bounds_run(kmp_bounds *r, bool constants)

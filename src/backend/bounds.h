@@ -18,8 +18,16 @@ typedef struct kmp_bounds kmp_bounds;
 kmp_bounds *kmp_bounds_new(const kmp_program *program);
 void kmp_bounds_free(kmp_bounds *bounds);
 
-/** Whether bounds of output k (of all stages, in order) are known: implicit blocks and averages have none. */
+/** Whether bounds of output k (of all stages, in order) are known: what implicit blocks solve for has to be given, and
+ * can be where it is an output by itself. */
 bool kmp_bounds_know(const kmp_bounds *bounds, int k);
+
+/** Whether output k is what an implicit block solves for; and that it is given. */
+bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k);
+void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound);
+
+/** Whether what is given counts for output k. */
+bool kmp_bounds_need(const kmp_bounds *bounds, int k);
 
 /** Input k of the program. */
 void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound);

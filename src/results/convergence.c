@@ -57,6 +57,7 @@ static kempe_status run_beside(const kempe_system *system, const kmp_run_spec *s
     kmp_run_spec other = *spec;
     kmp_run_report report = {0};
     other.journal = NULL; /* the first run's */
+    other.closely = true; /* no event is missed by both for the same reason */
     other.rtol = rtol;
     other.atol *= rtol / spec->rtol;
     kmp_convergence found = {

@@ -190,6 +190,46 @@ static void ends(void)
     unload(&s);
 }
 
+static const char *const with_unknown = "kempe: 1\n"
+                                        "unknowns: {u: {of: {y: 0}, zero: \"y + 0.1*sin(y) - q(A)\"}}\n"
+                                        "bodies: {m: {joint: {name: A, prismatic: x, at: ground}, mass: 1}}\n"
+                                        "forces: {w: {joint: A, force: \"if(abs(y - 2) < 1e-3, 1e-9, 0)\"}}\n"
+                                        "start: {q: {A: 0}, qd: {A: 1}}\n"
+                                        "run: {t_end: 6, rtol: 1e-6}\n";
+
+/* A window of what an implicit block solves for. */
+static void of_an_unknown(void)
+{
+    const double t[] = {1.999 + 0.1 * sin(1.999), 2.001 + 0.1 * sin(2.001)};
+    loaded s = load_text(with_unknown);
+    changes_at(&s, 2, t, 1e-6, 1e-7);
+    unload(&s);
+}
+
+static const char *const driven = "kempe: 1\n"
+                                  "bodies:\n"
+                                  "  m: {joint: {name: A, prismatic: x, at: ground}, mass: 2}\n"
+                                  "  n: {joint: {name: B, prismatic: y, at: ground}, mass: 1}\n"
+                                  "drives: {d: {joint: A, displacement: \"sin(t)\"}}\n"
+                                  "start: {q: {A: 0}, qd: {A: 1}}\n"
+                                  "run: {t_end: 6, rtol: 1e-6, until: [\"abs(lambda(d) - 1) < 1e-3\"]}\n";
+
+/* What ends a run is a multiplier within a window: 2 sin t = -1 within 1e-3. Forms that do not have them exactly are
+ * left out. */
+static void of_a_multiplier(void)
+{
+    kmp_way way;
+    seen found;
+    loaded s = load_text(driven);
+    for (int k = 0; kmp_way_get(k, &way); k++) {
+        if (strcmp(way.road, "dae") == 0 && strcmp(way.form, "ah") != 0)
+            continue;
+        CHECK(run(&s, &way, 1e-6, &found) == KEMPE_STOPPED);
+        CHECK_NEAR(found.q, -0.4995, 1e-5);
+    }
+    unload(&s);
+}
+
 /* Looking costs no steps and few evaluations: a condition that stays away takes the steps of a run without one, and
  * less than one evaluation a step more. */
 static void what_is_far_costs_little(void)
@@ -219,6 +259,8 @@ int main(void)
     TEST(several_at_once);
     TEST(of_a_swing);
     TEST(ends);
+    TEST(of_an_unknown);
+    TEST(of_a_multiplier);
     TEST(what_is_far_costs_little);
     return check_report();
 }
