@@ -194,9 +194,11 @@ typedef struct kempe_run {
     const char *reference;     /* CSV file to measure errors against */
     const char *checkpoint;    /* file that a long run leaves its rows in, every few seconds and at its end */
     const char *resume;        /* such a file to go on from */
-    int threads; /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
-                  * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
-    int once;    /* no other run at another tolerance, which warns when this one has not converged */
+    int threads;    /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
+                     * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
+    int once;       /* no other run at another tolerance, which warns when this one has not converged */
+    long max_steps; /* the run fails after so many, rejected ones included. 0: the model's, or else where the last
+                     * 100,000 steps gained so little time that the rest would take more than 1e8 */
 } kempe_run;
 
 KEMPE_API kempe_run kempe_run_default(void);

@@ -57,6 +57,9 @@ static kempe_status check_numbers(const job *j)
         if (status != KEMPE_OK)
             return status;
     }
+    if (j->run->max_steps < 0)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
+                        j->run->max_steps);
     if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
                         KMP_TEAM_MOST);
@@ -136,6 +139,7 @@ static kempe_status choose(job *j)
                              .t_end = run->t_end,
                              .fixed_u = run->fixed_u,
                              .change_points = run->change_points,
+                             .max_steps = run->max_steps,
                              .threads = run->threads};
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
