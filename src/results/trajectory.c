@@ -368,8 +368,11 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
 
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options, kempe_trajectory **trajectory)
 {
+    KMP_WANTED(NULL, system, "system");
+    options = options ? options : &(const kempe_run){0};
+    KMP_WANTED(system->context, trajectory, "trajectory");
     job j = {.system = system, .context = system->context, .run = options};
-    kmp_context_clear(j.context);
+    kmp_context_begin(j.context);
     kmp_samples_init(&j.before, system->n, system->m);
     kempe_status status = prepare(&j);
     if (status == KEMPE_OK)
@@ -382,6 +385,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options
 
 int kempe_trajectory_row_count(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, 0);
     return trajectory->table.rows;
 }
 
@@ -392,6 +396,7 @@ static bool has_row(const kempe_trajectory *trajectory, int row)
 
 double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NAN);
     return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
 }
 
@@ -402,31 +407,37 @@ static const double *get(const kempe_trajectory *trajectory, kmp_quantity quanti
 
 const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_Q, row);
 }
 
 const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_QD, row);
 }
 
 const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_QDD, row);
 }
 
 const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_LAMBDA, row);
 }
 
 int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, 0);
     return trajectory->journal.kept;
 }
 
 const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
 {
+    KMP_GIVEN(trajectory, NULL);
     if (k < 0 || k >= trajectory->journal.kept)
         return NULL;
     if (t)
@@ -436,10 +447,12 @@ const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, dou
 
 const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, "");
     return kmp_status_word(trajectory->status);
 }
 
 const char *kempe_trajectory_reason(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, "");
     return trajectory->reason;
 }
