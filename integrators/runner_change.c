@@ -65,6 +65,8 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status == KEMPE_OK && run->road->keep && run->road->keep(run->road, t, run->y) != KMP_GO)
+        status = KEMPE_E_FAILED;
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 

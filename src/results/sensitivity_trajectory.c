@@ -3,6 +3,7 @@
 #include "analysis/adjoint.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "integrators/solver.h"
 #include "model/output_table.h"
 #include "results/sensitivity.h"
 #include "results/times.h"
@@ -117,12 +118,7 @@ static kempe_status prepare(work *w)
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
     s->t_end = w->spec.t_end;
-    w->ask = (kmp_forward){.integrator = w->spec.integrator,
-                           .rtol = w->spec.rtol,
-                           .atol = w->spec.atol,
-                           .t_end = w->spec.t_end,
-                           .u = w->spec.u,
-                           .u_count = w->spec.u_count};
+    w->ask = (kmp_forward){.spec = &w->spec};
     const int size[KMP_QUANTITIES + 1] = {s->system->n, s->system->n, s->system->n, s->system->m, w->slopes->shown};
     w->gradient = KMP_NEW(double, s->count);
     for (int k = 0; k <= KMP_QUANTITIES; k++)
@@ -154,22 +150,22 @@ static int take_row(void *user, const kmp_varied_row *row)
 
 static void add_work(kempe_sensitivity *s, const kmp_forward_report *report)
 {
-    s->work.steps += report->steps;
-    s->work.rejected += report->rejected;
-    s->work.refused += report->refused;
-    s->work.rhs += report->rhs;
-    s->work.exchanges += report->exchanges;
+    s->work.steps += report->run.steps;
+    s->work.rejected += report->run.rejected;
+    s->work.refused += report->run.refused;
+    s->work.rhs += report->run.rhs;
+    s->work.exchanges += report->run.exchanges;
 }
 
 /* Takes the report's reason; the context's message is the same. */
 static kempe_status close_report(kempe_sensitivity *s, kempe_status status, kmp_forward_report *report)
 {
     add_work(s, report);
-    if (report->reason) {
+    if (report->run.reason) {
         if (status == KEMPE_E_FAILED)
-            (void)kmp_fail(s->context, status, "%s", report->reason);
+            (void)kmp_fail(s->context, status, "%s", report->run.reason);
         kmp_free(s->reason);
-        s->reason = report->reason;
+        s->reason = report->run.reason;
     }
     return status;
 }
@@ -178,8 +174,8 @@ static kempe_status find_rows(work *w)
 {
     kmp_forward_report report;
     w->s->method = "forward";
-    w->ask.times = w->times.t;
-    w->ask.time_count = w->times.count;
+    w->spec.times = w->times.t;
+    w->spec.time_count = w->times.count;
     w->ask.watch = (kmp_varied_watch){.user = w, .row = take_row};
     kempe_status status = kmp_forward_run(&w->varied, &w->ask, w->s->size, NULL, &report);
     return close_report(w->s, status, &report);
