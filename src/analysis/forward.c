@@ -4,9 +4,9 @@
 #include "analysis/forward.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
-#include "integrators/watched.h"
 #include "model/change_points.h"
 #include <math.h>
 #include <string.h>
