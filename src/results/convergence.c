@@ -149,6 +149,12 @@ bool kmp_convergence_holds(const kmp_convergence *c)
     return !c->known || (!(c->difference > c->limit) && isnan(c->stopped));
 }
 
+const char *kmp_convergence_word(const kmp_convergence *c)
+{
+    const char *failing = c->difference > c->limit ? "not converged" : "the other run did not come to its end";
+    return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
+}
+
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *advice)
 {
     if (kmp_convergence_holds(c))
@@ -189,9 +195,6 @@ void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *
     kmp_json_string(json, "coordinate", name);
     kmp_json_number(json, "t", c->t);
     kmp_json_number(json, "trusted_until", c->until);
-    kmp_json_string(json, "verdict",
-                    kmp_convergence_holds(c)   ? "converged"
-                    : c->difference > c->limit ? "not converged"
-                                               : "the other run did not come to its end");
+    kmp_json_string(json, "verdict", kmp_convergence_word(c));
     kmp_json_end(json);
 }

@@ -46,6 +46,9 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
 
 bool kmp_convergence_holds(const kmp_convergence *convergence);
 
+/** "converged", "not converged", "the other run did not come to its end"; "": there was none. */
+const char *kmp_convergence_word(const kmp_convergence *convergence);
+
 /** One warning when it has not converged. `name`: of the number at `index`; `advice`: what to do. */
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *advice);
