@@ -42,6 +42,7 @@ typedef struct kmp_road_kind {
     bool both;                                        /* an ODE that stands as a DAE, too */
     bool jacobian;                                    /* it has that of its ODE, for implicit integrators */
     bool by_bodies;                                   /* it goes by articulated bodies where the plant may take them */
+    const struct kmp_road_kind *zone;                 /* that leads through change points; NULL: kmp_road_zone */
     kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
 } kmp_road_kind;
 

@@ -107,6 +107,11 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
+const kmp_road_kind *kmp_runner_zone(const kmp_runner *run)
+{
+    return run->way->zone ? run->way->zone : &kmp_road_zone;
+}
+
 kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
                                   const double *qd, double work)
 {
@@ -266,7 +271,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     status = choose_dynamics(run, q, qd);
     if (status != KEMPE_OK)
         return status;
-    status = kmp_runner_make_road(run, run->in_zone ? &kmp_road_zone : run->way, run->spec.t_start, q, qd,
+    status = kmp_runner_make_road(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
                                   run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The plant is the runner's: its
- * conditions and charts say at a new start what has changed since the last one. */
+ * conditions and charts say at a new start what has changed since the last one.
+ *
+ * Where J comes near to losing a row the same goes on with all coordinates and their sensitivities in place of u, by
+ * the integrator that leaps over such places (integrators/leap.h): u and what is smooth with it goes straight on. A
+ * parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt over. */
 #include "analysis/forward.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
@@ -15,6 +19,8 @@
 #define GRAZING 1e-9
 /* |Bvu| from which on a step that could not be made is put down to a dead centre of u. */
 #define FOLDED 20.0
+/* Nothing finer is to be had in a zone. */
+#define ZONE_RTOL 1e-9
 
 typedef struct forward {
     kmp_road road; /* first */
@@ -26,8 +32,9 @@ typedef struct forward {
     kmp_margin *margin;
     kmp_runner *runner;
     int n, m, p, count, integrals; /* the last of the unknowns */
+    int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double rtol, atol, rate_scale, growth;
-    bool begun, fixed, due, crossed;
+    bool begun, fixed, due, crossed, zone;
     double t;                        /* of the place that is kept between two roads or charts: */
     double *chart, *q, *qd;          /* all charts; n */
     double *dq, *dqd;                /* count x n */
@@ -39,23 +46,47 @@ typedef struct forward {
     double *old_y, *mode, *new_mode; /* 2 p; conditions: as they were, and behind */
     double *next_mode;
     bool *cause;
+    double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
     double *before, *swing, *unit;       /* p; count: dt_e/dp; zeros */
     double *changes, *along, *new_chart; /* conditions; charts */
 } forward;
 
 static int blocks(const forward *f)
 {
-    return f->p * (1 + f->count);
+    return f->width * (1 + f->count);
+}
+
+/* The coordinates that are unknowns. */
+static const int *unknowns_of(const forward *f)
+{
+    return f->zone ? f->every : f->v->linear.part.u;
+}
+
+/* The rows of u among the unknowns from `block` on; `room`: for p. */
+static const double *rows_of(const forward *f, const double *block, double *room)
+{
+    if (!f->zone)
+        return block;
+    for (int i = 0; i < f->p; i++)
+        room[i] = block[f->v->linear.part.u[i]];
+    return room;
 }
 
 static const double *position_of(const forward *f, const double *y, int k)
 {
-    return y + (k + 1) * f->p;
+    return rows_of(f, y + (k + 1) * f->width, f->su);
 }
 
 static const double *rate_of(const forward *f, const double *y, int k)
 {
-    return y + blocks(f) + (k + 1) * f->p;
+    return rows_of(f, y + blocks(f) + (k + 1) * f->width, f->sud);
+}
+
+/* The state at (t, y), with what small changes need unless linear.plain. */
+static int come_to(forward *f, double t, const double *y)
+{
+    const double *ud = rows_of(f, y + blocks(f), f->ud);
+    return f->zone ? kmp_varied_near(f->v, t, y, ud) : kmp_varied_at(f->v, t, y, ud);
 }
 
 static double weighted(int count, const double *w, const double *x)
@@ -104,22 +135,33 @@ static void integrate_outputs(forward *f, const double *y, double *dy)
     }
 }
 
+/* dy at the last state, which is that of y. */
+static void give(forward *f, const double *y, double *dy)
+{
+    kmp_varied *v = f->v;
+    int w = f->width, half = blocks(f);
+    memcpy(dy, y + half, (size_t)half * sizeof *dy);
+    for (int i = 0; i < w; i++)
+        dy[half + i] = v->linear.qdd[unknowns_of(f)[i]];
+    if (f->count > 0)
+        kmp_varied_parts(v);
+    for (int k = 0; k < f->count; k++) {
+        const double *su = position_of(f, y, k), *sud = rate_of(f, y, k);
+        if (f->zone)
+            kmp_varied_follow(v, k, su, sud, f->dq, f->dqd, dy + half + (k + 1) * w, f->dlambda);
+        else
+            kmp_varied_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
+    }
+    if (f->integrals)
+        integrate_outputs(f, y, dy + 2 * half);
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     forward *f = self;
-    kmp_varied *v = f->v;
-    int p = f->p, half = blocks(f);
-    if (kmp_varied_at(v, t, y, y + half) != KMP_GO)
+    if (come_to(f, t, y) != KMP_GO)
         return KMP_RETRY;
-    memcpy(dy, y + half, (size_t)half * sizeof *dy);
-    for (int i = 0; i < p; i++)
-        dy[half + i] = v->linear.qdd[v->linear.part.u[i]];
-    if (f->count > 0)
-        kmp_varied_parts(v);
-    for (int k = 0; k < f->count; k++)
-        kmp_varied_accelerate(v, k, position_of(f, y, k), rate_of(f, y, k), dy + half + (k + 1) * p);
-    if (f->integrals)
-        integrate_outputs(f, y, dy + 2 * half);
+    give(f, y, dy);
     return KMP_GO;
 }
 
@@ -131,7 +173,7 @@ static int state_jacobian(forward *f, double t, const double *y)
     bool plain = l->plain;
     int p = f->p;
     l->plain = false;
-    int said = kmp_varied_at(f->v, t, y, y + blocks(f));
+    int said = come_to(f, t, y);
     l->plain = plain;
     if (said != KMP_GO)
         return said;
@@ -182,7 +224,7 @@ static int stand_at(forward *f, double t, const double *y, bool whole)
 {
     kmp_linear *l = &f->v->linear;
     l->plain = f->count == 0 || !whole;
-    int said = kmp_varied_at(f->v, t, y, y + blocks(f));
+    int said = come_to(f, t, y);
     l->plain = f->count == 0;
     if (said != KMP_GO && f->road.reason.length == 0)
         kmp_text_printf(&f->road.reason, "the loops do not close at t = %.9g", t);
@@ -225,27 +267,27 @@ static void enter_charts(forward *f, const double *q, const double *qd)
 /* y, but for integrals, from the place. */
 static void pack(forward *f, double *y)
 {
-    const int *u = f->v->linear.part.u;
-    int half = blocks(f);
-    for (int i = 0; i < f->p; i++) {
-        y[i] = f->q[u[i]];
-        y[half + i] = f->qd[u[i]];
+    const int *of = unknowns_of(f);
+    int half = blocks(f), w = f->width;
+    for (int i = 0; i < w; i++) {
+        y[i] = f->q[of[i]];
+        y[half + i] = f->qd[of[i]];
         for (int k = 0; k < f->count; k++) {
-            y[(k + 1) * f->p + i] = f->dq[k * f->n + u[i]];
-            y[half + (k + 1) * f->p + i] = f->dqd[k * f->n + u[i]];
+            y[(k + 1) * w + i] = f->dq[k * f->n + of[i]];
+            y[half + (k + 1) * w + i] = f->dqd[k * f->n + of[i]];
         }
     }
 }
 
 static void set_weights(forward *f)
 {
-    int half = blocks(f);
+    int half = blocks(f), w = f->width;
     double *atol = f->road.atol;
     for (int b = 0; b <= f->count; b++)
-        for (int i = 0; i < f->p; i++) {
-            double of = f->atol * f->system->scale[f->v->linear.part.u[i]] / (b ? f->sizes[b - 1] : 1);
-            atol[b * f->p + i] = of;
-            atol[half + b * f->p + i] = of * f->rate_scale;
+        for (int i = 0; i < w; i++) {
+            double of = f->atol * f->system->scale[unknowns_of(f)[i]] / (b ? f->sizes[b - 1] : 1);
+            atol[b * w + i] = of;
+            atol[half + b * w + i] = of * f->rate_scale;
         }
     for (int b = 0; b < f->integrals; b++)
         atol[2 * half + b] = f->atol * f->ask->spec->t_end / (b ? f->sizes[b - 1] : 1);
@@ -258,11 +300,53 @@ static void settle(forward *f)
     int row, column;
     memcpy(f->mode, l->plant->mode, mode_bytes(f));
     kmp_varied_anchor(f->v);
+    f->crossed = false;
     if (l->red.r == 0)
         return;
     kmp_block_take_signs(l->red.block, f->signs);
     f->growth = kmp_reduction_growth(&l->red, &row, &column);
-    f->due = !f->fixed && f->growth > KMP_EXCHANGE_CLOSED;
+    f->due = !f->fixed && !f->zone && f->growth > KMP_EXCHANGE_CLOSED;
+}
+
+/* -- a zone ------------------------------------------------------------------------------------------ */
+
+/* The last state, all of it, into the unknowns that led to it. */
+static void put_closed(forward *f, double *y)
+{
+    kmp_varied *v = f->v;
+    const kmp_linear *l = &v->linear;
+    int n = f->n, half = blocks(f);
+    if (f->count > 0)
+        kmp_varied_parts(v);
+    for (int k = 0; k < f->count; k++) {
+        double *dq = y + (k + 1) * n, *dqd = y + half + (k + 1) * n;
+        kmp_change change = kmp_varied_change(v, k, position_of(f, y, k), rate_of(f, y, k), NULL);
+        kmp_linear_follow(&v->linear, &change, &(kmp_response){.q = dq, .qd = dqd});
+    }
+    memcpy(y, l->q, (size_t)n * sizeof *y);
+    memcpy(y + half, l->qd, (size_t)n * sizeof *y);
+}
+
+static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
+{
+    forward *f = self;
+    if (!dy)
+        kmp_plant_closure(plant_of(f), t, y);
+    else if (come_to(f, t, y) != KMP_GO)
+        return KMP_RETRY;
+    if (dy && !as_it_is)
+        put_closed(f, y);
+    if (dy)
+        give(f, y, dy);
+    if (distance)
+        *distance = kmp_margin_at(f->margin, plant_of(f));
+    return KMP_GO;
+}
+
+/* Nothing is left out on the way there, whether it turns or not. */
+static void turns(void *self, bool found)
+{
+    (void)self, (void)found;
 }
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
@@ -272,12 +356,18 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 {
     forward *f = self;
     const kmp_linear *l = &f->v->linear;
-    (void)y, (void)dy, (void)w;
+    (void)dy, (void)w;
+    if (f->zone) {
+        put_closed(f, y);
+        kmp_varied_anchor(f->v);
+        return KMP_GO;
+    }
     if (l->red.r > 0) {
         kmp_block_take_signs(l->red.block, f->signs_now);
         size_t count = (size_t)kmp_block_count(l->red.block);
-        f->crossed = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
-        if (f->crossed)
+        bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
+        f->crossed = f->crossed || crosses;
+        if (crosses)
             return KMP_RETRY;
     }
     int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
@@ -292,22 +382,22 @@ static void explain(kmp_road *road)
 {
     forward *f = (forward *)road;
     double t = f->v->anchor_t;
-    if (f->growth >= FOLDED)
+    if (f->zone || f->crossed)
+        kmp_text_printf(&road->reason,
+                        "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
+                        f->ask->alone ? "the adjoint method does not go through it, the forward method may"
+                                      : "parameters that move its closures have no derivative beyond");
+    else if (f->growth >= FOLDED)
         kmp_text_printf(&road->reason,
                         "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
                         f->growth);
-    else if (f->crossed)
-        kmp_text_printf(&road->reason,
-                        "the mechanism comes to a change point at t = %.9g, where branches of it meet: derivatives by "
-                        "parameters do not go on through it",
-                        t);
 }
 
 static void keep_old(forward *f, const double *y)
 {
     memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
-    memcpy(f->old_y, y, (size_t)f->p * sizeof *y);
-    memcpy(f->old_y + f->p, y + blocks(f), (size_t)f->p * sizeof *y);
+    memcpy(f->old_y, rows_of(f, y, f->su), (size_t)f->p * sizeof *y);
+    memcpy(f->old_y + f->p, rows_of(f, y + blocks(f), f->su), (size_t)f->p * sizeof *y);
 }
 
 static int tell_mark(forward *f, double t, int condition)
@@ -393,11 +483,11 @@ static void jump(forward *f, double integrand_before, double *y)
     const kmp_linear *l = &f->v->linear;
     int half = blocks(f);
     double integrand = integrand_before - integrand_here(f);
-    for (int i = 0; i < f->p; i++)
-        f->before[i] -= l->qdd[l->part.u[i]];
+    for (int i = 0; i < f->width; i++)
+        f->before[i] -= l->qdd[unknowns_of(f)[i]];
     for (int k = 0; k < f->count; k++) {
-        for (int i = 0; i < f->p; i++)
-            y[half + (k + 1) * f->p + i] += f->before[i] * f->swing[k];
+        for (int i = 0; i < f->width; i++)
+            y[half + (k + 1) * f->width + i] += f->before[i] * f->swing[k];
         if (f->integrals)
             y[2 * half + 1 + k] += integrand * f->swing[k];
     }
@@ -423,10 +513,10 @@ static int pass(forward *f, int k, const double *mode, double t, double *y)
     keep_old(f, y);
     memcpy(f->mode, l->plant->mode, mode_bytes(f));
     double integrand = integrand_here(f);
-    for (int i = 0; i < f->p; i++)
-        f->before[i] = l->qdd[l->part.u[i]];
+    for (int i = 0; i < f->width; i++)
+        f->before[i] = l->qdd[unknowns_of(f)[i]];
     set_modes(f, mode);
-    if (kmp_varied_at(f->v, t, y, y + blocks(f)) != KMP_GO)
+    if (come_to(f, t, y) != KMP_GO)
         return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
     return tell_mark(f, t, k);
@@ -470,7 +560,7 @@ static int pass_charts(forward *f, double t, const double *q, const double *qd, 
     kmp_plant_set_charts(plant_of(f), f->new_chart);
     enter_charts(f, q, qd);
     kmp_plant_closure(plant_of(f), t, q);
-    if (!f->fixed)
+    if (!f->fixed && !f->zone)
         return choose_anew(f, y);
     pack(f, y);
     return KMP_GO;
@@ -487,9 +577,9 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
         return KMP_HALT;
     if (memcmp(f->chart, plant_of(f)->chart, chart_bytes(f)) != 0 && pass_charts(f, t, q, qd, y) != KMP_GO)
         return KMP_HALT;
-    for (int i = 0; i < f->p; i++) {
-        y[i] = q[f->v->linear.part.u[i]];
-        y[half + i] = qd[f->v->linear.part.u[i]];
+    for (int i = 0; i < f->width; i++) {
+        y[i] = q[unknowns_of(f)[i]];
+        y[half + i] = qd[unknowns_of(f)[i]];
     }
     if (stand_at(f, t, y, false) != KMP_GO)
         return KMP_HALT;
@@ -502,7 +592,9 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void position(kmp_road *road, double t, const double *y, double *q)
 {
     forward *f = (forward *)road;
-    if (kmp_varied_position(f->v, t, y, q) != KMP_GO)
+    if (f->zone)
+        memcpy(q, y, (size_t)f->n * sizeof *q);
+    else if (kmp_varied_position(f->v, t, y, q) != KMP_GO)
         memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
 }
 
@@ -513,16 +605,17 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     const kmp_linear *l = &f->v->linear;
     (void)yp;
     *work = 0;
-    int said = qd ? stand_at(f, t, y, qdd != NULL) : kmp_varied_position(f->v, t, y, q);
+    int said = qd || f->zone ? stand_at(f, t, y, qdd != NULL) : kmp_varied_position(f->v, t, y, q);
     if (said != KMP_GO) {
         if (road->reason.length == 0)
             kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
-    if (!qd)
+    if (!qd && !f->zone)
         return KMP_GO;
     memcpy(q, l->q, (size_t)f->n * sizeof *q);
-    memcpy(qd, l->qd, (size_t)f->n * sizeof *qd);
+    if (qd)
+        memcpy(qd, l->qd, (size_t)f->n * sizeof *qd);
     if (!qdd)
         return KMP_GO;
     memcpy(qdd, l->qdd, (size_t)f->n * sizeof *qdd);
@@ -576,8 +669,8 @@ static int unknowns_at(void *motion, double t, double *y)
     const double *from = kmp_runner_unknowns(f->runner, t);
     if (!from)
         return KMP_HALT;
-    memcpy(y, from, (size_t)f->p * sizeof *y);
-    memcpy(y + f->p, from + blocks(f), (size_t)f->p * sizeof *y);
+    memcpy(y, rows_of(f, from, f->su), (size_t)f->p * sizeof *y);
+    memcpy(y + f->p, rows_of(f, from + blocks(f), f->su), (size_t)f->p * sizeof *y);
     return KMP_GO;
 }
 
@@ -609,6 +702,9 @@ static void release(kmp_road *road)
 {
     forward *f = (forward *)road;
     const kmp_plant *plant = plant_of(f);
+    kmp_free(road->y);
+    kmp_free(road->atol);
+    road->y = road->atol = NULL;
     if (plant == f->own)
         return;
     kmp_plant_set_charts(f->own, plant->chart);
@@ -621,28 +717,28 @@ static int keep(kmp_road *road, double t, const double *y)
 {
     forward *f = (forward *)road;
     memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
+    keep_old(f, y);
     return spread(f, t, y);
 }
 
-static bool make_unknowns(forward *f, const kmp_road_start *start)
+static bool make_unknowns(forward *f)
 {
     kmp_road *road = &f->road;
-    f->p = start->part->p;
+    f->width = f->zone ? f->n : f->p;
     road->size = 2 * blocks(f) + f->integrals;
+    road->rtol = f->zone ? fmax(f->rtol, ZONE_RTOL) : 0;
     road->y = KMP_NEW(double, road->size);
     road->atol = KMP_NEW(double, road->size);
-    f->matrix = KMP_NEW(double, 2 * f->p * f->p);
-    f->old_y = KMP_NEW(double, 2 * f->p);
-    f->before = KMP_NEW(double, f->p);
     road->ode = (kmp_ode){.n = road->size,
                           .self = f,
                           .rhs = rhs,
                           .accept = accept,
                           .jacobian = jacobian,
+                          .closed = closed,
+                          .turns = turns,
                           .positions = blocks(f),
                           .quadratures = f->integrals};
-    f->begun = true;
-    return road->y && road->atol && f->matrix && f->old_y && f->before;
+    return road->y && road->atol;
 }
 
 /* A start that is neither the first one nor where the last road was left: what came between has changed rates. */
@@ -668,7 +764,10 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
     kempe_status status = f->begun ? check_place(f, start) : KEMPE_OK;
     if (status != KEMPE_OK)
         return status;
-    if ((!f->begun && !make_unknowns(f, start)) || !kmp_partition_copy(&part, start->part))
+    bool first = !f->begun;
+    f->begun = true;
+    f->p = start->part->p;
+    if (!make_unknowns(f) || !kmp_partition_copy(&part, start->part))
         return kmp_fail_memory(f->system->context);
     go_by(f, start->plant);
     f->v->linear.held = true;
@@ -684,12 +783,13 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
     settle(f);
-    return KEMPE_OK;
+    return first || tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
-static kmp_road *create(const kmp_road_start *start)
+static kmp_road *create(const kmp_road_start *start, bool zone)
 {
     forward *f = start->user;
+    f->zone = zone;
     f->margin = start->margin;
     f->fixed = start->fixed;
     f->rtol = start->rtol;
@@ -703,7 +803,19 @@ static kmp_road *create(const kmp_road_start *start)
     return NULL;
 }
 
-static const kmp_road_kind varied_road = {.road = "varied", .form = "closed", .corrected = true, .create = create};
+static kmp_road *create_zone(const kmp_road_start *start)
+{
+    return create(start, true);
+}
+
+static kmp_road *create_road(const kmp_road_start *start)
+{
+    return create(start, false);
+}
+
+static const kmp_road_kind varied_zone = {.road = "varied", .form = "zone", .corrected = true, .create = create_zone};
+static const kmp_road_kind varied_road = {
+    .road = "varied", .form = "closed", .corrected = true, .zone = &varied_zone, .create = create_road};
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
@@ -731,6 +843,12 @@ static bool make_room(forward *f)
                  {&f->along, conditions},
                  {&f->chart, charts},
                  {&f->new_chart, charts},
+                 {&f->su, n},
+                 {&f->sud, n},
+                 {&f->ud, n},
+                 {&f->before, n},
+                 {&f->old_y, 2 * n},
+                 {&f->matrix, 2 * n * n},
                  {&f->tail, (size_t)f->integrals}};
     bool ok = true;
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
@@ -738,16 +856,19 @@ static bool make_room(forward *f)
     f->signs = KMP_NEW(int, n);
     f->signs_now = KMP_NEW(int, n);
     f->old_u = KMP_NEW(int, n);
+    f->every = KMP_NEW(int, n);
+    for (int i = 0; f->every && i < f->n; i++)
+        f->every[i] = i;
     f->cause = KMP_NEW(bool, conditions);
-    return ok && f->signs && f->signs_now && f->old_u && f->cause;
+    return ok && f->signs && f->signs_now && f->old_u && f->every && f->cause;
 }
 
 static void free_all(forward *f)
 {
-    void *rooms[] = {f->q,      f->qd,        f->dq,     f->dqd,      f->dqdd,      f->dlambda, f->dshown,
-                     f->swing,  f->unit,      f->mode,   f->new_mode, f->next_mode, f->changes, f->along,
-                     f->chart,  f->new_chart, f->tail,   f->signs,    f->signs_now, f->old_u,   f->cause,
-                     f->road.y, f->road.atol, f->matrix, f->old_y,    f->before};
+    void *rooms[] = {f->q,     f->qd,        f->dq,   f->dqd,      f->dqdd,      f->dlambda, f->dshown,
+                     f->swing, f->unit,      f->mode, f->new_mode, f->next_mode, f->changes, f->along,
+                     f->chart, f->new_chart, f->tail, f->signs,    f->signs_now, f->old_u,   f->every,
+                     f->cause, f->su,        f->sud,  f->ud,       f->matrix,    f->old_y,   f->before};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     kmp_text_free(&f->road.reason);
@@ -781,7 +902,8 @@ static kempe_status run(forward *f, kmp_forward_report *report)
     spec.user = f;
     spec.step = take_step;
     spec.own_angles = f->ask->alone || f->integrals > 0;
-    spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
+    if (f->ask->alone)
+        spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
     if (status == KEMPE_OK)
         status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
     report->integral = f->integrals && f->tail ? f->tail[0] : 0;

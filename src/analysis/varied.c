@@ -124,9 +124,14 @@ kmp_instant kmp_varied_instant(const kmp_varied *varied)
 
 int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud)
 {
-    kmp_linear *l = &varied->linear;
     predict(varied, t, u);
-    if (kmp_linear_at_motion(l, t, varied->q, ud) != KEMPE_OK)
+    return kmp_varied_near(varied, t, varied->q, ud);
+}
+
+int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud)
+{
+    kmp_linear *l = &varied->linear;
+    if (kmp_linear_at_motion(l, t, q, ud) != KEMPE_OK)
         return KMP_RETRY;
     for (int i = 0; i < varied->n; i++)
         if (!isfinite(l->qdd[i]))

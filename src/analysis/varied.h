@@ -48,6 +48,9 @@ int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q
  *  slopes need there. KMP_GO, or KMP_RETRY where loops do not close. No allocation, as in what follows. */
 int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud);
 
+/** The same with q (n) near the closed state in place of what is predicted. */
+int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud);
+
 /** Predictions of positions begin at the last state from now on. */
 void kmp_varied_anchor(kmp_varied *varied);
 
