@@ -19,6 +19,8 @@
 #define GRAZING 1e-9
 /* |Bvu| from which on a step that could not be made is put down to a dead centre of u. */
 #define FOLDED 20.0
+/* Margin, of the usual one, below which it is put down to a change point. */
+#define CHANGE_POINT 0.02
 /* Nothing finer is to be had in a zone. */
 #define ZONE_RTOL 1e-9
 
@@ -382,7 +384,8 @@ static void explain(kmp_road *road)
 {
     forward *f = (forward *)road;
     double t = f->v->anchor_t;
-    if (f->zone || f->crossed)
+    kmp_plant_closure(plant_of(f), t, f->v->anchor_q);
+    if (f->zone || f->crossed || (f->growth < FOLDED && kmp_margin_at(f->margin, plant_of(f)) < CHANGE_POINT))
         kmp_text_printf(&road->reason,
                         "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
                         f->ask->alone ? "the adjoint method does not go through it, the forward method may"
