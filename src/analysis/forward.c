@@ -36,7 +36,7 @@ typedef struct forward {
     int n, m, p, count, integrals; /* the last of the unknowns */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double rtol, atol, rate_scale, growth;
-    bool begun, fixed, due, crossed, zone;
+    bool begun, fixed, due, crossed, zone, own_angles;
     double t;                        /* of the place that is kept between two roads or charts: */
     double *chart, *q, *qd;          /* all charts; n */
     double *dq, *dqd;                /* count x n */
@@ -358,7 +358,16 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 {
     forward *f = self;
     const kmp_linear *l = &f->v->linear;
+    const char *joint = f->own_angles ? kmp_varied_singular(f->v) : NULL;
     (void)dy, (void)w;
+    if (joint) {
+        kmp_text_printf(
+            &f->road.reason,
+            "the angles of spherical joint '%s' come near to their singular position at t = %.9g: integrals "
+            "and the adjoint method do not go on there; take forward rows, or give it other axes",
+            joint, t);
+        return KMP_HALT;
+    }
     if (f->zone) {
         put_closed(f, y);
         kmp_varied_anchor(f->v);
@@ -904,7 +913,7 @@ static kempe_status run(forward *f, kmp_forward_report *report)
     spec.kind = &varied_road;
     spec.user = f;
     spec.step = take_step;
-    spec.own_angles = f->ask->alone || f->integrals > 0;
+    spec.own_angles = f->own_angles = f->ask->alone || f->integrals > 0;
     if (f->ask->alone)
         spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
     if (status == KEMPE_OK)

@@ -377,6 +377,26 @@ static void angles_that_are_centred(void)
                          .one_way = true});
 }
 
+/* The same joint turned on to where its own angles are singular: rows go on, what keeps to them ends. */
+static void angles_that_are_kept(void)
+{
+    static const char text[] = "kempe: 1\nname: over\ngravity: [0, 0, 0]\nparameters: {m: 1}\nbodies:\n"
+                               "  a: {joint: {name: S, spherical: z, at: ground}, mass: m, com: [0, 0, 0.1], "
+                               "inertia: {xx: 0.05, yy: 0.05, zz: 0.05}}\nstart: {qd: {S.1: 0.02, S.2: 3}}\n";
+    for (int k = 0; k < 3; k++) {
+        kempe_context *c = kempe_context_new();
+        kempe_model *model = read_model(c, text, NULL, 0);
+        kempe_sensitivity *s = NULL;
+        kempe_sensitivity_ask ask = {
+            .outputs = "qd(S.2)", .method = k == 1 ? "adjoint" : "forward", .integral = k == 2, .run = {.t_end = 1}};
+        CHECK(kempe_sensitivity_new(model, &ask, &s) == (k ? KEMPE_E_FAILED : KEMPE_OK));
+        CHECK(k == 0 || strstr(kempe_context_message(c), "spherical joint 'S' come near to their singular position"));
+        kempe_sensitivity_free(s);
+        kempe_model_free(model);
+        kempe_context_free(c);
+    }
+}
+
 /* A parallelogram that lies flat four times; %s: the length of its last link. */
 static const char flat[] =
     "kempe: 1\nname: flat\ngravity: [0, -9.81, 0]\nparameters: {m: 1, mc: 0.7, d: 0.3, w: -1, g: 1}\n"
@@ -467,6 +487,7 @@ int main(void)
     TEST(a_closed_guess_and_a_drive);
     TEST(conditions_that_change);
     TEST(angles_that_are_centred);
+    TEST(angles_that_are_kept);
     TEST(change_points);
     TEST(refusals);
     return check_report();
