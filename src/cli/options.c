@@ -98,6 +98,8 @@ static const option options[] = {
      "fail after N steps (default: where what is left would take 1e8)"},
     {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE, "once", 0, OPTION_FLAG, AT(once), NULL,
      "do not run again at another tolerance as a check"},
+    {CLI_INVERSE, "once", 0, OPTION_FLAG, AT(once), NULL,
+     "do not follow the table again with half its rows as a check"},
     {CLI_SIMULATE, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV", "measure errors against this table"},
     {CLI_SIMULATE, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",
      "leave the rows there every 10 s and at the end"},
