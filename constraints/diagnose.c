@@ -55,7 +55,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, check, "check");
-    kmp_context_clear(system->context);
+    kmp_context_begin(system->context);
     kempe_check *c = KMP_NEW(kempe_check, 1);
     if (!c)
         return kmp_fail_memory(system->context);
@@ -64,6 +64,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     c->loop_count = system->model->closure_count;
     unsigned long failures = kmp_memory_failures();
     kempe_status status = diagnose(c);
+    c->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         status = KEMPE_E_MEMORY; /* whatever was complained of on the way */
     if (status != KEMPE_OK && !(status == KEMPE_E_FAILED && !c->assembled)) {
@@ -81,5 +82,6 @@ void kempe_check_free(kempe_check *check)
     kempe_assembly_free(check->assembly);
     kmp_partition_free(&check->part);
     kmp_arena_free(&check->arena);
+    kmp_free(check->warnings);
     kmp_free(check);
 }

@@ -16,6 +16,7 @@ struct kempe_check {
     kmp_obstacle obstacle; /* why it does not assemble */
     char *reason;          /* of that, as a sentence */
     kmp_arena arena;       /* of both */
+    char *warnings;        /* of the computation, one a line */
 };
 
 #endif

@@ -26,6 +26,7 @@ struct kempe_batch {
     double *q, *qd; /* count x n */
     double rtol, atol, t_end, cpu_s;
     kmp_ensemble_work work;
+    char *warnings; /* of the computation, one a line */
 };
 
 /* -- running ----------------------------------------------------------------------------------------- */
@@ -60,6 +61,7 @@ void kempe_batch_free(kempe_batch *batch)
 {
     if (!batch)
         return;
+    kmp_free(batch->warnings);
     for (int k = 0; batch->results && k < batch->count; k++)
         kmp_free(batch->results[k].reason);
     kmp_free(batch->results);
@@ -93,6 +95,20 @@ static int count_of(const kempe_batch *b, const char *word)
     return count;
 }
 
+/* What each start would have said by itself. */
+static void warn_of_rates(const kempe_batch *b)
+{
+    int changed = 0, first = -1;
+    for (int k = 0; k < b->count; k++)
+        if (b->results[k].rates_changed && ++changed == 1)
+            first = k;
+    if (changed > 0)
+        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
+                "start: the given rates contradict the closures in %d of %d instances, first in number %d: other rates "
+                "are taken there",
+                changed, b->count, first + 1);
+}
+
 static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes)
 {
     const kempe_ensemble *e = b->ensemble;
@@ -106,6 +122,8 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
     b->t_end = spec->t_end;
     if (status != KEMPE_OK)
         return status;
+    warn_of_rates(b);
+    b->warnings = kmp_context_warnings(e->model->context);
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
     if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance came to its end; the first: %s",
@@ -303,7 +321,7 @@ static void put_json(const kempe_batch *b, kmp_text *text)
     kmp_json json = kmp_json_begin(text);
     totals s = sum_up(b);
     kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance came to its end",
-                   system->build_s);
+                   system->build_s, b->warnings);
     kmp_json_whole(&json, "count", b->count);
     kmp_json_whole(&json, "ok", s.ok);
     kmp_json_whole(&json, "stopped", s.stopped);

@@ -159,6 +159,17 @@ static kempe_status judge(kmp_compare_job *j)
     return status == KEMPE_OK ? kmp_compare_advise(c) : status;
 }
 
+/* Of the start. */
+static kempe_status repeat_warnings(kmp_compare_job *j)
+{
+    char *lines = kmp_context_warnings(j->context);
+    bool ok = lines;
+    for (const char *at = lines; ok && *at; at += strcspn(at, "\n") + 1)
+        ok = kmp_sentences_add(&j->comparison->warnings, "%.*s", (int)strcspn(at, "\n"), at);
+    kmp_free(lines);
+    return ok ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
 kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *options, kempe_comparison **comparison)
 {
     KMP_WANTED(NULL, system, "system");
@@ -173,6 +184,8 @@ kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *
     j.comparison->advice = (kmp_advice){.run = -1, .level = NAN};
     j.comparison->source = kmp_strdup("none");
     kempe_status status = j.comparison->source ? prepare(&j, options) : kmp_fail_memory(j.context);
+    if (status == KEMPE_OK)
+        status = repeat_warnings(&j);
     if (status == KEMPE_OK)
         status = judge(&j);
     if (status == KEMPE_OK)

@@ -247,7 +247,7 @@ void kmp_check_json(kmp_text *text, const kempe_check *check)
 {
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, check->system, check->assembled ? KEMPE_OK : KEMPE_E_FAILED, check->reason,
-                   check->system->build_s);
+                   check->system->build_s, check->warnings);
     if (check->assembled)
         json_assembled(&j, check);
     else

@@ -216,9 +216,9 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
 {
     if (!trajectory)
         return;
-    char *names[] = {trajectory->road,   trajectory->form,          trajectory->integrator,
-                     trajectory->linear, trajectory->change_points, trajectory->backend,
-                     trajectory->source, trajectory->reason,        trajectory->report.reason};
+    char *names[] = {trajectory->road,          trajectory->form,    trajectory->integrator, trajectory->linear,
+                     trajectory->change_points, trajectory->backend, trajectory->source,     trajectory->reason,
+                     trajectory->report.reason, trajectory->warnings};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         kmp_free(names[k]);
     kmp_journal_free(&trajectory->journal);
@@ -359,6 +359,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     status = judged == KEMPE_OK ? status : judged;
     if (status == KEMPE_OK && !j->run->once)
         status = run_again(t, j);
+    t->warnings = kmp_context_warnings(j->context);
     if (has_result(status))
         *trajectory = t;
     else
