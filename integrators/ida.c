@@ -38,7 +38,7 @@ struct kmp_ida {
 
 static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
 {
-    SUNLinearSolver solver = kmp_linear_known(name) ? kmp_linear_new(name, s->dae.n, s->sun) : NULL;
+    SUNLinearSolver solver = kmp_linear_known(name) ? kmp_linear_new(name, s->matrix, s->sun) : NULL;
     if (!kmp_linear_known(name))
         (void)kmp_fail(s->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name", name);
     else if (!solver)
