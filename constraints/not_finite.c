@@ -29,7 +29,7 @@ static void put_forces(const kempe_model *model, int motion, kmp_text *text)
         }
 }
 
-bool kmp_put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
+static bool put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
 {
     const kempe_system *s = plant->system;
     int bad;
@@ -52,4 +52,13 @@ bool kmp_put_not_finite(kmp_plant *plant, double t, const double *q, const doubl
                     plant->bias[bad], t);
     put_forces(s->model, bad, text);
     return true;
+}
+
+bool kmp_put_not_finite(kmp_plant *plant, double t, const double *q, const double *qd, kmp_text *text)
+{
+    bool by_bodies = plant->by_bodies;
+    kmp_plant_take(plant, false);
+    bool found = put_not_finite(plant, t, q, qd, text);
+    kmp_plant_take(plant, by_bodies);
+    return found;
 }

@@ -23,6 +23,7 @@ static void json_reference(kmp_json *json, const kempe_comparison *c)
     kmp_json_number(json, "uncertainty_qd", c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN);
     kmp_json_number(json, "uncertainty_lambda", c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN);
     kmp_json_number(json, "until", c->has_reference ? c->until : NAN);
+    kmp_json_whole(json, "instants", c->instants);
     kmp_json_number(json, "amplification", c->amplification);
     kmp_json_array(json, "runs");
     for (int k = 0; k < c->source_count; k++)

@@ -1291,6 +1291,45 @@ class Compare(Case):
         self.assertEqual(sorted(os.listdir(self.folder)), ["chart.min.js", "report.html", "three.min.js"])
 
 
+    def test_errors_hold_between_instants_too(self):
+        """Against a run near rounding at twenty thousand instants, by a motion whose errors are short peaks."""
+        model = ROOT / "examples/slider_crank/slider_crank.yaml"
+        found = self.object(0, "compare", model, "--roads", "reduced", "--forms", "carried", "--integrators",
+                            "dop853,dopri5", "--rtol", "1e-4,1e-6")
+        self.assertEqual(found["reference"]["instants"], 401)
+        self.assertIn("errors: the largest at 401 instants",
+                      self.expect(0, "compare", model, "--roads", "reduced", "--rtol", "1e-4").stdout)
+        exact = self.rows(model, "dop853", 1e-13)
+        for run in found["runs"]:
+            rows = self.rows(model, run["integrator"], run["rtol"])
+            error = max(abs(a - b) / max(abs(b), 1) for row, other in zip(rows, exact) for a, b in zip(row, other))
+            self.assertGreater(run["error"]["q"], 0.8 * error)
+            self.assertLess(run["error"]["q"], 1.001 * error)
+
+    def rows(self, model, integrator, rtol):
+        self.expect(0, "simulate", model, "--integrator", integrator, "--rtol", rtol, "--every", 10 / 20000, "--once",
+                    "-o", "rows.csv")
+        lines = [line for line in (self.folder / "rows.csv").read_text().splitlines() if not line.startswith("#")]
+        columns = [k for k, name in enumerate(lines[0].split(",")) if name.startswith("q.")]
+        return [[float(line.split(",")[k]) for k in columns] for line in lines[1:]]
+
+    def test_multipliers_that_are_not_unique_have_no_error(self):
+        done = self.object(0, "compare", ROOT / "tests/models/bennett.yaml", "--rtol", "1e-6", "--t-end", 1)
+        self.assertTrue(all(run["error"]["lambda"] is None for run in done["runs"]))
+        self.assertIn("6 of 6 multipliers are not unique", "".join(done["warnings"]))
+
+    def test_small_loads_are_held_against_large_ones(self):
+        """A model whose forces are all a millionth has the same errors of lambda."""
+        text = FOUR_BAR.read_text()
+        light = text.replace("crank_mass: 1, coupler_mass: 1, rocker_mass: 1",
+                             "crank_mass: 1e-6, coupler_mass: 1e-6, rocker_mass: 1e-6")
+        self.assertNotEqual(text, light)
+        errors = [self.object(0, "compare", self.model(model), "--roads", "reduced", "--forms", "carried",
+                              "--integrators", "dop853,dopri5", "--rtol", "1e-6", "--t-end", 1)["runs"][0]["error"]["lambda"]
+                  for model in (text, light)]
+        self.assertLess(abs(errors[0] - errors[1]), 1e-2 * errors[0])
+
+
 class Show(Case):
     def test_views(self):
         for view in ("--model", "--equations", "--program", "--stats"):
