@@ -178,6 +178,26 @@ class Equilibria(Case):
         self.assertIn("from 100 random starts", self.expect(1, "equilibrium", path, "--all").stderr)
         self.expect(3, "equilibrium", path, "--rates", "T=1")
         self.expect(3, "equilibrium", path, "--rates", "S")
+    def test_what_may_go_on_is_told(self):
+        """A shaft with a motor has no place, but a speed: the failure says how to ask for it, and that works."""
+        path = self.model("""kempe: 1
+gravity: [0, 0, -9.81]
+bodies:
+  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [1, 0, 0]}}
+  b: {joint: {revolute: y, at: a.P}, mass: 1, com: [0, 0, -0.5], inertia: {yy: 0.1}}
+forces: {motor: {joint: a, torque: "3 - 0.5*qd(a)"}}
+""")
+        done = self.expect(1, "equilibrium", path)
+        self.assertIn("nothing holds 'a'", done.stderr)
+        self.assertIn("Forces depend on the rates, and not on the places, of a: they may go on steadily. Give their rates "
+                      "(--rates 'NAME=RATE,..')", done.stderr)
+        found = self.object(0, "equilibrium", path, "--rates", "a=5", "--free", "qd(a)")
+        self.assertAlmostEqual(found["qd"]["a"], 6, 9)
+        falls = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                           "  a: {joint: {prismatic: z, at: ground}, mass: 1}\n")
+        self.assertNotIn("steadily", self.expect(1, "equilibrium", falls).stderr)
+
+
 class Sensitivities(Case):
     """Derivatives by parameters: tables of both methods, against runs with other values; mistakes."""
 
