@@ -533,6 +533,7 @@ static int pass(forward *f, int k, const double *mode, double t, double *y)
     if (come_to(f, t, y) != KMP_GO)
         return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
+    f->t = NAN; /* the place is that before */
     return tell_mark(f, t, k);
 }
 
@@ -731,6 +732,8 @@ static int keep(kmp_road *road, double t, const double *y)
 {
     forward *f = (forward *)road;
     memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
+    if (f->t >= t)
+        return KMP_GO; /* charts have changed, and the place with them */
     keep_old(f, y);
     return spread(f, t, y);
 }
