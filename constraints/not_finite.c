@@ -48,8 +48,8 @@ static bool put_not_finite(kmp_plant *plant, double t, const double *q, const do
     kmp_plant_bias(plant, qd);
     if ((bad = first_bad(s->n, plant->bias)) < 0)
         return false;
-    kmp_text_printf(text, "the forces on '%s' are not a finite number (%g) at t = %.9g", s->model->motions[bad].name,
-                    plant->bias[bad], t);
+    kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,
+                    isnan(plant->bias[bad]) ? "not a number" : "infinite", t);
     put_forces(s->model, bad, text);
     return true;
 }

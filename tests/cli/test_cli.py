@@ -1094,7 +1094,7 @@ run: {t_end: 1}
         for torque in ("1/q(a)", "sqrt(q(a) - 1)", "log(q(a))"):
             for road in ("reduced", "projected", "dae"):
                 done = self.expect(1, "simulate", self.model(pendulum.format(torque)), "--road", road)
-                self.assertRegex(done.stderr, r"the forces on 'a' are not a finite number \(-?(inf|nan)\) at t = 0; on it "
+                self.assertRegex(done.stderr, r"the forces on 'a' are not a finite number \((infinite|not a number)\) at t = 0; on it "
                                               "act 'bad'")
 
     def test_rows_in_time_alone(self):
