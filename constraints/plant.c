@@ -81,6 +81,8 @@ void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const do
         }
         change[k] = *late++;
     }
+    plant->solved[0] = now + events->count;
+    plant->solved[1] = late;
 }
 
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd)

@@ -29,6 +29,8 @@ typedef struct kmp_plant {
     const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
     const double *drift;      /* m: J free_qdd + jdqd */
     const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all count */
+    const double *solved[2];  /* what implicit blocks solve for in conditions: of all, and of late ones, since the last
+                                 kmp_plant_all_changes */
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
     const double *own_bias;   /* n: of the program alone */
     const double *given;      /* n, not owned: efforts beside those of the model and the user's; NULL: none */
