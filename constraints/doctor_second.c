@@ -5,7 +5,6 @@
  * branches that cross here. */
 #include "base/memory.h"
 #include "constraints/doctor.h"
-#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
@@ -144,7 +143,7 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
     for (int r = 0; r < m; r++)
         for (int k = 0; k < n; k++)
             w->copy[k + r * n] = w->jacobian[r + k * m];
-    f->l = m - kmp_null_space(n, m, w->copy, KMP_RANK, rank, w->basis, w->order, &w->last);
+    f->l = m - kmp_null_space(n, m, w->copy, 1e-10, rank, w->basis, w->order, &w->last);
     f->left = KMP_ARENA_NEW(x->arena, double, m * f->l);
     f->form = KMP_ARENA_NEW(x->arena, double, f->l * f->pairs);
     if (!x->arena->failed)

@@ -12,6 +12,8 @@
  * others below 4e-13: of the size of what h is open by. Nearer to the latter, because those that count go down to
  * nothing where a mechanism comes near a change point. */
 #define KMP_RANK 1e-10
+/** While loops are being closed, where damping of the size of what h still is stands above it. */
+#define KMP_RANK_OPEN KMP_RANK
 /** At configurations that a random walk closed to KMP_CLOSED_AIM alone. */
 #define KMP_RANK_WALKED 1e-8
 /** The first pivot itself: of the size of 1, smaller where lengths differ much. One of the size of the root of rounding
