@@ -175,8 +175,8 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
  *  others follow (kmp_complete_axes). The columns of m are the three axes. */
 bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3]);
 
-/** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there, or of its opposite if that is nearer.
- */
+/** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there; of the axis opposite to k, half a turn
+ *  about the one that follows k. */
 void kmp_complete_axes(int k, const double axis[3], double m[3][3]);
 
 /** The axes a, b and c of a joint's chain as columns of m: of an axis a, or, where b counts, of a list of two. */
