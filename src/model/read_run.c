@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where a run starts and how it goes. */
 #include "model/reading.h"
+#include "model/rows.h"
 #include <string.h>
 
 /* -- start --------------------------------------------------------------------------------------- */
@@ -83,6 +84,20 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, k
         kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
 }
 
+static void read_every(kmp_reader *r, const kmp_yaml *map)
+{
+    kmp_run_settings *run = &r->model->run;
+    const kmp_yaml *node = kmp_yaml_get(map, "every");
+    kmp_text complaint = {0};
+    read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
+    if (!(run->every > 0))
+        return;
+    run->every_place = node->place;
+    if (!kmp_rows_fit(run->every, run->t_end, &complaint))
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "");
+    kmp_text_free(&complaint);
+}
+
 static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, const char **choice)
 {
     const kmp_yaml *node = kmp_yaml_get(map, key);
@@ -160,7 +175,7 @@ void kmp_read_run(kmp_reader *r)
     read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);
     read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
     read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
-    read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
+    read_every(r, map);
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);

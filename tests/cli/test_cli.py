@@ -944,6 +944,20 @@ class Simulate(Case):
         self.assertEqual(self.object(0, "simulate", model, "--change-points", "leap")["change_points"], "leap")
         self.assertIn("change_points ignore", self.expect(0, "show", model, "--model").stdout)
 
+    def test_too_many_rows(self):
+        """One rule and one sentence, whether the file or the command line asks for too many."""
+        head = "kempe: 1\nbodies:\n  a: {joint: {revolute: z, at: ground}, inertia: {zz: 1}}\n"
+        said = "every = 1e-12 s makes 1e+12 rows up to t_end = 1 s, at most 1000000 are kept; ask for fewer"
+        plain = self.model(head + "run: {t_end: 1}\n")
+        self.assertEqual(self.expect(3, "simulate", plain, "--every", "1e-12").stderr, f"kempe: {said}\n")
+        path = self.model(head + "run: {t_end: 1, every: 1e-12}\n")
+        for command in ("check", "simulate", "sensitivity"):
+            self.assertEqual(self.expect(2, command, path).stderr, f"{path}:4:24: {said}\n")
+        path = self.model(head + "run: {t_end: 1 ms, every: 1 us}\n")
+        self.expect(0, "simulate", path)
+        long = self.expect(2, "simulate", path, "--t-end", "10").stderr
+        self.assertEqual(long, f"{path}:4:27: {said.replace('1e-12', '1e-06').replace('1e+12', '1e+07').replace('= 1 s', '= 10 s')}\n")
+
     def test_csv(self):
         self.expect(0, *self.SHORT, "--every", 0.05, "-o", "out.csv")
         with open(self.folder / "out.csv", newline="") as file:
