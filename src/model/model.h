@@ -17,6 +17,7 @@ typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
     bool fixed;  /* something that is no number of the equations depends on it */
+    bool unused; /* nothing of the model depends on it, and the user was warned */
     bool varies; /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
 
