@@ -1042,7 +1042,7 @@ class Simulate(Case):
             self.assertEqual("the energy balance is off by" in done.stderr, told)
 
     def test_interrupt(self):
-        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e6", "--rtol", "1e-12")
+        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e6", "--every", "1", "--rtol", "1e-12")
 
     def test_interrupt_without_result(self):
         """Where there is nothing to show yet the object and a sentence are there all the same."""
