@@ -77,7 +77,7 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, k
     kmp_number number;
     if (!node || !kmp_read_number(r, node, what, wanted, &number))
         return;
-    kmp_reader_fix(r, &number);
+    kmp_reader_fix_setting(r, &number);
     if (number.value > 0)
         *value = number.value;
     else

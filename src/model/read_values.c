@@ -277,7 +277,7 @@ const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const cha
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
 {
     bool literal = expr->kind == KMP_EXPR_NUMBER || (expr->kind == KMP_EXPR_NEG && expr->a->kind == KMP_EXPR_NUMBER);
-    return (kmp_number){.value = value, .expr = literal ? NULL : expr};
+    return (kmp_number){.value = value, .expr = literal ? NULL : expr, .symbol = expr->symbol};
 }
 
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number)
@@ -326,9 +326,26 @@ void kmp_reader_use(kmp_reader *r, const kmp_expr *expr)
     mark(r->model, expr, r->parameter_used);
 }
 
-void kmp_reader_fix(kmp_reader *r, const kmp_number *number)
+void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number)
 {
     mark(r->model, number->expr, r->parameter_fixed);
+}
+
+void kmp_reader_fix(kmp_reader *r, const kmp_number *number)
+{
+    kmp_reader_fix_setting(r, number);
+    mark(r->model, number->expr, r->parameter_shapes);
+}
+
+/* A constant law is a number of the model. */
+static const kmp_expr *name_constant(kmp_reader *r, const kmp_expr *expr)
+{
+    kmp_expr *named = kmp_expr_is_constant(expr) ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (!named)
+        return expr;
+    *named = *expr;
+    named->symbol = ++r->model->symbol_count;
+    return named;
 }
 
 /* What is constant must be finite, and what is known have the dimension. */
@@ -342,7 +359,7 @@ static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const 
         return NULL;
     if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
-    return expr;
+    return expr ? name_constant(r, expr) : NULL;
 }
 
 const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
@@ -376,7 +393,7 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
     if (!check_finite(r, node, what, value))
         return NULL;
     *first = value;
-    return expr;
+    return name_constant(r, expr);
 }
 
 /* -- references ---------------------------------------------------------------------------------- */

@@ -36,6 +36,7 @@ typedef struct kmp_reader {
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
     bool *parameter_used;  /* something other than parameters depends on it */
     bool *parameter_fixed; /* something that is no number of the equations does */
+    bool *parameter_shapes;
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
@@ -127,7 +128,9 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
 /** Notes that something of the model depends on the parameters in an expression (NULL: on none). */
 void kmp_reader_use(kmp_reader *r, const kmp_expr *expr);
 
-/** Notes that parameters in the expression of a number decide what is no number of the equations. */
+/** Notes that parameters in the expression of a number decide what is no number of the equations: a setting of runs,
+ *  or something that shapes the equations. */
+void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number);
 void kmp_reader_fix(kmp_reader *r, const kmp_number *number);
 
 /** The expression of a parameter, over others; not valued, and no use of those. NULL after a complaint. */

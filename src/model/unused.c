@@ -49,6 +49,7 @@ static void settle(kmp_reader *r, const kmp_yaml *map)
     for (int i = 0; i < model->parameter_count; i++) {
         bool set = is_set(r, model->parameters[i].name);
         model->parameters[i].fixed = r->parameter_fixed[i];
+        model->parameters[i].shapes = r->parameter_shapes[i];
         model->parameters[i].unused = set && !r->parameter_used[i];
         if (model->parameters[i].unused)
             warn(r, map->keys[i]->place, model->parameters[i].name, ": to set it changes nothing");
