@@ -4,14 +4,13 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "check.h"
+#include "generate/models.h"
 #include "generate/source.h"
 #include "model/force_table.h"
 #include "unit/random.h"
-#include <dirent.h>
 #include <math.h>
-#include <stdlib.h>
 
-enum { MOST = 512, MOST_FILES = 300 };
+enum { MOST = 512 };
 
 #define SETS "M+C+h+J+h_t+jdqd+invdyn"
 
@@ -375,36 +374,10 @@ static void shapes_are_no_entries(void)
     kempe_model_free(model);
 }
 
-static int by_name(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
-/* Paths of models in a folder, and in those below it. */
-static int list_models(const char *folder, int depth, char **paths, int count)
-{
-    DIR *dir = opendir(folder);
-    struct dirent *entry;
-    while (dir && (entry = readdir(dir)) && count < MOST_FILES) {
-        char path[512];
-        size_t length = strlen(entry->d_name);
-        (void)snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
-        if (entry->d_name[0] != '.' && !strchr(entry->d_name, '.') && depth > 0)
-            count = list_models(path, depth - 1, paths, count);
-        else if (length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0)
-            paths[count++] = kmp_strdup(path);
-    }
-    if (dir)
-        closedir(dir);
-    return count;
-}
-
 static void every_model(void)
 {
-    static char *paths[MOST_FILES];
-    int count = list_models("examples", 1, paths, 0), tried = 0;
-    count = list_models("tests/models", 0, paths, count);
-    qsort(paths, (size_t)count, sizeof *paths, by_name);
+    static char *paths[MOST_MODELS];
+    int count = models_list(paths), tried = 0;
     for (int k = 0; k < count; k++) {
         tried += try_model(read_file, paths[k]);
         kmp_free(paths[k]);
