@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where a run starts and how it goes. */
+#include "model/limits.h"
 #include "model/reading.h"
 #include "model/rows.h"
+#include <math.h>
 #include <string.h>
 
 /* -- start --------------------------------------------------------------------------------------- */
@@ -67,8 +69,9 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {"t_end",    "rtol",          "atol", "every",   "road",  "form", "integrator",
-                                       "dynamics", "change_points", "u",    "outputs", "until", NULL};
+static const char *const run_keys[] = {"t_end",      "rtol",     "atol",          "every", "road",    "form",
+                                       "integrator", "dynamics", "change_points", "u",     "outputs", "until",
+                                       "max_steps",  NULL};
 
 static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {
@@ -96,6 +99,18 @@ static void read_every(kmp_reader *r, const kmp_yaml *map)
     if (!kmp_rows_fit(run->every, run->t_end, &complaint))
         kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "");
     kmp_text_free(&complaint);
+}
+
+static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "max_steps");
+    double steps = 0;
+    read_positive(r, map, "max_steps", KMP_DIM_NUMBER, &steps);
+    if (steps > 0 && steps <= KMP_MOST_STEPS && steps == floor(steps))
+        r->model->run.max_steps = (long)steps;
+    else if (steps > 0)
+        kmp_reader_complain(r, node->place, "run max_steps is %.6g: it must be a whole number from 1 to %.0e", steps,
+                            KMP_MOST_STEPS);
 }
 
 static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, const char **choice)
@@ -176,6 +191,7 @@ void kmp_read_run(kmp_reader *r)
     read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
     read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
     read_every(r, map);
+    read_max_steps(r, map);
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);
