@@ -129,7 +129,7 @@ static bool show_contacts(kmp_equations *eq, int number)
         kmp_contact contact;
         ok = kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
         if (ok)
-            kmp_contact_values(&eq->tree, wheel, &contact, eq->shown + eq->shown_count);
+            kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
         eq->shown_count += KMP_CONTACT_SHOWN;
     }
     return ok;
