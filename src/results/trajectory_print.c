@@ -112,6 +112,11 @@ static void show_unused(kmp_text *text, const kempe_model *model)
     kmp_text_free(&names);
 }
 
+static const char *again_name(const kempe_trajectory *t)
+{
+    return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
+}
+
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_report *r = &t->report;
@@ -124,7 +129,7 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, " of its size\n");
     show_error(text, t);
     show_unused(text, t->system->model);
-    kmp_convergence_show(text, t->system, &t->again);
+    kmp_convergence_show(text, &t->again, "q", again_name(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
     kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
@@ -283,7 +288,7 @@ static void json(kmp_text *text, const kempe_trajectory *t)
     kmp_print_verdict(&j, &t->verdict);
     kmp_json_string(&j, "reference", t->source);
     kmp_print_errors(&j, &t->verdict);
-    kmp_convergence_json(&j, t->system, &t->again);
+    kmp_convergence_json(&j, &t->again, again_name(t));
     kmp_print_work(&j, &t->report);
     kmp_print_unused_json(&j, t->system->model);
     json_notes(&j, &t->journal);
