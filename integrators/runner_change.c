@@ -38,6 +38,9 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
 {
     double *q = run->state, *qd = q + run->s->n;
+    if (run->road->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+                            run->road->keep(run->road, t, run->y) != KMP_GO))
+        return KEMPE_E_FAILED;
     release_road(run);
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
@@ -61,8 +64,6 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    if (status == KEMPE_OK && run->road->keep && run->road->keep(run->road, t, run->y) != KMP_GO)
-        status = KEMPE_E_FAILED;
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 

@@ -6,6 +6,7 @@
  * the integrator that leaps over such places (integrators/leap.h): u and what is smooth with it goes straight on. A
  * parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt over. */
 #include "analysis/forward.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/tolerances.h"
@@ -21,11 +22,14 @@
 #define FOLDED 20.0
 /* Margin, of the usual one, below which it is put down to a change point. */
 #define CHANGE_POINT 0.02
+/* Margin at which a motion that is followed backwards later ends: only a change point has it. */
+#define PASSING 1e-4
 /* Nothing finer is to be had in a zone. */
 #define ZONE_RTOL 1e-9
 
 typedef struct forward {
     kmp_road road; /* first */
+    kmp_arena arena;
     kmp_varied *v;
     kmp_plant *own; /* of v, while the runner's is lent */
     const kmp_forward *ask;
@@ -351,6 +355,14 @@ static void turns(void *self, bool found)
     (void)self, (void)found;
 }
 
+static void say_change_point(forward *f, double t)
+{
+    kmp_text_printf(&f->road.reason,
+                    "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
+                    f->ask->alone ? "the adjoint method does not go through it, the forward method may"
+                                  : "parameters that move its closures have no derivative beyond");
+}
+
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
 /* It must not have jumped a dead centre of u; evaluated last. */
@@ -381,6 +393,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         if (crosses)
             return KMP_RETRY;
     }
+    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->margin, l->plant) < PASSING) {
+        say_change_point(f, t);
+        return KMP_HALT;
+    }
     int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
     if (said == KMP_GO && f->p > 0 && kmp_margin_too_deep(f->margin, l->plant, t))
         said = KMP_RETRY;
@@ -392,13 +408,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void explain(kmp_road *road)
 {
     forward *f = (forward *)road;
-    double t = f->v->anchor_t;
-    kmp_plant_closure(plant_of(f), t, f->v->anchor_q);
+    double t = f->v->anchor[0].t;
+    kmp_plant_closure(plant_of(f), t, f->v->anchor[0].q);
     if (f->zone || f->crossed || (f->growth < FOLDED && kmp_margin_at(f->margin, plant_of(f)) < CHANGE_POINT))
-        kmp_text_printf(&road->reason,
-                        "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
-                        f->ask->alone ? "the adjoint method does not go through it, the forward method may"
-                                      : "parameters that move its closures have no derivative beyond");
+        say_change_point(f, t);
     else if (f->growth >= FOLDED)
         kmp_text_printf(&road->reason,
                         "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
@@ -531,6 +544,7 @@ static int pass(forward *f, int k, const double *mode, double t, double *y)
     if (come_to(f, t, y) != KMP_GO)
         return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
+    f->t = NAN; /* the place is that before */
     return tell_mark(f, t, k);
 }
 
@@ -729,6 +743,8 @@ static int keep(kmp_road *road, double t, const double *y)
 {
     forward *f = (forward *)road;
     memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
+    if (f->t >= t)
+        return KMP_GO; /* charts have changed, and the place with them */
     keep_old(f, y);
     return spread(f, t, y);
 }
@@ -833,28 +849,27 @@ static const kmp_road_kind varied_road = {
 
 static bool make_room(forward *f)
 {
-    size_t n = (size_t)f->n, m = (size_t)f->m, count = (size_t)f->v->count, many = count ? count : 1;
-    size_t conditions = (size_t)f->system->events.count, shown = (size_t)f->v->slopes->shown;
-    size_t charts = chart_bytes(f) / sizeof(double);
+    kmp_arena *a = &f->arena;
+    size_t n = (size_t)f->n, slopes = n * (size_t)f->v->count, conditions = (size_t)f->system->events.count;
     const struct {
         double **to;
         size_t size;
     } rooms[] = {{&f->q, n},
                  {&f->qd, n},
-                 {&f->dq, n * many},
-                 {&f->dqd, n * many},
-                 {&f->dqdd, n * many},
-                 {&f->dlambda, m * many},
-                 {&f->dshown, shown * many},
-                 {&f->swing, count},
-                 {&f->unit, count},
+                 {&f->dq, slopes},
+                 {&f->dqd, slopes},
+                 {&f->dqdd, slopes},
+                 {&f->dlambda, (size_t)f->m * (size_t)f->v->count},
+                 {&f->dshown, (size_t)f->v->slopes->shown * (size_t)f->v->count},
+                 {&f->swing, (size_t)f->v->count},
+                 {&f->unit, (size_t)f->v->count},
                  {&f->mode, conditions},
                  {&f->new_mode, conditions},
                  {&f->next_mode, conditions},
                  {&f->changes, conditions},
                  {&f->along, conditions},
-                 {&f->chart, charts},
-                 {&f->new_chart, charts},
+                 {&f->chart, chart_bytes(f) / sizeof(double)},
+                 {&f->new_chart, chart_bytes(f) / sizeof(double)},
                  {&f->su, n},
                  {&f->sud, n},
                  {&f->ud, n},
@@ -862,28 +877,16 @@ static bool make_room(forward *f)
                  {&f->old_y, 2 * n},
                  {&f->matrix, 2 * n * n},
                  {&f->tail, (size_t)f->integrals}};
-    bool ok = true;
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        ok = (*rooms[k].to = KMP_NEW(double, rooms[k].size)) && ok;
-    f->signs = KMP_NEW(int, n);
-    f->signs_now = KMP_NEW(int, n);
-    f->old_u = KMP_NEW(int, n);
-    f->every = KMP_NEW(int, n);
-    for (int i = 0; f->every && i < f->n; i++)
+        *rooms[k].to = KMP_ARENA_NEW(a, double, rooms[k].size);
+    f->signs = KMP_ARENA_NEW(a, int, n);
+    f->signs_now = KMP_ARENA_NEW(a, int, n);
+    f->old_u = KMP_ARENA_NEW(a, int, n);
+    f->every = KMP_ARENA_NEW(a, int, n);
+    f->cause = KMP_ARENA_NEW(a, bool, conditions);
+    for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
-    f->cause = KMP_NEW(bool, conditions);
-    return ok && f->signs && f->signs_now && f->old_u && f->every && f->cause;
-}
-
-static void free_all(forward *f)
-{
-    void *rooms[] = {f->q,     f->qd,        f->dq,   f->dqd,      f->dqdd,      f->dlambda, f->dshown,
-                     f->swing, f->unit,      f->mode, f->new_mode, f->next_mode, f->changes, f->along,
-                     f->chart, f->new_chart, f->tail, f->signs,    f->signs_now, f->old_u,   f->every,
-                     f->cause, f->su,        f->sud,  f->ud,       f->matrix,    f->old_y,   f->before};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    kmp_text_free(&f->road.reason);
+    return !a->failed;
 }
 
 /* The start and its slopes into the place. */
@@ -948,7 +951,8 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const d
     kempe_status status = run(&f, report);
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
         integral[k] = f.tail[1 + k];
-    free_all(&f);
+    kmp_text_free(&f.road.reason);
+    kmp_arena_free(&f.arena);
     varied->linear.plain = false;
     return status;
 }
