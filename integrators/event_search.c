@@ -382,6 +382,8 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
     status = search(c, 0, &s->look[0], &s->look[1], t, found);
     if (status == KEMPE_OK && *found)
         c->end = kmp_crossing_first_end(c);
+    if (status == KEMPE_OK && !*found)
+        kmp_crossing_hold_free(c, s->look[1].change);
     kmp_look last = s->look[1];
     s->look[1] = s->look[0];
     s->look[0] = last;

@@ -215,6 +215,35 @@ static void kinks_are_located(void)
     unload(&condition);
 }
 
+/* What comes to rest on kinks passes them within what steps err by, and goes on with the steps of what has none. */
+static void rest_on_a_kink_costs_no_steps(void)
+{
+    static const char *const laws[] = {"-100*q(S) - 20*qd(S)",
+                                       "-100*q(S) - 20*qd(S) - 0.5*qd(S)*abs(qd(S)) - 30*max(q(S), 0)"};
+    static const char *const integrators[] = {"dop853", "dopri5", "radau5"};
+    for (size_t i = 0; i < sizeof integrators / sizeof *integrators; i++) {
+        kmp_run_report report[2];
+        for (int k = 0; k < 2; k++) {
+            char text[512];
+            double end = 1000;
+            watch w = {0};
+            (void)snprintf(text, sizeof text,
+                           "kempe: 1\nbodies: {ball: {joint: {name: S, prismatic: y, at: ground}, mass: 1}}\n"
+                           "forces: {f: {joint: S, force: \"%s\"}}\nstart: {q: {S: -1}}\nrun: {t_end: 1000}\n",
+                           laws[k]);
+            loaded s = load_text(text);
+            kmp_run_spec spec = {
+                .integrator = integrators[i], .rtol = 1e-8, .t_end = end, .times = &end, .time_count = 1};
+            CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
+            CHECK(kmp_run(s.system, &spec, NULL, take_row, &w, &report[k]) == KEMPE_OK);
+            kmp_free(report[k].reason);
+            unload(&s);
+        }
+        printf("  %s: %ld steps without kinks, %ld with\n", integrators[i], report[0].steps, report[1].steps);
+        CHECK(report[1].steps < 2 * report[0].steps + 100);
+    }
+}
+
 /* -- conditions on time, on rates, within each other -------------------------------------------------- */
 
 /* A unit mass without gravity: force 3 until t = 1, then 3 against the motion while it is faster than 1. */
@@ -375,6 +404,7 @@ int main(void)
     TEST(every_way_bounces);
     TEST(location_is_what_does_it);
     TEST(kinks_are_located);
+    TEST(rest_on_a_kink_costs_no_steps);
     TEST(a_mass_is_braked);
     TEST(a_pendulum_meets_stops);
     TEST(a_loop_meets_a_stop);
