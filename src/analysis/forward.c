@@ -22,6 +22,9 @@
 #define FOLDED 20.0
 /* Margin, of the usual one, below which it is put down to a change point. */
 #define CHANGE_POINT 0.02
+/* How far from its prediction (rad, characteristic lengths) a step may end: positions within it are found from there.
+ */
+#define FARTHEST 0.3
 /* Margin at which a motion that is followed backwards later ends: only a change point has it. */
 #define PASSING 1e-4
 /* Nothing finer is to be had in a zone. */
@@ -390,7 +393,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         size_t count = (size_t)kmp_block_count(l->red.block);
         bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
         f->crossed = f->crossed || crosses;
-        if (crosses)
+        if (crosses || kmp_varied_miss(f->v, y) > FARTHEST)
             return KMP_RETRY;
     }
     if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->margin, l->plant) < PASSING) {
