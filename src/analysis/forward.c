@@ -41,6 +41,7 @@ typedef struct forward {
     kmp_margin *margin;
     kmp_runner *runner;
     int n, m, p, count, integrals; /* the last of the unknowns */
+    int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double rtol, atol, rate_scale, growth;
     bool begun, fixed, due, crossed, zone, own_angles;
@@ -798,6 +799,7 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
     bool first = !f->begun;
     f->begun = true;
     f->p = start->part->p;
+    f->redundant = start->part->m - start->part->r;
     if (!make_unknowns(f) || !kmp_partition_copy(&part, start->part))
         return kmp_fail_memory(f->system->context);
     go_by(f, start->plant);
@@ -925,6 +927,7 @@ static kempe_status run(forward *f, kmp_forward_report *report)
     if (status == KEMPE_OK)
         status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
     report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    report->redundant = f->redundant;
     if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
     report->run.reason = kmp_strdup(kempe_context_message(f->system->context));
