@@ -1135,6 +1135,11 @@ run: {t_end: 1}
         self.assertIn("too much work", hopeless["reason"])
         self.assertLess(hopeless["work"]["steps"], 300000)
 
+    def test_a_bound_on_work_of_instances(self):
+        found = self.object(1, "ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", 3, "--t-end", 1,
+                            "--max-steps", 20)
+        self.assertIn("the bound of 20 steps (max_steps)", found["reason"] + json.dumps(found["instances"]))
+
     def test_a_lock_is_a_stop(self):
         """Exit code 0, and the object says that it has stopped, and why."""
         path = self.model(FOUR_BAR.read_text().replace("qd: {crank: 20}", "qd: {}").replace("hold: [crank], ", "")
