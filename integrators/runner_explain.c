@@ -102,7 +102,8 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     const double *begin = run->state; /* nothing has moved yet */
     if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
-    if (t == run->spec.t_start && begin && run->plant &&
+    bool prepared = run->solver || !*said; /* what ended the preparation has said so itself */
+    if (t == run->spec.t_start && begin && run->plant && prepared &&
         kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
         name_unknowns(run, text);
         return false;

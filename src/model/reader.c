@@ -168,7 +168,7 @@ kempe_status kempe_model_read_set(kempe_context *context, const char *path, cons
     KMP_WANTED(context, are_settings(list, count), "a setting");
     char *text;
     size_t length;
-    kmp_context_clear(context);
+    kmp_context_begin(context);
     kempe_status status = kmp_file_read(context, path, &text, &length);
     if (status != KEMPE_OK)
         return status;
@@ -185,7 +185,7 @@ kempe_status kempe_model_read_text_set(kempe_context *context, const char *text,
     KMP_WANTED(context, label, "label");
     KMP_WANTED(context, model, "model");
     KMP_WANTED(context, are_settings(list, count), "a setting");
-    kmp_context_clear(context);
+    kmp_context_begin(context);
     return read_model(context, text, strlen(text), label, (settings){list, count}, model);
 }
 
