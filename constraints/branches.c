@@ -2,18 +2,17 @@
 #include "constraints/branches.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
-#define TWO_PI         6.283185307179586
-#define SAME           1e-5 /* scaled: states that are nearer are one */
-#define ROUNDING       1e-13
-#define FAR            3.0 /* a translation is sampled within so many characteristic lengths */
-#define RANK_TOLERANCE 1e-10
-#define SINGULAR       1e-9
+#define TWO_PI   6.283185307179586
+#define SAME     1e-5 /* scaled: states that are nearer are one */
+#define ROUNDING 1e-13
+#define FAR      3.0 /* a translation is sampled within so many characteristic lengths */
 
 typedef struct search {
     kempe_branches *b;
@@ -111,7 +110,7 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
         least = fmin(least, fabs(u));
         most = fmax(most, fabs(u));
     }
-    return least < SINGULAR * most ? '0' : sign > 0 ? '+' : '-';
+    return least < KMP_RANK_SIGN * most ? '0' : sign > 0 ? '+' : '-';
 }
 
 /* Of the three rotations of a spherical joint. */

@@ -2,6 +2,7 @@
 #include "constraints/pick.h"
 #include "base/memory.h"
 #include "constraints/pick_blocks.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include "linalg/sparse.h"
 #include <math.h>

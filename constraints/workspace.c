@@ -4,6 +4,7 @@
  * geometric metric for closing. */
 #include "base/memory.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include <kempe/workspace.h>
 #include <math.h>
@@ -11,9 +12,6 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 100 };
-#define CLOSED         1e-12 /* scaled |h| that is closed enough when it falls no more */
-#define LONGEST_STEP   0.5   /* rad, or characteristic lengths */
-#define RANK_TOLERANCE 1e-9
 
 struct kempe_workspace {
     const kempe_system *system;
@@ -193,7 +191,7 @@ static void choose_rows(kempe_workspace *ws, const int *hold)
     if (most == 0)
         return;
     kmp_lu_complete(m, n, ws->scaled, NULL, ws->row, ws->col, ws->pivots);
-    while (ws->rank < most && ws->pivots[ws->rank] > RANK_TOLERANCE * ws->pivots[0])
+    while (ws->rank < most && ws->pivots[ws->rank] > KMP_RANK_OPEN * ws->pivots[0])
         ws->rank++;
 }
 
@@ -281,7 +279,7 @@ static int find_shared(kempe_workspace *ws)
             for (int i = 0; i < ws->rank; i++)
                 if (ws->row[i] == row)
                     share = ws->rhs[ws->n + i] * s->row_scale[row] / s->row_scale[dropped];
-            if (fabs(share) > RANK_TOLERANCE)
+            if (fabs(share) > KMP_RANK_OPEN)
                 return row;
         }
     }
@@ -356,10 +354,11 @@ static double close_q(kempe_workspace *ws, double t, const int *hold)
     for (int k = 0; k < MAX_ITERATIONS; k++) {
         evaluate_closure(ws, t, ws->trial);
         double residual = kmp_plant_residual(ws->plant);
-        if (!isfinite(residual) || (residual <= CLOSED && residual >= best) || residual == 0)
+        if (!isfinite(residual) || (residual <= KMP_CLOSED_PUBLIC && residual >= best) || residual == 0)
             return residual;
         best = residual;
-        double longest = correction(ws, ws->h, hold), cut = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
+        double longest = correction(ws, ws->h, hold),
+               cut = longest > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / longest : 1;
         if (!isfinite(longest))
             return residual;
         for (int i = 0; i < ws->n; i++)
@@ -404,7 +403,7 @@ kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, c
     ws->message[0] = '\0';
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     double residual = close_q(ws, t, hold);
-    if (!(residual <= CLOSED))
+    if (!(residual <= KMP_CLOSED_PUBLIC))
         return fail(ws, "the loops cannot be closed from here: |h| stays at %.3g (scaled)", residual);
     kempe_status status = qd ? close_rates(ws, qd, hold) : KEMPE_OK;
     if (status == KEMPE_OK)

@@ -2,9 +2,9 @@
 /* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
  */
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
-#include "integrators/watched.h"
 #include <float.h>
 #include <math.h>
 
@@ -12,10 +12,6 @@
 #define CANCELLED 1e-2
 /* Part of the run that must lie between two rescues of an implicit integrator. */
 #define RESCUE_WAY 1e-5
-/* The margin, of the start's, at which a run leaves the zone. */
-#define ZONE_OUT 0.2
-/* Last pivot of the independent rows over that of all rows at which others are taken. */
-#define ROWS_OUT 0.2
 
 static void release_road(kmp_runner *run)
 {
@@ -147,14 +143,14 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         run->zone_margin = margin;
         return kmp_runner_change_road(run, t, true);
     }
-    if (run->in_zone && margin > ZONE_OUT) {
+    if (run->in_zone && margin > KMP_ZONE_OUT) {
         note_passage(run, t, margin);
         run->seen_margin = margin;
         run->seen_margin_t = t;
         return kmp_runner_change_road(run, t, false);
     }
     double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
-    return rows < ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
+    return rows < KMP_ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former

@@ -14,9 +14,9 @@
 #include "base/memory.h"
 #include "constraints/pick.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "integrators/closing.h"
 #include "integrators/road.h"
-#include "integrators/watched.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>

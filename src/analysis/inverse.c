@@ -3,16 +3,12 @@
 #include "analysis/guide.h"
 #include "base/memory.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
-
-/* |Bvu|, scaled, above which independent coordinates are chosen anew. */
-#define GROWN 4
-/* J N of a row that was dropped as redundant, scaled: by more it is not. */
-#define NOT_REDUNDANT 1e-8
 
 /* -- new and free ------------------------------------------------------------------------------------ */
 
@@ -119,7 +115,7 @@ static bool rows_are_redundant(const kmp_inverse *v)
             double slip = 0;
             for (int i = e; i < end; i++)
                 slip += v->plant->jacobian[i] * v->red.x[j->col[i] + k * v->n];
-            if (!(fabs(slip) * s->scale[v->part.u[k]] <= NOT_REDUNDANT * s->row_scale[row]))
+            if (!(fabs(slip) * s->scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT * s->row_scale[row]))
                 return false;
         }
         e = end;
@@ -134,7 +130,7 @@ static bool tangent_is_good(kmp_inverse *v)
     if (!v->chosen || kmp_reduction_factor(&v->red))
         return false;
     kmp_reduction_tangent(&v->red);
-    return kmp_reduction_growth(&v->red, &at_v, &at_u) < GROWN && rows_are_redundant(v);
+    return kmp_reduction_growth(&v->red, &at_v, &at_u) < KMP_EXCHANGE_LED && rows_are_redundant(v);
 }
 
 static kempe_status make_tangent(kmp_inverse *v, double t)
@@ -203,7 +199,7 @@ static void find_rank(kmp_inverse *v)
 {
     const kmp_singular *svd = &v->svd;
     v->rank = 0;
-    while (v->rank < svd->k && svd->s[v->rank] > KMP_INVERSE_RANK)
+    while (v->rank < svd->k && svd->s[v->rank] > KMP_RANK_ACTUATORS)
         v->rank++;
     v->hold = v->p > 0 && v->p <= svd->k ? svd->s[v->p - 1] : v->p == 0 ? 1 : 0;
 }
