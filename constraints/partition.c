@@ -2,14 +2,18 @@
 #include "constraints/partition.h"
 #include "base/memory.h"
 #include "constraints/pick.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include <stdlib.h>
 #include <string.h>
 
-static int rank_of(const double *pivots, int count)
+static int rank_of(const kempe_system *s, const double *pivots)
 {
-    int r = 0;
-    while (r < count && pivots[0] > KMP_RANK_FIRST && pivots[r] > KMP_RANK * pivots[0])
+    const kmp_rounding *rounding = kmp_rounding_of(s);
+    int r = 0, most = s->m < s->n ? s->m : s->n;
+    double zero = rounding ? rounding->zero : KMP_RANK;
+    most = rounding && rounding->rank < most ? rounding->rank : most;
+    while (r < most && pivots[0] > KMP_RANK_FIRST && pivots[r] > zero * pivots[0])
         r++;
     return r;
 }
@@ -135,7 +139,7 @@ static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system 
     kempe_status status = KEMPE_OK;
     if (!kmp_pick_pivot(c, NULL, part->pivots))
         return kmp_fail_memory(s->context);
-    part->r = rank >= 0 ? rank : rank_of(part->pivots, s->m < s->n ? s->m : s->n);
+    part->r = rank >= 0 ? rank : rank_of(s, part->pivots);
     part->p = s->n - part->r;
     if (wish_count > 0)
         status = follow_wish(c, part, s, wish, wish_count);
@@ -168,6 +172,14 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
     if (status != KEMPE_OK)
         kmp_partition_free(part);
     return status;
+}
+
+bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots)
+{
+    kmp_pick c;
+    bool ok = choice_init(&c, system, jacobian) && kmp_pick_pivot(&c, NULL, pivots);
+    kmp_pick_free(&c);
+    return ok;
 }
 
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)

@@ -131,11 +131,15 @@ static void set_scales(kempe_system *s)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);
     for (int k = 0; k < s->model->parameter_count; k++)
         s->parameters[k] = s->model->parameters[k].number.value;
+    s->closure_tolerance =
+        s->model->closure_tolerance_given ? s->model->closure_tolerance.value : KMP_CLOSURE_TOLERANCE * s->length;
 }
 
 bool kmp_system_rescale(kempe_system *s)
 {
     set_scales(s);
+    if (s->rounding)
+        atomic_store(&s->rounding->state, 0); /* of other numbers */
     return set_reach(s);
 }
 
@@ -269,7 +273,8 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
     s->scale = KMP_NEW(double, s->n);
     s->row_scale = KMP_NEW(double, s->m);
     s->parameters = KMP_NEW(double, s->model->parameter_count);
-    if (!s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
+    s->rounding = KMP_NEW(kmp_rounding, 1);
+    if (!s->rounding || !s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
     return kmp_system_rescale(s) && name_rows(s) && take_charts(s);
@@ -382,6 +387,7 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->scale);
     kmp_free(s->row_scale);
     kmp_free(s->parameters);
+    kmp_free(s->rounding);
     kmp_free(s);
 }
 

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Rounded drawings: closures that are redundant but for rounding of the model's numbers. J of such a mechanism has more
+ * rank than the mechanism that is meant, by pivots of the size of the rounding, and its loops close nowhere or at a few
+ * places. The rank that is meant is found once, when the loops are assembled, and kept in the system: every choice of
+ * rows takes it from there. Rows beyond it are dropped; they stay open by their misfit, which is watched. */
+#ifndef KMP_CONSTRAINTS_ROUNDING_H
+#define KMP_CONSTRAINTS_ROUNDING_H
+
+#include "dynamics/system.h"
+
+/** NULL: closures are what they say. */
+const kmp_rounding *kmp_rounding_of(const kempe_system *system);
+
+/** What tells pivots of J, and directions of its rows, from zero there: `strict`, or more where numbers are rounded. */
+double kmp_rounding_zero(const kempe_system *system, double strict);
+
+/** What a rank means at a state that is closed but for the rows that it drops. */
+typedef struct kmp_rounding_trial {
+    int rank;
+    double tolerance; /* scaled */
+    bool holds;       /* the rows beyond the rank stay open by less than the tolerance wherever the mechanism goes */
+    double here;      /* scaled: the widest of them at the state */
+    double most;      /* and on the way */
+    double zero;      /* what tells pivots of rounding from others */
+} kmp_rounding_trial;
+
+/** Moves from q (n) at random. chart: of the spherical joints, NULL: their own. false: no memory. */
+bool kmp_rounding_try(kmp_rounding_trial *trial, const kempe_system *system, const double *q, const double *chart);
+
+/** Writes a trial that holds into the system, unless another assembly has. */
+void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial);
+
+/** Marks the m - rank rows that are open widest (`open`: scaled |h|, m) in `dropped` (m). */
+void kmp_rounding_mark(int m, int rank, const double *open, bool *dropped);
+
+#endif
