@@ -96,6 +96,8 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     }
     ok = ok && split(red);
     if (ok)
+        kmp_plant_drop(plant, part->m - part->r, part->redundant);
+    if (ok)
         return KEMPE_OK;
     kmp_reduction_free(red);
     if (kmp_memory_failures() != failures)

@@ -40,18 +40,6 @@ void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *tri
         ;
 }
 
-void kmp_rounding_mark(int m, int rank, const double *open, bool *dropped)
-{
-    memset(dropped, 0, (size_t)m * sizeof *dropped);
-    for (int k = rank; k < m; k++) {
-        int widest = -1;
-        for (int r = 0; r < m; r++)
-            if (!dropped[r] && (widest < 0 || open[r] > open[widest]))
-                widest = r;
-        dropped[widest] = true;
-    }
-}
-
 /* -- a trial ----------------------------------------------------------------------------------------- */
 
 typedef struct trial {

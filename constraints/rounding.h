@@ -30,7 +30,4 @@ bool kmp_rounding_try(kmp_rounding_trial *trial, const kempe_system *system, con
 /** Writes a trial that holds into the system, unless another assembly has. */
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial);
 
-/** Marks the m - rank rows that are open widest (`open`: scaled |h|, m) in `dropped` (m). */
-void kmp_rounding_mark(int m, int rank, const double *open, bool *dropped);
-
 #endif

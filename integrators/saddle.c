@@ -67,6 +67,7 @@ static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part
         saddle->position[k] = -1;
     for (int k = 0; k < part->r; k++)
         saddle->position[part->rows[k]] = k;
+    kmp_plant_drop(plant, part->m - part->r, part->redundant);
     return !saddle->large || make_sparse(saddle, entries);
 }
 

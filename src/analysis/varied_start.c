@@ -152,7 +152,7 @@ static bool correct(beginning *b, double *missed)
         size = fmax(size, fabs(start->qd[i].value) / scale[i]);
     for (int r = 0; r < b->m; r++)
         *missed = fmax(*missed, fabs(b->right[r]));
-    *missed = *missed > KMP_CLOSED_RATES * size ? *missed : 0;
+    *missed = *missed > kmp_rounding_zero(b->v->system, KMP_CLOSED_RATES) * size ? *missed : 0;
     return true;
 }
 

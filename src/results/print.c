@@ -40,6 +40,8 @@ void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)
     kmp_json_object(json, "residual");
     kmp_json_number(json, "h_max", verdict->h_max);
     kmp_json_number(json, "hdot_max", verdict->hdot_max);
+    if (verdict->misfit_row >= 0)
+        kmp_json_number(json, "misfit", verdict->misfit);
     kmp_json_end(json);
     kmp_json_object(json, "energy");
     kmp_json_number(json, "drift_rel", verdict->drift_rel);
