@@ -48,6 +48,9 @@ void kmp_assembly_put_misfit(kmp_text *text, const kempe_assembly *assembly, int
 kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
                                   kempe_assembly **assembly);
 
+/** kempe_assemble without a complaint: whether it closed is in the assembly. */
+kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly);
+
 /** An empty one; NULL when there is no memory. */
 kempe_assembly *kmp_assembly_new(const kempe_system *system);
 

@@ -130,6 +130,7 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
     if (status != KEMPE_OK)
         return status;
     bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
+    trial.dropped = a->dropped;
     if (a->closed && !same && !kmp_rounding_try(&trial, s, a->inner_q ? a->inner_q : a->q, a->chart))
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK && trial.holds) {
@@ -139,18 +140,6 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
     }
     kempe_assembly_free(a);
     return status;
-}
-
-static void tell_misfits(const kempe_assembly *a)
-{
-    const kempe_system *s = a->system;
-    for (int c = 0; c < s->model->closure_count; c++) {
-        kmp_text text = {0};
-        kmp_assembly_put_misfit(&text, a, c);
-        if (text.s && text.length > 0)
-            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
-        kmp_text_free(&text);
-    }
 }
 
 /* The smallest rank whose other rows stay within the tolerance wherever the mechanism goes, if there is one: *a is then
@@ -169,7 +158,6 @@ static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *gu
         return status;
     kempe_assembly_free(*a);
     *a = found;
-    tell_misfits(found);
     if (s->model->start.goal_count == 0)
         return KEMPE_OK;
     *a = NULL;
@@ -194,11 +182,23 @@ void kmp_assembly_put_misfit(kmp_text *text, const kempe_assembly *a, int closur
                         most * s->length, s->closure_tolerance);
 }
 
-kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+/* What stays open, when this is the first to see it. */
+static void tell_misfits(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_text text = {0};
+        kmp_assembly_put_misfit(&text, a, c);
+        if (text.s && text.length > 0)
+            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
+        kmp_text_free(&text);
+    }
+}
+
+kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly)
 {
     const kmp_start *start = &system->model->start;
     kempe_assembly *a = NULL;
-    kmp_context_clear(system->context);
     double *q = KMP_NEW(double, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
@@ -207,13 +207,26 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     if (status == KEMPE_OK && !kmp_rounding_of(system))
         status = look_for_rounding(system, &guess, &a);
     kmp_free(q);
-    if (status != KEMPE_OK) {
+    if (status == KEMPE_OK)
+        *assembly = a;
+    else
         kempe_assembly_free(a);
+    return status;
+}
+
+kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+{
+    kempe_assembly *a = NULL;
+    bool known = kmp_rounding_of(system);
+    kmp_context_clear(system->context);
+    kempe_status status = kmp_assemble_start(system, &a);
+    if (status != KEMPE_OK)
         return status;
-    }
     *assembly = a;
     if (!a->closed)
         return complain_open(a);
+    if (!known)
+        tell_misfits(a);
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }
 
@@ -238,10 +251,12 @@ void kempe_assembly_free(kempe_assembly *a)
 
 const double *kempe_assembly_q(const kempe_assembly *assembly)
 {
+    KMP_GIVEN(assembly, NULL);
     return assembly->q;
 }
 
 const double *kempe_assembly_qd(const kempe_assembly *assembly)
 {
+    KMP_GIVEN(assembly, NULL);
     return assembly->qd;
 }

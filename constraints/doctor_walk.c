@@ -69,10 +69,11 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
     kmp_plant_closure(w->plant, 0, q);
     kmp_plant_dense_jacobian(w->plant, w->jacobian);
     for (int r = 0; r < w->m; r++)
-        w->h[r] = w->plant->h[r] / s->row_scale[r];
+        w->h[r] = w->excluded && w->excluded[r] ? 0 : w->plant->h[r] / s->row_scale[r];
     for (int k = 0; k < w->n; k++)
         for (int r = 0; r < w->m; r++)
-            w->jacobian[r + k * w->m] *= w->hold && w->hold[k] ? 0 : s->scale[k] / s->row_scale[r];
+            w->jacobian[r + k * w->m] *=
+                (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
 }
 
 static double largest(int count, const double *x)

@@ -11,7 +11,8 @@
 typedef struct kmp_walk {
     const kempe_system *system;
     kmp_plant *plant;
-    const bool *hold; /* n: coordinates that no correction moves; NULL: none */
+    const bool *hold;     /* n: coordinates that no correction moves; NULL: none */
+    const bool *excluded; /* m: rows that are as if they were not there; NULL: none */
     int n, m;
     int rank;         /* of J, of a system whose numbers are rounded or of one that is tried as such; -1: by pivots */
     bool *dropped;    /* m: rows that are dependent but for rounding, where kmp_walk_close is at work */

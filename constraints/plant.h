@@ -120,7 +120,8 @@ double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda);
 /** Kinetic energy qd' M qd / 2 of the last kmp_plant_mass. */
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
 
-/** |h| / row scale of a row at the last kmp_plant_closure; the widest of the dropped ones and which, -1: none is open. */
+/** |h| / row scale of a row at the last kmp_plant_closure; the widest of the dropped ones and which, -1: none is open.
+ */
 double kmp_plant_opening(const kmp_plant *plant, int row);
 double kmp_plant_misfit(const kmp_plant *plant, int *row);
 

@@ -7,6 +7,7 @@
 #include "constraints/rounding.h"
 #include "base/memory.h"
 #include "constraints/doctor.h"
+#include "constraints/pick.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
@@ -24,6 +25,14 @@ double kmp_rounding_zero(const kempe_system *system, double strict)
 {
     const kmp_rounding *rounding = kmp_rounding_of(system);
     return rounding ? fmax(strict, rounding->zero) : strict;
+}
+
+int kmp_rounding_rank(const kempe_system *system, const double *pivots)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(system);
+    int most = system->m < system->n ? system->m : system->n;
+    most = rounding && rounding->rank < most ? rounding->rank : most;
+    return kmp_pick_rank(pivots, most, kmp_rounding_zero(system, KMP_RANK));
 }
 
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial)
@@ -45,12 +54,24 @@ void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *tri
 typedef struct trial {
     kmp_rounding_trial *t;
     kmp_walk *walk;
-    double *
-        part; /* m: of the tolerance that a row has: positions in a loop that is smaller than the mechanism have less */
+    int rank;     /* without the rows of drives */
+    bool *driven; /* m: these */
+    double *part; /* m: of the tolerance that a row has: positions in a loop smaller than the mechanism have less */
     double *pivots;
     double weak;   /* the largest pivot that is dropped, over the first */
     double strong; /* the smallest that is kept, at the state */
 } trial;
+
+int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven)
+{
+    int kept = 0;
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        driven[r] = kmp_closure_is_drive(closure) || closure->function;
+        kept += driven[r] && !dropped[r];
+    }
+    return kept;
+}
 
 static void set_parts(trial *x)
 {
@@ -69,8 +90,8 @@ static void look(trial *x)
     for (int r = 0; r < w->m; r++)
         x->t->most = fmax(x->t->most, fabs(w->h[r]) / x->part[r]);
     kmp_walk_pivots(w, x->pivots);
-    if (x->t->rank < count)
-        x->weak = fmax(x->weak, x->pivots[x->t->rank] / x->pivots[0]);
+    if (x->rank < count)
+        x->weak = fmax(x->weak, x->pivots[x->rank] / x->pivots[0]);
 }
 
 /* false: it cannot move as far, or has opened. */
@@ -87,7 +108,7 @@ static bool wander(trial *x, const double *q, double *way, double *from, double 
         memcpy(from, to, size);
         farthest = fmax(farthest, kmp_walk_distance(x->walk, q, to));
     }
-    return farthest >= FAR || x->walk->n == x->t->rank;
+    return farthest >= FAR || x->walk->n == x->rank;
 }
 
 static void judge(trial *x, const double *q, double *way)
@@ -98,7 +119,7 @@ static void judge(trial *x, const double *q, double *way)
     kmp_walk_evaluate(x->walk, q);
     t->most = 0;
     look(x);
-    x->strong = t->rank > 0 ? x->pivots[t->rank - 1] / x->pivots[0] : 1;
+    x->strong = x->rank > 0 ? x->pivots[x->rank - 1] / x->pivots[0] : 1;
     t->here = t->most;
     t->holds = t->here <= t->tolerance && wander(x, q, way, way + n, way + 2 * n);
     t->zero = sqrt(fmax(fmax(x->weak, t->most), KMP_RANK) * x->strong);
@@ -107,11 +128,16 @@ static void judge(trial *x, const double *q, double *way)
 bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *q, const double *chart)
 {
     int n = system->n, m = system->m;
-    trial x = {.t = t, .walk = kmp_walk_new(system), .part = KMP_NEW(double, m), .pivots = KMP_NEW(double, m + n)};
+    trial x = {.t = t,
+               .walk = kmp_walk_new(system),
+               .part = KMP_NEW(double, m),
+               .pivots = KMP_NEW(double, m + n),
+               .driven = KMP_NEW(bool, m)};
     double *way = KMP_NEW(double, 3 * n);
-    bool made = x.walk && x.part && x.pivots && way;
+    bool made = x.walk && x.part && x.pivots && x.driven && way;
     if (made) {
-        x.walk->rank = t->rank;
+        x.walk->rank = x.rank = t->rank - kmp_rounding_drives(system, t->dropped, x.driven);
+        x.walk->excluded = x.driven;
         if (chart)
             kmp_plant_set_charts(x.walk->plant, chart);
         judge(&x, q, way);
@@ -119,6 +145,7 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
     kmp_walk_free(x.walk);
     kmp_free(x.part);
     kmp_free(x.pivots);
+    kmp_free(x.driven);
     kmp_free(way);
     return made;
 }

@@ -14,18 +14,26 @@ const kmp_rounding *kmp_rounding_of(const kempe_system *system);
 /** What tells pivots of J, and directions of its rows, from zero there: `strict`, or more where numbers are rounded. */
 double kmp_rounding_zero(const kempe_system *system, double strict);
 
+/** The rank of J by its pivots, min(m, n) of them. */
+int kmp_rounding_rank(const kempe_system *system, const double *pivots);
+
 /** What a rank means at a state that is closed but for the rows that it drops. */
 typedef struct kmp_rounding_trial {
     int rank;
-    double tolerance; /* scaled */
-    bool holds;       /* the rows beyond the rank stay open by less than the tolerance wherever the mechanism goes */
-    double here;      /* scaled: the widest of them at the state */
-    double most;      /* and on the way */
-    double zero;      /* what tells pivots of rounding from others */
+    const bool *dropped; /* m: rows beyond it */
+    double tolerance;    /* scaled */
+    bool holds;          /* the rows beyond the rank stay open by less than the tolerance wherever the mechanism goes */
+    double here;         /* scaled: the widest of them at the state */
+    double most;         /* and on the way */
+    double zero;         /* what tells pivots of rounding from others */
 } kmp_rounding_trial;
 
 /** Moves from q (n) at random. chart: of the spherical joints, NULL: their own. false: no memory. */
 bool kmp_rounding_try(kmp_rounding_trial *trial, const kempe_system *system, const double *q, const double *chart);
+
+/** The rows of what moves in time or is driven, to `driven` (m), and how many of them are not in `dropped`. Without
+ * them a mechanism moves as its loops let it. */
+int kmp_rounding_drives(const kempe_system *system, const bool *dropped, bool *driven);
 
 /** Writes a trial that holds into the system, unless another assembly has. */
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial);

@@ -10,8 +10,8 @@
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
-/* Part of the run that must lie between two rescues of an implicit integrator. */
-#define RESCUE_WAY 1e-5
+/* Steps that must lie between two rescues of an implicit integrator. */
+enum { RESCUE_WAY = 100 };
 
 static void release_road(kmp_runner *run)
 {
@@ -326,10 +326,9 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     if (may_project(run))
         return take_projected(run, t);
     if (!run->yp || run->road->reason.length > 0 ||
-        (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
+        (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
-    run->rescues++;
-    run->rescue_t = t;
+    run->rescued_at = kmp_runner_tried(run);
     kmp_context_clear(run->s->context); /* of the integrator that is given up */
     kempe_status status = kmp_runner_change_road(run, t, false);
     if (status == KEMPE_OK)

@@ -326,8 +326,10 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
     return status;
 }
 
-kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, system, "system");
     double begin = kmp_cpu_now();
     kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);
@@ -352,11 +354,6 @@ kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kem
     s->build_s = kmp_cpu_now() - begin;
     *system = s;
     return KEMPE_OK;
-}
-
-kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
-{
-    return kempe_system_new_by(model, NULL, system);
 }
 
 void kempe_system_free(kempe_system *s)
@@ -388,12 +385,15 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->row_scale);
     kmp_free(s->parameters);
     kmp_free(s->rounding);
+    kmp_free(s->misfit);
+    kmp_free(s->mended);
     kmp_free(s);
 }
 
 /* The work of the user's force is accounted for as that of every force without a potential. */
 void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
 {
+    KMP_GIVEN(system, );
     system->force = force;
     system->force_user = user;
     system->dissipative = force || system->has_power;
@@ -410,10 +410,12 @@ void kmp_system_effort(const kempe_system *system, double t, const double *q, co
 
 int kempe_system_row_count(const kempe_system *system)
 {
+    KMP_GIVEN(system, 0);
     return system->m;
 }
 
 const char *kempe_system_row_name(const kempe_system *system, int k)
 {
+    KMP_GIVEN(system, "");
     return k >= 0 && k < system->m ? system->row_names[k] : "";
 }

@@ -89,10 +89,17 @@ struct kempe_system {
     double *parameters;       /* values */
     double closure_tolerance; /* m: what closures that are redundant may stay open by; 0: nothing */
     kmp_rounding *rounding;
+    kempe_model *mended;   /* its own copy of the model, whose points and axes are those that a rounded drawing means
+                            * (constraints/mend.h); NULL: the model as it is */
+    double *misfit;        /* of a mended one, by closures: what they would stay open by as drawn, scaled */
+    double mended_by;      /* and the farthest that a number was moved, characteristic lengths or rad */
     double build_s;        /* CPU time of deriving */
     kempe_force_fn *force; /* the user's efforts; NULL: none */
     void *force_user;
 };
+
+/** kempe_system_new_by without a look at rounded numbers. */
+kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
 
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {

@@ -57,6 +57,9 @@ static kempe_status check_numbers(const job *j)
         if (status != KEMPE_OK)
             return status;
     }
+    if (j->run->max_steps < 0)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
+                        j->run->max_steps);
     if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
                         KMP_TEAM_MOST);
@@ -136,6 +139,7 @@ static kempe_status choose(job *j)
                              .t_end = run->t_end,
                              .fixed_u = run->fixed_u,
                              .change_points = run->change_points,
+                             .max_steps = run->max_steps,
                              .threads = run->threads};
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
@@ -276,8 +280,8 @@ static void warn_of_verdict(const kempe_trajectory *t)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "closure row '%s', dropped as redundant but for rounding, came to be open by %.2g m at t = %.9g, more "
                 "than the closure_tolerance of %.2g m: it is not redundant there; check the lengths",
-                t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length,
-                t->verdict.misfit_t, t->system->closure_tolerance);
+                t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
+                t->system->closure_tolerance);
     if (t->verdict.drift_rel > TRUSTED_DRIFT)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "
@@ -370,8 +374,11 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
 
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options, kempe_trajectory **trajectory)
 {
+    KMP_WANTED(NULL, system, "system");
+    options = options ? options : &(const kempe_run){0};
+    KMP_WANTED(system->context, trajectory, "trajectory");
     job j = {.system = system, .context = system->context, .run = options};
-    kmp_context_clear(j.context);
+    kmp_context_begin(j.context);
     kmp_samples_init(&j.before, system->n, system->m);
     kempe_status status = prepare(&j);
     if (status == KEMPE_OK)
@@ -384,6 +391,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options
 
 int kempe_trajectory_row_count(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, 0);
     return trajectory->table.rows;
 }
 
@@ -394,6 +402,7 @@ static bool has_row(const kempe_trajectory *trajectory, int row)
 
 double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NAN);
     return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
 }
 
@@ -404,31 +413,37 @@ static const double *get(const kempe_trajectory *trajectory, kmp_quantity quanti
 
 const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_Q, row);
 }
 
 const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_QD, row);
 }
 
 const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_QDD, row);
 }
 
 const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_LAMBDA, row);
 }
 
 int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, 0);
     return trajectory->journal.kept;
 }
 
 const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
 {
+    KMP_GIVEN(trajectory, NULL);
     if (k < 0 || k >= trajectory->journal.kept)
         return NULL;
     if (t)
@@ -438,10 +453,12 @@ const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, dou
 
 const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, "");
     return kmp_status_word(trajectory->status);
 }
 
 const char *kempe_trajectory_reason(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, "");
     return trajectory->reason;
 }

@@ -1,0 +1,496 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Closures are redundant where w' h = 0 for all w of the left null space of J, wherever the mechanism goes. At many
+ * configurations q_k, reached by finite motions, these are conditions on the numbers p of the drawing: the points and
+ * axes around its loops. They are met by Gauss and Newton's method,
+ *
+ *     (w_k' dh/dp) dp = -w_k' h(q_k, p),     dp of least norm,
+ *
+ * q_k being closed anew on independent rows after each step: w_k' J = 0, so that the moves of q_k do not count. dh/dp
+ * is made of differences between closures derived with shifted numbers, once: what it is off by, and w_k by rounding,
+ * makes each step a millionth of the one before. Numbers that are zero stay zero. */
+#include "constraints/mend.h"
+#include "base/memory.h"
+#include "constraints/charts.h"
+#include "constraints/doctor_walk.h"
+#include "constraints/rounding.h"
+#include "constraints/tolerances.h"
+#include "dynamics/equations.h"
+#include "linalg/least.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 8, SEED = 11 };
+#define MOST_COST  3e9   /* evaluated nodes */
+#define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
+#define RANK       1e-6  /* of the conditions: above what dh/dp is off by */
+#define MET        2e-14 /* scaled |h| of redundant rows */
+#define LEAST      1e-15 /* a shift below is none */
+
+typedef enum number_kind { NUMBER_POINT, NUMBER_AXIS, NUMBER_FRAME } number_kind;
+
+/* A number of the copied model. */
+typedef struct number {
+    number_kind kind;
+    double *at; /* itself; the axis; the frame, row by row */
+    int k;      /* component of the axis; axis that the frame is turned about */
+} number;
+
+typedef struct mending {
+    const kempe_system *s;
+    const kempe_assembly *a;
+    kempe_model *model;
+    number *number;
+    int count;
+    bool *excluded; /* m: rows of drives */
+    int rank;       /* of the others */
+    int left;       /* conditions at a place */
+    double *q;      /* n x places */
+    double *w;      /* m x left x places */
+    int places;
+    double *slope; /* conditions x count */
+    double *rest;  /* conditions */
+    double *shift; /* count */
+    double *total; /* count */
+} mending;
+
+/* -- the copy ---------------------------------------------------------------------------------------- */
+
+static size_t round_up(size_t size)
+{
+    return (size + 15) / 16 * 16;
+}
+
+static void *take(char **room, const void *from, size_t size)
+{
+    void *at = *room;
+    memcpy(at, from, size);
+    *room += round_up(size);
+    return at;
+}
+
+/* The model and the arrays that are its own, in one piece. */
+static kempe_model *copy_model(const kempe_model *m)
+{
+    size_t points = (size_t)m->point_count * sizeof *m->points, motions = (size_t)m->motion_count * sizeof *m->motions,
+           bodies = (size_t)m->body_count * sizeof *m->bodies,
+           closures = (size_t)m->closure_count * sizeof *m->closures;
+    char *room = KMP_NEW(char, round_up(sizeof *m) + round_up(points) + round_up(motions) + round_up(bodies) +
+                                   round_up(closures));
+    if (!room)
+        return NULL;
+    kempe_model *c = take(&room, m, sizeof *m);
+    c->points = take(&room, m->points, points);
+    c->motions = take(&room, m->motions, motions);
+    c->bodies = take(&room, m->bodies, bodies);
+    c->closures = take(&room, m->closures, closures);
+    return c;
+}
+
+/* -- its numbers ------------------------------------------------------------------------------------- */
+
+static void add(mending *x, number_kind kind, double *at, int k)
+{
+    for (int i = 0; i < x->count; i++)
+        if (x->number[i].at == at && x->number[i].k == k)
+            return;
+    if (x->count < MOST_NUMBERS)
+        x->number[x->count++] = (number){kind, at, k};
+}
+
+static void add_axis(mending *x, double axis[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (axis[k] != 0 && fabs(axis[k]) != 1)
+            add(x, NUMBER_AXIS, axis, k);
+}
+
+static void add_frame(mending *x, bool turned, double frame[3][3])
+{
+    for (int k = 0; turned && k < 3; k++)
+        add(x, NUMBER_FRAME, &frame[0][0], k);
+}
+
+static void add_point(mending *x, int point)
+{
+    if (point < 0)
+        return;
+    kmp_point *p = &x->model->points[point];
+    for (int k = 0; k < 3; k++)
+        if (p->at[k].value != 0)
+            add(x, NUMBER_POINT, &p->at[k].value, 0);
+    add_frame(x, p->turned, p->axes);
+}
+
+static void add_chain(mending *x, int body, int top)
+{
+    for (; body != top; body = x->model->bodies[body].parent) {
+        kmp_body *b = &x->model->bodies[body];
+        add_point(x, b->at);
+        add_point(x, b->to);
+        add_frame(x, b->turned, b->frame);
+        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++)
+            add_axis(x, x->model->motions[k].axis);
+    }
+}
+
+static void add_numbers(mending *x)
+{
+    for (int c = 0; c < x->model->closure_count; c++) {
+        kmp_closure *closure = &x->model->closures[c];
+        for (int k = 0; k < 2 && closure->point[0] >= 0 && closure->point[1] >= 0; k++) {
+            add_point(x, closure->point[k]);
+            add_axis(x, closure->axis[k]);
+            add_chain(x, x->model->points[closure->point[k]].body, 0);
+        }
+    }
+}
+
+static size_t size_of(const number *n)
+{
+    return (n->kind == NUMBER_POINT ? 1 : n->kind == NUMBER_AXIS ? 3 : 9) * sizeof(double);
+}
+
+/* Of a frame: turned about its own axis k. */
+static void turn(double *r, int k, double by)
+{
+    int i = (k + 1) % 3, j = (k + 2) % 3;
+    double c = cos(by), s = sin(by);
+    for (int row = 0; row < 3; row++) {
+        double a = r[3 * row + i], b = r[3 * row + j];
+        r[3 * row + i] = c * a + s * b;
+        r[3 * row + j] = c * b - s * a;
+    }
+}
+
+static void move(const mending *x, const number *n, double by)
+{
+    double *a = n->at;
+    if (n->kind == NUMBER_POINT) {
+        *a += by * x->s->length;
+    } else if (n->kind == NUMBER_FRAME) {
+        turn(a, n->k, by);
+    } else {
+        a[n->k] += by;
+        double size = hypot(hypot(a[0], a[1]), a[2]);
+        for (int k = 0; k < 3; k++)
+            a[k] /= size;
+    }
+}
+
+/* -- configurations ---------------------------------------------------------------------------------- */
+
+static kmp_walk *walk_of(const mending *x, const kempe_system *s)
+{
+    kmp_walk *w = kmp_walk_new(s);
+    if (!w)
+        return NULL;
+    w->rank = x->rank;
+    w->excluded = x->excluded;
+    if (x->a->chart)
+        kmp_plant_set_charts(w->plant, x->a->chart);
+    return w;
+}
+
+/* The left null space at the walk's last state. */
+static void keep_left(mending *x, kmp_walk *w, double *left)
+{
+    for (int r = 0; r < w->m; r++)
+        for (int k = 0; k < w->n; k++)
+            w->copy[k + r * w->n] = w->jacobian[r + k * w->m];
+    (void)kmp_null_space(w->n, w->m, w->copy, 0, x->rank, w->basis, w->order, &w->last);
+    memcpy(left, w->basis, (size_t)(w->m * x->left) * sizeof *left);
+}
+
+/* Random ways from the assembled state; one place where nothing moves. */
+static bool find_places(mending *x)
+{
+    int n = x->s->n, m = x->s->m, wanted = LEAST_PLACES + 2 * x->count / x->left;
+    double *way = KMP_NEW(double, n);
+    unsigned state = SEED;
+    kmp_walk *w = walk_of(x, x->s);
+    bool made = way && w;
+    wanted = wanted < MOST_PLACES ? wanted : MOST_PLACES;
+    for (; made && x->places < wanted; x->places++) {
+        double *q = x->q + (size_t)x->places * (size_t)n;
+        if (x->places == 0)
+            memcpy(q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)n * sizeof *q);
+        else if (!kmp_walk_wander(w, q - n, &state, way, q))
+            break;
+        kmp_walk_evaluate(w, q);
+        keep_left(x, w, x->w + (size_t)x->places * (size_t)(m * x->left));
+    }
+    kmp_walk_free(w);
+    kmp_free(way);
+    return made;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+/* w_k' h of scaled h (m) at place k, to `out`. */
+static void contract(const mending *x, int place, const double *h, double *out)
+{
+    int m = x->s->m;
+    for (int l = 0; l < x->left; l++) {
+        const double *w = x->w + ((size_t)place * (size_t)x->left + (size_t)l) * (size_t)m;
+        out[place * x->left + l] = 0;
+        for (int r = 0; r < m; r++)
+            out[place * x->left + l] += x->excluded[r] ? 0 : w[r] * h[r];
+    }
+}
+
+/* Scaled h of the copied model at all places, contracted, added `times` to column `out`. false: no memory, or what is
+ * no closure any more. */
+static bool add_conditions(mending *x, double times, double *out)
+{
+    static const double start = 0;
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    const kempe_system *s = x->s;
+    kmp_equations eq;
+    if (kmp_equations_derive_once(&eq, x->model, &scene) != KEMPE_OK)
+        return false;
+    int m = s->m, conditions = x->places * x->left, charts = KMP_CHART_SIZE * s->chart_count;
+    double *value = KMP_NEW(double, kmp_graph_count(eq.graph)), *h = KMP_NEW(double, m);
+    double *now = KMP_NEW(double, conditions), *chart = KMP_NEW(double, charts);
+    bool ok = value && h && now && chart;
+    if (ok && x->a->chart)
+        memcpy(chart, x->a->chart, (size_t)charts * sizeof *chart);
+    else if (ok)
+        kmp_charts_reset(s, chart);
+    for (int k = 0; ok && k < x->places; k++) {
+        const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
+                                              [KMP_IN_TIME] = &start,
+                                              [KMP_IN_Q] = x->q + (size_t)k * (size_t)s->n,
+                                              [KMP_IN_CHART] = chart};
+        kmp_graph_eval(eq.graph, inputs, value);
+        for (int r = 0; r < m; r++) {
+            int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
+            kmp_ref of = row < 0 ? KMP_ZERO : eq.h[row];
+            h[r] = row < 0 ? 0 : (kmp_is_negative(of) ? -1 : 1) * value[kmp_id(of)] / s->row_scale[r];
+        }
+        contract(x, k, h, now);
+    }
+    for (int k = 0; ok && k < conditions; k++)
+        out[k] += times * now[k];
+    kmp_free(value);
+    kmp_free(h);
+    kmp_free(now);
+    kmp_free(chart);
+    kmp_equations_free(&eq);
+    return ok;
+}
+
+static bool find_slopes(mending *x)
+{
+    bool ok = true;
+    for (int i = 0; ok && i < x->count; i++) {
+        double before[9], *column = x->slope + (size_t)i * (size_t)(x->places * x->left);
+        const number *n = &x->number[i];
+        for (int side = 1; ok && side >= -1; side -= 2) {
+            memcpy(before, n->at, size_of(n));
+            move(x, n, side * DIFFERENCE);
+            ok = add_conditions(x, side / (2 * DIFFERENCE), column);
+            memcpy(n->at, before, size_of(n));
+        }
+    }
+    return ok;
+}
+
+/* The places closed anew on independent rows of a system: what is left of the conditions, and of the widest row. false:
+ * no memory, or a place that does not close. */
+static bool look(mending *x, const kempe_system *s, double *widest)
+{
+    kmp_walk *w = s->m == x->s->m ? walk_of(x, s) : NULL;
+    bool ok = w;
+    *widest = 0;
+    for (int k = 0; ok && k < x->places; k++) {
+        ok = kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
+        contract(x, k, w->h, x->rest);
+        for (int r = 0; r < s->m; r++)
+            *widest = fmax(*widest, x->excluded[r] ? 0 : fabs(w->h[r]));
+    }
+    kmp_walk_free(w);
+    return ok;
+}
+
+/* -- steps ------------------------------------------------------------------------------------------- */
+
+/* false: no memory, or farther than rounding leads. */
+static bool step(mending *x)
+{
+    double most = x->s->closure_tolerance / x->s->length;
+    if (kmp_least_squares(x->places * x->left, x->count, x->slope, x->rest, RANK, x->shift) < 0)
+        return false;
+    for (int i = 0; i < x->count; i++) {
+        x->total[i] -= x->shift[i];
+        if (!(fabs(x->total[i]) <= most))
+            return false;
+        if (fabs(x->shift[i]) > LEAST)
+            move(x, &x->number[i], -x->shift[i]);
+    }
+    return true;
+}
+
+/* *mended stays NULL where the steps lead nowhere. */
+static kempe_status go(mending *x, const char *word, kempe_system **mended)
+{
+    const kempe_system *now = x->s;
+    kempe_system *next = NULL;
+    double widest, before = INFINITY;
+    kempe_status status = KEMPE_OK;
+    bool on = true, met = false;
+    for (int k = 0; on && !met && k < STEPS; k++) {
+        on = look(x, now, &widest);
+        met = on && widest <= MET && now != x->s;
+        if (met || !on || !(widest < 0.5 * before) || !step(x))
+            break;
+        before = widest;
+        kempe_system_free(next);
+        next = NULL;
+        status = kmp_system_new_by(x->model, word, &next);
+        on = status == KEMPE_OK;
+        now = next;
+    }
+    if (met)
+        *mended = next;
+    else
+        kempe_system_free(next);
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+static bool begin(mending *x)
+{
+    const kempe_system *s = x->s;
+    size_t n = (size_t)s->n, m = (size_t)s->m;
+    x->excluded = KMP_NEW(bool, m);
+    x->number = KMP_NEW(number, MOST_NUMBERS);
+    x->model = copy_model(s->model);
+    if (!x->excluded || !x->number || !x->model)
+        return false;
+    x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
+    x->left = s->m - x->rank;
+    add_numbers(x);
+    x->q = KMP_NEW(double, n *MOST_PLACES);
+    x->w = KMP_NEW(double, m *(size_t)x->left *MOST_PLACES);
+    if (!x->q || !x->w || !find_places(x))
+        return false;
+    size_t conditions = (size_t)(x->places * x->left), count = (size_t)x->count;
+    x->slope = KMP_NEW(double, conditions *count);
+    x->rest = KMP_NEW(double, conditions);
+    x->shift = KMP_NEW(double, count);
+    x->total = KMP_NEW(double, count);
+    return x->slope && x->rest && x->shift && x->total;
+}
+
+static void end(mending *x)
+{
+    void *const rooms[] = {x->excluded, x->number, x->model, x->q, x->w, x->slope, x->rest, x->shift, x->total};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+}
+
+/* What a mended system says of itself. false: no memory. */
+static bool describe(mending *x, kempe_system *mended)
+{
+    const kempe_assembly *a = x->a;
+    mended->misfit = KMP_NEW(double, x->s->model->closure_count);
+    for (int r = 0; mended->misfit && r < x->s->m; r++) {
+        double *most = &mended->misfit[x->s->rows[r].closure];
+        *most = a->dropped[r] ? fmax(*most, a->open[r]) : *most;
+    }
+    for (int i = 0; i < x->count; i++)
+        mended->mended_by = fmax(mended->mended_by, fabs(x->total[i]));
+    mended->mended = x->model;
+    x->model = NULL;
+    return mended->misfit;
+}
+
+kempe_status kmp_mend(const kempe_system *rounded, const kempe_assembly *assembly, const char *word,
+                      kempe_system **mended)
+{
+    mending x = {.s = rounded, .a = assembly};
+    kempe_status status = begin(&x) ? KEMPE_OK : kmp_fail_memory(rounded->context);
+    *mended = NULL;
+    if (status == KEMPE_OK && x.count > 0 && find_slopes(&x))
+        status = go(&x, word, mended);
+    if (*mended && !describe(&x, *mended)) {
+        kempe_system_free(*mended);
+        *mended = NULL;
+        status = kmp_fail_memory(rounded->context);
+    }
+    end(&x);
+    return status;
+}
+
+/* -- systems ----------------------------------------------------------------------------------------- */
+
+/* Larger ones are not looked at: their closures stay open where they are redundant but for rounding. */
+enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
+
+static bool may_mend(const kempe_system *s)
+{
+    bool varies = false;
+    for (int k = 0; k < s->model->parameter_count; k++)
+        varies = varies || s->model->parameters[k].varies;
+    return s->m > 0 && s->closure_tolerance > 0 && !varies && s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
+}
+
+static void tell(const kempe_system *s)
+{
+    for (int c = 0; c < s->model->closure_count; c++)
+        if (s->misfit[c] > KMP_CLOSED_ENOUGH)
+            kmp_log(s->context, KEMPE_LOG_WARNING,
+                    "closure '%s' stays open by %.2g m as drawn: taken as rounding of the model's numbers "
+                    "(closure_tolerance %.2g m); points and axes moved by at most %.2g m or rad make it close",
+                    s->model->closures[c].name, s->misfit[c] * s->length, s->closure_tolerance,
+                    s->mended_by * fmax(1, s->length));
+}
+
+/* The mended system in place of *system, when it closes without any row that stays open. */
+static kempe_status replace(kempe_system **system, kempe_system *mended)
+{
+    kempe_assembly *a = NULL;
+    kempe_status status = kmp_assemble_start(mended, &a);
+    bool good = status == KEMPE_OK && a->closed && !kmp_rounding_of(mended);
+    kempe_assembly_free(a);
+    if (good) {
+        mended->build_s += (*system)->build_s;
+        kempe_system_free(*system);
+        *system = mended;
+        tell(mended);
+    } else {
+        kempe_system_free(mended);
+    }
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+static kempe_status mend(kempe_system **system, const char *word)
+{
+    kempe_assembly *a = NULL;
+    kempe_system *mended = NULL;
+    kempe_status status = kmp_assemble_start(*system, &a);
+    if (status == KEMPE_OK && a->closed && kmp_rounding_of(*system))
+        status = kmp_mend(*system, a, word, &mended);
+    if (status == KEMPE_OK && mended)
+        status = replace(system, mended);
+    kempe_assembly_free(a);
+    kmp_context_clear((*system)->context);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory((*system)->context) : KEMPE_OK;
+}
+
+kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+{
+    kempe_system *s = NULL;
+    kempe_status status = kmp_system_new_by(model, word, &s);
+    if (status == KEMPE_OK && may_mend(s))
+        status = mend(&s, word);
+    if (status == KEMPE_OK)
+        *system = s;
+    else
+        kempe_system_free(s);
+    return status;
+}
+
+kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
+{
+    return kempe_system_new_by(model, NULL, system);
+}
