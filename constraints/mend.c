@@ -7,7 +7,8 @@
  *
  * q_k being closed anew on independent rows after each step: w_k' J = 0, so that the moves of q_k do not count. dh/dp
  * is made of differences between closures derived with shifted numbers, once: what it is off by, and w_k by rounding,
- * makes each step a millionth of the one before. Numbers that are zero stay zero. */
+ * makes each step a millionth of the one before. Numbers that are zero stay zero. A drawing shows the mechanism
+ * assembled: where its start is closed but for the tolerance, h = 0 there is a condition too, of all rows. */
 #include "constraints/mend.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
@@ -47,6 +48,9 @@ typedef struct mending {
     double *q;      /* n x places */
     double *w;      /* m x left x places */
     int places;
+    bool drawn;    /* the start is closed as drawn */
+    double *start; /* n */
+    int conditions;
     double *slope; /* conditions x count */
     double *rest;  /* conditions */
     double *shift; /* count */
@@ -226,11 +230,18 @@ static bool find_places(mending *x)
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
-/* w_k' h of scaled h (m) at place k, to `out`. */
+static const double *place_at(const mending *x, int place)
+{
+    return place < x->places ? x->q + (size_t)place * (size_t)x->s->n : x->start;
+}
+
+/* w_k' h of scaled h (m) at place k, to `out`; h itself at the start as drawn, which comes last. */
 static void contract(const mending *x, int place, const double *h, double *out)
 {
     int m = x->s->m;
-    for (int l = 0; l < x->left; l++) {
+    for (int r = 0; place == x->places && r < m; r++)
+        out[place * x->left + r] = x->excluded[r] ? 0 : h[r];
+    for (int l = 0; place < x->places && l < x->left; l++) {
         const double *w = x->w + ((size_t)place * (size_t)x->left + (size_t)l) * (size_t)m;
         out[place * x->left + l] = 0;
         for (int r = 0; r < m; r++)
@@ -248,18 +259,18 @@ static bool add_conditions(mending *x, double times, double *out)
     kmp_equations eq;
     if (kmp_equations_derive_once(&eq, x->model, &scene) != KEMPE_OK)
         return false;
-    int m = s->m, conditions = x->places * x->left, charts = KMP_CHART_SIZE * s->chart_count;
+    int m = s->m, charts = KMP_CHART_SIZE * s->chart_count;
     double *value = KMP_NEW(double, kmp_graph_count(eq.graph)), *h = KMP_NEW(double, m);
-    double *now = KMP_NEW(double, conditions), *chart = KMP_NEW(double, charts);
+    double *now = KMP_NEW(double, x->conditions), *chart = KMP_NEW(double, charts);
     bool ok = value && h && now && chart;
     if (ok && x->a->chart)
         memcpy(chart, x->a->chart, (size_t)charts * sizeof *chart);
     else if (ok)
         kmp_charts_reset(s, chart);
-    for (int k = 0; ok && k < x->places; k++) {
+    for (int k = 0; ok && k < x->places + x->drawn; k++) {
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
                                               [KMP_IN_TIME] = &start,
-                                              [KMP_IN_Q] = x->q + (size_t)k * (size_t)s->n,
+                                              [KMP_IN_Q] = place_at(x, k),
                                               [KMP_IN_CHART] = chart};
         kmp_graph_eval(eq.graph, inputs, value);
         for (int r = 0; r < m; r++) {
@@ -269,7 +280,7 @@ static bool add_conditions(mending *x, double times, double *out)
         }
         contract(x, k, h, now);
     }
-    for (int k = 0; ok && k < conditions; k++)
+    for (int k = 0; ok && k < x->conditions; k++)
         out[k] += times * now[k];
     kmp_free(value);
     kmp_free(h);
@@ -283,7 +294,7 @@ static bool find_slopes(mending *x)
 {
     bool ok = true;
     for (int i = 0; ok && i < x->count; i++) {
-        double before[9], *column = x->slope + (size_t)i * (size_t)(x->places * x->left);
+        double before[9], *column = x->slope + (size_t)i * (size_t)x->conditions;
         const number *n = &x->number[i];
         for (int side = 1; ok && side >= -1; side -= 2) {
             memcpy(before, n->at, size_of(n));
@@ -302,8 +313,11 @@ static bool look(mending *x, const kempe_system *s, double *widest)
     kmp_walk *w = s->m == x->s->m ? walk_of(x, s) : NULL;
     bool ok = w;
     *widest = 0;
-    for (int k = 0; ok && k < x->places; k++) {
-        ok = kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
+    for (int k = 0; ok && k < x->places + x->drawn; k++) {
+        if (k < x->places)
+            ok = kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
+        else
+            kmp_walk_evaluate(w, x->start);
         contract(x, k, w->h, x->rest);
         for (int r = 0; r < s->m; r++)
             *widest = fmax(*widest, x->excluded[r] ? 0 : fabs(w->h[r]));
@@ -318,7 +332,7 @@ static bool look(mending *x, const kempe_system *s, double *widest)
 static bool step(mending *x)
 {
     double most = x->s->closure_tolerance / x->s->length;
-    if (kmp_least_squares(x->places * x->left, x->count, x->slope, x->rest, RANK, x->shift) < 0)
+    if (kmp_least_squares(x->conditions, x->count, x->slope, x->rest, RANK, x->shift) < 0)
         return false;
     for (int i = 0; i < x->count; i++) {
         x->total[i] -= x->shift[i];
@@ -357,6 +371,23 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
+/* Whether the start is closed as drawn. false: no memory. */
+static bool look_at_start(mending *x)
+{
+    const kempe_system *s = x->s;
+    kmp_walk *w = walk_of(x, s);
+    double most = 0;
+    for (int i = 0; i < s->n; i++)
+        x->start[i] = s->model->start.q[i].value;
+    if (w)
+        kmp_walk_evaluate(w, x->start);
+    for (int r = 0; w && r < s->m; r++)
+        most = fmax(most, fabs(w->h[r]));
+    x->drawn = w && !x->a->chart && most * s->length <= s->closure_tolerance;
+    kmp_walk_free(w);
+    return w;
+}
+
 static bool begin(mending *x)
 {
     const kempe_system *s = x->s;
@@ -370,10 +401,12 @@ static bool begin(mending *x)
     x->left = s->m - x->rank;
     add_numbers(x);
     x->q = KMP_NEW(double, n *MOST_PLACES);
+    x->start = KMP_NEW(double, n);
     x->w = KMP_NEW(double, m *(size_t)x->left *MOST_PLACES);
-    if (!x->q || !x->w || !find_places(x))
+    if (!x->q || !x->w || !x->start || !find_places(x) || !look_at_start(x))
         return false;
-    size_t conditions = (size_t)(x->places * x->left), count = (size_t)x->count;
+    x->conditions = x->places * x->left + (x->drawn ? s->m : 0);
+    size_t conditions = (size_t)x->conditions, count = (size_t)x->count;
     x->slope = KMP_NEW(double, conditions *count);
     x->rest = KMP_NEW(double, conditions);
     x->shift = KMP_NEW(double, count);
@@ -383,7 +416,8 @@ static bool begin(mending *x)
 
 static void end(mending *x)
 {
-    void *const rooms[] = {x->excluded, x->number, x->model, x->q, x->w, x->slope, x->rest, x->shift, x->total};
+    void *const rooms[] = {x->excluded, x->number, x->model, x->q,     x->w,
+                           x->start,    x->slope,  x->rest,  x->shift, x->total};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
 }
