@@ -20,11 +20,12 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 8, SEED = 11 };
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, TRIES = 3, STEPS = 8, SEED = 11 };
 #define MOST_COST  3e9   /* evaluated nodes */
 #define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
 #define RANK       1e-6  /* of the conditions: above what dh/dp is off by */
 #define MET        2e-14 /* scaled |h| of redundant rows */
+#define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
 #define LEAST      1e-15 /* a shift below is none */
 
 typedef enum number_kind { NUMBER_POINT, NUMBER_AXIS, NUMBER_FRAME } number_kind;
@@ -205,7 +206,16 @@ static void keep_left(mending *x, kmp_walk *w, double *left)
     memcpy(left, w->basis, (size_t)(w->m * x->left) * sizeof *left);
 }
 
-/* Random ways from the assembled state; one place where nothing moves. */
+static double widest_of(const mending *x, const kmp_walk *w)
+{
+    double widest = 0;
+    for (int r = 0; r < w->m; r++)
+        widest = fmax(widest, x->excluded[r] ? 0 : fabs(w->h[r]));
+    return widest;
+}
+
+/* Random ways from the assembled state; one place where nothing moves. Places where the rows that stay open do so by
+ * more than the tolerance, next to a change point, are of no use. */
 static bool find_places(mending *x)
 {
     int n = x->s->n, m = x->s->m, wanted = LEAST_PLACES + 2 * x->count / x->left;
@@ -213,15 +223,19 @@ static bool find_places(mending *x)
     unsigned state = SEED;
     kmp_walk *w = walk_of(x, x->s);
     bool made = way && w;
+    double most = x->s->closure_tolerance / x->s->length;
     wanted = wanted < MOST_PLACES ? wanted : MOST_PLACES;
-    for (; made && x->places < wanted; x->places++) {
+    if (made)
+        memcpy(x->q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)n * sizeof *x->q);
+    for (int tries = 0; made && x->places < wanted && tries < TRIES * wanted; tries++) {
         double *q = x->q + (size_t)x->places * (size_t)n;
-        if (x->places == 0)
-            memcpy(q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)n * sizeof *q);
-        else if (!kmp_walk_wander(w, q - n, &state, way, q))
-            break;
+        if (x->places > 0 && !kmp_walk_wander(w, q - n, &state, way, q))
+            continue;
         kmp_walk_evaluate(w, q);
+        if (x->places > 0 && !(widest_of(x, w) <= most))
+            continue;
         keep_left(x, w, x->w + (size_t)x->places * (size_t)(m * x->left));
+        x->places++;
     }
     kmp_walk_free(w);
     kmp_free(way);
@@ -319,8 +333,7 @@ static bool look(mending *x, const kempe_system *s, double *widest)
         else
             kmp_walk_evaluate(w, x->start);
         contract(x, k, w->h, x->rest);
-        for (int r = 0; r < s->m; r++)
-            *widest = fmax(*widest, x->excluded[r] ? 0 : fabs(w->h[r]));
+        *widest = fmax(*widest, widest_of(x, w));
     }
     kmp_walk_free(w);
     return ok;
@@ -354,7 +367,7 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
     bool on = true, met = false;
     for (int k = 0; on && !met && k < STEPS; k++) {
         on = look(x, now, &widest);
-        met = on && widest <= MET && now != x->s;
+        met = on && now != x->s && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
         if (met || !on || !(widest < 0.5 * before) || !step(x))
             break;
         before = widest;
