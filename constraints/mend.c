@@ -20,10 +20,15 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, TRIES = 3, STEPS = 8, SEED = 11 };
-#define MOST_COST  3e9   /* evaluated nodes */
-#define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
-#define RANK       1e-6  /* of the conditions: above what dh/dp is off by */
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, TRIES = 3, ON = 6, STEPS = 8, SEED = 11 };
+#define MOST_COST  3e9  /* evaluated nodes */
+#define DIFFERENCE 1e-4 /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
+#define RANK       1e-6 /* of the conditions: above what dh/dp is off by */
+#define MOST_RANK  1e-2
+#define OFF        10.0 /* conditions are off by so many times the widest row, and at most by: */
+#define MOST_RANK  1e-2
+#define WIDE       10.0  /* of the median misfit */
+#define FAR        0.3   /* of the last kept pivot at the start: no place is nearer to a change point */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
 #define LEAST      1e-15 /* a shift below is none */
@@ -52,10 +57,11 @@ typedef struct mending {
     bool drawn;    /* the start is closed as drawn */
     double *start; /* n */
     int conditions;
-    double *slope; /* conditions x count */
-    double *rest;  /* conditions */
-    double *shift; /* count */
-    double *total; /* count */
+    double *slope;  /* dh/dp, scaled: rows of all places x count */
+    double *matrix; /* conditions x count */
+    double *rest;   /* conditions */
+    double *shift;  /* count */
+    double *total;  /* count */
 } mending;
 
 /* -- the copy ---------------------------------------------------------------------------------------- */
@@ -214,29 +220,61 @@ static double widest_of(const mending *x, const kmp_walk *w)
     return widest;
 }
 
-/* Random ways from the assembled state; one place where nothing moves. Places where the rows that stay open do so by
- * more than the tolerance, next to a change point, are of no use. */
-static bool find_places(mending *x)
+/* Places where the dropped rows are open much wider than at most others are next to a change point, or on a branch that
+ * is not meant: they are left out. */
+static void sift(mending *x, double *widest)
 {
-    int n = x->s->n, m = x->s->m, wanted = LEAST_PLACES + 2 * x->count / x->left;
-    double *way = KMP_NEW(double, n);
+    size_t n = (size_t)x->s->n;
+    double *sorted = widest + MOST_PLACES;
+    int kept = 0;
+    memcpy(sorted, widest, (size_t)x->places * sizeof *sorted);
+    for (int i = 1; i < x->places; i++)
+        for (int k = i; k > 0 && sorted[k] < sorted[k - 1]; k--) {
+            double t = sorted[k];
+            sorted[k] = sorted[k - 1];
+            sorted[k - 1] = t;
+        }
+    double most = WIDE * sorted[x->places / 2];
+    for (int k = 0; k < x->places; k++)
+        if (k == 0 || widest[k] <= most)
+            memmove(x->q + n * (size_t)kept++, x->q + n * (size_t)k, n * sizeof *x->q);
+    x->places = kept;
+}
+
+/* By several random ways from the assembled state; that one alone where nothing moves. */
+static void find_places(mending *x, kmp_walk *w, double *way, double *widest)
+{
+    size_t n = (size_t)x->s->n;
+    int wanted = LEAST_PLACES + 2 * x->count / x->left;
     unsigned state = SEED;
-    kmp_walk *w = walk_of(x, x->s);
-    bool made = way && w;
-    double most = x->s->closure_tolerance / x->s->length;
+    double usual = 0;
     wanted = wanted < MOST_PLACES ? wanted : MOST_PLACES;
-    if (made)
-        memcpy(x->q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)n * sizeof *x->q);
-    for (int tries = 0; made && x->places < wanted && tries < TRIES * wanted; tries++) {
-        double *q = x->q + (size_t)x->places * (size_t)n;
-        if (x->places > 0 && !kmp_walk_wander(w, q - n, &state, way, q))
+    memcpy(x->q, x->a->inner_q ? x->a->inner_q : x->a->q, n * sizeof *x->q);
+    for (int tries = 0, on = 0; x->places < wanted && tries < TRIES * wanted; tries++) {
+        double *q = x->q + (size_t)x->places * n;
+        on = on < ON ? on : 0;
+        if (x->places > 0 && !kmp_walk_wander(w, on > 0 ? q - n : x->q, &state, way, q)) {
+            on = 0;
             continue;
+        }
         kmp_walk_evaluate(w, q);
-        if (x->places > 0 && !(widest_of(x, w) <= most))
-            continue;
-        keep_left(x, w, x->w + (size_t)x->places * (size_t)(m * x->left));
-        x->places++;
+        kmp_walk_pivots(w, w->pivots);
+        double margin = x->rank > 0 ? w->pivots[x->rank - 1] : 1;
+        usual = x->places == 0 ? margin : usual;
+        widest[x->places] = widest_of(x, w);
+        on = margin < FAR * usual ? 0 : on + 1;
+        x->places += margin >= FAR * usual;
     }
+    sift(x, widest);
+}
+
+static bool make_places(mending *x)
+{
+    double *way = KMP_NEW(double, x->s->n + 2 * MOST_PLACES);
+    kmp_walk *w = walk_of(x, x->s);
+    if (way && w)
+        find_places(x, w, way, way + x->s->n);
+    bool made = way && w;
     kmp_walk_free(w);
     kmp_free(way);
     return made;
@@ -244,12 +282,18 @@ static bool find_places(mending *x)
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
+static size_t rows_of(const mending *x)
+{
+    return (size_t)(x->places + x->drawn) * (size_t)x->s->m;
+}
+
 static const double *place_at(const mending *x, int place)
 {
     return place < x->places ? x->q + (size_t)place * (size_t)x->s->n : x->start;
 }
 
-/* w_k' h of scaled h (m) at place k, to `out`; h itself at the start as drawn, which comes last. */
+/* w_k' h of scaled h (m) at place k, or of its derivative, to `out` (conditions); h itself at the start as drawn, which
+ * comes last. */
 static void contract(const mending *x, int place, const double *h, double *out)
 {
     int m = x->s->m;
@@ -263,9 +307,9 @@ static void contract(const mending *x, int place, const double *h, double *out)
     }
 }
 
-/* Scaled h of the copied model at all places, contracted, added `times` to column `out`. false: no memory, or what is
- * no closure any more. */
-static bool add_conditions(mending *x, double times, double *out)
+/* Scaled h of the copied model at all places, added `times` to `out` (m a place). false: no memory, or what is no
+ * closure any more. */
+static bool add_closures(mending *x, double times, double *out)
 {
     static const double start = 0;
     const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
@@ -274,14 +318,13 @@ static bool add_conditions(mending *x, double times, double *out)
     if (kmp_equations_derive_once(&eq, x->model, &scene) != KEMPE_OK)
         return false;
     int m = s->m, charts = KMP_CHART_SIZE * s->chart_count;
-    double *value = KMP_NEW(double, kmp_graph_count(eq.graph)), *h = KMP_NEW(double, m);
-    double *now = KMP_NEW(double, x->conditions), *chart = KMP_NEW(double, charts);
-    bool ok = value && h && now && chart;
+    double *value = KMP_NEW(double, kmp_graph_count(eq.graph)), *chart = KMP_NEW(double, charts);
+    bool ok = value && chart;
     if (ok && x->a->chart)
         memcpy(chart, x->a->chart, (size_t)charts * sizeof *chart);
     else if (ok)
         kmp_charts_reset(s, chart);
-    for (int k = 0; ok && k < x->places + x->drawn; k++) {
+    for (int k = 0; ok && k < x->places + x->drawn; k++, out += m) {
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
                                               [KMP_IN_TIME] = &start,
                                               [KMP_IN_Q] = place_at(x, k),
@@ -290,15 +333,10 @@ static bool add_conditions(mending *x, double times, double *out)
         for (int r = 0; r < m; r++) {
             int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
             kmp_ref of = row < 0 ? KMP_ZERO : eq.h[row];
-            h[r] = row < 0 ? 0 : (kmp_is_negative(of) ? -1 : 1) * value[kmp_id(of)] / s->row_scale[r];
+            out[r] += row < 0 ? 0 : (kmp_is_negative(of) ? -times : times) * value[kmp_id(of)] / s->row_scale[r];
         }
-        contract(x, k, h, now);
     }
-    for (int k = 0; ok && k < x->conditions; k++)
-        out[k] += times * now[k];
     kmp_free(value);
-    kmp_free(h);
-    kmp_free(now);
     kmp_free(chart);
     kmp_equations_free(&eq);
     return ok;
@@ -308,20 +346,31 @@ static bool find_slopes(mending *x)
 {
     bool ok = true;
     for (int i = 0; ok && i < x->count; i++) {
-        double before[9], *column = x->slope + (size_t)i * (size_t)x->conditions;
+        double before[9], *column = x->slope + (size_t)i * rows_of(x);
         const number *n = &x->number[i];
         for (int side = 1; ok && side >= -1; side -= 2) {
             memcpy(before, n->at, size_of(n));
             move(x, n, side * DIFFERENCE);
-            ok = add_conditions(x, side / (2 * DIFFERENCE), column);
+            ok = add_closures(x, side / (2 * DIFFERENCE), column);
             memcpy(n->at, before, size_of(n));
         }
     }
     return ok;
 }
 
-/* The places closed anew on independent rows of a system: what is left of the conditions, and of the widest row. false:
- * no memory, or a place that does not close. */
+/* The conditions of a place at the walk's last state, and their slopes. */
+static void take_conditions(mending *x, kmp_walk *w, int place)
+{
+    size_t m = (size_t)w->m, first = (size_t)place * m;
+    if (place < x->places)
+        keep_left(x, w, x->w + first * (size_t)x->left);
+    contract(x, place, w->h, x->rest);
+    for (int i = 0; i < x->count; i++)
+        contract(x, place, x->slope + (size_t)i * rows_of(x) + first, x->matrix + (size_t)i * (size_t)x->conditions);
+}
+
+/* The places closed anew on independent rows of a system: the conditions, and the widest row. false: no memory, or a
+ * place that does not close. */
 static bool look(mending *x, const kempe_system *s, double *widest)
 {
     kmp_walk *w = s->m == x->s->m ? walk_of(x, s) : NULL;
@@ -332,7 +381,7 @@ static bool look(mending *x, const kempe_system *s, double *widest)
             ok = kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
         else
             kmp_walk_evaluate(w, x->start);
-        contract(x, k, w->h, x->rest);
+        take_conditions(x, w, k);
         *widest = fmax(*widest, widest_of(x, w));
     }
     kmp_walk_free(w);
@@ -341,11 +390,13 @@ static bool look(mending *x, const kempe_system *s, double *widest)
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
-/* false: no memory, or farther than rounding leads. */
-static bool step(mending *x)
+/* `widest` is what the left null spaces are off by, more where pivots are small: directions of the conditions below
+ * that are left to the next step. false: no memory, or farther than rounding leads. */
+static bool step(mending *x, double widest)
 {
+    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK);
     double most = x->s->closure_tolerance / x->s->length;
-    if (kmp_least_squares(x->conditions, x->count, x->slope, x->rest, RANK, x->shift) < 0)
+    if (kmp_least_squares(x->conditions, x->count, x->matrix, x->rest, rank, x->shift) < 0)
         return false;
     for (int i = 0; i < x->count; i++) {
         x->total[i] -= x->shift[i];
@@ -368,7 +419,7 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
     for (int k = 0; on && !met && k < STEPS; k++) {
         on = look(x, now, &widest);
         met = on && now != x->s && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
-        if (met || !on || !(widest < 0.5 * before) || !step(x))
+        if (met || !on || !(widest < 0.5 * before) || !step(x, widest))
             break;
         before = widest;
         kempe_system_free(next);
@@ -416,21 +467,22 @@ static bool begin(mending *x)
     x->q = KMP_NEW(double, n *MOST_PLACES);
     x->start = KMP_NEW(double, n);
     x->w = KMP_NEW(double, m *(size_t)x->left *MOST_PLACES);
-    if (!x->q || !x->w || !x->start || !find_places(x) || !look_at_start(x))
+    if (!x->q || !x->w || !x->start || !make_places(x) || !look_at_start(x))
         return false;
     x->conditions = x->places * x->left + (x->drawn ? s->m : 0);
     size_t conditions = (size_t)x->conditions, count = (size_t)x->count;
-    x->slope = KMP_NEW(double, conditions *count);
+    x->slope = KMP_NEW(double, rows_of(x) * count);
+    x->matrix = KMP_NEW(double, conditions *count);
     x->rest = KMP_NEW(double, conditions);
     x->shift = KMP_NEW(double, count);
     x->total = KMP_NEW(double, count);
-    return x->slope && x->rest && x->shift && x->total;
+    return x->slope && x->matrix && x->rest && x->shift && x->total;
 }
 
 static void end(mending *x)
 {
-    void *const rooms[] = {x->excluded, x->number, x->model, x->q,     x->w,
-                           x->start,    x->slope,  x->rest,  x->shift, x->total};
+    void *const rooms[] = {x->excluded, x->number, x->model, x->q,     x->w,    x->start,
+                           x->slope,    x->matrix, x->rest,  x->shift, x->total};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
 }
