@@ -20,7 +20,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, TRIES = 3, ON = 6, STEPS = 8, SEED = 11 };
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 8 };
 #define MOST_COST  3e9  /* evaluated nodes */
 #define DIFFERENCE 1e-4 /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
 #define RANK       1e-6 /* of the conditions: above what dh/dp is off by */
@@ -28,7 +28,6 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, TRIES = 3, ON = 
 #define OFF        10.0 /* conditions are off by so many times the widest row, and at most by: */
 #define MOST_RANK  1e-2
 #define WIDE       10.0  /* of the median misfit */
-#define FAR        0.3   /* of the last kept pivot at the start: no place is nearer to a change point */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
 #define LEAST      1e-15 /* a shift below is none */
@@ -212,72 +211,31 @@ static void keep_left(mending *x, kmp_walk *w, double *left)
     memcpy(left, w->basis, (size_t)(w->m * x->left) * sizeof *left);
 }
 
-static double widest_of(const mending *x, const kmp_walk *w)
-{
-    double widest = 0;
-    for (int r = 0; r < w->m; r++)
-        widest = fmax(widest, x->excluded[r] ? 0 : fabs(w->h[r]));
-    return widest;
-}
-
 /* Places where the dropped rows are open much wider than at most others are next to a change point, or on a branch that
  * is not meant: they are left out. */
-static void sift(mending *x, double *widest)
+static void sift(mending *x, const kmp_waypoint *place, int count)
 {
     size_t n = (size_t)x->s->n;
-    double *sorted = widest + MOST_PLACES;
-    int kept = 0;
-    memcpy(sorted, widest, (size_t)x->places * sizeof *sorted);
-    for (int i = 1; i < x->places; i++)
-        for (int k = i; k > 0 && sorted[k] < sorted[k - 1]; k--) {
-            double t = sorted[k];
-            sorted[k] = sorted[k - 1];
-            sorted[k - 1] = t;
-        }
-    double most = WIDE * sorted[x->places / 2];
-    for (int k = 0; k < x->places; k++)
-        if (k == 0 || widest[k] <= most)
-            memmove(x->q + n * (size_t)kept++, x->q + n * (size_t)k, n * sizeof *x->q);
-    x->places = kept;
-}
-
-/* By several random ways from the assembled state; that one alone where nothing moves. */
-static void find_places(mending *x, kmp_walk *w, double *way, double *widest)
-{
-    size_t n = (size_t)x->s->n;
-    int wanted = LEAST_PLACES + 2 * x->count / x->left;
-    unsigned state = SEED;
-    double usual = 0;
-    wanted = wanted < MOST_PLACES ? wanted : MOST_PLACES;
-    memcpy(x->q, x->a->inner_q ? x->a->inner_q : x->a->q, n * sizeof *x->q);
-    for (int tries = 0, on = 0; x->places < wanted && tries < TRIES * wanted; tries++) {
-        double *q = x->q + (size_t)x->places * n;
-        on = on < ON ? on : 0;
-        if (x->places > 0 && !kmp_walk_wander(w, on > 0 ? q - n : x->q, &state, way, q)) {
-            on = 0;
-            continue;
-        }
-        kmp_walk_evaluate(w, q);
-        kmp_walk_pivots(w, w->pivots);
-        double margin = x->rank > 0 ? w->pivots[x->rank - 1] : 1;
-        usual = x->places == 0 ? margin : usual;
-        widest[x->places] = widest_of(x, w);
-        on = margin < FAR * usual ? 0 : on + 1;
-        x->places += margin >= FAR * usual;
+    for (int k = 0; k < count; k++) {
+        int narrower = 0;
+        for (int i = 0; i < count; i++)
+            narrower += place[k].open > WIDE * place[i].open;
+        if (k == 0 || narrower <= count / 2)
+            memmove(x->q + n * (size_t)x->places++, x->q + n * (size_t)k, n * sizeof *x->q);
     }
-    sift(x, widest);
 }
 
-static bool make_places(mending *x)
+static bool find_places(mending *x)
 {
-    double *way = KMP_NEW(double, x->s->n + 2 * MOST_PLACES);
+    kmp_waypoint place[MOST_PLACES];
+    int wanted = LEAST_PLACES + 2 * x->count / x->left;
     kmp_walk *w = walk_of(x, x->s);
-    if (way && w)
-        find_places(x, w, way, way + x->s->n);
-    bool made = way && w;
+    wanted = wanted < MOST_PLACES ? wanted : MOST_PLACES;
+    memcpy(x->q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)x->s->n * sizeof *x->q);
+    if (w)
+        sift(x, place, kmp_rounding_waypoints(w, NULL, wanted, x->q, place));
     kmp_walk_free(w);
-    kmp_free(way);
-    return made;
+    return w;
 }
 
 /* -- conditions -------------------------------------------------------------------------------------- */
@@ -382,7 +340,7 @@ static bool look(mending *x, const kempe_system *s, double *widest)
         else
             kmp_walk_evaluate(w, x->start);
         take_conditions(x, w, k);
-        *widest = fmax(*widest, widest_of(x, w));
+        *widest = fmax(*widest, kmp_rounding_opening(w, NULL));
     }
     kmp_walk_free(w);
     return ok;
@@ -464,10 +422,10 @@ static bool begin(mending *x)
     x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
     x->left = s->m - x->rank;
     add_numbers(x);
-    x->q = KMP_NEW(double, n *MOST_PLACES);
+    x->q = KMP_NEW(double, n *(MOST_PLACES + 1));
     x->start = KMP_NEW(double, n);
     x->w = KMP_NEW(double, m *(size_t)x->left *MOST_PLACES);
-    if (!x->q || !x->w || !x->start || !make_places(x) || !look_at_start(x))
+    if (!x->q || !x->w || !x->start || !find_places(x) || !look_at_start(x))
         return false;
     x->conditions = x->places * x->left + (x->drawn ? s->m : 0);
     size_t conditions = (size_t)x->conditions, count = (size_t)x->count;

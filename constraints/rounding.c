@@ -9,12 +9,16 @@
 #include "constraints/doctor.h"
 #include "constraints/pick.h"
 #include "constraints/tolerances.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { POINTS = 8, SEED = 7 };
+enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
 /* A way is finite from here on, rad or characteristic lengths: its square is far above any tolerance. */
 #define FAR 0.25
+/* No place is nearer to a change point: the last kept pivot over that at the start. */
+#define BESIDE  0.3
+#define MOST_OF 0.7
 
 const kmp_rounding *kmp_rounding_of(const kempe_system *system)
 {
@@ -57,9 +61,6 @@ typedef struct trial {
     int rank;     /* without the rows of drives */
     bool *driven; /* m: these */
     double *part; /* m: of the tolerance that a row has: positions in a loop smaller than the mechanism have less */
-    double *pivots;
-    double weak;   /* the largest pivot that is dropped, over the first */
-    double strong; /* the smallest that is kept, at the state */
 } trial;
 
 int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven)
@@ -82,70 +83,78 @@ static void set_parts(trial *x)
     }
 }
 
-/* At the walk's last state. */
-static void look(trial *x)
+double kmp_rounding_opening(const kmp_walk *w, const double *part)
 {
-    kmp_walk *w = x->walk;
-    int count = w->m < w->n ? w->m : w->n;
+    double widest = 0;
     for (int r = 0; r < w->m; r++)
-        x->t->most = fmax(x->t->most, fabs(w->h[r]) / x->part[r]);
-    kmp_walk_pivots(w, x->pivots);
-    if (x->rank < count)
-        x->weak = fmax(x->weak, x->pivots[x->rank] / x->pivots[0]);
+        widest = fmax(widest, fabs(w->h[r]) / (part ? part[r] : 1));
+    return widest;
 }
 
-/* false: it cannot move as far, or has opened. */
-static bool wander(trial *x, const double *q, double *way, double *from, double *to)
+int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *q, kmp_waypoint *place)
 {
-    size_t size = (size_t)x->walk->n * sizeof *q;
+    size_t n = (size_t)w->n;
+    double usual = 0, *way = q + n * (size_t)wanted;
     unsigned state = SEED;
-    double farthest = 0;
-    memcpy(from, q, size);
-    for (int k = 0; k < POINTS && kmp_walk_wander(x->walk, from, &state, way, to); k++) {
-        look(x);
-        if (!(x->t->most <= x->t->tolerance))
-            return false;
-        memcpy(from, to, size);
-        farthest = fmax(farthest, kmp_walk_distance(x->walk, q, to));
+    int count = 0;
+    for (int tries = 0, on = 0; count < wanted && tries < TRIES * wanted; tries++) {
+        double *to = q + (size_t)count * n;
+        on = on < ON ? on : 0;
+        if (count > 0 && !kmp_walk_wander(w, on > 0 ? to - n : q, &state, way, to)) {
+            on = 0;
+            continue;
+        }
+        kmp_walk_evaluate(w, to);
+        kmp_walk_pivots(w, w->pivots);
+        double margin = w->rank > 0 ? w->pivots[w->rank - 1] : 1;
+        usual = count == 0 ? margin : usual;
+        on = margin < BESIDE * usual ? 0 : on + 1;
+        if (on == 0)
+            continue;
+        double weak = w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
+        place[count++] = (kmp_waypoint){kmp_rounding_opening(w, part), kmp_walk_distance(w, q, to), weak,
+                                        margin / fmax(w->pivots[0], DBL_MIN)};
     }
-    return farthest >= FAR || x->walk->n == x->rank;
+    return count;
 }
 
-static void judge(trial *x, const double *q, double *way)
+/* Of the places that are far from the state most must stay closed: some are on branches that are not meant. */
+static void judge(trial *x, const kmp_waypoint *place, int count)
 {
     kmp_rounding_trial *t = x->t;
-    int n = x->walk->n;
-    set_parts(x);
-    kmp_walk_evaluate(x->walk, q);
-    t->most = 0;
-    look(x);
-    x->strong = x->rank > 0 ? x->pivots[x->rank - 1] / x->pivots[0] : 1;
-    t->here = t->most;
-    t->holds = t->here <= t->tolerance && wander(x, q, way, way + n, way + 2 * n);
-    t->zero = sqrt(fmax(fmax(x->weak, t->most), KMP_RANK) * x->strong);
+    double weak = place[0].weak;
+    int far = 0, closed = 0;
+    t->here = t->most = place[0].open;
+    for (int k = 1; k < count; k++) {
+        bool holds = place[k].open <= t->tolerance;
+        far += place[k].distance >= FAR;
+        closed += place[k].distance >= FAR && holds;
+        t->most = holds ? fmax(t->most, place[k].open) : t->most;
+        weak = holds ? fmax(weak, place[k].weak) : weak;
+    }
+    t->holds = t->here <= t->tolerance && ((far >= LEAST_FAR && closed >= MOST_OF * far) || x->walk->n == x->rank);
+    t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
 }
 
-bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *q, const double *chart)
+bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *from, const double *chart)
 {
+    kmp_waypoint place[PLACES];
     int n = system->n, m = system->m;
-    trial x = {.t = t,
-               .walk = kmp_walk_new(system),
-               .part = KMP_NEW(double, m),
-               .pivots = KMP_NEW(double, m + n),
-               .driven = KMP_NEW(bool, m)};
-    double *way = KMP_NEW(double, 3 * n);
-    bool made = x.walk && x.part && x.pivots && x.driven && way;
+    trial x = {.t = t, .walk = kmp_walk_new(system), .part = KMP_NEW(double, m), .driven = KMP_NEW(bool, m)};
+    double *q = KMP_NEW(double, (PLACES + 1) * n);
+    bool made = x.walk && x.part && x.driven && q;
     if (made) {
         x.walk->rank = x.rank = t->rank - kmp_rounding_drives(system, t->dropped, x.driven);
         x.walk->excluded = x.driven;
         if (chart)
             kmp_plant_set_charts(x.walk->plant, chart);
-        judge(&x, q, way);
+        set_parts(&x);
+        memcpy(q, from, (size_t)n * sizeof *q);
+        judge(&x, place, kmp_rounding_waypoints(x.walk, x.part, PLACES, q, place));
     }
     kmp_walk_free(x.walk);
     kmp_free(x.part);
-    kmp_free(x.pivots);
     kmp_free(x.driven);
-    kmp_free(way);
+    kmp_free(q);
     return made;
 }

@@ -8,6 +8,8 @@
 
 #include "dynamics/system.h"
 
+struct kmp_walk;
+
 /** NULL: closures are what they say. */
 const kmp_rounding *kmp_rounding_of(const kempe_system *system);
 
@@ -16,6 +18,22 @@ double kmp_rounding_zero(const kempe_system *system, double strict);
 
 /** The rank of J by its pivots, min(m, n) of them. */
 int kmp_rounding_rank(const kempe_system *system, const double *pivots);
+
+/** A configuration that finite motions lead to. */
+typedef struct kmp_waypoint {
+    double open;     /* the widest row, scaled */
+    double distance; /* from the first */
+    double weak;     /* the largest pivot beyond walk->rank, over the first */
+    double strong;   /* the last before it */
+} kmp_waypoint;
+
+/** Closed on walk->rank rows, none beside a change point: by several random ways from the first, which stands in q; how
+ * many there are, at most `wanted`, into q (n x (wanted + 1), the last for scratch) and `place`. part: of row openings
+ * (m), NULL: 1. */
+int kmp_rounding_waypoints(struct kmp_walk *walk, const double *part, int wanted, double *q, kmp_waypoint *place);
+
+/** The widest row at the walk's last state. */
+double kmp_rounding_opening(const struct kmp_walk *walk, const double *part);
 
 /** What a rank means at a state that is closed but for the rows that it drops. */
 typedef struct kmp_rounding_trial {
