@@ -433,8 +433,6 @@ static bool counts(const kmp_plant *plant, int row)
 
 void kmp_plant_drop(kmp_plant *plant, int count, const int *rows)
 {
-    if (!kmp_rounding_of(plant->system))
-        return;
     memset(plant->dropped, 0, (size_t)plant->m * sizeof *plant->dropped);
     for (int k = 0; k < count; k++)
         plant->dropped[rows[k]] = true;
@@ -465,7 +463,7 @@ double kmp_plant_misfit(const kmp_plant *plant, int *row)
     double widest = 0;
     *row = -1;
     for (int r = 0; r < plant->m; r++)
-        if (plant->dropped[r] && !(kmp_plant_opening(plant, r) <= widest)) {
+        if (plant->dropped[r] && !(plant->left_out && plant->left_out[r]) && !(kmp_plant_opening(plant, r) <= widest)) {
             widest = kmp_plant_opening(plant, r);
             *row = r;
         }

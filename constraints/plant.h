@@ -29,7 +29,7 @@ typedef struct kmp_plant {
     const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
     const double *drift;      /* m: J free_qdd + jdqd */
     const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all count */
-    bool *dropped;            /* m: rows that rounded numbers leave open: they need not be met either */
+    bool *dropped;            /* m: rows that a choice has dropped: they need not be met either */
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
     double *with_force;       /* n: bias less the user's efforts */
     double *effort;           /* n */
@@ -69,8 +69,8 @@ void kmp_plant_renew_parameters(kmp_plant *plant);
 void kmp_plant_lend_closure(kmp_plant *plant, double t, const double *q, const double *h, const double *jacobian,
                             const double *h_t);
 
-/** Of a system whose numbers are rounded the rows that a choice drops, or that are open widest at the last
- * kmp_plant_closure: they no longer count as open. */
+/** The rows that a choice drops: nothing closes them, so that they no longer count as open (kmp_plant_misfit does). Of a
+ * system whose numbers are rounded those that are open widest at the last kmp_plant_closure. */
 void kmp_plant_drop(kmp_plant *plant, int count, const int *rows);
 void kmp_plant_drop_widest(kmp_plant *plant);
 
