@@ -20,12 +20,12 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 8 };
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12 };
 #define MOST_COST  3e9  /* evaluated nodes */
 #define DIFFERENCE 1e-4 /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
 #define RANK       1e-6 /* of the conditions: above what dh/dp is off by */
 #define MOST_RANK  1e-2
-#define OFF        10.0 /* conditions are off by so many times the widest row, and at most by: */
+#define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
 #define MOST_RANK  1e-2
 #define WIDE       10.0  /* of the median misfit */
 #define MET        2e-14 /* scaled |h| of redundant rows */
@@ -211,20 +211,6 @@ static void keep_left(mending *x, kmp_walk *w, double *left)
     memcpy(left, w->basis, (size_t)(w->m * x->left) * sizeof *left);
 }
 
-/* Places where the dropped rows are open much wider than at most others are next to a change point, or on a branch that
- * is not meant: they are left out. */
-static void sift(mending *x, const kmp_waypoint *place, int count)
-{
-    size_t n = (size_t)x->s->n;
-    for (int k = 0; k < count; k++) {
-        int narrower = 0;
-        for (int i = 0; i < count; i++)
-            narrower += place[k].open > WIDE * place[i].open;
-        if (k == 0 || narrower <= count / 2)
-            memmove(x->q + n * (size_t)x->places++, x->q + n * (size_t)k, n * sizeof *x->q);
-    }
-}
-
 static bool find_places(mending *x)
 {
     kmp_waypoint place[MOST_PLACES];
@@ -233,7 +219,7 @@ static bool find_places(mending *x)
     wanted = wanted < MOST_PLACES ? wanted : MOST_PLACES;
     memcpy(x->q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)x->s->n * sizeof *x->q);
     if (w)
-        sift(x, place, kmp_rounding_waypoints(w, NULL, wanted, x->q, place));
+        x->places = kmp_rounding_waypoints(w, NULL, wanted, x->q, place);
     kmp_walk_free(w);
     return w;
 }
@@ -327,42 +313,75 @@ static void take_conditions(mending *x, kmp_walk *w, int place)
         contract(x, place, x->slope + (size_t)i * rows_of(x) + first, x->matrix + (size_t)i * (size_t)x->conditions);
 }
 
-/* The places closed anew on independent rows of a system: the conditions, and the widest row. false: no memory, or a
- * place that does not close. */
+/* Places where rows are open much wider than at most others are next to a change point, or on a branch that is not
+ * meant: their conditions do not count. The widest row of those that do. */
+static double sift(mending *x, const double *open)
+{
+    double widest = 0;
+    int places = x->places + x->drawn;
+    for (int k = 0; k < places; k++) {
+        int narrower = 0;
+        for (int i = 0; i < places; i++)
+            narrower += !(open[k] <= fmax(WIDE * open[i], NEARLY_MET));
+        bool counts = narrower <= places / 2;
+        widest = counts ? fmax(widest, open[k]) : widest;
+        for (int l = k * x->left; !counts && k < x->places && l < (k + 1) * x->left; l++) {
+            x->rest[l] = 0;
+            for (int i = 0; i < x->count; i++)
+                x->matrix[(size_t)l + (size_t)i * (size_t)x->conditions] = 0;
+        }
+    }
+    return widest;
+}
+
+/* The places closed anew on independent rows of a system: the conditions, and the widest row. false: no memory, or
+ * other rows. */
 static bool look(mending *x, const kempe_system *s, double *widest)
 {
     kmp_walk *w = s->m == x->s->m ? walk_of(x, s) : NULL;
-    bool ok = w;
-    *widest = 0;
-    for (int k = 0; ok && k < x->places + x->drawn; k++) {
-        if (k < x->places)
-            ok = kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
-        else
+    double open[MOST_PLACES + 1];
+    for (int k = 0; w && k < x->places + x->drawn; k++) {
+        bool closed = k == x->places || kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
+        if (k == x->places)
             kmp_walk_evaluate(w, x->start);
         take_conditions(x, w, k);
-        *widest = fmax(*widest, kmp_rounding_opening(w, NULL));
+        open[k] = closed ? kmp_rounding_opening(w, NULL) : INFINITY;
     }
+    *widest = w ? sift(x, open) : INFINITY;
     kmp_walk_free(w);
-    return ok;
+    return w;
 }
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
+/* Whether the step leads nowhere but where rounding does. */
+static bool is_near(const mending *x, double most)
+{
+    for (int i = 0; i < x->count; i++)
+        if (!(fabs(x->total[i] - x->shift[i]) <= most))
+            return false;
+    return true;
+}
+
 /* `widest` is what the left null spaces are off by, more where pivots are small: directions of the conditions below
- * that are left to the next step. false: no memory, or farther than rounding leads. */
+ * that are left to the next step, and more of them where they lead far. false: no memory, or farther than rounding
+ * leads. */
 static bool step(mending *x, double widest)
 {
-    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK);
-    double most = x->s->closure_tolerance / x->s->length;
-    if (kmp_least_squares(x->conditions, x->count, x->matrix, x->rest, rank, x->shift) < 0)
-        return false;
+    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK), most = x->s->closure_tolerance / x->s->length;
+    do {
+        if (kmp_least_squares(x->conditions, x->count, x->matrix, x->rest, rank, x->shift) < 0)
+            return false;
+        rank *= 10;
+    } while (!is_near(x, most) && rank <= MOST_RANK);
     for (int i = 0; i < x->count; i++) {
         x->total[i] -= x->shift[i];
-        if (!(fabs(x->total[i]) <= most))
-            return false;
         if (fabs(x->shift[i]) > LEAST)
             move(x, &x->number[i], -x->shift[i]);
     }
+    for (int i = 0; i < x->count; i++)
+        if (!(fabs(x->total[i]) <= most))
+            return false;
     return true;
 }
 
