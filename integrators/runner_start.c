@@ -41,24 +41,11 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_saddle saddle = {0};
-    double *dx = run->moved;
     kempe_status status =
         kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
-    for (int pass = 0; status == KEMPE_OK && pass < 3; pass++) {
-        kmp_plant_closure(run->plant, t, q);
-        kmp_plant_mass(run->plant);
-        if (kmp_saddle_factor(&saddle)) {
-            status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
-            break;
-        }
-        kmp_plant_rates(run->plant, qd, run->lambda);
-        kmp_saddle_correction(&saddle, run->lambda, dx);
-        for (int i = 0; i < run->s->n; i++)
-            qd[i] += dx[i];
-        kmp_saddle_correction(&saddle, run->plant->h, dx);
-        for (int i = 0; pass < 2 && i < run->s->n; i++)
-            q[i] += dx[i];
-    }
+    const kmp_closer closer = kmp_saddle_closer(&saddle, run->moved);
+    if (status == KEMPE_OK && !kmp_close_state(&closer, run->lambda, t, q, qd))
+        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
     kmp_saddle_free(&saddle);
     return status;
 }
