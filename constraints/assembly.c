@@ -16,10 +16,22 @@ static void put_open(kmp_text *text, const char *before, const char *name, doubl
         kmp_text_printf(text, " (%.3g m)", gap);
 }
 
+/* The closure tolerance beside a gap, where it was asked for or could be meant. */
+static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
+{
+    if (!s->model->closure_tolerance_given && !(gap <= KMP_ROUNDING_WIDEST * s->closure_tolerance))
+        return;
+    if (gap > s->closure_tolerance)
+        kmp_text_printf(text, ", more than the closure_tolerance of %.3g m", s->closure_tolerance);
+    else
+        kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but no other closure says the same",
+                        s->closure_tolerance);
+}
+
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    kmp_text held = {0}, others = {0}, best = {0};
+    kmp_text held = {0}, others = {0}, best = {0}, tolerance = {0};
     for (int k = 0; k < model->motion_count; k++)
         if (model->start.hold[k])
             kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
@@ -30,9 +42,10 @@ static kempe_status complain_open(const kempe_assembly *a)
         kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
     const kmp_closure *worst = &model->closures[a->culprits[0]];
     double gap = a->gaps[a->culprits[0]];
+    put_tolerance(&tolerance, a->system, gap);
     if (isfinite(gap))
-        kmp_text_printf(&best, "at best a gap of %.4g m remains%s; check its lengths, or start", gap,
-                        others.s ? others.s : "");
+        kmp_text_printf(&best, "at best a gap of %.4g m remains%s%s; check its lengths, or start", gap,
+                        others.s ? others.s : "", tolerance.s ? tolerance.s : "");
     else
         kmp_text_put(&best, "its gap is not a number there; start");
     (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
@@ -41,6 +54,7 @@ static kempe_status complain_open(const kempe_assembly *a)
     kmp_text_free(&best);
     kmp_text_free(&held);
     kmp_text_free(&others);
+    kmp_text_free(&tolerance);
     return KEMPE_E_FAILED;
 }
 

@@ -394,6 +394,9 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
     kempe_status status = KEMPE_OK;
     bool on = true, met = false;
     for (int k = 0; on && !met && k < STEPS; k++) {
+        met = now->m < x->s->m; /* rows have become exactly zero: the assembly will tell */
+        if (met)
+            break;
         on = look(x, now, &widest);
         met = on && now != x->s && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
         if (met || !on || !(widest < 0.5 * before) || !step(x, widest))
@@ -464,20 +467,24 @@ static void end(mending *x)
         kmp_free(rooms[k]);
 }
 
-/* What a mended system says of itself. false: no memory. */
-static bool describe(mending *x, kempe_system *mended)
+/* What stays open as drawn, for a system made of the same drawing. */
+static void note_misfits(const kempe_system *drawn, const kempe_assembly *a, kempe_system *s)
 {
-    const kempe_assembly *a = x->a;
-    mended->misfit = KMP_NEW(double, x->s->model->closure_count);
-    for (int r = 0; mended->misfit && r < x->s->m; r++) {
-        double *most = &mended->misfit[x->s->rows[r].closure];
-        *most = a->dropped[r] ? fmax(*most, a->open[r]) : *most;
+    for (int c = 0; c < drawn->model->closure_count; c++)
+        s->misfit[c] = drawn->misfit[c];
+    for (int r = 0; r < drawn->m; r++) {
+        double *most = &s->misfit[drawn->rows[r].closure];
+        *most = a->dropped[r] && a->open[r] > KMP_CLOSED_ENOUGH ? fmax(*most, a->open[r]) : *most;
     }
+}
+
+static void describe(mending *x, kempe_system *mended)
+{
+    note_misfits(x->s, x->a, mended);
     for (int i = 0; i < x->count; i++)
         mended->mended_by = fmax(mended->mended_by, fabs(x->total[i]));
     mended->mended = x->model;
     x->model = NULL;
-    return mended->misfit;
 }
 
 kempe_status kmp_mend(const kempe_system *rounded, const kempe_assembly *assembly, const char *word,
@@ -488,11 +495,8 @@ kempe_status kmp_mend(const kempe_system *rounded, const kempe_assembly *assembl
     *mended = NULL;
     if (status == KEMPE_OK && x.count > 0 && find_slopes(&x))
         status = go(&x, word, mended);
-    if (*mended && !describe(&x, *mended)) {
-        kempe_system_free(*mended);
-        *mended = NULL;
-        status = kmp_fail_memory(rounded->context);
-    }
+    if (*mended)
+        describe(&x, *mended);
     end(&x);
     return status;
 }
@@ -510,15 +514,29 @@ static bool may_mend(const kempe_system *s)
     return s->m > 0 && s->closure_tolerance > 0 && !varies && s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
 }
 
+/* What stays open as drawn; those that a mended system closes are told with it. */
 static void tell(const kempe_system *s)
 {
-    for (int c = 0; c < s->model->closure_count; c++)
-        if (s->misfit[c] > KMP_CLOSED_ENOUGH)
-            kmp_log(s->context, KEMPE_LOG_WARNING,
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_text text = {0};
+        kmp_put_misfit(&text, s, c);
+        if (text.s && text.length > 0)
+            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
+        kmp_text_free(&text);
+    }
+}
+
+void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
+{
+    if (!(s->misfit[closure] > 0))
+        return;
+    kmp_text_printf(text,
                     "closure '%s' stays open by %.2g m as drawn: taken as rounding of the model's numbers "
-                    "(closure_tolerance %.2g m); points and axes moved by at most %.2g m or rad make it close",
-                    s->model->closures[c].name, s->misfit[c] * s->length, s->closure_tolerance,
-                    s->mended_by * fmax(1, s->length));
+                    "(closure_tolerance %.2g m)",
+                    s->model->closures[closure].name, s->misfit[closure] * s->length, s->closure_tolerance);
+    if (s->mended)
+        kmp_text_printf(text, "; points and axes moved by at most %.2g of the length of %.3g m make it close",
+                        s->mended_by, s->length);
 }
 
 /* The mended system in place of *system, when it closes without any row that stays open. */
@@ -532,7 +550,6 @@ static kempe_status replace(kempe_system **system, kempe_system *mended)
         mended->build_s += (*system)->build_s;
         kempe_system_free(*system);
         *system = mended;
-        tell(mended);
     } else {
         kempe_system_free(mended);
     }
@@ -548,6 +565,8 @@ static kempe_status mend(kempe_system **system, const char *word)
         status = kmp_mend(*system, a, word, &mended);
     if (status == KEMPE_OK && mended)
         status = replace(system, mended);
+    if (status == KEMPE_OK && kmp_rounding_of(*system))
+        note_misfits(*system, a, *system);
     kempe_assembly_free(a);
     kmp_context_clear((*system)->context);
     return status == KEMPE_E_MEMORY ? kmp_fail_memory((*system)->context) : KEMPE_OK;
@@ -559,6 +578,8 @@ kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kem
     kempe_status status = kmp_system_new_by(model, word, &s);
     if (status == KEMPE_OK && may_mend(s))
         status = mend(&s, word);
+    if (status == KEMPE_OK)
+        tell(s);
     if (status == KEMPE_OK)
         *system = s;
     else

@@ -11,4 +11,7 @@
 kempe_status kmp_mend(const kempe_system *rounded, const kempe_assembly *assembly, const char *word,
                       kempe_system **mended);
 
+/** What a closure stays open by as drawn, as a sentence; nothing where it closes. */
+void kmp_put_misfit(kmp_text *text, const kempe_system *system, int closure);
+
 #endif

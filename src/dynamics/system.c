@@ -93,10 +93,16 @@ kmp_lever kmp_system_lever(const kempe_model *model)
     return best;
 }
 
-static double characteristic_length(const kempe_model *model)
+double kmp_system_length(const kempe_model *model)
 {
     double length = kmp_system_lever(model).length;
     return length > 0 ? length : 1;
+}
+
+double kmp_closure_tolerance(const kempe_model *model)
+{
+    return model->closure_tolerance_given ? model->closure_tolerance.value
+                                          : KMP_CLOSURE_TOLERANCE * kmp_system_length(model);
 }
 
 /* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
@@ -124,7 +130,7 @@ static bool set_reach(kempe_system *s)
 
 static void set_scales(kempe_system *s)
 {
-    s->length = characteristic_length(s->model);
+    s->length = kmp_system_length(s->model);
     for (int k = 0; k < s->n; k++)
         s->scale[k] = s->model->motions[k].rotation ? 1 : s->length;
     for (int r = 0; r < s->m; r++)
@@ -274,9 +280,11 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
     s->row_scale = KMP_NEW(double, s->m);
     s->parameters = KMP_NEW(double, s->model->parameter_count);
     s->rounding = KMP_NEW(kmp_rounding, 1);
-    if (!s->rounding || !s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
+    s->misfit = KMP_NEW(double, s->model->closure_count);
+    if (!s->misfit || !s->rounding || !s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
+    memcpy(s->misfit, eq->misfit, (size_t)s->model->closure_count * sizeof *s->misfit);
     return kmp_system_rescale(s) && name_rows(s) && take_charts(s);
 }
 

@@ -91,7 +91,7 @@ struct kempe_system {
     kmp_rounding *rounding;
     kempe_model *mended;   /* its own copy of the model, whose points and axes are those that a rounded drawing means
                             * (constraints/mend.h); NULL: the model as it is */
-    double *misfit;        /* of a mended one, by closures: what they would stay open by as drawn, scaled */
+    double *misfit;        /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
     double mended_by;      /* and the farthest that a number was moved, characteristic lengths or rad */
     double build_s;        /* CPU time of deriving */
     kempe_force_fn *force; /* the user's efforts; NULL: none */
@@ -106,6 +106,10 @@ typedef struct kmp_lever {
     kmp_number to[3], from[3];
     double length;
 } kmp_lever;
+
+/** The characteristic length, m, and what closures may stay open by, m. */
+double kmp_system_length(const kempe_model *model);
+double kmp_closure_tolerance(const kempe_model *model);
 
 /** The one that is the characteristic length: the largest of the offsets of joints and closure points in their bodies
  * and lengths of rods, else of start values of translations, else of centres of mass. Its length is 0 where nothing has

@@ -9,6 +9,7 @@
 #include "model/named_table.h"
 #include "model/rail.h"
 #include "model/reading.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -227,6 +228,18 @@ void kempe_model_free(kempe_model *model)
     kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);
+}
+
+kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres)
+{
+    KMP_GIVEN(model, KEMPE_E_ARGUMENT);
+    kmp_context_clear(model->context);
+    if (!(metres >= 0) || !isfinite(metres))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the closure tolerance is a length, 0 or more, not %g",
+                        metres);
+    model->closure_tolerance = (kmp_number){.value = metres};
+    model->closure_tolerance_given = true;
+    return KEMPE_OK;
 }
 
 const char *kempe_model_name(const kempe_model *model)
