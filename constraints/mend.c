@@ -467,14 +467,15 @@ static void end(mending *x)
         kmp_free(rooms[k]);
 }
 
-/* What stays open as drawn, for a system made of the same drawing. */
+/* What stays open as drawn, at the start or else elsewhere, for a system made of the same drawing. */
 static void note_misfits(const kempe_system *drawn, const kempe_assembly *a, kempe_system *s)
 {
     for (int c = 0; c < drawn->model->closure_count; c++)
         s->misfit[c] = drawn->misfit[c];
     for (int r = 0; r < drawn->m; r++) {
         double *most = &s->misfit[drawn->rows[r].closure];
-        *most = a->dropped[r] && a->open[r] > KMP_CLOSED_ENOUGH ? fmax(*most, a->open[r]) : *most;
+        double open = a->misfit > KMP_CLOSED_ENOUGH ? a->open[r] : drawn->rounding->misfit;
+        *most = a->dropped[r] && open > KMP_CLOSED_ENOUGH ? fmax(*most, open) : *most;
     }
 }
 

@@ -22,7 +22,7 @@ enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
 
 const kmp_rounding *kmp_rounding_of(const kempe_system *system)
 {
-    return atomic_load(&system->rounding->state) == 2 ? system->rounding : NULL;
+    return system->rounding && atomic_load(&system->rounding->state) == 2 ? system->rounding : NULL;
 }
 
 double kmp_rounding_zero(const kempe_system *system, double strict)
@@ -47,6 +47,7 @@ void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *tri
         r->rank = trial->rank;
         r->zero = trial->zero;
         r->tolerance = trial->tolerance;
+        r->misfit = trial->most;
         atomic_store(&r->state, 2);
     }
     while (atomic_load(&r->state) != 2) /* another thread is at it, with the same numbers */

@@ -30,6 +30,7 @@ typedef struct kmp_rounding {
     int rank;         /* of J, however many of its pivots differ from zero */
     double zero;      /* a pivot of the scaled J below this part of the first is one */
     double tolerance; /* scaled |h| that a row may stay open by */
+    double misfit;    /* and is open by at most, at the start and on ways from there */
 } kmp_rounding;
 
 /* Stages of the motion programs; below: what stands there by articulated bodies. */
