@@ -7,6 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+int kmp_partition_rank(const kempe_system *s, const double *pivots)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(s);
+    int r = 0, most = s->m < s->n ? s->m : s->n;
+    double zero = kmp_rounding_zero(s, KMP_RANK);
+    most = rounding && rounding->rank < most ? rounding->rank : most;
+    while (r < most && pivots[0] > KMP_RANK_FIRST && pivots[r] > zero * pivots[0])
+        r++;
+    return r;
+}
+
 static int compare_ints(const void *a, const void *b)
 {
     return *(const int *)a - *(const int *)b;
@@ -128,7 +139,7 @@ static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system 
     kempe_status status = KEMPE_OK;
     if (!kmp_pick_pivot(c, NULL, part->pivots))
         return kmp_fail_memory(s->context);
-    part->r = rank >= 0 ? rank : kmp_rounding_rank(s, part->pivots);
+    part->r = rank >= 0 ? rank : kmp_partition_rank(s, part->pivots);
     part->p = s->n - part->r;
     if (wish_count > 0)
         status = follow_wish(c, part, s, wish, wish_count);

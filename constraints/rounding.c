@@ -7,7 +7,6 @@
 #include "constraints/rounding.h"
 #include "base/memory.h"
 #include "constraints/doctor.h"
-#include "constraints/pick.h"
 #include "constraints/tolerances.h"
 #include <float.h>
 #include <math.h>
@@ -29,14 +28,6 @@ double kmp_rounding_zero(const kempe_system *system, double strict)
 {
     const kmp_rounding *rounding = kmp_rounding_of(system);
     return rounding ? fmax(strict, rounding->zero) : strict;
-}
-
-int kmp_rounding_rank(const kempe_system *system, const double *pivots)
-{
-    const kmp_rounding *rounding = kmp_rounding_of(system);
-    int most = system->m < system->n ? system->m : system->n;
-    most = rounding && rounding->rank < most ? rounding->rank : most;
-    return kmp_pick_rank(pivots, most, kmp_rounding_zero(system, KMP_RANK));
 }
 
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial)

@@ -16,9 +16,6 @@ const kmp_rounding *kmp_rounding_of(const kempe_system *system);
 /** What tells pivots of J, and directions of its rows, from zero there: `strict`, or more where numbers are rounded. */
 double kmp_rounding_zero(const kempe_system *system, double strict);
 
-/** The rank of J by its pivots, min(m, n) of them. */
-int kmp_rounding_rank(const kempe_system *system, const double *pivots);
-
 /** A configuration that finite motions lead to. */
 typedef struct kmp_waypoint {
     double open;     /* the widest row, scaled */

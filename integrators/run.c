@@ -41,7 +41,7 @@ static kempe_status attend(kmp_runner *run)
 
 static kempe_status begin(kmp_runner *run)
 {
-    kempe_status status = run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->spec.t_end,
+    kempe_status status = run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->stop,
                                            kmp_runner_first_step(run));
     if (status == KEMPE_OK && run->crossing) {
         status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
@@ -69,6 +69,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
+    run->stop = spec->t_end;
     run->own.context = system->context;
     run->journal = spec->journal ? spec->journal : &run->own;
     run->work = spec->work_start;
@@ -161,12 +162,25 @@ kempe_status kmp_runner_step(kmp_runner *run)
         if (status == KEMPE_E_FAILED && !run->in_zone)
             status = kmp_runner_rescue(run, t);
     }
+    if (status == KEMPE_OK && run->kind->t(run->solver) < run->stop)
+        run->pace = 0;
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
         return kmp_runner_give_up(
             run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);
     return attend(run);
+}
+
+kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
+{
+    run->stop = stop;
+    run->anew = true;
+    if (t == kmp_runner_t(run))
+        return KEMPE_OK;
+    run->at_event = false;
+    kempe_status status = kmp_runner_begin_anew(run, t);
+    return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
 }
 
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
@@ -192,6 +206,11 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, do
     if (status == KEMPE_OK)
         kmp_runner_show(run, q, qd, qdd);
     return status;
+}
+
+const double *kmp_runner_unknowns(kmp_runner *run, double t)
+{
+    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK ? run->y : NULL;
 }
 
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
@@ -250,6 +269,12 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
+static kempe_status tell_step(kmp_runner *run)
+{
+    bool failed = run->spec.step && run->spec.step(run->spec.user, run, kmp_runner_t_old(run), kmp_runner_t(run));
+    return failed ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+}
+
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
@@ -260,6 +285,8 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     kempe_status status = deliver(run, &next, row, take, user);
     while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
         status = kmp_runner_step(run);
+        if (status == KEMPE_OK)
+            status = tell_step(run);
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
         if (status == KEMPE_OK || status == KEMPE_STOPPED) {

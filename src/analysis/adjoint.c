@@ -4,6 +4,7 @@
 #include "analysis/adjoint.h"
 #include "base/memory.h"
 #include "dynamics/pressed.h"
+#include "integrators/solver.h"
 #include <math.h>
 #include <string.h>
 
@@ -19,6 +20,7 @@ typedef struct kept_mark {
 } kept_mark;
 
 typedef struct adjoint {
+    kmp_arena arena;
     kmp_varied *v;
     const kmp_forward *ask;
     const kmp_target *target;
@@ -32,7 +34,9 @@ typedef struct adjoint {
     void *solver;
     kmp_ode ode;
     int at_step, low, high; /* steps of the segment at hand */
-    double *y, *atol, *state, *gradient, *matrix;
+    double *y, *atol, *state, *gradient;
+    double *end_q;                                    /* where the last step ends, n */
+    int *end_u;                                       /* independent there */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
     double *unit;                                     /* conditions */
     kmp_changes_weight back;
@@ -62,8 +66,9 @@ static bool make_room_for_step(adjoint *a)
 static int keep_step(void *user, double from, double to, int (*at)(void *motion, double t, double *y), void *motion)
 {
     adjoint *a = user;
-    if (a->p == 0)
-        a->p = a->v->linear.p;
+    const kmp_linear *l = &a->v->linear;
+    a->p = l->p;
+    memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
     if (!make_room_for_step(a))
         return 1;
     for (int j = 0; j < NODES; j++) {
@@ -73,12 +78,13 @@ static int keep_step(void *user, double from, double to, int (*at)(void *motion,
     }
     a->from[a->steps++] = from;
     a->from[a->steps] = to;
+    memcpy(a->end_q, l->q, (size_t)a->n * sizeof *l->q);
     return 0;
 }
 
-static void *copy_of(const void *from, size_t count, size_t size)
+static void *copy_of(adjoint *a, const void *from, size_t count, size_t size)
 {
-    void *to = kmp_calloc(count, size);
+    void *to = kmp_arena_alloc(&a->arena, count, size);
     if (to && count > 0)
         memcpy(to, from, count * size);
     return to;
@@ -100,11 +106,11 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     *kept = (kept_mark){.t = mark->t,
                         .condition = mark->condition,
                         .first_step = a->steps,
-                        .u = copy_of(mark->u, p, sizeof(int)),
-                        .q = copy_of(mark->q, (size_t)a->n, sizeof(double)),
-                        .y = copy_of(mark->y, 2 * p, sizeof(double)),
-                        .mode = copy_of(mark->mode, conditions, sizeof(double))};
-    return !kept->u || !kept->q || !kept->y || !kept->mode;
+                        .u = copy_of(a, mark->u, p, sizeof(int)),
+                        .q = copy_of(a, mark->q, (size_t)a->n, sizeof(double)),
+                        .y = copy_of(a, mark->y, 2 * p, sizeof(double)),
+                        .mode = copy_of(a, mark->mode, conditions, sizeof(double))};
+    return a->arena.failed;
 }
 
 /* u and ud at t within step k, by the barycentric formula. */
@@ -190,7 +196,7 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 
 static int place(adjoint *a, double back)
 {
-    double t = fmin(fmax(a->ask->t_end - back, a->from[a->low]), a->from[a->high]);
+    double t = fmin(fmax(a->ask->spec->t_end - back, a->from[a->low]), a->from[a->high]);
     recall(a, step_at(a, t), t, a->state);
     return kmp_varied_at(a->v, t, a->state, a->state + a->p);
 }
@@ -321,8 +327,8 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
     a->at_step = high - 1;
     if (low == high)
         return KEMPE_OK;
-    double end = a->ask->t_end - a->from[low];
-    kempe_status status = a->kind->start(a->solver, a->ask->t_end - a->from[high], a->y, NULL, end, *h);
+    double end = a->ask->spec->t_end - a->from[low];
+    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - a->from[high], a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->kind->t(a->solver) < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
@@ -330,7 +336,7 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
     }
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
         return kmp_fail(context, status, "backwards the step size became too small at t = %.9g",
-                        a->ask->t_end - a->kind->t(a->solver));
+                        a->ask->spec->t_end - a->kind->t(a->solver));
     *h = a->kind->next ? a->kind->next(a->solver) : 0;
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
@@ -339,7 +345,7 @@ static kempe_status all_back(adjoint *a, double h)
 {
     const int *next_u = a->v->linear.part.u;
     int high = a->steps;
-    int *behind = copy_of(next_u, (size_t)a->p, sizeof(int));
+    int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
     kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
     for (int k = a->marks - 1; status == KEMPE_OK && k >= 0; k--) {
         const kept_mark *mark = &a->mark[k];
@@ -349,7 +355,6 @@ static kempe_status all_back(adjoint *a, double h)
             status = mark->condition < 0 ? pass_exchange(a, mark, behind) : pass_condition(a, mark);
         memcpy(behind, mark->u, (size_t)a->p * sizeof *behind);
     }
-    kmp_free(behind);
     return status == KEMPE_OK ? come_back(a, 0, high, &h) : status;
 }
 
@@ -357,39 +362,33 @@ static kempe_status all_back(adjoint *a, double h)
 
 static bool make_room(adjoint *a)
 {
+    kmp_arena *room = &a->arena;
     size_t n = (size_t)a->n, m = (size_t)a->m, p = (size_t)a->p;
     a->size = 2 * a->p + a->count;
-    a->y = KMP_NEW(double, a->size);
-    a->atol = KMP_NEW(double, a->size);
-    a->state = KMP_NEW(double, 2 * p);
-    a->wq = KMP_NEW(double, n);
-    a->wqd = KMP_NEW(double, n);
-    a->wqdd = KMP_NEW(double, n);
-    a->wlambda = KMP_NEW(double, m);
-    a->w = KMP_NEW(double, n);
-    a->wu = KMP_NEW(double, p);
-    a->unit = KMP_NEW(double, a->v->system->events.count);
-    a->back = (kmp_changes_weight){KMP_NEW(double, p), KMP_NEW(double, p), KMP_NEW(double, p), KMP_NEW(double, m),
-                                   KMP_NEW(double, m), KMP_NEW(double, m), KMP_NEW(double, n)};
+    a->y = KMP_ARENA_NEW(room, double, a->size);
+    a->atol = KMP_ARENA_NEW(room, double, a->size);
+    a->state = KMP_ARENA_NEW(room, double, 2 * p);
+    a->wq = KMP_ARENA_NEW(room, double, n);
+    a->wqd = KMP_ARENA_NEW(room, double, n);
+    a->wqdd = KMP_ARENA_NEW(room, double, n);
+    a->wlambda = KMP_ARENA_NEW(room, double, m);
+    a->w = KMP_ARENA_NEW(room, double, n);
+    a->wu = KMP_ARENA_NEW(room, double, p);
+    a->unit = KMP_ARENA_NEW(room, double, a->v->system->events.count);
+    a->back = (kmp_changes_weight){KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, p),
+                                   KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, m),
+                                   KMP_ARENA_NEW(room, double, m), KMP_ARENA_NEW(room, double, m),
+                                   KMP_ARENA_NEW(room, double, n)};
     a->ode =
         (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
-    return a->y && a->atol && a->state && a->wq && a->wqd && a->wqdd && a->wlambda && a->w && a->wu && a->unit &&
-           a->back.u && a->back.ud && a->back.udd && a->back.h && a->back.rate && a->back.curve && a->back.force;
+    return !room->failed;
 }
 
 static void free_all(adjoint *a)
 {
-    double *rooms[] = {a->from,     a->values,  a->y,         a->atol,       a->state,     a->wq,     a->wqd,
-                       a->wqdd,     a->wlambda, a->w,         a->wu,         a->unit,      a->back.u, a->back.ud,
-                       a->back.udd, a->back.h,  a->back.rate, a->back.curve, a->back.force};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    for (int k = 0; k < a->marks; k++) {
-        kmp_free(a->mark[k].u);
-        kmp_free(a->mark[k].q);
-        kmp_free(a->mark[k].y);
-        kmp_free(a->mark[k].mode);
-    }
+    kmp_arena_free(&a->arena);
+    kmp_free(a->from);
+    kmp_free(a->values);
     kmp_free(a->mark);
     if (a->solver)
         a->kind->release(a->solver);
@@ -401,9 +400,12 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     kmp_varied *v = a->v;
     int p = a->p;
     double size = 0;
-    recall(a, a->steps - 1, a->ask->t_end, a->state);
-    if (kmp_varied_at(v, a->ask->t_end, a->state, a->state + p) != KMP_GO)
-        return fail(a, a->ask->t_end);
+    kempe_status status = kmp_varied_choose(v, a->ask->spec->t_end, a->end_q, a->end_q, a->end_u, p);
+    if (status != KEMPE_OK)
+        return status;
+    recall(a, a->steps - 1, a->ask->spec->t_end, a->state);
+    if (kmp_varied_at(v, a->ask->spec->t_end, a->state, a->state + p) != KMP_GO)
+        return fail(a, a->ask->spec->t_end);
     kmp_varied_anchor(v);
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
@@ -414,45 +416,44 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     size = size > 0 ? size : 1;
     if (a->integral) {
         memset(a->y, 0, (size_t)a->size * sizeof *a->y);
-        size *= a->ask->t_end;
+        size *= a->ask->spec->t_end;
     }
     for (int i = 0; i < p; i++) {
         double scale = v->system->scale[v->linear.part.u[i]];
-        a->atol[i] = a->ask->atol * size / scale;
-        a->atol[p + i] = a->ask->atol * size / (scale * rate_scale);
+        a->atol[i] = a->ask->spec->atol * size / scale;
+        a->atol[p + i] = a->ask->spec->atol * size / (scale * rate_scale);
     }
     for (int k = 0; k < a->count; k++)
-        a->atol[2 * p + k] = a->ask->atol * size / a->sizes[k];
+        a->atol[2 * p + k] = a->ask->spec->atol * size / a->sizes[k];
     return KEMPE_OK;
 }
 
-static kempe_status run_back(adjoint *a, const double *start_q, const double *start_qd, int *start_u,
-                             kmp_adjoint_report *report)
+static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
 {
     kempe_context *context = a->v->system->context;
-    double rate_scale = report->forward.rate_scale;
+    double rate_scale = report->forward.run.rate_scale;
     if (a->steps == 0)
-        return fail(a, a->ask->t_end);
+        return fail(a, a->ask->spec->t_end);
     if (!make_room(a))
         return kmp_fail_memory(context);
     kempe_status status = set_end(a, rate_scale);
     report->value = a->integral ? report->forward.integral : kmp_target_value(a->target, a->v);
-    a->kind = kmp_solver_find(a->ask->integrator);
+    a->kind = kmp_solver_find(a->ask->spec->integrator);
     if (status == KEMPE_OK)
         a->solver = a->kind->create(&(kmp_solver_setup){
-            .context = context, .ode = &a->ode, .tolerance = {a->ask->rtol, a->atol}, .linear = "auto"});
+            .context = context, .ode = &a->ode, .tolerance = {a->ask->spec->rtol, a->atol}, .linear = "auto"});
     if (status == KEMPE_OK && !a->solver)
         return KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
-        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->t_end) : 0);
+        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0);
     if (status != KEMPE_OK)
         return status;
-    memcpy(start_u, a->v->linear.part.u, (size_t)a->p * sizeof *start_u);
+    const int *u = a->v->linear.part.u;
     for (int k = 0; k < a->count; k++) {
+        const double *q = a->ask->start_q + k * a->n, *qd = a->ask->start_qd + k * a->n;
         a->gradient[k] = a->y[2 * a->p + k];
         for (int i = 0; i < a->p; i++)
-            a->gradient[k] +=
-                a->y[i] * start_q[k * a->n + start_u[i]] + a->y[a->p + i] * start_qd[k * a->n + start_u[i]];
+            a->gradient[k] += a->y[i] * q[u[i]] + a->y[a->p + i] * qd[u[i]];
     }
     kmp_solver_work work = a->kind->work(a->solver);
     report->steps = work.steps;
@@ -472,32 +473,27 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                  .m = varied->m,
                  .count = varied->count,
                  .gradient = gradient};
-    size_t slopes = (size_t)varied->n * (size_t)varied->count;
-    double *start = KMP_NEW(double, 2 * slopes);
-    int *start_u = KMP_NEW(int, varied->n);
-    kmp_forward motion = *ask;
+    kmp_run_spec spec = *ask->spec;
     *report = (kmp_adjoint_report){0};
-    if (varied->system->pressed_count > 0) {
-        kmp_free(start);
-        kmp_free(start_u);
+    if (varied->system->pressed_count > 0)
         return kmp_refuse_pressed(varied->system, "the adjoint method");
-    }
-    motion.time_count = 0;
-    motion.integrand = integral ? target : NULL;
-    motion.alone = true;
-    motion.start_q = start;
-    motion.start_qd = start ? start + slopes : NULL;
-    motion.watch = (kmp_varied_watch){.user = &a, .step = keep_step, .mark = keep_mark};
+    spec.time_count = 0;
+    const kmp_forward motion = {.spec = &spec,
+                                .alone = true,
+                                .integrand = integral ? target : NULL,
+                                .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .watch = {.user = &a, .step = keep_step, .mark = keep_mark}};
     a.ask = &motion;
-    kempe_status status = start && start_u ? kmp_forward_run(varied, &motion, sizes, NULL, &report->forward)
-                                           : kmp_fail_memory(varied->system->context);
+    a.end_q = KMP_ARENA_NEW(&a.arena, double, a.n);
+    a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
+    kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
+                                         : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
     if (status == KEMPE_OK) {
-        status = run_back(&a, start, start + slopes, start_u, report);
+        status = run_back(&a, report);
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
-            report->forward.reason = kmp_strdup(kempe_context_message(varied->system->context));
+            report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }
     free_all(&a);
-    kmp_free(start);
-    kmp_free(start_u);
     return status;
 }

@@ -167,7 +167,7 @@ static kempe_status choose_among_given(kmp_guide *g, int *u, int *count)
     }
     if (ok && most > 0)
         kmp_lu_complete(m, n, a, fixed, row, col, pivots);
-    while (ok && rank < most && pivots[rank] > KMP_RANK * pivots[0])
+    while (ok && rank < most && pivots[rank] > kmp_rounding_zero(s, KMP_RANK) * pivots[0])
         rank++;
     *count = 0;
     for (int k = rank; ok && k < n; k++)
