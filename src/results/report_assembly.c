@@ -107,6 +107,7 @@ static void show_assembly(kmp_text *text, const kempe_assembly *a)
         kmp_print_cell(text, 0, 2, a->goals.slope);
         kmp_text_put(text, "\n");
     }
+    kmp_print_rounding(text, a->system, "rounding  ", "          ");
     if (a->rates_changed)
         kmp_text_put(text, "note      the rates given contradict the closures: they were corrected\n");
 }
