@@ -67,9 +67,15 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
         return kmp_fail_memory(eq->context);
     if (!moves && fabs(gap) <= ROUNDING * size)
         return KEMPE_OK;
+    if (moves)
+        return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+                            closure->place.column,
+                            "closure '%s' cannot be met at all times: its component %s depends on t alone, no "
+                            "coordinate moves it; let it depend on one",
+                            closure->name, component_name(closure, component));
     double length = kmp_system_length(eq->model), allowed = kmp_closure_tolerance(eq->model);
     double *misfit = &eq->misfit[closure - eq->model->closures];
-    if (!moves && fabs(gap) / unit * length <= allowed) {
+    if (fabs(gap) / unit * length <= allowed) {
         *misfit = fmax(*misfit, fabs(gap) / unit);
         return KEMPE_OK;
     }
