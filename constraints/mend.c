@@ -20,7 +20,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12 };
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, PATIENCE = 2 };
 #define MOST_COST  3e9  /* evaluated nodes */
 #define DIFFERENCE 1e-4 /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
 #define RANK       1e-6 /* of the conditions: above what dh/dp is off by */
@@ -393,15 +393,17 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
     double widest, before = INFINITY;
     kempe_status status = KEMPE_OK;
     bool on = true, met = false;
+    int slow = 0;
     for (int k = 0; on && !met && k < STEPS; k++) {
         met = now->m < x->s->m; /* rows have become exactly zero: the assembly will tell */
         if (met)
             break;
         on = look(x, now, &widest);
         met = on && now != x->s && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
-        if (met || !on || !(widest < 0.5 * before) || !step(x, widest))
+        slow += !(widest < 0.5 * before);
+        if (met || !on || slow > PATIENCE || !step(x, widest))
             break;
-        before = widest;
+        before = fmin(before, widest);
         kempe_system_free(next);
         next = NULL;
         status = kmp_system_new_by(x->model, word, &next);
