@@ -7,7 +7,7 @@
  *
  * q_k being closed anew on independent rows after each step: w_k' J = 0, so that the moves of q_k do not count. dh/dp
  * is made of differences between closures derived with shifted numbers, once: what it is off by, and w_k by rounding,
- * makes each step a millionth of the one before. Numbers that are zero stay zero. A drawing shows the mechanism
+ * makes each step a small part of the one before. Numbers that are zero stay zero. A drawing shows the mechanism
  * assembled: where its start is closed but for the tolerance, h = 0 there is a condition too, of all rows. */
 #include "constraints/mend.h"
 #include "base/memory.h"
@@ -20,11 +20,9 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, PATIENCE = 2 };
-#define MOST_COST  3e9  /* evaluated nodes */
-#define DIFFERENCE 1e-4 /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
-#define RANK       1e-6 /* of the conditions: above what dh/dp is off by */
-#define MOST_RANK  1e-2
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12 };
+#define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
+#define RANK       1e-5  /* of the conditions: above what dh/dp is off by, of the size of the rounding */
 #define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
 #define MOST_RANK  1e-2
 #define WIDE       10.0  /* of the median misfit */
@@ -393,17 +391,15 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
     double widest, before = INFINITY;
     kempe_status status = KEMPE_OK;
     bool on = true, met = false;
-    int slow = 0;
     for (int k = 0; on && !met && k < STEPS; k++) {
         met = now->m < x->s->m; /* rows have become exactly zero: the assembly will tell */
         if (met)
             break;
         on = look(x, now, &widest);
         met = on && now != x->s && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
-        slow += !(widest < 0.5 * before);
-        if (met || !on || slow > PATIENCE || !step(x, widest))
+        if (met || !on || !(widest < 0.5 * before) || !step(x, widest))
             break;
-        before = fmin(before, widest);
+        before = widest;
         kempe_system_free(next);
         next = NULL;
         status = kmp_system_new_by(x->model, word, &next);
