@@ -31,6 +31,16 @@
 /** A block of the scaled Jv whose least pivot is below this part of its largest has no sign. */
 #define KMP_RANK_SIGN 1e-9
 
+/* -- rounded numbers: pivots of the scaled J, over the first ------------------------------------------- */
+
+/** A pivot below this one may be of rounding: drawings of four digits make pivots of 1e-3. Whether it is, finite
+ * motions tell (constraints/rounding.h). */
+#define KMP_ROUNDING_WEAK 1e-2
+/** A pivot below this one is zero, whatever the drawing. */
+#define KMP_ROUNDING_NOTHING 1e-12
+/** Loops that stay open by more than so many tolerances are not tried. */
+#define KMP_ROUNDING_WIDEST 10
+
 /* -- closures: scaled |h|, the largest row ------------------------------------------------------------- */
 
 /** Rounding alone: nothing is gained by a correction. */

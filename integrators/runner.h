@@ -64,6 +64,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
 
 /** Brings q and qd onto the rows that are now independent. */
+bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
 
 /** qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */

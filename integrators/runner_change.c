@@ -44,9 +44,10 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     release_road(run);
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
-    if (status == KEMPE_OK && run->way->dae && !to_zone)
+    bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
+    if (meets)
         status = kmp_runner_project(run, t, q, qd);
-    if (status == KEMPE_OK && run->way->dae && !to_zone)
+    if (status == KEMPE_OK && meets)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
         status = kmp_runner_make_road(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);

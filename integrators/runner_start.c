@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/massless.h"
 #include "constraints/pressing.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
@@ -30,6 +31,8 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     kmp_plant_closure(run->plant, t, q);
     kempe_status status = kmp_partition_of_rank(&run->part, s, run->plant->jacobian, rank, wish, wish_count);
     run->has_part = status == KEMPE_OK;
+    if (run->has_part)
+        kmp_plant_drop(run->plant, run->part.m - run->part.r, run->part.redundant);
     return status == KEMPE_OK ? kmp_pressing_check(run->plant, &run->part) : status;
 }
 
@@ -45,6 +48,15 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
         status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
     kmp_saddle_free(&saddle);
     return status;
+}
+
+/* Of rounded numbers, whose dropped rows are open: q is closed on others than those that are kept now. */
+bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
+{
+    if (!kmp_rounding_of(run->s))
+        return false;
+    kmp_plant_closure(run->plant, t, q);
+    return kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH;
 }
 
 /* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
@@ -237,9 +249,11 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state || !run->seen || !run->next_seen)
         return kmp_fail_memory(run->s->context);
     kmp_runner_center_start(run, start);
-    const double *q = run->state, *qd = q + run->s->n;
+    double *q = run->state, *qd = q + run->s->n;
     kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
     kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
+    if (status == KEMPE_OK && kmp_runner_is_off(run, run->spec.t_start, q))
+        status = kmp_runner_project(run, run->spec.t_start, q, qd);
     if (status == KEMPE_OK)
         status = check_rates(run, qd);
     if (status == KEMPE_OK)
