@@ -22,7 +22,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
                    {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
                    {spec->fixed_u, "fixed independent coordinates"},
                    {s->rheonomic, "closures that move in time"},
-                   {s->events.count > 0, "conditions that change on the way"},
+                   {s->events.count > 0, "conditions or kinks on the way"},
                    {s->chart_count > 0, "spherical joints"},
                    {s->articulated != NULL, "dynamics by articulated bodies"},
                    {s->force != NULL, "forces by a function"},

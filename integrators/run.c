@@ -18,6 +18,7 @@ static kempe_status check_bound(kmp_runner *run, double t)
     kmp_text why = {0};
     if (!kmp_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
         return KEMPE_OK;
+    kmp_runner_explain_angles(run, &why);
     run->reason = kmp_text_take(&why);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }

@@ -24,8 +24,7 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
-/* Says when the angles of a joint are the trouble at the last step. */
-static void explain_angles(const kmp_runner *run, kmp_text *text)
+void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
 {
     if (!run->road || !run->solver)
         return;
@@ -120,7 +119,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     if (!locks && run->road && !kmp_is_unsettled(run->plant) &&
         !(run->crossing && kmp_crossing_is_stuck(run->crossing)))
         name_unknowns(run, text);
-    explain_angles(run, text);
+    kmp_runner_explain_angles(run, text);
     return locks;
 }
 
