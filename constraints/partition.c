@@ -170,6 +170,12 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
     return status;
 }
 
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from)
+{
+    memcpy(part->rows, from->rows, (size_t)from->r * sizeof *part->rows);
+    memcpy(part->redundant, from->redundant, (size_t)(from->m - from->r) * sizeof *part->redundant);
+}
+
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
 {
     size_t n = (size_t)from->n, m = (size_t)from->m;

@@ -32,6 +32,9 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
                                    const int *wish, int wish_count);
 void kmp_partition_free(kmp_partition *part);
 
+/** Other independent rows, as many, of a partition of the same system. */
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
+
 /** A copy of its own. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 

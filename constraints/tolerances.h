@@ -87,16 +87,34 @@
 /** From here on a step that became too small is put down to the choice of u. */
 #define KMP_GROWTH_EXPLAINS 20.0
 
-/* -- margins: the last pivot, over its usual size ------------------------------------------------------ */
+/* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */
 
-/** The margin at which a run enters the zone about a change point, and at which it leaves it again; a next step may be
- * longer than the last one by KMP_GROWING. */
+/** The margin below which a run enters the zone about a change point that lies straight ahead, and at which it leaves
+ * it again; a next step may be longer than the last one by KMP_GROWING. */
 #define KMP_ZONE_IN  0.15
 #define KMP_ZONE_OUT 0.2
 #define KMP_GROWING  1.5
-/** The last pivot of the independent rows over that of all rows: others are taken, and a step goes too far. */
-#define KMP_ROWS_OUT   0.2
-#define KMP_ROWS_LOST  0.05
-#define KMP_ROWS_SWEEP 0.3
+/** What is left of the margin where the line ahead comes nearest to zero, below which it leads to a change point; and
+ * the same as a part of what the margin is now, so that small margins alone are no alarm. Mechanisms that only pass by
+ * at one or some hundredths are resolved by steps as they are. */
+#define KMP_MARGIN_AIM   1e-2
+#define KMP_MARGIN_STEEP 0.3
+/** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
+#define KMP_MARGIN_DEEP 0.1
+/** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */
+#define KMP_MARGIN_TURNED -0.5
+#define KMP_MARGIN_PASSED 0.3
+/** A last pivot of the start below this part of the first is looked at; it is near a change point when one lies within
+ * this turn of the free coordinates, rad or characteristic lengths. */
+#define KMP_MARGIN_LOOK 1e-2
+#define KMP_MARGIN_NEAR 0.02
+/** A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
+#define KMP_MARGIN_LOCKED 0.1
+#define KMP_MARGIN_FREED  0.2
+/** What dropped rows need of kept ones, |T|: beyond this they change places, each time making |det Jv| larger by as
+ * much, and a step that ends beyond LOST goes too far. */
+#define KMP_ROWS_OUT   1.5
+#define KMP_ROWS_LOST  30.0
+#define KMP_ROWS_SWEEP 3.0
 
 #endif

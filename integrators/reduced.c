@@ -375,16 +375,6 @@ static bool is_noise(const reduced *d)
     return worst < KMP_CLOSED;
 }
 
-/* Redundant rows take the place of independent ones at the end of a step: where these have all but lost their rank by
- * then, a shorter step ends before. */
-static bool rows_are_lost(reduced *d, double t)
-{
-    if (d->r == d->part.m || d->r == 0)
-        return false;
-    (void)kmp_margin_after_step(d->margin, d->plant, t);
-    return kmp_margin_of_rows(d->margin, d->plant, &d->part) < KMP_ROWS_LOST;
-}
-
 /* h, J, Bvu and the correction of v at the step's end, which was evaluated last. `end`: what the one program says, when
  * it was that. */
 static int come_to_end(reduced *d, double t, const double *y, kmp_fused_end *end)
@@ -429,7 +419,7 @@ static int look(reduced *d, double t, const double *y, const kmp_fused_end *end)
     int said = watch(d, t, end->signs);
     if (said == KMP_GO)
         said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
-    if (said == KMP_GO && ((d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t)) || rows_are_lost(d, t)))
+    if (said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;

@@ -24,7 +24,6 @@ struct kmp_runner {
     const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
     bool in_zone;
     double zone_t, zone_margin;        /* entered at; least margin seen in it */
-    double seen_margin, seen_margin_t; /* outside it, at the end of the last step; t_start - 1: none yet */
     const kmp_solver_kind *kind;
     void *solver;
     kmp_run_report before; /* work of roads and solvers that are gone */

@@ -25,14 +25,19 @@ static void release_road(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
-/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. */
+/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. Bvu is that of any independent rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
     run->has_part = false;
     kempe_status status = kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.fixed_u ? before.p : 0);
     kmp_partition_free(&before);
-    return status;
+    if (status != KEMPE_OK || run->margin.r == 0)
+        return status;
+    if (!kmp_margin_choose(&run->margin, &run->part) || !kmp_margin_exchange_rows(&run->margin, run->plant))
+        return kmp_fail_memory(run->s->context);
+    kmp_partition_take_rows(&run->part, &run->margin.part);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
@@ -64,17 +69,20 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 
-static kempe_status change_rows(kmp_runner *run, double t, double before)
+/* Where a dropped row needs too much of a kept one they change places. */
+static kempe_status change_rows(kmp_runner *run, double t)
 {
-    kempe_status status = kmp_runner_change_road(run, t, run->in_zone);
-    if (status != KEMPE_OK)
-        return status;
-    double after = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
-    kmp_journal_note(run->journal, "rows", t, before, after,
-                     "other closure rows are taken as the independent ones: smallest pivot %.2g -> %.2g of that of all "
-                     "rows",
-                     before, after);
-    return KEMPE_OK;
+    double before = run->margin.rows, *q = run->state, work;
+    double h = run->kind->next ? run->kind->next(run->solver) : 0;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status == KEMPE_OK)
+        status = kmp_runner_take_up(run, t, run->in_zone, work, h);
+    if (status == KEMPE_OK)
+        kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
+                         "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
+                         "of them, now %.2g",
+                         before, run->margin.rows);
+    return status;
 }
 
 /* A leap knows better than the ends of steps how near it was. */
@@ -95,28 +103,10 @@ static void note_passage(kmp_runner *run, double t, double margin)
                          run->zone_t, run->zone_margin);
 }
 
-/* Whether the next step, as long as the last one or a little longer, may reach over a place where J loses a row: the
- * margin falls to it in a straight line. */
-static bool will_jump(kmp_runner *run, double t, double margin)
-{
-    double since = t - run->seen_margin_t, h = t - kmp_runner_t_old(run);
-    double fall = since > 0 && run->seen_margin_t >= run->spec.t_start ? (run->seen_margin - margin) / since : 0;
-    run->seen_margin = margin;
-    run->seen_margin_t = t;
-    return margin < fall * KMP_GROWING * h;
-}
-
-/* Nobody asks how good the rows are. */
-static bool unwatched(const kmp_runner *run)
-{
-    return run->margin.r == 0 || (run->margin.ignored && run->margin.r == run->part.m);
-}
-
-/* The plant's closure at the end of the last step, unless its road has asked for the margin there and nothing else is
- * wanted. */
+/* The plant's closure at the end of the last step, unless its road has asked for the margin there. */
 static kempe_status come_to(kmp_runner *run, double t)
 {
-    if (kmp_margin_knows(&run->margin, t) && run->part.r == run->part.m)
+    if (kmp_margin_knows(&run->margin, t))
         return KEMPE_OK;
     kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
@@ -130,7 +120,7 @@ static kempe_status come_to(kmp_runner *run, double t)
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
 {
-    if (unwatched(run) || !(t > kmp_runner_t_old(run)))
+    if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     kempe_status status = come_to(run, t);
     if (status != KEMPE_OK)
@@ -138,19 +128,20 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
-    if (!run->in_zone && !run->margin.ignored && (will_jump(run, t, margin) || margin < KMP_ZONE_IN)) {
+    bool enters = !run->in_zone && kmp_margin_leads_on(&run->margin);
+    kmp_margin_stand(&run->margin);
+    if (run->margin.rows > KMP_ROWS_OUT)
+        return change_rows(run, t);
+    if (enters) {
         run->zone_t = t;
         run->zone_margin = margin;
         return kmp_runner_change_road(run, t, true);
     }
     if (run->in_zone && margin > KMP_ZONE_OUT) {
         note_passage(run, t, margin);
-        run->seen_margin = margin;
-        run->seen_margin_t = t;
         return kmp_runner_change_road(run, t, false);
     }
-    double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
-    return rows < KMP_ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
+    return KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
