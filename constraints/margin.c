@@ -13,6 +13,8 @@ enum { PASSES = 2 };
 #define STALE 4.0
 /* Of conjugate gradients, relative. */
 #define GAP 1e-6
+/* z of two places is the same one above this cosine, either way. */
+#define SAME 0.5
 /* Turns of a coordinate, rad: for the slope of w at the start, and within which w shows its usual size. */
 #define SLOPE_TURN 1e-4
 #define USUAL_TURN 0.5
@@ -28,7 +30,8 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->entry = KMP_NEW(int, entries);
     margin->value = KMP_NEW(double, entries);
     margin->jacobian = KMP_NEW(double, entries);
-    margin->jacobian_stood = KMP_NEW(double, entries);
+    margin->z = KMP_NEW(double, m);
+    margin->z_stood = KMP_NEW(double, m);
     margin->begin = KMP_NEW(double, m);
     margin->u = KMP_NEW(double, r);
     margin->room = KMP_NEW(double, 4 * r);
@@ -36,7 +39,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->w_stood = KMP_NEW(double, n);
     margin->t = KMP_NEW(double, (m - r) * r);
     margin->t_stood = KMP_NEW(double, (m - r) * r);
-    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->jacobian || !margin->jacobian_stood || !margin->begin ||
+    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->jacobian || !margin->z || !margin->z_stood || !margin->begin ||
         !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->t || !margin->t_stood)
         return false;
     for (int e = 0; e < entries; e++)
@@ -51,7 +54,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 void kmp_margin_free(kmp_margin *margin)
 {
     void *arrays[] = {margin->weight, margin->place, margin->column,  margin->entry, margin->value,  margin->begin,
-                      margin->u,  margin->room,    margin->w,     margin->w_stood, margin->t,     margin->t_stood, margin->jacobian, margin->jacobian_stood};
+                      margin->u,  margin->room,    margin->w,     margin->w_stood, margin->t,     margin->t_stood, margin->jacobian, margin->z, margin->z_stood};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_block_free(margin->block);
@@ -151,29 +154,30 @@ static void find_u(kmp_margin *margin)
         double size = sqrt(kmp_dot(r, u, a));
         for (int k = 0; k < r; k++)
             u[k] = (pass < PASSES ? a[k] : u[k]) / size;
-        if (pass == PASSES)
-            break;
-        kmp_block_solve(margin->block, 1, u);
-        kmp_block_solve_transposed(margin->block, 1, u);
+        if (pass < PASSES) {
+            kmp_block_solve(margin->block, 1, u);
+            kmp_block_solve_transposed(margin->block, 1, u);
+        }
+        for (int k = 0; pass == PASSES && k < r; k++)
+            a[k] /= size;
     }
+    for (int k = 0; k < r; k++)
+        margin->z[margin->part.rows[k]] = a[k];
+    for (int d = 0; d < dropped; d++)
+        margin->z[margin->part.redundant[d]] = kmp_dot(r, margin->t + d * r, a);
 }
 
-/* w = J'z, by the kept rows of a J that is weighted: `jacobian`. */
-static void find_w(const kmp_margin *margin, const double *jacobian, double *w)
+/* w, and by how much more of it other columns hold than those of the block. */
+static double find_w(kmp_margin *margin)
 {
     const kmp_pattern *jac = &margin->system->jacobian;
-    memset(w, 0, (size_t)margin->system->n * sizeof *w);
+    double inside = 0, outside = 0;
+    memset(margin->w, 0, (size_t)margin->system->n * sizeof *margin->w);
     for (int e = 0; e < jac->count; e++) {
         int row = margin->place[jac->row[e]];
         if (row >= 0)
-            w[jac->col[e]] += jacobian[e] * margin->u[row];
+            margin->w[jac->col[e]] += margin->jacobian[e] * margin->u[row];
     }
-}
-
-/* By how much more of w other columns hold than those of the block. */
-static double find_stale(const kmp_margin *margin)
-{
-    double inside = 0, outside = 0;
     for (int k = 0; k < margin->system->n; k++)
         if (margin->column[k] >= 0)
             inside = fmax(inside, fabs(margin->w[k]));
@@ -216,8 +220,7 @@ static double measure(kmp_margin *margin, const kmp_plant *plant)
     if (!kmp_block_factor(margin->block, margin->value)) {
         find_t(margin);
         find_u(margin);
-        find_w(margin, margin->jacobian, margin->w);
-        stale = find_stale(margin);
+        stale = find_w(margin);
         margin->last = sqrt(kmp_dot(margin->system->n, margin->w, margin->w));
     }
     margin->last = isfinite(margin->last) ? margin->last : 0;
@@ -304,19 +307,19 @@ bool kmp_margin_unwatched(const kmp_margin *margin)
     return margin->r == 0 || (margin->ignored && margin->r == margin->part.m);
 }
 
-/* The line on which J'z moves from the last step's end to here, with the z from here: where it is nearest to zero, in lengths of the step from
+/* The line on which w moves from the last step's end to here: where it is nearest to zero, in lengths of the step from
  * here, how near, and the cosine of the angle by which w has turned. */
 typedef struct line {
-    double before, when, closest, cosine; /* before: |J'z| at the last step's end */
+    double before, when, closest, cosine; /* before: |w| at the last step's end */
 } line;
 
-static line line_of(kmp_margin *margin)
+static line line_of(const kmp_margin *margin)
 {
     int n = margin->system->n;
-    find_w(margin, margin->jacobian_stood, margin->w_stood);
-    double new = kmp_dot(n, margin->w, margin->w), both = kmp_dot(n, margin->w, margin->w_stood),
+    double same = kmp_dot(margin->part.m, margin->z, margin->z_stood), sign = same < 0 ? -1 : 1;
+    double new = kmp_dot(n, margin->w, margin->w), both = sign * kmp_dot(n, margin->w, margin->w_stood),
            old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
-    if (!(moved > 0))
+    if (fabs(same) < SAME || !(moved > 0))
         return (line){sqrt(old), INFINITY, sqrt(new), 1};
     double along = (new - both) / moved;
     return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new)};
@@ -337,7 +340,7 @@ static bool aims(const kmp_margin *margin, const line *l, double size, double ai
 
 /* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a road may go
  * that has found itself there. */
-static bool passes(kmp_margin *margin)
+static bool passes(const kmp_margin *margin)
 {
     line l = line_of(margin);
     if (l.cosine < KMP_MARGIN_TURNED && l.closest < KMP_MARGIN_PASSED * margin->usual)
@@ -374,7 +377,7 @@ double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double 
     return margin->usual > 0 ? margin->last / margin->usual : 0;
 }
 
-bool kmp_margin_leads_on(kmp_margin *margin)
+bool kmp_margin_leads_on(const kmp_margin *margin)
 {
     if (!margin->stands || margin->ignored || margin->r == 0)
         return false;
@@ -385,10 +388,12 @@ bool kmp_margin_leads_on(kmp_margin *margin)
 
 void kmp_margin_stand(kmp_margin *margin)
 {
-    double *jacobian = margin->jacobian_stood, *t = margin->t_stood;
-    margin->jacobian_stood = margin->jacobian;
+    double *w = margin->w_stood, *z = margin->z_stood, *t = margin->t_stood;
+    margin->w_stood = margin->w;
+    margin->z_stood = margin->z;
     margin->t_stood = margin->t;
-    margin->jacobian = jacobian;
+    margin->w = w;
+    margin->z = z;
     margin->t = t;
     margin->refused = false;
     margin->stands = true;

@@ -25,7 +25,7 @@ typedef struct kmp_margin {
     bool near;      /* to a change point at the start */
     bool ignored;   /* nobody asks for change points: no step is shorter for one, nothing looked at but rows */
     bool refused;   /* a step from where it stands passed a singular place */
-    bool stands;    /* jacobian_stood is that of the last accepted step's end; t_stood too, with the same rows */
+    bool stands;    /* w_stood and z_stood are those of the last accepted step's end; t_stood too, with the same rows */
     double step_t;  /* of the last step asked about */
     double *weight; /* of each entry of J */
     int *place;     /* m: of a row among the independent ones; -1 - place of a dropped one */
@@ -35,8 +35,9 @@ typedef struct kmp_margin {
     double *value, *u; /* r */
     double *begin;     /* m: what inverse iteration begins with */
     double *room;      /* 4 r */
-    double *jacobian, *jacobian_stood; /* weighted */
-    double *w, *w_stood;               /* n: J'z of both, with the last z */
+    double *jacobian;    /* weighted */
+    double *z, *z_stood; /* m */
+    double *w, *w_stood; /* n */
     double *t, *t_stood; /* r x (m - r): T' */
 } kmp_margin;
 
@@ -72,7 +73,7 @@ double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double 
 bool kmp_margin_knows(const kmp_margin *margin, double t);
 
 /** Whether a motion that goes on from the last step's end as it came leads to a change point within the next step. */
-bool kmp_margin_leads_on(kmp_margin *margin);
+bool kmp_margin_leads_on(const kmp_margin *margin);
 
 /** The last margin is that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);
