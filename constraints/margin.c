@@ -377,13 +377,21 @@ double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double 
     return margin->usual > 0 ? margin->last / margin->usual : 0;
 }
 
-bool kmp_margin_leads_on(const kmp_margin *margin)
+bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
 {
     if (!margin->stands || margin->ignored || margin->r == 0)
         return false;
     line l = line_of(margin);
-    bool soon = l.when < KMP_GROWING || margin->refused || margin->last < KMP_ZONE_IN * margin->usual;
+    bool soon = margin->refused || margin->last < KMP_ZONE_IN * margin->usual;
+    *when = l.when;
     return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
+}
+
+double kmp_margin_closest(const kmp_margin *margin, double *when)
+{
+    line l = line_of(margin);
+    *when = l.when;
+    return l.closest / margin->usual;
 }
 
 void kmp_margin_stand(kmp_margin *margin)

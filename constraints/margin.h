@@ -72,8 +72,13 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t);
 double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t);
 bool kmp_margin_knows(const kmp_margin *margin, double t);
 
-/** Whether a motion that goes on from the last step's end as it came leads to a change point within the next step. */
-bool kmp_margin_leads_on(const kmp_margin *margin);
+/** Whether a motion that goes on from the last step's end as it came seems to lead to a change point soon: when, in
+ * lengths of that step. */
+bool kmp_margin_leads_on(const kmp_margin *margin, double *when);
+
+/** On the line from where it stands to the last margin's place: how near to zero, of the usual size, and when, in
+ * lengths from stand to place, counted from the place. */
+double kmp_margin_closest(const kmp_margin *margin, double *when);
 
 /** The last margin is that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);

@@ -90,7 +90,7 @@
 /* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */
 
 /** The margin below which a run enters the zone about a change point that lies straight ahead, and at which it leaves
- * it again; a next step may be longer than the last one by KMP_GROWING. */
+ * it again; a next step of an ensemble's lane may be longer than the last one by KMP_GROWING. */
 #define KMP_ZONE_IN  0.15
 #define KMP_ZONE_OUT 0.2
 #define KMP_GROWING  1.5
@@ -99,6 +99,8 @@
  * at one or some hundredths are resolved by steps as they are. */
 #define KMP_MARGIN_AIM   1e-2
 #define KMP_MARGIN_STEEP 0.3
+/** Where J is then evaluated on the way, a margin that makes it a change point. */
+#define KMP_MARGIN_THERE 5e-3
 /** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
 #define KMP_MARGIN_DEEP 0.1
 /** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */

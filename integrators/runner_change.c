@@ -10,6 +10,8 @@
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
+/* Looks for a change point ahead of where it seems to be. */
+enum { PROBES = 4 };
 /* Part of the run that must lie between two rescues of an implicit integrator. */
 #define RESCUE_WAY 1e-5
 
@@ -116,6 +118,45 @@ static kempe_status come_to(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
+/* Whether a change point lies ahead of the closed state at t, about tau later: J along the way that its rates and
+ * accelerations lead, again and again where the line from the place before comes nearest to zero. */
+static bool lies_ahead(kmp_runner *run, double t, double tau)
+{
+    int n = run->s->n;
+    const double *q = run->state, *qd = q + n;
+    double *way = run->moved, before = 0;
+    bool found = false;
+    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found; k++) {
+        double when, closest, next;
+        for (int i = 0; i < n; i++)
+            way[i] = q[i] + tau * (qd[i] + 0.5 * tau * run->qdd[i]);
+        kmp_plant_closure(run->plant, t + tau, way);
+        found = kmp_margin_at(&run->margin, run->plant) < KMP_MARGIN_THERE;
+        closest = kmp_margin_closest(&run->margin, &when);
+        found = found || (closest < KMP_MARGIN_THERE && fabs(when) <= 1);
+        kmp_margin_stand(&run->margin);
+        next = tau + when * (tau - before);
+        before = tau;
+        tau = next;
+    }
+    kmp_plant_closure(run->plant, t, q);
+    (void)kmp_margin_at(&run->margin, run->plant);
+    kmp_margin_stand(&run->margin);
+    return found;
+}
+
+/* Into the zone when the margin leads to a change point. */
+static kempe_status enter_zone(kmp_runner *run, double t, double margin, double tau)
+{
+    double *q = run->state, work;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status != KEMPE_OK || !lies_ahead(run, t, tau))
+        return status;
+    run->zone_t = t;
+    run->zone_margin = margin;
+    return kmp_runner_take_up(run, t, true, work, 0);
+}
+
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -128,15 +169,13 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
-    bool enters = !run->in_zone && kmp_margin_leads_on(&run->margin);
+    double when;
+    bool enters = !run->in_zone && kmp_margin_leads_on(&run->margin, &when);
     kmp_margin_stand(&run->margin);
     if (run->margin.rows > KMP_ROWS_OUT)
         return change_rows(run, t);
-    if (enters) {
-        run->zone_t = t;
-        run->zone_margin = margin;
-        return kmp_runner_change_road(run, t, true);
-    }
+    if (enters)
+        return enter_zone(run, t, margin, when * (t - kmp_runner_t_old(run)));
     if (run->in_zone && margin > KMP_ZONE_OUT) {
         note_passage(run, t, margin);
         return kmp_runner_change_road(run, t, false);
