@@ -62,6 +62,9 @@
 #define KMP_LONGEST_CORRECTION 0.5
 /** A closure correction beyond this many error weights refuses a step. */
 #define KMP_CORRECTION_LIMIT 1.0
+/** The same of v carried along where rows are dropped: with each choice of rows the motion off the closures is another
+ * one, and the error estimate of a step sees less of it. Errors are 2 to 4 times as large with 1. */
+#define KMP_CORRECTION_REDUNDANT 1e-2
 /** Newton in an evaluation stops at this fraction of the error weights. */
 #define KMP_CORRECTION_IN_STAGE 1e-2
 
@@ -100,7 +103,7 @@
 #define KMP_MARGIN_AIM   1e-2
 #define KMP_MARGIN_STEEP 0.3
 /** Where J is then evaluated on the way, a margin that makes it a change point. */
-#define KMP_MARGIN_THERE 5e-3
+#define KMP_MARGIN_THERE 2e-3
 /** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
 #define KMP_MARGIN_DEEP 0.1
 /** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */

@@ -18,9 +18,6 @@
 #include <math.h>
 #include <string.h>
 
-/* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
- * the program costs some dozens of them. */
-#define WORTH_FUSING 16
 /* With fewer freedoms the reduced mass is the best there is. */
 #define MANY_FREEDOMS 12
 /* What an operation of a reduced mass with zeros costs, by one without. */
@@ -405,8 +402,9 @@ static int correct(reduced *d, double *v, const double *w)
 {
     if (!d->carried || d->r == 0 || is_noise(d))
         return KMP_GO;
+    double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
     for (int i = 0; i < d->r; i++)
-        if (!(fabs(d->red.dv[i]) <= KMP_CORRECTION_LIMIT * w[i]))
+        if (!(fabs(d->red.dv[i]) <= limit * w[i]))
             return KMP_RETRY;
     for (int i = 0; i < d->r; i++)
         d->q[d->part.v[i]] = v[i] += d->red.dv[i];
@@ -607,7 +605,7 @@ static int take_over(reduced *d, double t, double *y)
     pack(d, d->q, d->qd, y);
     set_tolerances(d);
     d->road.exchanges++;
-    bool worth = d->steps >= WORTH_FUSING;
+    bool worth = d->steps >= KMP_ROAD_BRIEF;
     return settle(d, t, y) == KMP_GO ? fuse(d, worth) : KMP_HALT;
 }
 
@@ -754,7 +752,7 @@ static bool prepare(reduced *d, const kmp_road_start *start)
     if (!begin(d, start))
         return false;
     set_tolerances(d);
-    if (fuse(d, true) != KMP_GO)
+    if (fuse(d, !start->brief) != KMP_GO)
         return false;
     if (!(start->implicit || start->dae) || d->carried)
         return true;

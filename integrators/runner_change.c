@@ -18,6 +18,7 @@ enum { PROBES = 4 };
 static void release_road(kmp_runner *run)
 {
     kmp_runner_add_report(run, &run->before);
+    run->brief = run->kind->work(run->solver).steps < KMP_ROAD_BRIEF;
     run->kind->release(run->solver);
     run->road->release(run->road);
     kmp_free(run->y);

@@ -124,6 +124,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
+                            .brief = run->brief,
                             .journal = run->journal,
                             .fixed = run->spec.fixed_u,
                             .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
