@@ -403,9 +403,11 @@ static int correct(reduced *d, double *v, const double *w)
     if (!d->carried || d->r == 0 || is_noise(d))
         return KMP_GO;
     double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
-    for (int i = 0; i < d->r; i++)
-        if (!(fabs(d->red.dv[i]) <= limit * w[i]))
+    for (int i = 0; i < d->r; i++) {
+        double rounded = fmin(w[i], KMP_CORRECTION_ROUNDING * d->s->scale[d->part.v[i]]);
+        if (!(fabs(d->red.dv[i]) <= fmax(limit * w[i], rounded)))
             return KMP_RETRY;
+    }
     for (int i = 0; i < d->r; i++)
         d->q[d->part.v[i]] = v[i] += d->red.dv[i];
     return KMP_GO;

@@ -119,18 +119,30 @@ static kempe_status come_to(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* Whether a change point lies ahead of the closed state at t, about tau later: J along the way that its rates and
- * accelerations lead, again and again where the line from the place before comes nearest to zero. */
+/* Rates of the accelerations into `jerk`, by those in the middle of the last step; none where these are not to be had. */
+static void find_jerk(kmp_runner *run, double t, double *jerk)
+{
+    int n = run->s->n;
+    double *q = run->moved, *qdd = q + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
+    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
+                 run->road->row(run->road, t - back, run->y, run->yp, q, q + n, qdd, q + 3 * n, &work) == KMP_GO;
+    for (int i = 0; i < n; i++)
+        jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
+}
+
+/* Whether a change point lies ahead of the closed state at t, about tau later: J along the way that the state leads,
+ * again and again where the line from the place before comes nearest to zero. */
 static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
     const double *q = run->state, *qd = q + n;
-    double *way = run->moved, before = 0;
+    double *way = run->moved, *jerk = way + 2 * n, before = 0;
     bool found = false;
+    find_jerk(run, t, jerk);
     for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found; k++) {
         double when, closest, next;
         for (int i = 0; i < n; i++)
-            way[i] = q[i] + tau * (qd[i] + 0.5 * tau * run->qdd[i]);
+            way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
         kmp_plant_closure(run->plant, t + tau, way);
         found = kmp_margin_at(&run->margin, run->plant) < KMP_MARGIN_THERE;
         closest = kmp_margin_closest(&run->margin, &when);
