@@ -387,11 +387,9 @@ bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
     return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
 }
 
-double kmp_margin_closest(const kmp_margin *margin, double *when)
+double kmp_margin_when(const kmp_margin *margin)
 {
-    line l = line_of(margin);
-    *when = l.when;
-    return l.closest / margin->usual;
+    return line_of(margin).when;
 }
 
 void kmp_margin_stand(kmp_margin *margin)

@@ -76,9 +76,9 @@ bool kmp_margin_knows(const kmp_margin *margin, double t);
  * lengths of that step. */
 bool kmp_margin_leads_on(const kmp_margin *margin, double *when);
 
-/** On the line from where it stands to the last margin's place: how near to zero, of the usual size, and when, in
- * lengths from stand to place, counted from the place. */
-double kmp_margin_closest(const kmp_margin *margin, double *when);
+/** Where the line from where it stands to the last margin's place comes nearest to zero: counted from that place, in
+ * lengths of the way to it. */
+double kmp_margin_when(const kmp_margin *margin);
 
 /** The last margin is that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);

@@ -140,13 +140,12 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     bool found = false;
     find_jerk(run, t, jerk);
     for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found; k++) {
-        double when, closest, next;
+        double when, next;
         for (int i = 0; i < n; i++)
             way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
         kmp_plant_closure(run->plant, t + tau, way);
         found = kmp_margin_at(&run->margin, run->plant) < KMP_MARGIN_THERE;
-        closest = kmp_margin_closest(&run->margin, &when);
-        found = found || (closest < KMP_MARGIN_THERE && fabs(when) <= 1);
+        when = kmp_margin_when(&run->margin);
         kmp_margin_stand(&run->margin);
         next = tau + when * (tau - before);
         before = tau;
