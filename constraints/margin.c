@@ -23,7 +23,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 {
     int m = system->m, n = system->n, r = part->r, entries = system->jacobian.count;
     unsigned chance = 1;
-    *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN};
+    *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
     margin->weight = KMP_NEW(double, entries);
     margin->place = KMP_NEW(int, m);
     margin->column = KMP_NEW(int, n);
@@ -359,7 +359,7 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
         return false;
     if (margin->part.m > margin->r && rows_lost(margin))
         return true;
-    if (margin->ignored || margin->part.p == 0 || !passes(margin))
+    if (margin->ignored || margin->part.p == 0 || t <= margin->clear_t || !passes(margin))
         return false;
     margin->refused = true;
     return true;

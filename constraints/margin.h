@@ -27,6 +27,7 @@ typedef struct kmp_margin {
     bool refused;   /* a step from where it stands passed a singular place */
     bool stands;    /* w_stood and z_stood are those of the last accepted step's end; t_stood too, with the same rows */
     double step_t;  /* of the last step asked about */
+    double clear_t; /* up to which somebody has looked and found no change point */
     double *weight; /* of each entry of J */
     int *place;     /* m: of a row among the independent ones; -1 - place of a dropped one */
     int *column;    /* n: of a coordinate among the columns, -1 when it is none */

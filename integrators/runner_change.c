@@ -136,7 +136,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
     const double *q = run->state, *qd = q + n;
-    double *way = run->moved, *jerk = way + 2 * n, before = 0;
+    double *way = run->moved, *jerk = way + 2 * n, before = 0, farthest = 0;
     bool found = false;
     find_jerk(run, t, jerk);
     for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found; k++) {
@@ -147,6 +147,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
         found = kmp_margin_at(&run->margin, run->plant) < KMP_MARGIN_THERE;
         when = kmp_margin_when(&run->margin);
         kmp_margin_stand(&run->margin);
+        farthest = fmax(farthest, tau);
         next = tau + when * (tau - before);
         before = tau;
         tau = next;
@@ -154,6 +155,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     kmp_plant_closure(run->plant, t, q);
     (void)kmp_margin_at(&run->margin, run->plant);
     kmp_margin_stand(&run->margin);
+    run->margin.clear_t = found ? t : t + farthest;
     return found;
 }
 
