@@ -249,8 +249,10 @@ static kempe_status find(kempe_branches *b, int seed)
 
 kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, branches, "branches");
     kempe_branches *b = KMP_NEW(kempe_branches, 1);
-    kmp_context_clear(system->context);
+    kmp_context_begin(system->context);
     if (!b)
         return kmp_fail_memory(system->context);
     b->system = system;
@@ -276,10 +278,12 @@ void kempe_branches_free(kempe_branches *branches)
 
 int kempe_branches_count(const kempe_branches *branches)
 {
+    KMP_GIVEN(branches, 0);
     return branches->count;
 }
 
 const double *kempe_branches_q(const kempe_branches *branches, int k)
 {
+    KMP_GIVEN(branches && k >= 0 && k < branches->count, NULL);
     return branches->branch[k].q;
 }

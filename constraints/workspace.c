@@ -37,6 +37,12 @@ static kempe_status fail(kempe_workspace *ws, const char *sentence, double x)
     return KEMPE_E_FAILED;
 }
 
+static kempe_status missing(kempe_workspace *ws, const char *name)
+{
+    (void)snprintf(ws->message, sizeof ws->message, KMP_MISSING, name);
+    return KEMPE_E_ARGUMENT;
+}
+
 /* -- new and free ------------------------------------------------------------------------------------ */
 
 static bool allocate(kempe_workspace *ws)
@@ -63,6 +69,8 @@ static bool allocate(kempe_workspace *ws)
 
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, workspace, "workspace");
     kempe_workspace *ws = KMP_NEW(kempe_workspace, 1);
     if (!ws)
         return kmp_fail_memory(system->context);
@@ -120,6 +128,9 @@ static void evaluate_closure(kempe_workspace *ws, double t, const double *q)
 
 kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
     ws->message[0] = '\0';
     keep_state(ws, q, qd);
     evaluate_closure(ws, t, ws->q);
@@ -139,41 +150,49 @@ kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const do
 
 const char *kempe_workspace_message(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, "");
     return workspace->message;
 }
 
 const double *kempe_workspace_mass(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->mass;
 }
 
 const double *kempe_workspace_bias(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->bias;
 }
 
 const double *kempe_workspace_h(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->h;
 }
 
 const double *kempe_workspace_jacobian(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->jacobian;
 }
 
 const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->jdqd;
 }
 
 double kempe_workspace_kinetic(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NAN);
     return workspace->kinetic;
 }
 
 double kempe_workspace_potential(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NAN);
     return workspace->potential;
 }
 
@@ -220,6 +239,15 @@ static bool factor(kempe_workspace *ws, const double *mass, const int *hold)
 kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *qdd,
                                     double *Q)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
+    if (!qd)
+        return missing(ws, "qd");
+    if (!qdd)
+        return missing(ws, "qdd");
+    if (!Q)
+        return missing(ws, "Q");
     kempe_status status = kempe_eval(ws, t, q, qd);
     if (status != KEMPE_OK)
         return status;
@@ -306,6 +334,13 @@ static kempe_status fail_unsettled(kempe_workspace *ws)
 kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
                                     double *qdd, double *lambda)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
+    if (!qd)
+        return missing(ws, "qd");
+    if (!qdd)
+        return missing(ws, "qdd");
     int n = ws->n;
     kempe_status status = kempe_eval(ws, t, q, qd);
     if (status != KEMPE_OK)
@@ -400,6 +435,9 @@ static kempe_status close_rates(kempe_workspace *ws, double *qd, const int *hold
 
 kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
     ws->message[0] = '\0';
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     double residual = close_q(ws, t, hold);

@@ -6,6 +6,22 @@
 #include "integrators/runner.h"
 #include <time.h>
 
+long kmp_runner_tried(const kmp_runner *run)
+{
+    kmp_solver_work now = run->kind->work(run->solver);
+    const kmp_run_report *before = &run->before;
+    return now.steps + now.rejected + now.refused + before->steps + before->rejected + before->refused;
+}
+
+static kempe_status check_bound(kmp_runner *run, double t)
+{
+    kmp_text why = {0};
+    if (!kmp_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
+        return KEMPE_OK;
+    run->reason = kmp_text_take(&why);
+    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
+}
+
 /* Progress once a second by the wall clock, which costs a step less than that of the processor, and the interrupt. */
 static kempe_status attend(kmp_runner *run)
 {
@@ -18,7 +34,7 @@ static kempe_status attend(kmp_runner *run)
                 100 * t / run->spec.t_end);
     }
     if (!kmp_interrupted(run->s->context))
-        return KEMPE_OK;
+        return check_bound(run, t);
     run->reason = kmp_strdup("interrupted");
     return KEMPE_STOPPED;
 }
@@ -57,6 +73,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->journal = spec->journal ? spec->journal : &run->own;
     run->work = spec->work_start;
     run->work_t = spec->t_start;
+    run->bound.most = spec->max_steps;
     if (!start) {
         status = kempe_assemble(system, &own);
         start = own;
@@ -177,6 +194,11 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, do
     return status;
 }
 
+const double *kmp_runner_unknowns(kmp_runner *run, double t)
+{
+    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK ? run->y : NULL;
+}
+
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 {
     *report = run->before;
@@ -233,6 +255,12 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
+static kempe_status tell_step(kmp_runner *run)
+{
+    bool failed = run->spec.step && run->spec.step(run->spec.user, run, kmp_runner_t_old(run), kmp_runner_t(run));
+    return failed ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+}
+
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
@@ -243,6 +271,8 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     kempe_status status = deliver(run, &next, row, take, user);
     while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
         status = kmp_runner_step(run);
+        if (status == KEMPE_OK)
+            status = tell_step(run);
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
         if (status == KEMPE_OK || status == KEMPE_STOPPED) {

@@ -12,8 +12,8 @@
 #define CANCELLED 1e-2
 /* Looks for a change point ahead of where it seems to be. */
 enum { PROBES = 4 };
-/* Part of the run that must lie between two rescues of an implicit integrator. */
-#define RESCUE_WAY 1e-5
+/* Steps that must lie between two rescues of an implicit integrator. */
+enum { RESCUE_WAY = 100 };
 
 static void release_road(kmp_runner *run)
 {
@@ -54,7 +54,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     if (status == KEMPE_OK && run->way->dae && !to_zone)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
-        status = kmp_runner_make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
+        status = kmp_runner_make_road(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
         status = kmp_runner_make_solver(run);
     run->work = work;
@@ -69,6 +69,8 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status == KEMPE_OK && run->road->keep && run->road->keep(run->road, t, run->y) != KMP_GO)
+        status = KEMPE_E_FAILED;
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 
@@ -369,10 +371,9 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     if (may_project(run))
         return take_projected(run, t);
     if (!run->yp || run->road->reason.length > 0 ||
-        (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
+        (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
-    run->rescues++;
-    run->rescue_t = t;
+    run->rescued_at = kmp_runner_tried(run);
     kmp_context_clear(run->s->context); /* of the integrator that is given up */
     kempe_status status = kmp_runner_change_road(run, t, false);
     if (status == KEMPE_OK)

@@ -153,22 +153,12 @@ static double n_at(const kmp_inverse *v, int coordinate, int k)
     return v->red.x[coordinate + k * v->n];
 }
 
-/* b <- L^-1 b. */
-static void solve_lower(int n, const double *l, double *b)
-{
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++)
-            b[i] -= l[i + k * n] * b[k];
-        b[i] /= l[i + i * n];
-    }
-}
-
 /* |L^-1 x| of x by u in its own units. */
 static double norm_of(kmp_inverse *v, const double *x)
 {
     for (int k = 0; k < v->p; k++)
         v->choice[k] = x[k] * v->system->scale[v->part.u[k]];
-    solve_lower(v->p, v->gram, v->choice);
+    kmp_cholesky_forward(v->p, v->gram, v->choice);
     return sqrt(kmp_dot(v->p, v->choice, v->choice));
 }
 
@@ -190,7 +180,7 @@ static bool make_equations(kmp_inverse *v)
         int c = v->actuator[j];
         for (int k = 0; k < p; k++)
             v->matrix[k + j * p] = n_at(v, c, k) * scale[v->part.u[k]] / scale[c];
-        solve_lower(p, v->gram, v->matrix + j * p);
+        kmp_cholesky_forward(p, v->gram, v->matrix + j * p);
     }
     return true;
 }
@@ -297,7 +287,7 @@ static bool find_efforts(kmp_inverse *v)
     project(v, v->red.force, v->reach);
     for (int k = 0; k < v->p; k++)
         v->reach[k] *= v->system->scale[v->part.u[k]];
-    solve_lower(v->p, v->gram, v->reach);
+    kmp_cholesky_forward(v->p, v->gram, v->reach);
     return least_norm(v);
 }
 
