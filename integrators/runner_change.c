@@ -65,23 +65,26 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
                             run->kind->corrects ? first_step : kmp_runner_first_step(run));
 }
 
-kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
+/* first_step: as for an integrator's start. */
+static kempe_status change_road(kmp_runner *run, double t, bool to_zone, double first_step)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
     if (status == KEMPE_OK && run->road->keep && run->road->keep(run->road, t, run->y) != KMP_GO)
         status = KEMPE_E_FAILED;
-    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
+    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, first_step) : status;
+}
+
+kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
+{
+    return change_road(run, t, to_zone, 0);
 }
 
 /* Where a dropped row needs too much of a kept one they change places. */
 static kempe_status change_rows(kmp_runner *run, double t)
 {
-    double before = run->margin.rows, *q = run->state, work;
-    double h = run->kind->next ? run->kind->next(run->solver) : 0;
-    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    if (status == KEMPE_OK)
-        status = kmp_runner_take_up(run, t, run->in_zone, work, h);
+    double before = run->margin.rows, h = run->kind->next ? run->kind->next(run->solver) : 0;
+    kempe_status status = change_road(run, t, run->in_zone, h);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
                          "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
@@ -170,7 +173,7 @@ static kempe_status enter_zone(kmp_runner *run, double t, double margin, double 
         return status;
     run->zone_t = t;
     run->zone_margin = margin;
-    return kmp_runner_take_up(run, t, true, work, 0);
+    return kmp_runner_change_road(run, t, true);
 }
 
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
