@@ -39,8 +39,9 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->w_stood = KMP_NEW(double, n);
     margin->t = KMP_NEW(double, (m - r) * r);
     margin->t_stood = KMP_NEW(double, (m - r) * r);
-    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->jacobian || !margin->z || !margin->z_stood || !margin->begin ||
-        !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->t || !margin->t_stood)
+    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->jacobian ||
+        !margin->z || !margin->z_stood || !margin->begin || !margin->u || !margin->room || !margin->w ||
+        !margin->w_stood || !margin->t || !margin->t_stood)
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
@@ -53,8 +54,9 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 
 void kmp_margin_free(kmp_margin *margin)
 {
-    void *arrays[] = {margin->weight, margin->place, margin->column,  margin->entry, margin->value,  margin->begin,
-                      margin->u,  margin->room,    margin->w,     margin->w_stood, margin->t,     margin->t_stood, margin->jacobian, margin->z, margin->z_stood};
+    void *arrays[] = {margin->weight, margin->place,   margin->column,   margin->entry, margin->value,
+                      margin->begin,  margin->u,       margin->room,     margin->w,     margin->w_stood,
+                      margin->t,      margin->t_stood, margin->jacobian, margin->z,     margin->z_stood};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_block_free(margin->block);
@@ -317,7 +319,7 @@ static line line_of(const kmp_margin *margin)
 {
     int n = margin->system->n;
     double same = kmp_dot(margin->part.m, margin->z, margin->z_stood), sign = same < 0 ? -1 : 1;
-    double new = kmp_dot(n, margin->w, margin->w), both = sign * kmp_dot(n, margin->w, margin->w_stood),
+    double new = kmp_dot(n, margin->w, margin->w), both = sign *kmp_dot(n, margin->w, margin->w_stood),
            old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
     if (fabs(same) < SAME || !(moved > 0))
         return (line){sqrt(old), INFINITY, sqrt(new), 1};
@@ -450,7 +452,8 @@ static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, in
     kmp_pick c;
     if (kmp_pick_init(&c, s->m, s->n, jac->count, !kmp_pick_is_large(s->m, s->n, jac->count)) && pivots) {
         for (int e = 0; e < jac->count; e++)
-            kmp_pick_add(&c, jac->row[e], jac->col[e], jac->row[e] == without ? 0 : margin->weight[e] * plant->jacobian[e]);
+            kmp_pick_add(&c, jac->row[e], jac->col[e],
+                         jac->row[e] == without ? 0 : margin->weight[e] * plant->jacobian[e]);
         if (kmp_pick_pivot(&c, NULL, pivots))
             found = which > 0 ? pivots[which - 1] : INFINITY;
     }

@@ -32,10 +32,10 @@ typedef struct kmp_margin {
     int *place;     /* m: of a row among the independent ones; -1 - place of a dropped one */
     int *column;    /* n: of a coordinate among the columns, -1 when it is none */
     kmp_block *block;
-    int count, *entry; /* its entries of J */
-    double *value, *u; /* r */
-    double *begin;     /* m: what inverse iteration begins with */
-    double *room;      /* 4 r */
+    int count, *entry;   /* its entries of J */
+    double *value, *u;   /* r */
+    double *begin;       /* m: what inverse iteration begins with */
+    double *room;        /* 4 r */
     double *jacobian;    /* weighted */
     double *z, *z_stood; /* m */
     double *w, *w_stood; /* n */

@@ -124,7 +124,8 @@ static kempe_status come_to(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* Rates of the accelerations into `jerk`, by those in the middle of the last step; none where these are not to be had. */
+/* Rates of the accelerations into `jerk`, by those in the middle of the last step; none where these are not to be had.
+ */
 static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
