@@ -92,6 +92,8 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
 {
     int n = run->s->n;
     double *state = KMP_NEW(double, 3 * n + run->s->m), start = kmp_runner_t_old(run);
+    kmp_text why = run->road->reason;
+    run->road->reason = (kmp_text){0};
     bool by_bodies = run->plant->by_bodies, found = state && start < t;
     found = found && kmp_road_find(run->way->road, run->way->form) == run->way; /* no other has the same unknowns */
     bridge b = {.run = run, .t = start, .end = t, .q = state, .qd = state ? state + n : NULL};
@@ -116,12 +118,15 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double 
     }
     kmp_plant_take(run->plant, by_bodies);
     kmp_free(state);
-    if (found) {
-        kmp_context_clear(run->s->context);
-        kmp_journal_note(run->journal, "row", t, NAN, NAN,
-                         "%s: the step from t = %.9g was made again up to there along the projected road",
-                         run->road->reason.length ? run->road->reason.s : "the state could not be completed", start);
-        kmp_text_free(&run->road->reason);
+    kmp_text_free(&run->road->reason);
+    if (!found) {
+        run->road->reason = why;
+        return false;
     }
-    return found;
+    kmp_context_clear(run->s->context);
+    kmp_journal_note(run->journal, "row", t, NAN, NAN,
+                     "%s: the step from t = %.9g was made again up to there along the projected road",
+                     why.length ? why.s : "the state could not be completed", start);
+    kmp_text_free(&why);
+    return true;
 }

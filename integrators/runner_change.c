@@ -368,12 +368,37 @@ static kempe_status take_projected(kmp_runner *run, double t)
     return status;
 }
 
+/* Near a singular place, whether the motion passes it or only comes by, the zone takes over where a road cannot go on.
+ */
+static kempe_status take_zone(kmp_runner *run, double t)
+{
+    kmp_text_free(&run->road->reason);
+    kmp_context_clear(run->s->context);
+    run->zone_t = t;
+    run->zone_margin = run->margin.last / run->margin.usual;
+    kempe_status status = kmp_runner_change_road(run, t, true);
+    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
+}
+
+/* Whether it may. */
+static bool is_near_zone(kmp_runner *run, double t)
+{
+    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
+}
+
 /* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
  * past steps left may be all that was wrong. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
     if (may_project(run))
         return take_projected(run, t);
+    if (is_near_zone(run, t))
+        return take_zone(run, t);
     if (!run->yp || run->road->reason.length > 0 ||
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
