@@ -30,6 +30,9 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->entry = KMP_NEW(int, entries);
     margin->value = KMP_NEW(double, entries);
     margin->jacobian = KMP_NEW(double, entries);
+    margin->jacobian_stood = KMP_NEW(double, entries);
+    margin->signs = KMP_NEW(int, r);
+    margin->signs_stood = KMP_NEW(int, r);
     margin->z = KMP_NEW(double, m);
     margin->z_stood = KMP_NEW(double, m);
     margin->begin = KMP_NEW(double, m);
@@ -39,9 +42,10 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->w_stood = KMP_NEW(double, n);
     margin->t = KMP_NEW(double, (m - r) * r);
     margin->t_stood = KMP_NEW(double, (m - r) * r);
-    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->jacobian ||
-        !margin->z || !margin->z_stood || !margin->begin || !margin->u || !margin->room || !margin->w ||
-        !margin->w_stood || !margin->t || !margin->t_stood)
+    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->signs ||
+        !margin->signs_stood || !margin->jacobian_stood || !margin->jacobian || !margin->z || !margin->z_stood ||
+        !margin->begin || !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->t ||
+        !margin->t_stood)
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
@@ -54,9 +58,10 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 
 void kmp_margin_free(kmp_margin *margin)
 {
-    void *arrays[] = {margin->weight, margin->place,   margin->column,   margin->entry, margin->value,
-                      margin->begin,  margin->u,       margin->room,     margin->w,     margin->w_stood,
-                      margin->t,      margin->t_stood, margin->jacobian, margin->z,     margin->z_stood};
+    void *arrays[] = {
+        margin->weight,   margin->place, margin->column,  margin->entry,          margin->value, margin->begin,
+        margin->u,        margin->room,  margin->w,       margin->w_stood,        margin->t,     margin->t_stood,
+        margin->jacobian, margin->z,     margin->z_stood, margin->jacobian_stood, margin->signs, margin->signs_stood};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_block_free(margin->block);
@@ -90,6 +95,7 @@ static bool renew_block(kmp_margin *margin)
             margin->entry[count++] = e;
         }
     margin->count = count;
+    margin->pivot = 0;
     margin->block = kmp_block_new(part->r, count, row, col);
     kmp_free(row);
     return margin->block;
@@ -209,17 +215,27 @@ static void find_t(kmp_margin *margin)
         }
 }
 
-/* Factors at the plant's last closure, then all of them; singular: a margin of zero. */
-static double measure(kmp_margin *margin, const kmp_plant *plant)
+static void take(kmp_margin *margin, const kmp_plant *plant)
 {
-    double stale = 0;
     for (int e = 0; e < margin->system->jacobian.count; e++)
         margin->jacobian[e] = margin->weight[e] * plant->jacobian[e];
+}
+
+static bool factor(kmp_margin *margin)
+{
     for (int k = 0; k < margin->count; k++)
         margin->value[k] = margin->jacobian[margin->entry[k]];
+    return !kmp_block_factor(margin->block, margin->value);
+}
+
+/* All of the J taken; singular: a margin of zero. How stale its columns are. */
+static double measure(kmp_margin *margin)
+{
+    double stale = 0;
     margin->last = 0;
     margin->rows = INFINITY;
-    if (!kmp_block_factor(margin->block, margin->value)) {
+    margin->quick = false;
+    if (factor(margin)) {
         find_t(margin);
         find_u(margin);
         stale = find_w(margin);
@@ -233,25 +249,30 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
 {
     if (margin->r == 0)
         return 1;
-    if (measure(margin, plant) > STALE &&
+    take(margin, plant);
+    if (measure(margin) > STALE &&
         kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
         renew_block(margin))
-        (void)measure(margin, plant);
+        (void)measure(margin);
     margin->usual = fmax(margin->usual, margin->last);
+    if (!(margin->pivot > 0) && margin->last > 0) /* those of a new block, as they are usual */
+        margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
     return margin->usual > 0 ? margin->last / margin->usual : 0;
 }
 
 /* -- the start ---------------------------------------------------------------------------------------- */
 
-/* Scaled |dw| when the k-th free coordinate turns by SLOPE_TURN either way and the others follow. */
+/* |dw| when the k-th free coordinate turns by SLOPE_TURN either way and the others follow. */
 static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
 {
     const kempe_system *s = margin->system;
     const kmp_pattern *jac = &s->jacobian;
     int n = s->n, r = margin->r, free = margin->part.u[k];
-    double *along = work, *other = work + n, *before = work + 2 * n, sum = 0;
+    double *along = work, *other = work + n, *before = work + 2 * n;
     kmp_plant_closure(plant, t, q);
-    (void)measure(margin, plant);
+    take(margin, plant);
+    (void)measure(margin);
+    memcpy(margin->z_stood, margin->z, (size_t)s->m * sizeof *margin->z);
     memset(along, 0, (size_t)r * sizeof *along);
     for (int e = 0; e < jac->count; e++)
         if (jac->col[e] == free && margin->place[jac->row[e]] >= 0)
@@ -264,13 +285,13 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
             other[i] = q[i] + side * SLOPE_TURN * turn * s->scale[i];
         }
         kmp_plant_closure(plant, t, other);
-        (void)measure(margin, plant);
-        if (side < 0)
-            memcpy(before, margin->w, (size_t)n * sizeof *before);
+        take(margin, plant);
+        (void)measure(margin);
+        double sign = kmp_dot(s->m, margin->z, margin->z_stood) < 0 ? -1 : 1;
+        for (int i = 0; i < n; i++)
+            before[i] = sign * margin->w[i] - (side < 0 ? 0 : before[i]);
     }
-    for (int i = 0; i < n; i++)
-        sum += (margin->w[i] - before[i]) * (margin->w[i] - before[i]);
-    return sqrt(sum);
+    return sqrt(kmp_dot(n, before, before));
 }
 
 bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
@@ -351,12 +372,51 @@ static bool passes(const kmp_margin *margin)
            l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
+/* A quick look where no row is dropped: no pivot of the block has fallen far, none has changed its sign since the last
+ * step's end. Nothing is near then. */
+static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (margin->part.m > margin->r || !margin->stands || margin->refused || !(margin->pivot > 0))
+        return false;
+    take(margin, plant);
+    double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
+    margin->pivot = fmax(margin->pivot, least);
+    kmp_block_take_signs(margin->block, margin->signs);
+    margin->quick =
+        least > KMP_MARGIN_CALLS * margin->pivot &&
+        memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) == 0;
+    return margin->quick;
+}
+
+static void exchange(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Of the last step's end, which had a quick look alone, all of it. */
+static void catch_up(kmp_margin *margin)
+{
+    if (!margin->stands || margin->seen)
+        return;
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    (void)measure(margin);
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange(&margin->w, &margin->w_stood);
+    exchange(&margin->z, &margin->z_stood);
+    margin->seen = true;
+}
+
 bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
 {
     if (kmp_margin_unwatched(margin))
         return false;
-    (void)kmp_margin_at(margin, plant);
     margin->step_t = t;
+    if (looks_well(margin, plant))
+        return false;
+    catch_up(margin);
+    (void)kmp_margin_at(margin, plant);
     if (!margin->stands)
         return false;
     if (margin->part.m > margin->r && rows_lost(margin))
@@ -374,14 +434,16 @@ bool kmp_margin_knows(const kmp_margin *margin, double t)
 
 double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
 {
-    if (!kmp_margin_knows(margin, t))
+    if (!kmp_margin_knows(margin, t)) {
+        catch_up(margin);
         return kmp_margin_at(margin, plant);
-    return margin->usual > 0 ? margin->last / margin->usual : 0;
+    }
+    return margin->quick ? 1 : margin->usual > 0 ? margin->last / margin->usual : 0;
 }
 
 bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
 {
-    if (!margin->stands || margin->ignored || margin->r == 0)
+    if (!margin->stands || margin->quick || margin->ignored || margin->r == 0)
         return false;
     line l = line_of(margin);
     bool soon = margin->refused || margin->last < KMP_ZONE_IN * margin->usual;
@@ -396,13 +458,14 @@ double kmp_margin_when(const kmp_margin *margin)
 
 void kmp_margin_stand(kmp_margin *margin)
 {
-    double *w = margin->w_stood, *z = margin->z_stood, *t = margin->t_stood;
-    margin->w_stood = margin->w;
-    margin->z_stood = margin->z;
-    margin->t_stood = margin->t;
-    margin->w = w;
-    margin->z = z;
-    margin->t = t;
+    if (margin->r == 0)
+        return;
+    kmp_block_take_signs(margin->block, margin->signs_stood);
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange(&margin->w, &margin->w_stood);
+    exchange(&margin->z, &margin->z_stood);
+    exchange(&margin->t, &margin->t_stood);
+    margin->seen = !margin->quick;
     margin->refused = false;
     margin->stands = true;
 }

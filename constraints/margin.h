@@ -22,24 +22,28 @@ typedef struct kmp_margin {
     double last;        /* the last one */
     double rows;        /* the largest |T| there, at `rows_at` of T */
     int rows_at;
-    bool near;      /* to a change point at the start */
-    bool ignored;   /* nobody asks for change points: no step is shorter for one, nothing looked at but rows */
-    bool refused;   /* a step from where it stands passed a singular place */
-    bool stands;    /* w_stood and z_stood are those of the last accepted step's end; t_stood too, with the same rows */
-    double step_t;  /* of the last step asked about */
-    double clear_t; /* up to which somebody has looked and found no change point */
-    double *weight; /* of each entry of J */
-    int *place;     /* m: of a row among the independent ones; -1 - place of a dropped one */
-    int *column;    /* n: of a coordinate among the columns, -1 when it is none */
+    bool near;    /* to a change point at the start */
+    bool ignored; /* nobody asks for change points: no step is shorter for one, nothing looked at but rows */
+    bool refused; /* a step from where it stands passed a singular place */
+    bool stands;  /* what is called so is of the last accepted step's end, where rows and columns were these */
+    bool seen;    /* w and z are, too: more than a quick look was taken there */
+    bool quick;   /* nothing else was taken for the last margin: all is well */
+    double pivot; /* the largest of the block's least ones seen */
+    int *signs, *signs_stood; /* of its blocks */
+    double step_t;            /* of the last step asked about */
+    double clear_t;           /* up to which somebody has looked and found no change point */
+    double *weight;           /* of each entry of J */
+    int *place;               /* m: of a row among the independent ones; -1 - place of a dropped one */
+    int *column;              /* n: of a coordinate among the columns, -1 when it is none */
     kmp_block *block;
-    int count, *entry;   /* its entries of J */
-    double *value, *u;   /* r */
-    double *begin;       /* m: what inverse iteration begins with */
-    double *room;        /* 4 r */
-    double *jacobian;    /* weighted */
-    double *z, *z_stood; /* m */
-    double *w, *w_stood; /* n */
-    double *t, *t_stood; /* r x (m - r): T' */
+    int count, *entry;                 /* its entries of J */
+    double *value, *u;                 /* r */
+    double *begin;                     /* m: what inverse iteration begins with */
+    double *room;                      /* 4 r */
+    double *jacobian, *jacobian_stood; /* weighted */
+    double *z, *z_stood;               /* m */
+    double *w, *w_stood;               /* n */
+    double *t, *t_stood;               /* r x (m - r): T' */
 } kmp_margin;
 
 /** Of the partition's rows. false: no memory. */

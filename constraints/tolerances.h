@@ -108,6 +108,8 @@
 #define KMP_MARGIN_THERE 2e-3
 /** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
 #define KMP_MARGIN_DEEP 0.1
+/** Least pivots above this part of their usual size call for nothing more. */
+#define KMP_MARGIN_CALLS 0.4
 /** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */
 #define KMP_MARGIN_TURNED -0.5
 #define KMP_MARGIN_PASSED 0.3
