@@ -35,6 +35,10 @@ void kmp_partition_free(kmp_partition *part);
 /** Other independent rows, as many, of a partition of the same system. */
 void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
 
+/** The rank that the pivots of complete pivoting of the scaled J (min(m, n) of them) say, of a closed configuration:
+ * decided here for all that is computed. */
+int kmp_partition_rank(const kempe_system *system, const double *pivots);
+
 /** A copy of its own. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 
