@@ -15,9 +15,11 @@ enum { PASSES = 2 };
 #define GAP 1e-6
 /* z of two places is the same one above this cosine, either way. */
 #define SAME 0.5
-/* Turns of a coordinate, rad: for the slope of w at the start, and within which w shows its usual size. */
-#define SLOPE_TURN 1e-4
-#define USUAL_TURN 0.5
+/* Turn of a free coordinate, rad or characteristic lengths, within which w shows its usual size. */
+#define TURN 0.2
+/* Other configurations that are looked at, with all coordinates turned by so much. */
+enum { ELSEWHERE = 5 };
+#define TURNED 0.5
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
@@ -262,18 +264,17 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
 
 /* -- the start ---------------------------------------------------------------------------------------- */
 
-/* |dw| when the k-th free coordinate turns by SLOPE_TURN either way and the others follow. */
+/* The larger |w| when the k-th free coordinate turns by TURN either way and the others follow along the tangent. */
 static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
 {
     const kempe_system *s = margin->system;
     const kmp_pattern *jac = &s->jacobian;
-    int n = s->n, r = margin->r, free = margin->part.u[k];
-    double *along = work, *other = work + n, *before = work + 2 * n;
+    int n = s->n, free = margin->part.u[k];
+    double *along = work, *other = work + n, most = 0;
     kmp_plant_closure(plant, t, q);
     take(margin, plant);
     (void)measure(margin);
-    memcpy(margin->z_stood, margin->z, (size_t)s->m * sizeof *margin->z);
-    memset(along, 0, (size_t)r * sizeof *along);
+    memset(along, 0, (size_t)margin->r * sizeof *along);
     for (int e = 0; e < jac->count; e++)
         if (jac->col[e] == free && margin->place[jac->row[e]] >= 0)
             along[margin->place[jac->row[e]]] = -margin->jacobian[e];
@@ -281,17 +282,40 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
     for (int side = -1; side <= 1; side += 2) {
         for (int i = 0; i < n; i++) {
             int v = margin->column[i];
-            double turn = i == free ? 1 : v >= 0 ? along[v] : 0;
-            other[i] = q[i] + side * SLOPE_TURN * turn * s->scale[i];
+            double turn = i == free ? TURN : v >= 0 ? TURN * along[v] : 0;
+            other[i] = q[i] + side * turn * s->scale[i];
         }
         kmp_plant_closure(plant, t, other);
         take(margin, plant);
         (void)measure(margin);
-        double sign = kmp_dot(s->m, margin->z, margin->z_stood) < 0 ? -1 : 1;
-        for (int i = 0; i < n; i++)
-            before[i] = sign * margin->w[i] - (side < 0 ? 0 : before[i]);
+        most = fmax(most, margin->last);
     }
-    return sqrt(kmp_dot(n, before, before));
+    return most;
+}
+
+/* The middle one of |w| with all coordinates turned by up to TURNED, wherever that opens the closures: lengths that
+ * differ by a thousand make it small everywhere. */
+static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const double *q, double *other)
+{
+    double found[ELSEWHERE];
+    unsigned chance = 1;
+    for (int k = 0; k < ELSEWHERE; k++) {
+        for (int i = 0; i < margin->system->n; i++) {
+            chance = chance * 1664525u + 1013904223u;
+            double turn = TURNED * ((double)chance / 2147483648.0 - 1);
+            other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
+        }
+        kmp_plant_closure(plant, t, other);
+        take(margin, plant);
+        (void)measure(margin);
+        found[k] = margin->last;
+        for (int i = k; i > 0 && found[i] < found[i - 1]; i--) {
+            double more = found[i];
+            found[i] = found[i - 1];
+            found[i - 1] = more;
+        }
+    }
+    return found[ELSEWHERE / 2];
 }
 
 bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
@@ -300,18 +324,20 @@ bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const doub
     if (margin->r == 0)
         return true;
     (void)kmp_margin_at(margin, plant);
-    double here = margin->last, most = 0;
+    double here = margin->last, most = here;
     if (!margin->ignored && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0]) {
-        double *work = KMP_NEW(double, 3 * margin->system->n);
+        double *work = KMP_NEW(double, 2 * margin->system->n);
         for (int k = 0; work && k < part->p; k++)
-            most = fmax(most, turned(margin, plant, t, q, k, work) / (2 * SLOPE_TURN));
+            most = fmax(most, turned(margin, plant, t, q, k, work));
+        if (work)
+            most = fmax(here, fmin(most, elsewhere(margin, plant, t, q, work)));
         kmp_free(work);
         if (!work)
             return false;
         kmp_plant_closure(plant, t, q);
         (void)kmp_margin_at(margin, plant);
     }
-    margin->usual = fmax(here, USUAL_TURN * most);
+    margin->usual = most;
     margin->near = here < KMP_MARGIN_NEAR * most;
     kmp_margin_stand(margin);
     return true;
@@ -525,10 +551,10 @@ static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, in
     return found;
 }
 
-int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant)
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been)
 {
     int m = margin->system->m, found = -1;
-    if (margin->r == 0 || !plant->h_t || kmp_margin_at(margin, plant) > KMP_MARGIN_LOCKED)
+    if (margin->r == 0 || !plant->h_t || (kmp_margin_at(margin, plant) > KMP_MARGIN_LOCKED && !been))
         return -1;
     for (int row = 0; row < m && found < 0; row++)
         if (fabs(plant->h_t[row]) > 0 &&

@@ -54,7 +54,7 @@ void kmp_margin_free(kmp_margin *margin);
 bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part);
 
 /** At the start, (t, q), where the plant's last closure is: whether it is `near` a change point, which a motion along
- * the closures reaches in some hundredths of a radian, and what is usual about it. The plant's last closure is there
+ * the closures reaches in some thousandths of a radian, and what is usual about it. The plant's last closure is there
  * afterwards, too. false: no memory. */
 bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q);
 
@@ -93,7 +93,7 @@ void kmp_margin_stand(kmp_margin *margin);
 bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant);
 
 /** A row that moves with time and without which J, at the plant's last closure, has all its rank but one: the closure
- * that asks for a motion the others do not allow. -1: there is none. */
-int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant);
+ * that asks for a motion the others do not allow. `been`: J had lost a row shortly before. -1: there is none. */
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been);
 
 #endif

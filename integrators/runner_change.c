@@ -95,10 +95,8 @@ static kempe_status change_rows(kmp_runner *run, double t)
 }
 
 /* A leap knows better than the ends of steps how near it was. */
-static void note_passage(kmp_runner *run, double t, double margin)
+static void note_passage(kmp_runner *run, double t, double margin, bool leapt, double at, double size)
 {
-    double at = run->zone_t, size = run->zone_margin;
-    bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
     if (fmin(size, run->zone_margin) > KMP_ZONE_IN)
         return; /* it turned back before */
     if (leapt && size < run->zone_margin)
@@ -178,6 +176,16 @@ static kempe_status enter_zone(kmp_runner *run, double t, double margin, double 
     return kmp_runner_change_road(run, t, true);
 }
 
+static kempe_status leave_zone(kmp_runner *run, double t, double margin)
+{
+    double at = run->zone_t, size = run->zone_margin;
+    bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
+    kempe_status status = kmp_runner_change_road(run, t, false);
+    if (status == KEMPE_OK)
+        note_passage(run, t, margin, leapt, at, size);
+    return status;
+}
+
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -197,11 +205,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         return change_rows(run, t);
     if (enters)
         return enter_zone(run, t, margin, when * (t - kmp_runner_t_old(run)));
-    if (run->in_zone && margin > KMP_ZONE_OUT) {
-        note_passage(run, t, margin);
-        return kmp_runner_change_road(run, t, false);
-    }
-    return KEMPE_OK;
+    return run->in_zone && margin > KMP_ZONE_OUT ? leave_zone(run, t, margin) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
@@ -414,7 +418,8 @@ static bool is_near_zone(kmp_runner *run, double t)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
+    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN &&
+           kmp_margin_lock(&run->margin, run->plant, false) < 0;
 }
 
 /* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
