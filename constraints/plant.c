@@ -30,7 +30,8 @@ static void follow(kmp_plant *plant)
         bool same = true;
         const double *change = kmp_machine_run(plant->changes, 1);
         for (int k = 0; k < count; k++) {
-            double mode = change[k] < 0 && !plant->system->events.condition[k].ends ? 1 : 0;
+            const kmp_condition *condition = &plant->system->events.condition[k];
+            double mode = change[k] < 0 && !condition->ends && !condition->kink ? 1 : 0;
             same = same && mode == plant->mode[k];
             plant->mode[k] = mode;
         }
@@ -99,7 +100,13 @@ void kmp_plant_thaw(kmp_plant *plant)
 
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds)
 {
-    plant->mode[condition] = holds ? 1 : 0;
+    plant->mode[condition] = holds && !plant->system->events.condition[condition].kink ? 1 : 0;
+    set_modes(plant);
+}
+
+void kmp_plant_set_kink(kmp_plant *plant, int condition, int side)
+{
+    plant->mode[condition] = side;
     set_modes(plant);
 }
 
@@ -419,6 +426,7 @@ const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
 const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
                               const double *lambda)
 {
+    visit(plant, &t, q, qd);
     kmp_machine_set(plant->judge, KMP_IN_QD, qd);
     kmp_machine_set(plant->judge, KMP_IN_QDD, qdd);
     (void)kmp_plant_reactions(plant, t, q, lambda);

@@ -15,7 +15,7 @@ typedef struct kmp_plant {
     bool by_bodies;     /* `motion` is the second */
     double *chart;      /* of the system's spherical joints: nine numbers each, 1 at first */
     long chart_version; /* how often they have changed */
-    double *mode;       /* the conditions (1 or 0) */
+    double *mode;       /* the conditions (1 or 0), branches of kinks */
     bool frozen;        /* they stay as they are; otherwise they follow the state */
     int n, m;
     const double *h;          /* m; these four since the last kmp_plant_closure */
@@ -92,6 +92,9 @@ void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const do
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);
 void kmp_plant_thaw(kmp_plant *plant);
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds);
+
+/** Which branch of a kink counts (kmp_tree_kink); 0, until it is set, whichever does. kmp_plant_set_mode leaves it. */
+void kmp_plant_set_kink(kmp_plant *plant, int condition, int side);
 
 /** The user's efforts at (t, q, qd), owned by the plant, not finite where they cannot be evaluated; NULL: there are
  * none. */

@@ -48,19 +48,30 @@ struct kmp_crossing {
     double *last;   /* time of the last change of each condition */
     double *most;   /* the largest value of each since then, of what was looked at */
     int *repeats;
-    bool stuck;     /* one changed back and forth */
-    bool *stays;    /* of each condition: it is not looked at until the next event */
-    double instant; /* of the run: nothing that moves does so in less */
+    bool holds_kinks; /* steps end at kinks */
+    bool stuck;       /* one changed back and forth */
+    bool *stays;      /* of each condition: it is not looked at until the next event */
+    double instant;   /* of the run: nothing that moves does so in less */
     long count;
     int end; /* the condition that ends the run there; -1: none */
     kmp_journal *journal;
     kmp_search search;
 };
 
-/** Whether condition k is no longer as it is held, at the last point that was looked at. */
+/** A kink of which no branch is held. */
+static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
+{
+    return c->s->events.condition[k].kink && c->plant->mode[k] == 0;
+}
+
+/** Whether condition k is no longer as it is held: with a value, at the last point that was looked at. */
+static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double change)
+{
+    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->plant->mode[k] > 0);
+}
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 {
-    return (c->change[k] < 0) != (c->plant->mode[k] > 0);
+    return kmp_crossing_differs(c, k, c->change[k]);
 }
 
 /** First one that others do not follow but that ends the run, likewise; -1 for none. */

@@ -22,7 +22,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
                    {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
                    {spec->fixed_u, "fixed independent coordinates"},
                    {s->rheonomic, "closures that move in time"},
-                   {s->events.count > 0, "conditions that change on the way"},
+                   {s->events.count > 0, "conditions or kinks on the way"},
                    {s->chart_count > 0, "spherical joints"},
                    {s->articulated != NULL, "dynamics by articulated bodies"},
                    {s->force != NULL, "forces by a function"},
@@ -166,6 +166,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
     kmp_plant_renew_parameters(e->plant);
     status = kempe_assemble(e->s, &a);
     if (status == KEMPE_OK) {
+        e->results[i].rates_changed = a->rates_changed;
         memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
         memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
         status = enter(e, i, e->state, e->state + e->n);
@@ -298,6 +299,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
                                     .reason = report.reason,
                                     .alone = true,
                                     .why = result->why,
+                                    .rates_changed = result->rates_changed,
                                     .t = report.t,
                                     .steps = report.steps,
                                     .rejected = report.rejected,
@@ -347,6 +349,7 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     kmp_plant_renew_parameters(e->plant);
     status = kempe_assemble(e->s, &a);
     if (status == KEMPE_OK) {
+        e->results[i].rates_changed = a->rates_changed;
         measure_start(e, i, a);
         status = kmp_runner_new(e->s, &e->spec, a, &run);
     }

@@ -67,6 +67,11 @@ void kmp_crossing_free(kmp_crossing *c)
     kmp_free(c);
 }
 
+void kmp_crossing_hold_kinks(kmp_crossing *c)
+{
+    c->holds_kinks = true;
+}
+
 void kmp_crossing_forget(kmp_crossing *c)
 {
     c->search.ready = false;
@@ -131,11 +136,14 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 {
     bool any = false;
     for (int k = 0; k < c->s->events.count; k++)
-        any = any || c->s->events.condition[k].ends;
+        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink;
     *ends = false;
     if (!any)
         return KEMPE_OK;
     kempe_status status = kmp_crossing_look(c, t);
+    for (int k = 0; status == KEMPE_OK && c->holds_kinks && k < c->s->events.count; k++)
+        if (c->s->events.condition[k].kink)
+            kmp_plant_set_kink(c->plant, k, c->change[k] < 0 ? 1 : -1);
     c->end = status == KEMPE_OK ? kmp_crossing_first_end(c) : -1;
     *ends = c->end >= 0;
     return status;
@@ -151,11 +159,23 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
     return near || t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
 }
 
+/* Goes on with the other branch of a kink; with whichever counts where it is passed again and again. */
+static kempe_status change_branch(kmp_crossing *c, int k, double t)
+{
+    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
+    c->last[k] = t;
+    c->most[k] = 0;
+    kmp_plant_set_kink(c->plant, k, c->repeats[k] >= MOST_REPEATS ? 0 : c->plant->mode[k] > 0 ? -1 : 1);
+    return KEMPE_OK;
+}
+
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
     bool holds = !(c->plant->mode[k] > 0);
     c->search.ready = false;
+    if (c->s->events.condition[k].kink)
+        return change_branch(c, k, t);
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_plant_set_mode(c->plant, k, holds);

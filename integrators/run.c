@@ -18,6 +18,7 @@ static kempe_status check_bound(kmp_runner *run, double t)
     kmp_text why = {0};
     if (!kmp_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
         return KEMPE_OK;
+    kmp_runner_explain_angles(run, &why);
     run->reason = kmp_text_take(&why);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
@@ -271,8 +272,10 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
 
 static kempe_status tell_step(kmp_runner *run)
 {
-    bool failed = run->spec.step && run->spec.step(run->spec.user, run, kmp_runner_t_old(run), kmp_runner_t(run));
-    return failed ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+    double t = kmp_runner_t(run);
+    if (!run->spec.step || !run->spec.step(run->spec.user, run, kmp_runner_t_old(run), t))
+        return KEMPE_OK;
+    return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be interpolated", t);
 }
 
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)

@@ -132,6 +132,9 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
 /** The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. Whether it is a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
 
+/** Adds to a reason which spherical joint has angles near to their singular position at the last step, if one has. */
+void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text);
+
 /** The coordinate that a row alone prescribes, NULL when it has several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);
 

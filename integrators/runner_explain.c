@@ -2,6 +2,7 @@
 /* Why a run ended, in a sentence. */
 #include "base/memory.h"
 #include "constraints/angles.h"
+#include "constraints/not_finite.h"
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "integrators/runner.h"
@@ -24,8 +25,7 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
-/* Says when the angles of a joint are the trouble at the last step. */
-static void explain_angles(const kmp_runner *run, kmp_text *text)
+void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
 {
     if (!run->road || !run->solver)
         return;
@@ -105,6 +105,11 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     const double *begin = run->state; /* nothing has moved yet */
     if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
+    if (t == run->spec.t_start && begin && run->plant &&
+        kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
+        name_unknowns(run, text);
+        return false;
+    }
     bool locks = explain_lock(run, text, t);
     if (!locks && run->road && run->road->reason.length)
         kmp_text_put(text, run->road->reason.s);
@@ -117,7 +122,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     if (!locks && run->road && !kmp_is_unsettled(run->plant) &&
         !(run->crossing && kmp_crossing_is_stuck(run->crossing)))
         name_unknowns(run, text);
-    explain_angles(run, text);
+    kmp_runner_explain_angles(run, text);
     return locks;
 }
 

@@ -200,6 +200,8 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
                                                                               : kmp_fail_memory(run->s->context);
     run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver,
                                      run->spec.t_end - run->spec.t_start, run->journal);
+    if (run->crossing && run->kind->corrects && !run->spec.kind)
+        kmp_crossing_hold_kinks(run->crossing);
     if (run->crossing && run->spec.closely)
         kmp_crossing_look_closely(run->crossing);
     return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
@@ -249,6 +251,11 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         status = look_at_margin(run, q);
     if (status != KEMPE_OK)
         return status;
+    if (run->part.p == 0 && !run->s->rheonomic)
+        kmp_log(
+            run->s->context, KEMPE_LOG_WARNING,
+            "nothing can move: the closures leave no degree of freedom and none of them moves in time; 'kempe check' "
+            "says which rows hold it");
     if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(
             run->s->context, KEMPE_LOG_WARNING,

@@ -22,6 +22,11 @@
 #define FOLDED 20.0
 /* Margin, of the usual one, below which it is put down to a change point. */
 #define CHANGE_POINT 0.02
+/* How far from its prediction (rad, characteristic lengths) a step may end: positions within it are found from there.
+ */
+#define FARTHEST 0.3
+/* Margin at which a motion that is followed backwards later ends: only a change point has it. */
+#define PASSING 1e-4
 /* Nothing finer is to be had in a zone. */
 #define ZONE_RTOL 1e-9
 
@@ -36,6 +41,7 @@ typedef struct forward {
     kmp_margin *margin;
     kmp_runner *runner;
     int n, m, p, count, integrals; /* the last of the unknowns */
+    int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double rtol, atol, rate_scale, growth;
     bool begun, fixed, due, crossed, zone, own_angles;
@@ -353,6 +359,14 @@ static void turns(void *self, bool found)
     (void)self, (void)found;
 }
 
+static void say_change_point(forward *f, double t)
+{
+    kmp_text_printf(&f->road.reason,
+                    "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
+                    f->ask->alone ? "the adjoint method does not go through it, the forward method may"
+                                  : "parameters that move its closures have no derivative beyond");
+}
+
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
 /* It must not have jumped a dead centre of u; evaluated last. */
@@ -380,8 +394,12 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         size_t count = (size_t)kmp_block_count(l->red.block);
         bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
         f->crossed = f->crossed || crosses;
-        if (crosses)
+        if (crosses || kmp_varied_miss(f->v, y) > FARTHEST)
             return KMP_RETRY;
+    }
+    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->margin, l->plant) < PASSING) {
+        say_change_point(f, t);
+        return KMP_HALT;
     }
     int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
     if (said == KMP_GO && kmp_margin_refuses(f->margin, l->plant, t))
@@ -394,13 +412,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void explain(kmp_road *road)
 {
     forward *f = (forward *)road;
-    double t = f->v->anchor_t;
-    kmp_plant_closure(plant_of(f), t, f->v->anchor_q);
+    double t = f->v->anchor[0].t;
+    kmp_plant_closure(plant_of(f), t, f->v->anchor[0].q);
     if (f->zone || f->crossed || (f->growth < FOLDED && kmp_margin_at(f->margin, plant_of(f)) < CHANGE_POINT))
-        kmp_text_printf(&road->reason,
-                        "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
-                        f->ask->alone ? "the adjoint method does not go through it, the forward method may"
-                                      : "parameters that move its closures have no derivative beyond");
+        say_change_point(f, t);
     else if (f->growth >= FOLDED)
         kmp_text_printf(&road->reason,
                         "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
@@ -784,6 +799,7 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
     bool first = !f->begun;
     f->begun = true;
     f->p = start->part->p;
+    f->redundant = start->part->m - start->part->r;
     if (!make_unknowns(f) || !kmp_partition_copy(&part, start->part))
         return kmp_fail_memory(f->system->context);
     go_by(f, start->plant);
@@ -911,6 +927,7 @@ static kempe_status run(forward *f, kmp_forward_report *report)
     if (status == KEMPE_OK)
         status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
     report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    report->redundant = f->redundant;
     if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
     report->run.reason = kmp_strdup(kempe_context_message(f->system->context));

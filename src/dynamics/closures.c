@@ -64,6 +64,12 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
         return kmp_fail_memory(eq->context);
     if (!moves && fabs(gap) <= ROUNDING * size)
         return KEMPE_OK;
+    if (moves)
+        return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+                            closure->place.column,
+                            "closure '%s' cannot be met at all times: its component %s depends on t alone, no "
+                            "coordinate moves it; let it depend on one",
+                            closure->name, component_name(closure, component));
     return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
                         "move one of its points",
@@ -88,12 +94,12 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
         kmp_ref h[KMP_KIND_MAX_ROWS];
-        int frame, kept = 0;
+        int kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
         if (loops_alone && kmp_closure_is_drive(closure))
             continue;
-        kind->residual(&eq->tree, closure, h, &frame);
+        kind->residual(&eq->tree, closure, h);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {

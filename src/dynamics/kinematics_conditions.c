@@ -51,26 +51,52 @@ static bool moves(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & ~(1u << KMP_IN_PARAMETER);
 }
 
-/* Whether an input may stand for it: not where multipliers decide, which change with the accelerations. */
-static bool can_stand(const kmp_tree *tree, kmp_ref less)
+/* Whether an input may stand for it: not where multipliers or accelerations decide. Once the events are settled only
+ * for one of them: a condition that no equation of motion has changes nothing there, and is evaluated at each row. */
+static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref less)
 {
+    const unsigned late = 1u << KMP_IN_LAMBDA | 1u << KMP_IN_QDD;
     unsigned depends = kmp_graph_node(tree->graph, kmp_id(less))->depends;
-    return tree->events && moves(tree->graph, less) && !(depends & 1u << KMP_IN_LAMBDA);
+    return tree->events && moves(tree->graph, less) && !(depends & late) &&
+           (!tree->settled || find(tree->events, of, number) >= 0);
 }
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
 
+/* What stands for the condition of e, or `otherwise`. */
+static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, bool kink, kmp_ref otherwise)
+{
+    int k = find(tree->events, e, 0);
+    if (k < 0)
+        k = add(tree->events, (kmp_condition){.of = e, .expr = e, .kink = kink});
+    if (k < 0)
+        kmp_graph_fail(tree->graph);
+    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
+}
+
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_ref less = kmp_less(tree->graph, a, b);
-    if (!can_stand(tree, less))
-        return less;
-    int k = find(tree->events, e, 0);
-    if (k < 0)
-        k = add(tree->events, (kmp_condition){.of = e, .expr = e});
-    if (k < 0)
-        kmp_graph_fail(tree->graph);
-    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : less;
+    return can_stand(tree, e, 0, less) ? stand_in(tree, e, false, less) : less;
+}
+
+static kmp_op kink_of(const kmp_expr *e)
+{
+    return e->function == KMP_FUNCTION_abs ? KMP_OP_ABS : e->function == KMP_FUNCTION_min ? KMP_OP_MIN : KMP_OP_MAX;
+}
+
+kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_graph *g = tree->graph;
+    kmp_op op = kink_of(e);
+    kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b);
+    if (!tree->kinks || !can_stand(tree, e, 0, kmp_less(g, a, b)))
+        return whole;
+    kmp_ref side = stand_in(tree, e, true, KMP_ZERO), below = kmp_less(g, KMP_ZERO, side);
+    kmp_ref branch = op == KMP_OP_ABS   ? kmp_neg(kmp_mul(g, side, a))
+                     : op == KMP_OP_MIN ? kmp_select(g, below, a, b)
+                                        : kmp_select(g, below, b, a);
+    return kmp_select(g, side, branch, whole);
 }
 
 /* -- of elements ------------------------------------------------------------------------------------- */
@@ -120,7 +146,7 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
 {
     kmp_graph *g = tree->graph;
     kmp_ref less = kmp_less(g, difference, KMP_ZERO);
-    if (!can_stand(tree, less))
+    if (!can_stand(tree, of, number, less))
         return less;
     const kmp_condition condition = {.of = of, .number = number, .lag = lag, .advice = advice};
     va_list arguments;
