@@ -182,6 +182,12 @@ bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, do
     return ok;
 }
 
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from)
+{
+    memcpy(part->rows, from->rows, (size_t)from->r * sizeof *part->rows);
+    memcpy(part->redundant, from->redundant, (size_t)(from->m - from->r) * sizeof *part->redundant);
+}
+
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
 {
     size_t n = (size_t)from->n, m = (size_t)from->m;

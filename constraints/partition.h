@@ -36,6 +36,9 @@ bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, do
 
 void kmp_partition_free(kmp_partition *part);
 
+/** Other independent rows, as many, of a partition of the same system. */
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
+
 /** The rank that the pivots of complete pivoting of the scaled J (min(m, n) of them) say, of a closed configuration:
  * decided here for all that is computed. */
 int kmp_partition_rank(const kempe_system *system, const double *pivots);

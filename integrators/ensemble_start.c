@@ -136,7 +136,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     }
     if (status != KEMPE_OK)
         return status;
-    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_NEAR * part.pivots[0];
+    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
     if (full && !near)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {

@@ -189,11 +189,11 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *
 {
     kempe_status status = kmp_runner_add_work(run, t);
     *work = 0;
-    if (status == KEMPE_OK)
-        status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
-    if (run->road->row(run->road, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO)
+    if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+         run->road->row(run->road, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO) &&
+        !kmp_runner_bridge(run, t, q, qd, qdd, lambda, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
     if (run->yp && run->way->dae)
         *work = run->work;

@@ -24,8 +24,8 @@ struct kmp_runner {
     kmp_road *road;
     const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
     bool in_zone;
-    double zone_t, zone_margin;        /* entered at; least margin seen in it */
-    double seen_margin, seen_margin_t; /* outside it, at the end of the last step; t_start - 1: none yet */
+    double zone_t, zone_margin; /* entered at; least margin seen in it */
+    bool brief;                 /* the road before lasted for a few steps */
     const kmp_solver_kind *kind;
     void *solver;
     kmp_run_report before; /* work of roads and solvers that are gone */
@@ -114,6 +114,12 @@ void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd);
 /** Row at a time within the last step, in the coordinates of the charts at hand. */
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
                                   double *work);
+
+/* runner_bridge.c */
+
+/** The row at t within the last step by another way than the road's own, which has failed, and said in the journal;
+ * arguments as of kmp_runner_inner_row. false: not to be had so either, and nothing is changed. */
+bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work);
 
 /* runner_explain.c */
 

@@ -4,6 +4,7 @@
 #include "constraints/angles.h"
 #include "constraints/not_finite.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "integrators/runner.h"
 
 /* The coordinate that a row alone prescribes, NULL when it has several. */
@@ -43,7 +44,9 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    int row = kmp_margin_lock(&run->margin, run->plant);
+    bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
+    bool been = run->in_zone && run->zone_margin < KMP_MARGIN_LOCKED && open;
+    int row = kmp_margin_lock(&run->margin, run->plant, been);
     if (row < 0)
         return false;
     const char *name = kmp_runner_driven_by(run->s, row);

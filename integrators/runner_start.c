@@ -128,6 +128,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
+                            .brief = run->brief,
                             .journal = run->journal,
                             .fixed = run->spec.fixed_u,
                             .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
@@ -231,7 +232,9 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
     bool made = kmp_margin_init(&run->margin, run->s, &run->part);
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
         kmp_margin_ignore(&run->margin);
-    made = made && kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, q);
+    if (made)
+        kmp_plant_closure(run->plant, run->spec.t_start, q);
+    made = made && kmp_margin_begin(&run->margin, run->plant, run->spec.t_start, q);
     return made ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 
@@ -276,7 +279,6 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->in_zone = run->margin.near;
     run->zone_t = run->spec.t_start;
     run->zone_margin = 1;
-    run->seen_margin_t = run->spec.t_start - 1;
     status = choose_dynamics(run, q, qd);
     if (status != KEMPE_OK)
         return status;

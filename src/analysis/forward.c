@@ -402,7 +402,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         return KMP_HALT;
     }
     int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
-    if (said == KMP_GO && f->p > 0 && kmp_margin_too_deep(f->margin, l->plant, t))
+    if (said == KMP_GO && kmp_margin_refuses(f->margin, l->plant, t))
         said = KMP_RETRY;
     if (said == KMP_GO)
         settle(f);

@@ -151,6 +151,8 @@ static kempe_status choose(kmp_sweep *w, int rank)
     if (status != KEMPE_OK)
         return status;
     w->chosen = true;
+    if (w->watched && !kmp_margin_choose(&w->margin, &w->part))
+        return kmp_fail_memory(w->system->context);
     status = kmp_reduction_init(&w->red, w->plant, &w->part);
     if (status != KEMPE_OK)
         return status;
@@ -173,19 +175,20 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     w->time = 0;
     memcpy(w->here.q, q, (size_t)w->n * sizeof *q);
     w->here.s = 0;
+    if (w->watched)
+        kmp_margin_free(&w->margin);
+    w->watched = false;
     (void)kmp_sweep_evaluate(w, 0, q); /* the closure; nothing is chosen yet */
     kempe_status status = choose(w, -1);
     if (status != KEMPE_OK)
         return status;
     w->p = w->part.p;
-    if (w->watched)
-        kmp_margin_free(&w->margin);
     w->watched = true;
     if (!kmp_margin_init(&w->margin, w->system, &w->part))
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)
-        w->margin.near = w->margin.last < EXACT * w->part.pivots[0];
-    else if (!kmp_margin_confirm(&w->margin, w->plant, t, q))
+        w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < EXACT * w->part.pivots[0];
+    else if (!kmp_margin_begin(&w->margin, w->plant, t, q))
         return kmp_fail_memory(w->system->context);
     (void)kmp_sweep_evaluate(w, 0, q);
     if (w->margin.near)
@@ -458,7 +461,7 @@ static kempe_status refresh(kmp_sweep *w)
 {
     int v, u;
     if (!kmp_sweep_evaluate(w, w->here.s, w->here.q) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
-        (w->part.r < w->part.m && kmp_margin_of_rows(&w->margin, w->plant, &w->part) < KMP_ROWS_SWEEP)) {
+        w->margin.rows > KMP_ROWS_SWEEP) {
         kempe_status status = choose(w, w->margin.r);
         w->exchanges++;
         if (status != KEMPE_OK)
