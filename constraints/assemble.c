@@ -137,13 +137,13 @@ static bool damped_step(work *w, double damping)
 {
     int m = w->m, f = w->free_count, rows = m + f;
     if (w->large)
-        return took_step(w, kmp_least_squares_sparse(&w->sparse, w->h, damping, KMP_RANK_OPEN, w->step));
+        return took_step(w, kmp_least_squares_sparse(&w->sparse, w->h, damping, KMP_RANK, w->step));
     for (int k = 0; k < f; k++)
         for (int i = 0; i < rows; i++)
             w->damped[i + k * rows] = i < m ? w->scaled[i + k * m] : i - m == k ? damping : 0;
     for (int i = 0; i < rows; i++)
         w->right[i] = i < m ? w->h[i] : 0;
-    return took_dense_step(w, kmp_least_squares(rows, f, w->damped, w->right, KMP_RANK_OPEN, w->step));
+    return took_dense_step(w, kmp_least_squares(rows, f, w->damped, w->right, KMP_RANK, w->step));
 }
 
 /* The same, damped by |h| and then as far as the bound on the step asks for. */
@@ -444,8 +444,8 @@ static void show_state(work *w)
 static bool least_rates(work *w, const double *rate)
 {
     if (w->large)
-        return took_step(w, kmp_least_squares_sparse(&w->sparse, rate, 0, KMP_RANK_OPEN, w->step));
-    return took_dense_step(w, kmp_least_squares(w->m, w->free_count, w->scaled, rate, KMP_RANK_OPEN, w->step));
+        return took_step(w, kmp_least_squares_sparse(&w->sparse, rate, 0, KMP_RANK, w->step));
+    return took_dense_step(w, kmp_least_squares(w->m, w->free_count, w->scaled, rate, KMP_RANK, w->step));
 }
 
 /* qd corrected by the least norm over the given columns so that J qd + h_t = 0; returns what stays. */

@@ -27,8 +27,8 @@ static void compare_ranks(kmp_examination *x)
     double most = 0;
     for (int k = 1; k <= x->point_count; k++) {
         memcpy(w->copy, kmp_doctor_jacobian(x, k), size * sizeof *w->copy);
-        int rank = kmp_null_space(w->m, w->n, w->copy, kmp_rounding_zero(x->system, KMP_RANK_WALKED), w->n, w->basis,
-                                  w->order, &w->last);
+        int rank = kmp_null_space(w->m, w->n, w->copy, kmp_rounding_zero(x->system, KMP_RANK), w->n, w->basis, w->order,
+                                  &w->last);
         if (rank > d->generic_rank)
             most = 0;
         d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
@@ -91,7 +91,7 @@ static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int co
 static bool dependent_everywhere(const kmp_examination *x, const int *rows, int count)
 {
     for (int k = 1; k <= x->point_count; k++)
-        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK_WALKED)) == count)
+        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK)) == count)
             return false;
     return true;
 }
@@ -160,7 +160,7 @@ void kmp_doctor_dependents(kmp_examination *x)
     if (all == 0 || !d->sets)
         return;
     if (x->point_count > 0)
-        add_sets(x, x->point_count, always, kmp_rounding_zero(x->system, KMP_RANK_WALKED));
+        add_sets(x, x->point_count, always, kmp_rounding_zero(x->system, KMP_RANK));
     add_sets(x, 0, all - d->set_count, kmp_rounding_zero(x->system, KMP_RANK));
     if (x->arena->failed)
         return;
@@ -181,7 +181,7 @@ static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
     if (count < x->doctor->generic_rank)
         return false;
     for (int k = first; k >= last; k--)
-        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK_WALKED)) < x->doctor->generic_rank)
+        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK)) < x->doctor->generic_rank)
             return false;
     return true;
 }

@@ -8,9 +8,8 @@
 #include <string.h>
 
 enum { MOST_ITERATIONS = 40, TRIES = 5 };
-#define STEP          0.3 /* scaled, of the coordinate that moves most */
-#define MOVED         0.2 /* of the step: what must be left of it after closing */
-#define LEAST_DAMPING 1e-12
+#define STEP  0.3 /* scaled, of the coordinate that moves most */
+#define MOVED 0.2 /* of the step: what must be left of it after closing */
 
 static int imax(int a, int b)
 {
@@ -29,16 +28,13 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     w->jacobian = KMP_NEW(double, m *n);
     w->h = KMP_NEW(double, m);
     w->copy = KMP_NEW(double, size *size);
-    w->normal = KMP_NEW(double, m *m);
-    w->right = KMP_NEW(double, m);
     w->basis = KMP_NEW(double, size *size);
-    w->trial = KMP_NEW(double, n);
     w->order = KMP_NEW(int, size);
     w->row_order = KMP_NEW(int, m);
     w->pivots = KMP_NEW(double, m + n);
     w->dropped = KMP_NEW(bool, m);
-    if (w->plant && w->jacobian && w->h && w->copy && w->normal && w->right && w->basis && w->trial && w->order &&
-        w->row_order && w->pivots && w->dropped)
+    if (w->plant && w->jacobian && w->h && w->copy && w->basis && w->order && w->row_order && w->pivots && w->dropped &&
+        kmp_least_change_init(&w->least, w->plant))
         return w;
     kmp_walk_free(w);
     return NULL;
@@ -48,14 +44,12 @@ void kmp_walk_free(kmp_walk *w)
 {
     if (!w)
         return;
+    kmp_least_change_free(&w->least);
     kmp_plant_free(w->plant);
     kmp_free(w->jacobian);
     kmp_free(w->h);
     kmp_free(w->copy);
-    kmp_free(w->normal);
-    kmp_free(w->right);
     kmp_free(w->basis);
-    kmp_free(w->trial);
     kmp_free(w->order);
     kmp_free(w->row_order);
     kmp_free(w->pivots);
@@ -76,99 +70,33 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
                 (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
 }
 
-static double largest(int count, const double *x)
-{
-    double most = 0;
-    for (int k = 0; k < count; k++)
-        most = fmax(most, isfinite(x[k]) ? fabs(x[k]) : INFINITY);
-    return most;
-}
-
-/* right = (J J' + mu^2)^-1 h with mu = |h|: redundant rows whose rank is undecided before h is closed are left alone.
- */
-static bool multipliers(kmp_walk *w)
-{
-    int m = w->m, n = w->n;
-    double square = 0;
-    for (int r = 0; r < m; r++)
-        square += w->h[r] * w->h[r];
-    for (int c = 0; c < m; c++)
-        for (int r = c; r < m; r++) {
-            double sum = r == c ? fmax(square, LEAST_DAMPING) : 0;
-            for (int k = 0; k < n; k++)
-                sum += w->jacobian[r + k * m] * w->jacobian[c + k * m];
-            w->normal[r + c * m] = sum;
-        }
-    if (kmp_cholesky_factor(m, w->normal) != 0)
-        return false;
-    memcpy(w->right, w->h, (size_t)m * sizeof *w->right);
-    kmp_cholesky_solve(m, w->normal, w->right);
-    return true;
-}
-
-/* q less J' right, no coordinate farther than KMP_LONGEST_CORRECTION. */
-static void correct(kmp_walk *w, double *q)
-{
-    int m = w->m, n = w->n;
-    for (int k = 0; k < n; k++) {
-        w->trial[k] = 0;
-        for (int r = 0; r < m; r++)
-            w->trial[k] += w->jacobian[r + k * m] * w->right[r];
-    }
-    double size = largest(n, w->trial), factor = size > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / size : 1;
-    for (int k = 0; k < n; k++)
-        q[k] -= factor * w->trial[k] * w->system->scale[k];
-}
-
-/* h and J at q of the rows that are not dropped. */
-static void evaluate_kept(kmp_walk *w, const double *q)
-{
-    kmp_walk_evaluate(w, q);
-    for (int r = 0; w->rank >= 0 && r < w->m; r++) {
-        w->h[r] = w->dropped[r] ? 0 : w->h[r];
-        for (int k = 0; w->dropped[r] && k < w->n; k++)
-            w->jacobian[r + k * w->m] = 0;
-    }
-}
-
-/* The rows that are independent where closing begins, whichever coordinates are held. */
-static void choose_rows(kmp_walk *w, const double *q)
+/* Rows that closing leaves alone: those that are excluded, and of those that are dependent but for rounding, where it
+ * begins and whichever coordinates are held, as many as the rank is less. */
+static void leave_out(kmp_walk *w, const double *q)
 {
     const bool *hold = w->hold;
     w->hold = NULL;
     kmp_walk_evaluate(w, q);
     w->hold = hold;
-    kmp_walk_pivots(w, w->pivots);
-    for (int k = 0; k < w->m; k++)
-        w->dropped[w->row_order[k]] = k >= w->rank;
-}
-
-static bool close_kept(kmp_walk *w, double *q)
-{
-    double before = INFINITY;
-    evaluate_kept(w, q);
-    for (int k = 0; k < MOST_ITERATIONS; k++) {
-        double now = largest(w->m, w->h);
-        if (!(now < INFINITY))
-            return false;
-        if (now <= KMP_CLOSED_AIM || (now <= KMP_CLOSED_ENOUGH && now > 0.5 * before))
-            return true;
-        if (!multipliers(w))
-            return false;
-        before = now;
-        correct(w, q);
-        evaluate_kept(w, q);
+    if (w->rank >= 0)
+        kmp_walk_pivots(w, w->pivots);
+    for (int k = 0; k < w->m; k++) {
+        int r = w->rank >= 0 ? w->row_order[k] : k;
+        w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
     }
-    return largest(w->m, w->h) <= KMP_CLOSED_ENOUGH;
+    w->plant->left_out = w->dropped;
 }
 
 bool kmp_walk_close(kmp_walk *w, double *q)
 {
-    if (w->rank >= 0)
-        choose_rows(w, q);
-    bool closed = close_kept(w, q);
-    if (w->rank >= 0)
-        kmp_walk_evaluate(w, q);
+    const kmp_closer closer = kmp_least_change_closer(&w->least);
+    const kmp_close_rule rule = kmp_least_change_rule(MOST_ITERATIONS);
+    w->least.hold = w->hold;
+    if (w->rank >= 0 || w->excluded)
+        leave_out(w, q);
+    bool closed = kmp_close(&closer, &rule, 0, q).closed;
+    w->plant->left_out = NULL;
+    kmp_walk_evaluate(w, q);
     return closed;
 }
 

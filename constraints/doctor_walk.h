@@ -4,7 +4,7 @@
 #ifndef KMP_CONSTRAINTS_DOCTOR_WALK_H
 #define KMP_CONSTRAINTS_DOCTOR_WALK_H
 
-#include "constraints/plant.h"
+#include "constraints/least_change.h"
 #include "dynamics/system.h"
 #include <stdbool.h>
 
@@ -20,13 +20,11 @@ typedef struct kmp_walk {
     double *h;        /* m, scaled */
     double last;      /* the last kept pivot of the last kmp_walk_tangents */
     double *copy;     /* max(m, n)^2 */
-    double *normal;   /* m x m */
-    double *right;    /* m */
     double *basis;    /* max(m, n)^2 */
-    double *trial;    /* n */
-    int *order;       /* max(m, n) */
-    int *row_order;   /* m */
-    double *pivots;   /* m + n */
+    kmp_least_change least;
+    int *order;     /* max(m, n) */
+    int *row_order; /* m */
+    double *pivots; /* m + n */
 } kmp_walk;
 
 /** NULL: no memory. */

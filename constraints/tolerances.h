@@ -7,15 +7,11 @@
 
 /* -- rank of the scaled J: a pivot or singular value over the first ------------------------------------ */
 
-/** At a closed state. Of 430 random mechanisms, redundant lamps, linkages and hard cases, at 9,000 states where they
- * are assembled, that random walks close and that runs pass (bench/ranks.c), pivots that count are above 4e-5, the
- * others below 4e-13: of the size of what h is open by. Nearer to the latter, because those that count go down to
- * nothing where a mechanism comes near a change point. */
+/** At a closed state. Of 430 random mechanisms, redundant lamps, linkages and hard cases, at tens of thousands of
+ * states where they are assembled, that random walks close and that runs pass (bench/ranks.c), pivots that count are
+ * above 4e-5, the others below 4e-13: of the size of what h is open by. Nearer to the latter, because those that count
+ * go down to nothing where a mechanism comes near a change point. */
 #define KMP_RANK 1e-10
-/** While loops are being closed, where damping of the size of what h still is stands above it. */
-#define KMP_RANK_OPEN KMP_RANK
-/** At configurations that a random walk closed to KMP_CLOSED_AIM alone. */
-#define KMP_RANK_WALKED 1e-8
 /** The first pivot itself: of the size of 1, smaller where lengths differ much. One of the size of the root of rounding
  * belongs to closures that hold to second order alone, as a rod does across all that its end can do: no pivot says
  * anything. */
@@ -52,8 +48,6 @@
  * the characteristic length: h is a difference of such numbers. */
 #define KMP_CLOSED_STALLED 2e-14
 #define KMP_CLOSED_AFAR    2e-15
-/** Aimed at by corrections of least change, which go on below it as long as h falls. */
-#define KMP_CLOSED_AIM 1e-13
 /** Closed all the same when rounding stops them: what an assembled mechanism may be open by. */
 #define KMP_CLOSED_ENOUGH 1e-11
 /** A row that was dropped as redundant, open by more, is not. */
