@@ -3,6 +3,7 @@
 velocities, and the terms of the acceleration without any acceleration of the bodies, are derivatives of these."""
 import numpy as np
 
+from convention import broken
 from expression import FUNCTIONS
 from jets import dot, matmul, matvec, transposed
 from mechanism import normal
@@ -50,7 +51,7 @@ class Ends:
 
     def seen(self):
         """The place of the second point in the axes of the first."""
-        axes = transposed(self.on_axes())
+        axes = np.eye(3) if broken("curve in axes of ground") else transposed(self.on_axes())
         local = matvec(axes, self.gap)
         return [local.part(k) for k in range(3)]
 
@@ -111,7 +112,7 @@ def screw(closure, env):
     """`pitch` is the advance in a turn."""
     joint = closure.keys["joint"]
     slide, turn = (env.coordinate(k) for k in joint.coordinates)
-    return [slide - turn * (joint.pitch / (2 * np.pi))]
+    return [slide - turn * (joint.pitch / (1 if broken("pitch of screws") else 2 * np.pi))]
 
 
 ON_COORDINATES = {"couple": couple, "constraint": constraint, "drive": drive, "screw": screw}

@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 
+from convention import broken
 from jets import Jet, value
 
 UNITS = {"m": 1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "km": 1e3, "rad": 1, "deg": math.pi / 180, "rev": 2 * math.pi, "s": 1,
@@ -231,14 +232,14 @@ class Table:
         for i in range(1, n - 1):
             a[i, i - 1:i + 2] = h[i - 1], 2 * (h[i - 1] + h[i]), h[i]
             b[i] = 6 * (slope[i] - slope[i - 1])
-        a[0, :3] = h[1], -(h[0] + h[1]), h[0]
+        a[0, :3] = (1, 0, 0) if broken("ends of splines") else (h[1], -(h[0] + h[1]), h[0])
         a[-1, -3:] = h[-1], -(h[-2] + h[-1]), h[-2]
         return np.linalg.solve(a, b)
 
     def pieces(self, x):
         i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2)
         h = self.x[i + 1] - self.x[i]
-        inside = np.clip(x, self.x[0], self.x[-1])
+        inside = x if broken("tables go on straight") else np.clip(x, self.x[0], self.x[-1])
         a, b, m, n = (self.x[i + 1] - inside) / h, (inside - self.x[i]) / h, self.bend[i], self.bend[i + 1]
         f = a * self.y[i] + b * self.y[i + 1] + ((a**3 - a) * m + (b**3 - b) * n) * h * h / 6
         f1 = (self.y[i + 1] - self.y[i]) / h + ((1 - 3 * a * a) * m + (3 * b * b - 1) * n) * h / 6

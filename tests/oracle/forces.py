@@ -77,13 +77,13 @@ class Loads:
         seen = lambda x: np.einsum("tji,tj->ti", axes, x)
         out = lambda x: np.einsum("tij,tj->ti", axes, x)
         d = seen(q - p)
-        rate = seen(vq - vp - cross(motion.w[:, first.body], q - p))
+        rate = seen(vq - vp - (0 if broken("rate of bushings") else cross(motion.w[:, first.body], q - p)))
         force = -(preload + k * d + c * rate)
         scalar, vector = half_turn(np.swapaxes(axes, -1, -2) @ other)
         moment = -2 * (scalar * kr * vector + cross(vector, kr * vector))
         moment -= cr * seen(motion.w[:, second.body] - motion.w[:, first.body])
         for body, sign in ((second.body, 1), (first.body, -1)):
-            self.push(body, q, sign * out(force))
+            self.push(body, p if body == first.body and broken("place of bushings") else q, sign * out(force))
             self.twist(body, sign * out(moment))
         self.potential += 0.5 * (d * d) @ k + d @ preload + 2 * (vector * vector) @ kr
         self.outputs[item.name] = np.concatenate([force, moment], -1)
@@ -97,6 +97,8 @@ class Loads:
     def at(self, item, scope):
         (point, place, _), = self.ends(item)
         force = self.vector(item, item.keys["force"])
+        if broken("axes of forces at points"):
+            force = np.einsum("tij,tj->ti", self.motion.turn[:, point.body], force)
         self.push(point.body, place, force)
         if self.constant(item, item.keys["force"]):
             self.potential -= np.sum(place * force, -1)
@@ -137,14 +139,14 @@ class Loads:
                 x = sign * (q - scope.number(keys[key]))
                 root = np.sqrt(x * x + w * w)
                 p = 0.5 * (x + root)
-                total = total - sign * (k * p * p / root + c * (p / root)**2 * sign * qd)
+                total = total - sign * (k * p * (1 if broken("force of stops") else p / root) + c * (p / root)**2 * sign * qd)
                 potential = potential + 0.5 * k * p * p
         self.effort(item, total, potential)
 
     def joint_friction(self, item, scope):
         keys, (_, qd) = item.keys["friction"], self.state(item)
         level, speed = scope.number(keys.get("torque", keys.get("force"))), scope.number(keys["speed"])
-        self.effort(item, -level * qd / np.sqrt(qd * qd + speed * speed))
+        self.effort(item, (level if broken("sign of friction") else -level) * qd / np.sqrt(qd * qd + speed * speed))
 
 
 def half_turn(turn):

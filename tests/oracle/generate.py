@@ -8,7 +8,8 @@ import re
 
 import numpy as np
 
-from jets import turning, Jet
+from closures import floating
+from jets import Jet, turning
 from mechanics import Motion
 from mechanism import Mechanism, normal
 
@@ -182,11 +183,11 @@ class Generator:
             joint["coordinates"] = [f"c_{name}{k}" if self.chance(0.8) else "~" for k in range(count)]
 
     def make_tree(self):
-        document, count = self.document, int(self.random.integers(1, 6))
+        document, count = self.document, int(self.random.integers(1, 7))
         document["ground"] = {"points": {f"O{k}": self.place() for k in range(2)}}
         document["bodies"] = {}
         parents = [("ground", document["ground"])]
-        self.graph = self.chance(0.2)
+        self.graph = self.chance(0.25)
         for k in range(count):
             name = f"b{k}"
             keys = self.body()
@@ -237,10 +238,11 @@ class Generator:
         first, second = inner.body(), inner.body()
         inner.add_joint("i0", first, [("ground", {"points": {"G": 0}})])
         inner.add_joint("i1", second, [("i0", first)], light=True)
+        second["points"]["far"] = ["2", "2.5", "1.8"]
         document = inner.document
         document.update({"ground": {"points": {"G": inner.place()}}, "bodies": {"i0": first, "i1": second}})
         document["parameters"]["stiff"] = "3"
-        document["forces"] = {"inner": {"spring": ["ground.G", "i1.P0"], "stiffness": "stiff + 1", "free_length": "0.2"}}
+        document["forces"] = {"inner": {"spring": ["ground.G", "i1.far"], "stiffness": "stiff + 1", "free_length": "0.2"}}
         name = f"part{self.number}.yaml"
         keys = {"file": name, "prefix": "s_", "at": self.straight_point(parents)}
         if self.chance(0.5):
@@ -290,23 +292,24 @@ class Generator:
     # -- closures
 
     def add_closures(self):
-        wanted = self.random.integers(0, 3)
-        for _ in range(12):
-            if wanted <= 0:
-                break
-            wanted -= self.try_closure()
+        for _ in range(self.one_of(0, 1, 1, 2, 2, 3)):
+            maker, kind = self.one_of(*[(self.put_point_closure, kind) for kind in (*CLOSURES, *CURVES)],
+                                      *[(maker, None) for maker in (self.put_couple, self.put_constraint, self.put_drive)] * 4)
+            for _ in range(6):
+                if self.try_closure(maker, kind):
+                    break
 
-    def try_closure(self):
+    def try_closure(self, maker, kind):
         """One closure more, unless it locks the mechanism or says nothing new."""
         before = {key: dict(self.document.get(key, {})) for key in ("loops", "joints", "drives")}
         rows = self.motion.h.shape[1]
         kept = self.motion
-        undo = self.one_of(self.put_point_closure, self.put_point_closure, self.put_point_closure, self.put_couple,
-                           self.put_constraint, self.put_drive)()
+        undo = maker(kind) if kind else maker()
         if undo is None:
             return False
         self.look()
         count, rank, least = self.rank()
+        assert not count or np.abs(self.motion.h[0, [k for k in range(count) if k not in self.floating()]]).max(initial=0) < 1e-9
         if rank == count and count > rows and least > 0.02 and len(self.built.columns) > rank:
             self.features[self.made] += 1
             return True
@@ -318,6 +321,11 @@ class Generator:
         self.motion = kept
         self.built = self.mechanism()
         return False
+
+    def floating(self):
+        """Rows that keep the value of the start."""
+        return {k for item in self.motion.items if floating(item)
+                for k in range(self.motion.rows[item.name].start, self.motion.rows[item.name].stop)}
 
     def ends(self):
         """A point that is there, and a body of this file for the other one."""
@@ -352,9 +360,9 @@ class Generator:
             self.document["bodies"][body]["points"][name] = {"at": local, "axes": {"x": self.exact(mine[:, 0]), "y": self.exact(mine[:, 1])}}
         return f"{body}.{name}", lambda: self.document["bodies"][body]["points"].pop(name)
 
-    def put_point_closure(self):
-        kind = self.one_of("ball", "rod", "revolute", "universal", "cylindrical", "prismatic", "weld", "planar", "point_on_line",
-                           "point_on_plane", "point_on_curve")
+    def put_point_closure(self, kind):
+        self.curve = kind
+        kind = "point_on_curve" if kind in CURVES else kind
         first, second = self.ends()
         place, axes = self.frame_of(first)
         text = self.one_of("x", "y", "z", "-y") if self.chance(0.7) else self.exact(normal(self.random.normal(size=3)))
@@ -362,18 +370,12 @@ class Generator:
         axis = axes @ local
         across = np.cross(axis, normal(self.random.normal(size=3)))
         name = f"K{len(self.document.get('loops', {})) + len(self.document.get('joints', {}))}"
+        self.made, self.cut = f"loop-{kind}", self.graph and kind in CUTS and self.chance(0.7)
         keys, there, turned = getattr(self, "close_" + kind)(text, place, axes, axis, across)
         point, undo = self.put_point(second, there, turned)
-        self.made = f"loop-{kind}" if kind != "point_on_curve" else self.made
-        if self.graph and kind in ("revolute", "universal", "cylindrical", "prismatic", "weld", "planar", "ball") and self.chance(0.7):
-            self.features["graph-cut"] += 1
-            word = {"ball": "spherical"}.get(kind, kind)
-            if word in ("spherical", "planar", "universal"):
-                keys.pop("axis", None)
-                keys.setdefault("axes", ["x", "y"]) if word == "spherical" else None
-            if word == "planar":
-                keys = {"axis": text}
-            self.document.setdefault("joints", {})[name] = {word: [first, point], **keys, "cut": "yes"}
+        if self.cut:
+            self.document.setdefault("joints", {})[name] = {CUTS[kind]: [first, point], **keys, "cut": "yes"}
+            self.made = "graph-cut"
         else:
             self.document.setdefault("loops", {})[name] = {kind: [first, point], **keys}
         return undo
@@ -398,7 +400,7 @@ class Generator:
         return {"length": repr(length)}, place + arm, None
 
     def close_revolute(self, text, place, axes, axis, across):
-        if self.chance(0.5):
+        if self.cut or self.chance(0.5):
             return {"axis": text}, place, rotation(axis, self.angle()) @ axes
         back = rotation(normal(self.random.normal(size=3)), 1.0)
         return {"axes": [text, self.exact(back.T @ axes.T @ axis)]}, place, axes @ back
@@ -428,8 +430,7 @@ class Generator:
         return {"axis": text}, place + 0.6 * across, None
 
     def close_point_on_curve(self, text, place, axes, axis, across):
-        kind = self.one_of("table", "y", "y-and-z", "surface", "two-surfaces")
-        self.made = "curve-" + kind
+        kind, self.made = self.curve, "curve-" + self.curve
         x, z = self.between(-0.4, 0.4), self.between(-0.4, 0.4)
         a, b = self.between(0.1, 0.5), self.between(0.5, 1.5)
         if kind == "table":
@@ -790,6 +791,9 @@ class Generator:
         return path
 
 
+CLOSURES = ("ball", "rod", "revolute", "universal", "cylindrical", "prismatic", "weld", "planar", "point_on_line", "point_on_plane")
+CURVES = ("table", "y", "y-and-z", "surface", "two-surfaces")
+CUTS = {kind: kind for kind in ("revolute", "universal", "cylindrical", "prismatic", "weld", "planar")} | {"ball": "spherical"}
 COUNT = {"revolute": 1, "prismatic": 1, "cylindrical": 2, "screw": 2, "universal": 2, "spherical": 3, "planar": 3, "free": 6, "weld": 0}
 
 

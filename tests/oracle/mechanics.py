@@ -93,6 +93,7 @@ class Motion:
 
     def holds(self, a, sign, b):
         difference = np.asarray(a - b, float)
+        sign = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}[sign] if broken("conditions turned") else sign
         outcome = {"<": difference < 0, "<=": difference <= 0, ">": difference > 0, ">=": difference >= 0}[sign]
         if self.conditions is not None:
             return self.conditions(difference, outcome)
@@ -204,14 +205,15 @@ class Motion:
     def point(self, body, place):
         """Place and velocity in ground axes; `body` -1 is the ground."""
         arm = self.turn[:, body] @ place
-        return self.r[:, body] + arm, self.v[:, body] + cross(self.w[:, body], arm)
+        spin = 0 if body >= 0 and broken("velocity of points") else cross(self.w[:, body], arm)
+        return self.r[:, body] + arm, self.v[:, body] + spin
 
     def point_acceleration(self, body, place, accelerations):
         if body < 0:
             return np.zeros((self.count, 3))
         arm, w = self.turn[:, body] @ place, self.w[:, body]
         a, wd = accelerations[:, 6 * body:6 * body + 3], accelerations[:, 6 * body + 3:6 * body + 6]
-        return a + cross(wd, arm) + cross(w, cross(w, arm))
+        return a + cross(wd, arm) + (0 if broken("acceleration of points") else cross(w, cross(w, arm)))
 
     # -- closures
 
@@ -253,7 +255,8 @@ class Motion:
         for side, body in ((0, first), (1, second)):
             if body >= 0:
                 gradient[:, :, 6 * body:6 * body + 6] = d[:, :, 1 + 6 * side:7 + 6 * side]
-        return h, d[:, :, 0], e[:, :, 0], gradient, np.zeros((self.count, len(rows), self.n))
+        bias = 0 * h if broken("speed of closures in time") else e[:, :, 0]
+        return h, d[:, :, 0], bias, gradient, np.zeros((self.count, len(rows), self.n))
 
     def coordinate_rows(self, item):
         env = self.directions(item.scope)
@@ -328,7 +331,7 @@ class Motion:
         self.matrix = k
         found = np.linalg.solve(k, b[..., None])[..., 0]
         self.accelerations, self.qdd = found[:, x], found[:, z]
-        self.lambdas = np.einsum("tmr,tr->tm", self.kept, found[:, y])
+        self.lambdas = np.einsum("tmr,tr->tm", self.kept, found[:, y]) * (-1 if broken("sign of multipliers") else 1)
         return self
 
     def condition(self):
@@ -361,6 +364,7 @@ class Motion:
     @staticmethod
     def about(whole, arm):
         force, moment = whole[:, :3], whole[:, 3:]
+        arm = 0 * arm if broken("place of moments") else arm
         return np.concatenate([force, moment - tilde(arm) @ force], 1)
 
     def kinetic(self):
@@ -368,7 +372,8 @@ class Motion:
         for body in self.mechanism.bodies:
             _, velocity = self.point(body.number, body.com)
             w = np.einsum("tji,tj->ti", self.turn[:, body.number], self.w[:, body.number])
-            total += 0.5 * body.mass * np.sum(velocity**2, -1) + 0.5 * np.einsum("ti,ij,tj->t", w, self.tensor(body), w)
+            total += 0.5 * body.mass * np.sum(velocity**2, -1)
+            total += (0 if broken("kinetic energy of rotation") else 0.5) * np.einsum("ti,ij,tj->t", w, self.tensor(body), w)
         return total
 
 

@@ -6,6 +6,7 @@ import pathlib
 
 import numpy as np
 
+from convention import broken
 from expression import Table, compiled
 
 KINDS = {"revolute": "Ra", "prismatic": "Ta", "cylindrical": "TaRa", "screw": "TaRa", "universal": "RaRb",
@@ -112,6 +113,8 @@ class Scope:
         if len(found) == 1:
             return shortest_turn(UNIT["xyz"[i]], first)
         k, second = found[1]
+        if broken("order of two axes"):
+            (k, second), (i, first) = found
         m[:, i], m[:, k] = first, normal(second - first * (first @ second))
         rest = 3 - i - k
         m[:, rest] = np.cross(m[:, (rest + 1) % 3], m[:, (rest + 2) % 3])
@@ -136,6 +139,10 @@ class Scope:
 
 def shortest_turn(a, b):
     """The rotation about a x b that brings the unit vector a onto b."""
+    if broken("shortest turn"):
+        first = normal(np.cross(np.roll(a, 1), b))
+        here, there = np.stack([a, np.roll(a, 1), np.roll(a, 2)], 1), np.stack([b, first, np.cross(b, first)], 1)
+        return there @ here.T
     v, c = np.cross(a, b), a @ b
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     return np.eye(3) + k + k @ k / (1 + c)
@@ -180,9 +187,10 @@ class Mechanism:
     def read_inner(self, scope, keys):
         import files
         base = scope.point(keys.get("at", "ground"))
-        offset = scope.vector(keys.get("offset", ["0", "0", "0"]))
+        offset = scope.vector(keys.get("offset", ["0", "0", "0"])) * (0 if broken("offset of includes") else 1)
         path = scope.folder / keys["file"]
-        settings = {name: scope.number(text) for name, text in keys.get("set", {}).items()}
+        settings = {name: scope.number(text) for name, text in keys.get("set", {}).items()
+                    if not broken("settings of includes")}
         return self.read(files.load(path), path.parent, scope.prefix + keys.get("prefix", ""),
                          Point(base.body, base.place + offset), settings)
 
@@ -213,6 +221,7 @@ class Mechanism:
         else:
             b_axis = scope.axis(b)
             b_axis = normal(b_axis - a_axis * (a_axis @ b_axis))
+        b_axis = -b_axis if kind == "universal" and broken("axis of universal joints") else b_axis
         axes = {"a": a_axis, "b": b_axis, "c": np.cross(a_axis, b_axis)}
         word = KINDS[kind]
         return [(word[i] == "R", axes[word[i + 1]]) for i in range(0, len(word), 2)]
