@@ -67,7 +67,7 @@ static void open_place(place *p, kmp_runner *run, const char *name, double h)
     const kmp_dae *dae = &run->road->dae;
     *p = (place){.run = run, .dae = dae, .sun = kmp_sun_context(), .cj = 1 / h};
     p->matrix = SUNSparseMatrix(dae->n, dae->n, dae->nz, CSC_MAT, p->sun);
-    p->solver = kmp_linear_new(name, dae->n, p->sun);
+    p->solver = kmp_linear_new(name, p->matrix, p->sun);
     p->b = kmp_vector_new(dae->n, p->sun);
     p->x = kmp_vector_new(dae->n, p->sun);
     memcpy(SUNSparseMatrix_IndexPointers(p->matrix), dae->col_start, ((size_t)dae->n + 1) * sizeof(long));

@@ -168,11 +168,11 @@ static SUNLinearSolver take_over(SUNLinearSolver s)
     return s;
 }
 
-SUNLinearSolver REAL(kmp_linear_new)(const char *name, long n, SUNContext context);
-SUNLinearSolver OURS(kmp_linear_new)(const char *name, long n, SUNContext context);
-SUNLinearSolver OURS(kmp_linear_new)(const char *name, long n, SUNContext context)
+SUNLinearSolver REAL(kmp_linear_new)(const char *name, SUNMatrix a, SUNContext context);
+SUNLinearSolver OURS(kmp_linear_new)(const char *name, SUNMatrix a, SUNContext context);
+SUNLinearSolver OURS(kmp_linear_new)(const char *name, SUNMatrix a, SUNContext context)
 {
-    return take_over(REAL(kmp_linear_new)(name, n, context));
+    return take_over(REAL(kmp_linear_new)(name, a, context));
 }
 
 SUNLinearSolver REAL(SUNLinSol_Dense)(N_Vector y, SUNMatrix a, SUNContext context);

@@ -12,19 +12,15 @@
 #include "constraints/kinsol.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "constraints/tolerances.h"
 #include "linalg/least.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 enum { MAX_ITERATIONS = 200, MAX_POLISH = 40 };
-#define NEAR            1e-4  /* scaled |h| from which Newton's method is trusted */
-#define DECIDED         10.0  /* a pivot of J above this many |h| is not zero on the closed mechanism */
-#define CLOSED          1e-11 /* scaled |h| of a closed mechanism */
-#define LONGEST_STEP    0.5   /* rad, or characteristic lengths */
 #define SHORTEST_STEP   1e-8
 #define PUSH            0.3
-#define RANK_TOLERANCE  1e-9
 #define NEARLY_SINGULAR 0.1 /* determinant of the axes of a spherical joint */
 /* With more places than this J is not made dense, and KINSOL is left out. */
 #define DENSE_MOST (1 << 14)
@@ -135,13 +131,13 @@ static bool damped_step(work *w, double damping)
 {
     int m = w->m, f = w->free_count, rows = m + f;
     if (w->large)
-        return took_step(w, kmp_least_squares_sparse(&w->sparse, w->h, damping, RANK_TOLERANCE, w->step));
+        return took_step(w, kmp_least_squares_sparse(&w->sparse, w->h, damping, KMP_RANK_OPEN, w->step));
     for (int k = 0; k < f; k++)
         for (int i = 0; i < rows; i++)
             w->damped[i + k * rows] = i < m ? w->scaled[i + k * m] : i - m == k ? damping : 0;
     for (int i = 0; i < rows; i++)
         w->right[i] = i < m ? w->h[i] : 0;
-    return took_dense_step(w, kmp_least_squares(rows, f, w->damped, w->right, RANK_TOLERANCE, w->step));
+    return took_dense_step(w, kmp_least_squares(rows, f, w->damped, w->right, KMP_RANK_OPEN, w->step));
 }
 
 /* The same, damped by |h| and then as far as the bound on the step asks for. */
@@ -193,7 +189,7 @@ static bool step_down(work *w, double *bound)
         if (gained > 0.1 * promised) {
             memcpy(w->a->q, w->trial, (size_t)w->n * sizeof *w->trial);
             if (gained > 0.6 * promised)
-                *bound = fmin(2 * *bound, LONGEST_STEP);
+                *bound = fmin(2 * *bound, KMP_LONGEST_CORRECTION);
             return true;
         }
         evaluate(w, w->a->q);
@@ -203,9 +199,9 @@ static bool step_down(work *w, double *bound)
 
 static void descend(work *w)
 {
-    double bound = LONGEST_STEP;
+    double bound = KMP_LONGEST_CORRECTION;
     evaluate(w, w->a->q);
-    for (int k = 0; k < MAX_ITERATIONS && largest(w->m, w->h) > NEAR; k++) {
+    for (int k = 0; k < MAX_ITERATIONS && largest(w->m, w->h) > KMP_CLOSED_NEAR; k++) {
         w->a->iterations++;
         if (!step_down(w, &bound))
             return;
@@ -229,7 +225,7 @@ static void from_afar(work *w)
     descend(w);
     double best = largest(w->m, w->h);
     memcpy(w->best, w->a->q, (size_t)w->n * sizeof *w->best);
-    for (int k = 0; k < w->guess->pushes && best > NEAR && w->free_count > 0; k++) {
+    for (int k = 0; k < w->guess->pushes && best > KMP_CLOSED_NEAR && w->free_count > 0; k++) {
         push_aside(w, &state);
         descend(w);
         double now = largest(w->m, w->h);
@@ -286,7 +282,7 @@ static bool choose_dependent(work *w)
                   kmp_partition_init(&w->part, s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(s->context);
     if (!w->has_part || w->part.r == 0 ||
-        !(w->part.pivots[w->part.r - 1] > DECIDED * largest(w->m, w->h) * w->part.pivots[0]))
+        !(w->part.pivots[w->part.r - 1] > KMP_CLOSED_DECIDED * largest(w->m, w->h) * w->part.pivots[0]))
         return false;
     for (int i = 0; i < w->part.r; i++)
         if (w->guess->hold[w->part.v[i]])
@@ -406,8 +402,8 @@ static void show_state(work *w)
 static bool least_rates(work *w, const double *rate)
 {
     if (w->large)
-        return took_step(w, kmp_least_squares_sparse(&w->sparse, rate, 0, RANK_TOLERANCE, w->step));
-    return took_dense_step(w, kmp_least_squares(w->m, w->free_count, w->scaled, rate, RANK_TOLERANCE, w->step));
+        return took_step(w, kmp_least_squares_sparse(&w->sparse, rate, 0, KMP_RANK_OPEN, w->step));
+    return took_dense_step(w, kmp_least_squares(w->m, w->free_count, w->scaled, rate, KMP_RANK_OPEN, w->step));
 }
 
 /* qd corrected by the least norm over the given columns so that J qd + h_t = 0; returns what stays. */
@@ -476,14 +472,14 @@ static void judge(work *w)
     kempe_assembly *a = w->a;
     const kempe_model *model = w->s->model;
     a->residual = largest(w->m, w->h);
-    a->closed = a->residual <= CLOSED;
+    a->closed = a->residual <= KMP_CLOSED_ENOUGH;
     for (int r = 0; r < w->m; r++) {
         int c = w->s->rows[r].closure;
         a->gaps[c] = hypot(a->gaps[c], w->h[r] * w->s->length);
     }
     for (int c = 0; c < model->closure_count; c++) {
         a->gap = fmax(a->gap, a->gaps[c]);
-        if (a->closed || a->gaps[c] <= CLOSED * w->s->length)
+        if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)
             continue;
         int k = a->culprit_count++;
         for (; k > 0 && a->gaps[a->culprits[k - 1]] < a->gaps[c]; k--)
@@ -557,7 +553,7 @@ static bool seek_goals(work *w)
     kmp_goals_verdict *goals = &w->a->goals;
     if (!w->guess->goals || goals->count == 0)
         return true;
-    if (largest(w->m, w->h) > CLOSED)
+    if (largest(w->m, w->h) > KMP_CLOSED_ENOUGH)
         return kmp_goals_measure(w->s, w->a->q, goals);
     if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
         return false;
@@ -572,7 +568,7 @@ static bool assemble(work *w)
 {
     if (w->m > 0) {
         from_afar(w);
-        if (largest(w->m, w->h) <= NEAR && largest(w->m, w->h) > CLOSED)
+        if (largest(w->m, w->h) <= KMP_CLOSED_NEAR && largest(w->m, w->h) > KMP_CLOSED_ENOUGH)
             near_by(w);
         polish(w);
     }

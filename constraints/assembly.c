@@ -92,6 +92,8 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
 
 kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, assembly, "assembly");
     const kmp_start *start = &system->model->start;
     kempe_assembly *a = NULL;
     kmp_context_clear(system->context);
@@ -127,10 +129,12 @@ void kempe_assembly_free(kempe_assembly *a)
 
 const double *kempe_assembly_q(const kempe_assembly *assembly)
 {
+    KMP_GIVEN(assembly, NULL);
     return assembly->q;
 }
 
 const double *kempe_assembly_qd(const kempe_assembly *assembly)
 {
+    KMP_GIVEN(assembly, NULL);
     return assembly->qd;
 }

@@ -2,18 +2,17 @@
 #include "constraints/branches.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
-#define TWO_PI         6.283185307179586
-#define SAME           1e-5 /* scaled: states that are nearer are one */
-#define ROUNDING       1e-13
-#define FAR            3.0 /* a translation is sampled within so many characteristic lengths */
-#define RANK_TOLERANCE 1e-10
-#define SINGULAR       1e-9
+#define TWO_PI   6.283185307179586
+#define SAME     1e-5 /* scaled: states that are nearer are one */
+#define ROUNDING 1e-13
+#define FAR      3.0 /* a translation is sampled within so many characteristic lengths */
 
 typedef struct search {
     kempe_branches *b;
@@ -111,7 +110,7 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
         least = fmin(least, fabs(u));
         most = fmax(most, fabs(u));
     }
-    return least < SINGULAR * most ? '0' : sign > 0 ? '+' : '-';
+    return least < KMP_RANK_SIGN * most ? '0' : sign > 0 ? '+' : '-';
 }
 
 /* Of the three rotations of a spherical joint. */
@@ -250,8 +249,10 @@ static kempe_status find(kempe_branches *b, int seed)
 
 kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, branches, "branches");
     kempe_branches *b = KMP_NEW(kempe_branches, 1);
-    kmp_context_clear(system->context);
+    kmp_context_begin(system->context);
     if (!b)
         return kmp_fail_memory(system->context);
     b->system = system;
@@ -277,10 +278,12 @@ void kempe_branches_free(kempe_branches *branches)
 
 int kempe_branches_count(const kempe_branches *branches)
 {
+    KMP_GIVEN(branches, 0);
     return branches->count;
 }
 
 const double *kempe_branches_q(const kempe_branches *branches, int k)
 {
+    KMP_GIVEN(branches && k >= 0 && k < branches->count, NULL);
     return branches->branch[k].q;
 }

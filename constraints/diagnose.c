@@ -53,6 +53,8 @@ static kempe_status diagnose(kempe_check *check)
 
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, check, "check");
     kmp_context_clear(system->context);
     kempe_check *c = KMP_NEW(kempe_check, 1);
     if (!c)

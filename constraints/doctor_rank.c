@@ -4,16 +4,14 @@
  * scaled J; what may be left out, tried by the rank of what remains. */
 #include "base/memory.h"
 #include "constraints/doctor.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
 enum { TRIES = 5 };
-#define STEP              0.3  /* scaled, of the coordinate that moves most */
-#define MOVED             0.2  /* of the step: what must be left of it after closing */
-#define RANK_TOLERANCE    1e-8 /* at configurations closed to 1e-13 */
-#define MOST_WORK         2e8  /* multiplications */
-#define MEMBER            1e-6
-#define SAME_AS_PARTITION 1e-10
+#define STEP      0.3 /* scaled, of the coordinate that moves most */
+#define MOVED     0.2 /* of the step: what must be left of it after closing */
+#define MOST_WORK 2e8 /* multiplications */
 
 const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
 {
@@ -74,7 +72,7 @@ static void compare_ranks(kmp_examination *x)
     double most = 0;
     for (int k = 1; k <= x->point_count; k++) {
         memcpy(w->copy, kmp_doctor_jacobian(x, k), size * sizeof *w->copy);
-        int rank = kmp_null_space(w->m, w->n, w->copy, RANK_TOLERANCE, w->n, w->basis, w->order, &w->last);
+        int rank = kmp_null_space(w->m, w->n, w->copy, KMP_RANK_WALKED, w->n, w->basis, w->order, &w->last);
         if (rank > d->generic_rank)
             most = 0;
         d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
@@ -137,7 +135,7 @@ static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int co
 static bool dependent_everywhere(const kmp_examination *x, const int *rows, int count)
 {
     for (int k = 1; k <= x->point_count; k++)
-        if (rank_of_rows(x, k, rows, count, RANK_TOLERANCE) == count)
+        if (rank_of_rows(x, k, rows, count, KMP_RANK_WALKED) == count)
             return false;
     return true;
 }
@@ -150,7 +148,7 @@ static void keep_set(kmp_examination *x, const double *member, kmp_dependent *se
     for (int r = 0; r < m; r++)
         most = fmax(most, fabs(member[r]));
     for (int r = 0; set->rows && r < m; r++)
-        if (fabs(member[r]) > MEMBER * most)
+        if (fabs(member[r]) > KMP_RANK_MEMBER * most)
             set->rows[set->count++] = r;
 }
 
@@ -206,8 +204,8 @@ void kmp_doctor_dependents(kmp_examination *x)
     if (all == 0 || !d->sets)
         return;
     if (x->point_count > 0)
-        add_sets(x, x->point_count, always, RANK_TOLERANCE);
-    add_sets(x, 0, all - d->set_count, SAME_AS_PARTITION);
+        add_sets(x, x->point_count, always, KMP_RANK_WALKED);
+    add_sets(x, 0, all - d->set_count, KMP_RANK);
     if (x->arena->failed)
         return;
     sort_sets(d->sets, d->set_count);
@@ -227,7 +225,7 @@ static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
     if (count < x->doctor->generic_rank)
         return false;
     for (int k = first; k >= last; k--)
-        if (rank_of_rows(x, k, rows, count, RANK_TOLERANCE) < x->doctor->generic_rank)
+        if (rank_of_rows(x, k, rows, count, KMP_RANK_WALKED) < x->doctor->generic_rank)
             return false;
     return true;
 }

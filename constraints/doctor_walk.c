@@ -1,16 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/doctor_walk.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 
 enum { MOST_ITERATIONS = 40 };
-#define CLOSED         1e-13 /* scaled |h| that is aimed at */
-#define CLOSED_ENOUGH  1e-11 /* and what is closed all the same when rounding stops it */
-#define LONGEST        0.5   /* of one correction */
-#define LEAST_DAMPING  1e-12
-#define RANK_TOLERANCE 1e-10
+#define LEAST_DAMPING 1e-12
 
 static int imax(int a, int b)
 {
@@ -96,7 +93,7 @@ static bool multipliers(kmp_walk *w)
     return true;
 }
 
-/* q less J' right, no coordinate farther than LONGEST. */
+/* q less J' right, no coordinate farther than KMP_LONGEST_CORRECTION. */
 static void correct(kmp_walk *w, double *q)
 {
     int m = w->m, n = w->n;
@@ -105,7 +102,7 @@ static void correct(kmp_walk *w, double *q)
         for (int r = 0; r < m; r++)
             w->trial[k] += w->jacobian[r + k * m] * w->right[r];
     }
-    double size = largest(n, w->trial), factor = size > LONGEST ? LONGEST / size : 1;
+    double size = largest(n, w->trial), factor = size > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / size : 1;
     for (int k = 0; k < n; k++)
         q[k] -= factor * w->trial[k] * w->system->scale[k];
 }
@@ -118,7 +115,7 @@ bool kmp_walk_close(kmp_walk *w, double *q)
         double now = largest(w->m, w->h);
         if (!(now < INFINITY))
             return false;
-        if (now <= CLOSED || (now <= CLOSED_ENOUGH && now > 0.5 * before))
+        if (now <= KMP_CLOSED_AIM || (now <= KMP_CLOSED_ENOUGH && now > 0.5 * before))
             return true;
         if (!multipliers(w))
             return false;
@@ -126,7 +123,7 @@ bool kmp_walk_close(kmp_walk *w, double *q)
         correct(w, q);
         kmp_walk_evaluate(w, q);
     }
-    return largest(w->m, w->h) <= CLOSED_ENOUGH;
+    return largest(w->m, w->h) <= KMP_CLOSED_ENOUGH;
 }
 
 /* -- null spaces ------------------------------------------------------------------------------------- */
@@ -210,7 +207,7 @@ int kmp_null_space(int rows, int cols, double *a, double tolerance, int most, do
 int kmp_walk_tangents(kmp_walk *w, int most)
 {
     memcpy(w->copy, w->jacobian, (size_t)(w->m * w->n) * sizeof *w->copy);
-    int rank = kmp_null_space(w->m, w->n, w->copy, RANK_TOLERANCE, most, w->basis, w->order, &w->last);
+    int rank = kmp_null_space(w->m, w->n, w->copy, KMP_RANK, most, w->basis, w->order, &w->last);
     for (int k = 0; k < w->n - rank; k++) {
         double sum = 0, *x = w->basis + k * w->n;
         for (int i = 0; i < w->n; i++)

@@ -16,6 +16,7 @@
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor_walk.h"
+#include "constraints/tolerances.h"
 #include "dynamics/goals.h"
 #include "linalg/dot.h"
 #include "linalg/least.h"
@@ -24,18 +25,17 @@
 #include <string.h>
 
 enum { MOST_STEPS = 300 };
-#define LONGEST        0.3   /* a component of a step: rad, or characteristic lengths */
-#define SHORTEST       1e-10 /* steps that fail down to this length end the search */
-#define NEGLIGIBLE     1e-11 /* a Newton step that is not worth making */
-#define NOISE          1e-14 /* of a gradient, over that of all directions */
-#define LEVEL          1e-12 /* the same at rest */
-#define REST           1e-7  /* the same where rounding ends the steps */
-#define MOST_CLOSING   0.3   /* of a step: how far closing may move */
-#define LEAST_ALIGNED  0.9   /* of a step: what of it stays along the new tangents */
-#define NEAR           1e-3  /* steps below this are judged by the gradient too, which rounding leaves longer */
-#define FLAT           1e-13 /* eigenvalues below this over the largest count as this */
-#define SADDLE         1e-8  /* below minus this they are left, even where the gradient is zero */
-#define RANK_TOLERANCE 1e-10
+#define LONGEST       0.3   /* a component of a step: rad, or characteristic lengths */
+#define SHORTEST      1e-10 /* steps that fail down to this length end the search */
+#define NEGLIGIBLE    1e-11 /* a Newton step that is not worth making */
+#define NOISE         1e-14 /* of a gradient, over that of all directions */
+#define LEVEL         1e-12 /* the same at rest */
+#define REST          1e-7  /* the same where rounding ends the steps */
+#define MOST_CLOSING  0.3   /* of a step: how far closing may move */
+#define LEAST_ALIGNED 0.9   /* of a step: what of it stays along the new tangents */
+#define NEAR          1e-3  /* steps below this are judged by the gradient too, which rounding leaves longer */
+#define FLAT          1e-13 /* eigenvalues below this over the largest count as this */
+#define SADDLE        1e-8  /* below minus this they are left, even where the gradient is zero */
 
 /* A closed position and what is known there. */
 typedef struct place {
@@ -150,7 +150,7 @@ static void find_tangents(search *w, place *p)
                     x[c] -= part * p->tangent[b * n + c];
             }
             double size = norm(n, x);
-            if (!(size > RANK_TOLERANCE)) /* it was one of those that are held */
+            if (!(size > KMP_RANK)) /* it was one of those that are held */
                 break;
             for (int c = 0; c < n; c++)
                 x[c] /= size;
@@ -189,7 +189,7 @@ static bool find_multipliers(search *w, const place *p)
             w->transposed[c + r * n] = w->walk->jacobian[r + c * m];
     for (int c = 0; c < n; c++)
         w->step[c] = w->hold[c] ? 0 : p->gradient[c];
-    return kmp_least_squares(n, m, w->transposed, w->step, RANK_TOLERANCE, w->multiplier) >= 0;
+    return kmp_least_squares(n, m, w->transposed, w->step, KMP_RANK, w->multiplier) >= 0;
 }
 
 /* sum r_i d2 r_i - sum lambda_j d2 h_j along `sign` times w->rate, with the rates and times of moving closures in it.

@@ -2,25 +2,9 @@
 #include "constraints/partition.h"
 #include "base/memory.h"
 #include "constraints/pick.h"
+#include "constraints/tolerances.h"
 #include <stdlib.h>
 #include <string.h>
-
-/* A pivot below this fraction of the first is a zero: kept pivots of closed mechanisms are above 1e-2, dropped ones
- * below 1e-13 once h is closed to round-off. */
-#define RANK_TOLERANCE 1e-10
-/* The first is of the size of 1, smaller where lengths differ much. One of the size of the root of rounding belongs to
- * closures that hold to second order alone, as a rod does across all that its end can do: no pivot says anything. */
-#define LEAST_FIRST 1e-6
-/* A wish is refused when its |B| would exceed this. */
-#define WORST_WISH 1e4
-
-static int rank_of(const double *pivots, int count)
-{
-    int r = 0;
-    while (r < count && pivots[0] > LEAST_FIRST && pivots[r] > RANK_TOLERANCE * pivots[0])
-        r++;
-    return r;
-}
 
 static int compare_ints(const void *a, const void *b)
 {
@@ -65,7 +49,7 @@ static kempe_status check_wish(const kempe_system *s, int p, int r, const int *b
                           "the mechanism has %d degree%s of freedom, but %d independent coordinate%s asked for; "
                           "Kempe would take: %s",
                           p, p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
-    else if (r > 0 && !(pivots[r - 1] * WORST_WISH > pivots[0]))
+    else if (r > 0 && !(pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]))
         status = kmp_fail(s->context, KEMPE_E_FAILED,
                           "'%s' cannot be independent here: the others do not follow from it (smallest pivot of "
                           "Jv %.2g of the largest); take: %s",
@@ -143,7 +127,7 @@ static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system 
     kempe_status status = KEMPE_OK;
     if (!kmp_pick_pivot(c, NULL, part->pivots))
         return kmp_fail_memory(s->context);
-    part->r = rank >= 0 ? rank : rank_of(part->pivots, s->m < s->n ? s->m : s->n);
+    part->r = rank >= 0 ? rank : kmp_pick_rank(part->pivots, s->m < s->n ? s->m : s->n);
     part->p = s->n - part->r;
     if (wish_count > 0)
         status = follow_wish(c, part, s, wish, wish_count);

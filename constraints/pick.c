@@ -2,6 +2,7 @@
 #include "constraints/pick.h"
 #include "base/memory.h"
 #include "constraints/pick_blocks.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include "linalg/sparse.h"
 #include <math.h>
@@ -62,6 +63,14 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
     memcpy(c->b, c->a, (size_t)(c->m * c->n) * sizeof *c->b);
     kmp_lu_complete(c->m, c->n, c->b, fixed, c->row, c->col, pivots);
     return true;
+}
+
+int kmp_pick_rank(const double *pivots, int count)
+{
+    int r = 0;
+    while (r < count && pivots[0] > KMP_RANK_FIRST && pivots[r] > KMP_RANK * pivots[0])
+        r++;
+    return r;
 }
 
 /* -- dense ------------------------------------------------------------------------------------------- */

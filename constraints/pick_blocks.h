@@ -5,10 +5,6 @@
 
 #include "constraints/pick.h"
 
-/* Exchange v_i and u_k while |B_ik| exceeds this (a volume-maximising pivot rule; every exchange multiplies |det Jv| by
- * it). */
-#define KMP_PICK_GROWTH 1.5
-
 /* The worst over all blocks. */
 typedef struct kmp_pick_quality {
     double max_b, norm, inverse; /* |Bvu|, ||Jv||_1, ||Jv^-1||_1 */

@@ -2,6 +2,7 @@
 #include "constraints/pressing.h"
 #include "base/memory.h"
 #include "constraints/reduction.h"
+#include "constraints/tolerances.h"
 #include "dynamics/pressed.h"
 #include "linalg/dense.h"
 #include <float.h>
@@ -15,8 +16,6 @@ enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
 #define MOSTLY_ROUNDED (4096 * DBL_EPSILON)
 /* A step that makes the residual smaller by less is halved. */
 #define DESCENT 0.1
-/* Share of a dropped row that another one carries from which on its multiplier is not determined. */
-#define SHARED 1e-9
 
 typedef struct kmp_press_work {
     int count;                /* unknowns */
@@ -292,7 +291,7 @@ static kempe_status check_row(const kmp_reduction *red, int dropped)
         if (share_of(red, red->part->rows[i], dropped) > share_of(red, most, dropped))
             most = red->part->rows[i];
     for (int k = 0; k < s->pressed_count; k++)
-        if (s->pressed[k] == dropped || share_of(red, s->pressed[k], dropped) > SHARED)
+        if (s->pressed[k] == dropped || share_of(red, s->pressed[k], dropped) > KMP_RANK_SHARED)
             return complain_shared(s, s->pressed[k], s->pressed[k] == dropped ? most : dropped);
     return KEMPE_OK;
 }

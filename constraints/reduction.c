@@ -2,16 +2,12 @@
 #include "constraints/reduction.h"
 #include "base/memory.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
-/* A scaled |h| that is rounding alone, and one that may be where corrections no longer shrink. */
-#define ROUNDING       4e-16
-#define MOSTLY_ROUNDED 2e-14
-/* The same of points far from the origin, in parts of how far: h is a difference of such numbers. */
-#define ROUNDED_AFAR 2e-15
 
 /* -- setting up -------------------------------------------------------------------------------------- */
 
@@ -458,7 +454,7 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
 {
     const kempe_system *s = red->plant->system;
     double last = INFINITY, weighted, floor_ = noise(red, q);
-    double rounded = fmax(MOSTLY_ROUNDED, ROUNDED_AFAR * s->reach / s->length);
+    double rounded = fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * s->reach / s->length);
     for (int k = 0; k < MAX_NEWTON; k++) {
         kmp_plant_closure(red->plant, t, q);
         if (kmp_reduction_factor(red))
@@ -466,7 +462,8 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
         kmp_reduction_correction(red);
         red->newton++;
         double size = measure(red, w, &weighted);
-        bool done = size <= floor_ || (w && weighted <= fraction) || kmp_plant_residual(red->plant) <= ROUNDING;
+        bool done =
+            size <= floor_ || (w && weighted <= fraction) || kmp_plant_residual(red->plant) <= KMP_CLOSED_ROUNDING;
         if (!done && (size > 0.9 * last || size == INFINITY))
             return size == INFINITY || kmp_plant_residual(red->plant) > rounded;
         for (int i = 0; i < red->r; i++)

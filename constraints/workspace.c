@@ -4,6 +4,7 @@
  * geometric metric for closing. */
 #include "base/memory.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include <kempe/workspace.h>
 #include <math.h>
@@ -11,9 +12,6 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 100 };
-#define CLOSED         1e-12 /* scaled |h| that is closed enough when it falls no more */
-#define LONGEST_STEP   0.5   /* rad, or characteristic lengths */
-#define RANK_TOLERANCE 1e-9
 
 struct kempe_workspace {
     const kempe_system *system;
@@ -37,6 +35,12 @@ static kempe_status fail(kempe_workspace *ws, const char *sentence, double x)
 {
     (void)snprintf(ws->message, sizeof ws->message, sentence, x);
     return KEMPE_E_FAILED;
+}
+
+static kempe_status missing(kempe_workspace *ws, const char *name)
+{
+    (void)snprintf(ws->message, sizeof ws->message, KMP_MISSING, name);
+    return KEMPE_E_ARGUMENT;
 }
 
 /* -- new and free ------------------------------------------------------------------------------------ */
@@ -65,6 +69,8 @@ static bool allocate(kempe_workspace *ws)
 
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, workspace, "workspace");
     kempe_workspace *ws = KMP_NEW(kempe_workspace, 1);
     if (!ws)
         return kmp_fail_memory(system->context);
@@ -122,6 +128,9 @@ static void evaluate_closure(kempe_workspace *ws, double t, const double *q)
 
 kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
     ws->message[0] = '\0';
     keep_state(ws, q, qd);
     evaluate_closure(ws, t, ws->q);
@@ -141,41 +150,49 @@ kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const do
 
 const char *kempe_workspace_message(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, "");
     return workspace->message;
 }
 
 const double *kempe_workspace_mass(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->mass;
 }
 
 const double *kempe_workspace_bias(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->bias;
 }
 
 const double *kempe_workspace_h(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->h;
 }
 
 const double *kempe_workspace_jacobian(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->jacobian;
 }
 
 const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NULL);
     return workspace->jdqd;
 }
 
 double kempe_workspace_kinetic(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NAN);
     return workspace->kinetic;
 }
 
 double kempe_workspace_potential(const kempe_workspace *workspace)
 {
+    KMP_GIVEN(workspace, NAN);
     return workspace->potential;
 }
 
@@ -193,7 +210,7 @@ static void choose_rows(kempe_workspace *ws, const int *hold)
     if (most == 0)
         return;
     kmp_lu_complete(m, n, ws->scaled, NULL, ws->row, ws->col, ws->pivots);
-    while (ws->rank < most && ws->pivots[ws->rank] > RANK_TOLERANCE * ws->pivots[0])
+    while (ws->rank < most && ws->pivots[ws->rank] > KMP_RANK_OPEN * ws->pivots[0])
         ws->rank++;
 }
 
@@ -222,6 +239,15 @@ static bool factor(kempe_workspace *ws, const double *mass, const int *hold)
 kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *qdd,
                                     double *Q)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
+    if (!qd)
+        return missing(ws, "qd");
+    if (!qdd)
+        return missing(ws, "qdd");
+    if (!Q)
+        return missing(ws, "Q");
     kempe_status status = kempe_eval(ws, t, q, qd);
     if (status != KEMPE_OK)
         return status;
@@ -281,7 +307,7 @@ static int find_shared(kempe_workspace *ws)
             for (int i = 0; i < ws->rank; i++)
                 if (ws->row[i] == row)
                     share = ws->rhs[ws->n + i] * s->row_scale[row] / s->row_scale[dropped];
-            if (fabs(share) > RANK_TOLERANCE)
+            if (fabs(share) > KMP_RANK_OPEN)
                 return row;
         }
     }
@@ -308,6 +334,13 @@ static kempe_status fail_unsettled(kempe_workspace *ws)
 kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
                                     double *qdd, double *lambda)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
+    if (!qd)
+        return missing(ws, "qd");
+    if (!qdd)
+        return missing(ws, "qdd");
     int n = ws->n;
     kempe_status status = kempe_eval(ws, t, q, qd);
     if (status != KEMPE_OK)
@@ -356,10 +389,11 @@ static double close_q(kempe_workspace *ws, double t, const int *hold)
     for (int k = 0; k < MAX_ITERATIONS; k++) {
         evaluate_closure(ws, t, ws->trial);
         double residual = kmp_plant_residual(ws->plant);
-        if (!isfinite(residual) || (residual <= CLOSED && residual >= best) || residual == 0)
+        if (!isfinite(residual) || (residual <= KMP_CLOSED_PUBLIC && residual >= best) || residual == 0)
             return residual;
         best = residual;
-        double longest = correction(ws, ws->h, hold), cut = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
+        double longest = correction(ws, ws->h, hold),
+               cut = longest > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / longest : 1;
         if (!isfinite(longest))
             return residual;
         for (int i = 0; i < ws->n; i++)
@@ -401,10 +435,13 @@ static kempe_status close_rates(kempe_workspace *ws, double *qd, const int *hold
 
 kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!q)
+        return missing(ws, "q");
     ws->message[0] = '\0';
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     double residual = close_q(ws, t, hold);
-    if (!(residual <= CLOSED))
+    if (!(residual <= KMP_CLOSED_PUBLIC))
         return fail(ws, "the loops cannot be closed from here: |h| stays at %.3g (scaled)", residual);
     kempe_status status = qd ? close_rates(ws, qd, hold) : KEMPE_OK;
     if (status == KEMPE_OK)

@@ -8,7 +8,6 @@
 #include "integrators/sundials_ode.h"
 
 #include <arkode/arkode_arkstep.h>
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -236,7 +235,7 @@ static kempe_status step(void *solver)
         h = fmin(h, t > base->t ? t - base->t : h) * shorter;
         base->work.refused++;
         base->work.steps -= t > base->t;
-        bad = h > 16 * DBL_EPSILON * fabs(base->t) ? reset(s, base->t, base->y_old, h) : ARK_RHSFUNC_FAIL;
+        bad = h > kmp_solver_least_step(base->t) ? reset(s, base->t, base->y_old, h) : ARK_RHSFUNC_FAIL;
         t = base->t;
     }
     return complain(s, bad ? bad : ARK_RHSFUNC_FAIL);

@@ -7,7 +7,6 @@
 #include "integrators/sundials_ode.h"
 
 #include <cvode/cvode.h>
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -158,7 +157,7 @@ static int retreat(cvode *s, double t)
     memcpy(kmp_sun_data(base->y), base->y_old, (size_t)base->ode.n * sizeof *base->y_old);
     int bad = CVodeReInit(s->memory, base->t, base->y);
     bad = bad ? bad : CVodeSetInitStep(s->memory, h);
-    if (!(h > 16 * DBL_EPSILON * fabs(base->t)))
+    if (!(h > kmp_solver_least_step(base->t)))
         return CV_REPTD_RHSFUNC_ERR;
     return bad ? bad : CVodeSetStopTime(s->memory, base->t_end);
 }

@@ -252,7 +252,7 @@ static void choose_tries(kmp_ensemble *e)
         if (room->who[l] < 0)
             continue;
         double h = kmp_rk_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
-        if (!(h >= 16 * DBL_EPSILON * fabs(room->t[l])) || !(room->t_new[l] > room->t[l])) {
+        if (!(h >= kmp_solver_least_step(room->t[l])) || !(room->t_new[l] > room->t[l])) {
             kmp_instance_leave(e, room->who[l], "steps that become too small");
             empty(room, l);
         } else {
@@ -377,7 +377,7 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     int i = room->who[l];
     kmp_instance *x = &e->instances[i];
     double h = room->step[l], error = room->error[l];
-    bool collapsed = kmp_solver_collapsed(&x->hopeless, h, e->spec.t_end - room->t[l]);
+    bool collapsed = kmp_solver_collapsed(&x->hopeless, h, room->t_new[l]);
     e->results[i].steps++;
     room->h[l] = kmp_rk_after_accepted(&kmp_dop853, h, error, x->error_old, x->rejected);
     x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);

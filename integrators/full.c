@@ -45,8 +45,9 @@ static void release(void *content)
     kmp_free(d);
 }
 
-SUNLinearSolver kmp_linear_dense(long n, SUNContext context)
+SUNLinearSolver kmp_linear_dense(SUNMatrix a, SUNContext context)
 {
+    long n = SUNSparseMatrix_Columns(a);
     static const kmp_linear_ops ops = {setup, solve, release};
     full *d = KMP_NEW(full, 1);
     if (!d)

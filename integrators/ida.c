@@ -11,7 +11,6 @@
 #include "integrators/solver.h"
 #include "integrators/vector.h"
 
-#include <float.h>
 #include <ida/ida.h>
 #include <math.h>
 #include <stdbool.h>
@@ -33,13 +32,13 @@ struct kmp_ida {
     SUNLinearSolver solver;
     double t, t_old, t_end;
     double *y_old, *yp_old; /* at the start of a step */
-    int hopeless;           /* steps in a row too small to reach the end */
+    int hopeless;           /* steps in a row that are hardly resolved */
     kmp_dae_work before;    /* of earlier starts: IDA's counters begin anew with each */
 };
 
 static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
 {
-    SUNLinearSolver solver = kmp_linear_known(name) ? kmp_linear_new(name, s->dae.n, s->sun) : NULL;
+    SUNLinearSolver solver = kmp_linear_known(name) ? kmp_linear_new(name, s->matrix, s->sun) : NULL;
     if (!kmp_linear_known(name))
         (void)kmp_fail(s->context, KEMPE_E_ARGUMENT, "linear solver '%s': there is none of that name", name);
     else if (!solver)
@@ -227,7 +226,7 @@ static int retreat(kmp_ida *s, double t)
 {
     size_t size = (size_t)s->dae.n * sizeof(double);
     double h = 0.5 * (t - s->t);
-    if (!(h > 16 * DBL_EPSILON * fabs(s->t)))
+    if (!(h > kmp_solver_least_step(s->t)))
         return IDA_REP_RES_ERR;
     s->before = kmp_ida_work(s);
     s->before.failures++;
@@ -266,11 +265,9 @@ kempe_status kmp_ida_step(kmp_ida *s)
     s->t = t;
     if (said != KMP_GO)
         return KEMPE_STOPPED;
-    if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t_end - s->t))
+    if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t))
         return KEMPE_OK;
-    return kmp_fail(s->context, KEMPE_E_FAILED,
-                    "IDA stopped at t = %.9g: steps have become too small to reach the end: the motion is singular",
-                    s->t);
+    return kmp_fail(s->context, KEMPE_E_FAILED, "IDA stopped at t = %.9g: " KMP_SOLVER_COLLAPSED, s->t);
 }
 
 double kmp_ida_t(const kmp_ida *s)

@@ -9,7 +9,7 @@ enum { DENSE_BELOW = 10 };
 
 static const struct {
     const char *name;
-    SUNLinearSolver (*make)(long n, SUNContext context);
+    SUNLinearSolver (*make)(SUNMatrix a, SUNContext context);
 } kinds[] = {
 #define KMP_LINEAR(name) {#name, kmp_linear_##name},
 #include "integrators/linear.def"
@@ -33,13 +33,13 @@ const char *kmp_linear_names(void)
         ;
 }
 
-SUNLinearSolver kmp_linear_new(const char *name, long n, SUNContext context)
+SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context)
 {
     if (strcmp(name, "auto") == 0)
-        name = n < DENSE_BELOW ? "dense" : "klu";
+        name = SUNSparseMatrix_Columns(a) < DENSE_BELOW ? "dense" : "klu";
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i].name, name) == 0)
-            return kinds[i].make(n, context);
+            return kinds[i].make(a, context);
     return NULL;
 }
 

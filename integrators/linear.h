@@ -9,10 +9,10 @@
 #include <sundials/sundials_linearsolver.h>
 #include <sunmatrix/sunmatrix_sparse.h>
 
-/** For n x n matrices by the name of a row of linear.def, or "auto": dense for n < 10, else KLU. The pattern of the
+/** For matrices like a by the name of a row of linear.def, or "auto": dense below 10 x 10, else KLU. The pattern of the
  * first matrix it meets must be that of all. NULL when the name is unknown or there is no memory. Freed by
  * SUNLinSolFree. */
-SUNLinearSolver kmp_linear_new(const char *name, long n, SUNContext context);
+SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context);
 
 /* What one of them is made of. */
 typedef struct kmp_linear_ops {
@@ -28,7 +28,7 @@ typedef struct kmp_linear_head {
 } kmp_linear_head;
 SUNLinearSolver kmp_linear_wrap(kmp_linear_head *content, const kmp_linear_ops *ops, SUNContext context);
 
-#define KMP_LINEAR(name) SUNLinearSolver kmp_linear_##name(long n, SUNContext context);
+#define KMP_LINEAR(name) SUNLinearSolver kmp_linear_##name(SUNMatrix a, SUNContext context);
 #include "integrators/linear.def"
 #undef KMP_LINEAR
 

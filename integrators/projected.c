@@ -3,10 +3,10 @@
  * back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand. It
  * needs no choice of u. The independent rows are those of the start; dropped ones are watched. */
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "integrators/closing.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
-#include "integrators/watched.h"
 #include <math.h>
 #include <string.h>
 

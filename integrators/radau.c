@@ -353,7 +353,7 @@ static kempe_status step(void *solver)
     weigh(s);
     for (int tries = 0; tries < MAX_REJECT; tries++) {
         double t_new, error = 0, shorter = 0.5, h = next_step(s, &t_new);
-        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->collapsed)
+        if (!(h >= kmp_solver_least_step(s->t)) || !(t_new > s->t) || s->collapsed)
             return KEMPE_E_FAILED;
         long newton = s->work.newton;
         kmp_radau_outcome what = attempt(s, h, t_new, &error, &shorter);
@@ -361,7 +361,7 @@ static kempe_status step(void *solver)
         if (what == KMP_RADAU_HALTED)
             return KEMPE_E_FAILED;
         if (what == KMP_RADAU_TAKEN) {
-            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, s->t_end - s->t);
+            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, t_new);
             s->t_old = s->t;
             take(s, h, t_new, error, iterations);
             return KEMPE_OK;

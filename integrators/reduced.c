@@ -11,17 +11,13 @@
  * accepted step, because the ODE itself may pass such a point and go on wrongly without any other sign. */
 #include "base/memory.h"
 #include "constraints/fused.h"
+#include "constraints/tolerances.h"
 #include "integrators/reduced_residual.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
-#include "integrators/watched.h"
 #include <math.h>
 #include <string.h>
 
-/* Beyond this scaled |Bvu| a fixed u is given up: errors of u reach v multiplied by it. */
-#define GROWTH_LIMIT 1e3
-/* From this |Bvu| on, a step that became too small is put down to the choice of u. */
-#define EXPLAIN_GROWTH 20.0
 /* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
  * the program costs some dozens of them. */
 #define WORTH_FUSING 16
@@ -29,10 +25,6 @@
 #define MANY_FREEDOMS 12
 /* What an operation of a reduced mass with zeros costs, by one without. */
 #define BY_LISTS 2
-/* The last pivot of the independent rows over that of all rows below which a step goes too far. */
-#define ROWS_LOST 0.05
-/* Newton in an evaluation stops at this fraction of the error weights. */
-#define CLOSE_FRACTION 1e-2
 
 typedef struct reduced {
     kmp_road road; /* first */
@@ -122,7 +114,7 @@ static int place(reduced *d, double t, const double *y)
     } else {
         put_u(d, y);
         predict_v(d, t, y);
-        if (kmp_reduction_close(&d->red, t, d->q, d->weight, CLOSE_FRACTION))
+        if (kmp_reduction_close(&d->red, t, d->q, d->weight, KMP_CORRECTION_IN_STAGE))
             return KMP_RETRY;
     }
     if (!d->by_saddle)
@@ -322,7 +314,7 @@ static int watch(reduced *d, double t, const int *signs)
     bool crossed = !same_signs(d, signs) && !is_passed(d);
     if (d->fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
-    if (d->fixed && d->growth > GROWTH_LIMIT)
+    if (d->fixed && d->growth > KMP_GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
     if (!crossed)
@@ -336,7 +328,7 @@ static void explain(kmp_road *road)
 {
     reduced *d = (reduced *)road;
     kmp_text what = {0};
-    if (d->growth >= EXPLAIN_GROWTH) {
+    if (d->growth >= KMP_GROWTH_EXPLAINS) {
         kmp_text_printf(&what, "the loops cannot be closed further, |dv/du| has grown to %.3g", d->growth);
         (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
         kmp_text_free(&what);
@@ -390,7 +382,7 @@ static bool rows_are_lost(reduced *d, double t)
     if (d->r == d->part.m || d->r == 0)
         return false;
     (void)kmp_margin_after_step(d->margin, d->plant, t);
-    return kmp_margin_of_rows(d->margin, d->plant, &d->part) < ROWS_LOST;
+    return kmp_margin_of_rows(d->margin, d->plant, &d->part) < KMP_ROWS_LOST;
 }
 
 /* h, J, Bvu and the correction of v at the step's end, which was evaluated last. `end`: what the one program says, when

@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "integrators/rk_method.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -174,13 +173,13 @@ int kmp_rk_step(kmp_rk *s)
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
         double t_new, error = 0.0, h = kmp_rk_next_step(s->t, s->t_end, s->h, &t_new);
-        if (!(h >= 16 * DBL_EPSILON * fabs(s->t)) || !(t_new > s->t) || s->collapsed)
+        if (!(h >= kmp_solver_least_step(s->t)) || !(t_new > s->t) || s->collapsed)
             return KMP_RETRY;
         outcome what = attempt(s, h, t_new, &error);
         if (what == HALTED)
             return KMP_HALT;
         if (what == TAKEN) {
-            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, s->t_end - s->t);
+            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, t_new);
             take(s, h, t_new, error);
             return KMP_GO;
         }

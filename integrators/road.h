@@ -8,10 +8,10 @@
 #include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "constraints/saddle.h"
 #include "integrators/dae.h"
 #include "integrators/journal.h"
 #include "integrators/ode.h"
-#include "linalg/sparse.h"
 
 typedef struct kmp_road kmp_road;
 
@@ -89,44 +89,5 @@ extern const kmp_road_kind kmp_road_zone;
 #define KMP_ROAD(id) extern const kmp_road_kind kmp_road_##id;
 #include "integrators/roads.def"
 #undef KMP_ROAD
-
-/** The saddle system [M -J'; J 0] on the independent rows, dense, or sparse when it is large: accelerations,
- * multipliers and mass-orthogonal corrections (shared by the projected road and by all that need (qdd, lambda) without
- * a choice of u). By articulated bodies, where the plant has taken them, it is what is left without M:
- *
- *     J M^-1 J' lambda = -(J a + jdqd)      qdd = a + M^-1 J' lambda
- *
- * of the multipliers alone, whatever the size, and of nothing on a tree. */
-typedef struct kmp_saddle {
-    kmp_plant *plant;
-    const kmp_partition *part;
-    int n, r;
-    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
-    int *pivot;
-    kmp_sparse *sparse; /* NULL: dense, or singular by its pattern */
-    bool large, by_bodies;
-    int *position; /* m: of a row among the independent ones, -1 when dropped */
-    bool *out;     /* r: independent rows that are left out; NULL: none ever is */
-    long factorizations;
-} kmp_saddle;
-
-bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
-void kmp_saddle_free(kmp_saddle *saddle);
-
-/** As kmp_saddle_init, sparse whatever the size, and with `out`, none yet, to leave rows out by. */
-bool kmp_saddle_init_with_out(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
-
-/** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
-int kmp_saddle_factor(kmp_saddle *saddle);
-
-/** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
-double kmp_saddle_operations(const kmp_saddle *saddle);
-
-/** qdd and lambda (m; zero for dropped rows) from the plant's last bias, which forces that depend on multipliers bring
- *  to them (constraints/pressing.h): not finite where that fails. */
-void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
-
-/** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
-void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
 
 #endif

@@ -6,6 +6,22 @@
 #include "integrators/runner.h"
 #include <time.h>
 
+long kmp_runner_tried(const kmp_runner *run)
+{
+    kmp_solver_work now = run->kind->work(run->solver);
+    const kmp_run_report *before = &run->before;
+    return now.steps + now.rejected + now.refused + before->steps + before->rejected + before->refused;
+}
+
+static kempe_status check_bound(kmp_runner *run, double t)
+{
+    kmp_text why = {0};
+    if (!kmp_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
+        return KEMPE_OK;
+    run->reason = kmp_text_take(&why);
+    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
+}
+
 /* Progress once a second by the wall clock, which costs a step less than that of the processor, and the interrupt. */
 static kempe_status attend(kmp_runner *run)
 {
@@ -18,7 +34,7 @@ static kempe_status attend(kmp_runner *run)
                 100 * t / run->spec.t_end);
     }
     if (!kmp_interrupted(run->s->context))
-        return KEMPE_OK;
+        return check_bound(run, t);
     run->reason = kmp_strdup("interrupted");
     return KEMPE_STOPPED;
 }
@@ -57,6 +73,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->journal = spec->journal ? spec->journal : &run->own;
     run->work = spec->work_start;
     run->work_t = spec->t_start;
+    run->bound.most = spec->max_steps;
     if (!start) {
         status = kempe_assemble(system, &own);
         start = own;

@@ -20,6 +20,7 @@ typedef struct kmp_run_spec {
     bool fixed_u;              /* no exchanges: the run ends where u goes bad */
     const char *change_points; /* a word of change_points.def */
     double limit_s;            /* of the processor: a run that needs more is given up; 0: none */
+    long max_steps;            /* tried, rejected ones too; 0: as bound.h says; -1: no bound */
     kmp_journal *journal;      /* what happens on the way; NULL: told to the log alone */
     int threads;               /* that share the work of an evaluation by a back end that can; 0: one */
     bool open;                 /* nobody asked for a road, a form or u: another may go on where this one stops */

@@ -6,6 +6,7 @@
 #include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "integrators/bound.h"
 #include "integrators/events.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
@@ -43,11 +44,11 @@ struct kmp_runner {
     double rate_scale, build_s, progress;
     unsigned long memory_failures; /* before it was made */
     kmp_journal own, *journal;     /* the one asked for, or its own */
-    int rescues;                   /* of an implicit integrator; the last one's time */
-    double rescue_t;
+    long rescued_at;               /* steps tried when an integrator was last started anew after it had stopped */
     char *reason;
     bool locks;
-    bool cut;   /* given up for spec.limit_s */
+    bool cut; /* given up for spec.limit_s */
+    kmp_bound bound;
     bool ended; /* a condition has */
 };
 
@@ -128,5 +129,8 @@ kempe_status kmp_runner_add_work(kmp_runner *run, double t);
 
 /** Adds the work of the road and integrator at hand. */
 void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
+
+/** Steps so far, those rejected and refused among them. */
+long kmp_runner_tried(const kmp_runner *run);
 
 #endif

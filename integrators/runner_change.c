@@ -2,20 +2,16 @@
 /* What happens between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator.
  */
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
-#include "integrators/watched.h"
 #include <float.h>
 #include <math.h>
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
-/* Part of the run that must lie between two rescues of an implicit integrator. */
-#define RESCUE_WAY 1e-5
-/* The margin, of the start's, at which a run leaves the zone. */
-#define ZONE_OUT 0.2
-/* Last pivot of the independent rows over that of all rows at which others are taken. */
-#define ROWS_OUT 0.2
+/* Steps that must lie between two rescues of an implicit integrator. */
+enum { RESCUE_WAY = 100 };
 
 static void release_road(kmp_runner *run)
 {
@@ -147,14 +143,14 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         run->zone_margin = margin;
         return kmp_runner_change_road(run, t, true);
     }
-    if (run->in_zone && margin > ZONE_OUT) {
+    if (run->in_zone && margin > KMP_ZONE_OUT) {
         note_passage(run, t, margin);
         run->seen_margin = margin;
         run->seen_margin_t = t;
         return kmp_runner_change_road(run, t, false);
     }
     double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
-    return rows < ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
+    return rows < KMP_ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
@@ -329,10 +325,9 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     if (may_project(run))
         return take_projected(run, t);
     if (!run->yp || run->road->reason.length > 0 ||
-        (run->rescues > 0 && t - run->rescue_t < RESCUE_WAY * run->spec.t_end))
+        (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;
-    run->rescues++;
-    run->rescue_t = t;
+    run->rescued_at = kmp_runner_tried(run);
     kmp_context_clear(run->s->context); /* of the integrator that is given up */
     kempe_status status = kmp_runner_change_road(run, t, false);
     if (status == KEMPE_OK)

@@ -3,13 +3,12 @@
 #include "base/memory.h"
 #include "constraints/massless.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
 #include <math.h>
 #include <string.h>
 
-/* Rates of the start may violate the closures by this part of their size. */
-#define RATE_GAP 1e-6
 /* Accelerations by articulated bodies and by M and C agree to this part of their size, or the former are not taken. */
 #define SAME_ACCELERATIONS 1e-9
 
@@ -79,7 +78,7 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     kmp_plant_rates(run->plant, qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
-    if (worst <= RATE_GAP * size)
+    if (worst <= KMP_CLOSED_START * size)
         return KEMPE_OK;
     const char *name = kmp_runner_driven_by(s, row);
     return kmp_fail(

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/solver.h"
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 static const kmp_solver_kind *const kinds[] = {
@@ -21,11 +23,17 @@ const kmp_solver_kind *kmp_solver_find(const char *name)
     return NULL;
 }
 
-#define HOPELESS 1e9
+/* Parts of t, in units of rounding: shorter steps are not made; so many in a row below the other are a collapse. */
+static const double LEAST = 16, COLLAPSED = 64;
 enum { MAX_HOPELESS = 100 };
 
-bool kmp_solver_collapsed(int *hopeless, double h, double left)
+double kmp_solver_least_step(double t)
 {
-    *hopeless = HOPELESS * h < left ? *hopeless + 1 : 0;
+    return LEAST * DBL_EPSILON * fabs(t);
+}
+
+bool kmp_solver_collapsed(int *hopeless, double h, double t)
+{
+    *hopeless = h < COLLAPSED * DBL_EPSILON * fabs(t) ? *hopeless + 1 : 0;
     return *hopeless > MAX_HOPELESS;
 }

@@ -58,9 +58,18 @@ typedef struct kmp_solver_kind {
 const kmp_solver_kind *kmp_solver_get(int k);
 const kmp_solver_kind *kmp_solver_find(const char *name);
 
-/** After a step of length h with `left` to go: true when more than 100 steps in a row (counted in *hopeless, 0 at a
- * start) would each have to be made 1e9 times to reach the end. An integrator gives up then. */
-bool kmp_solver_collapsed(int *hopeless, double h, double left);
+/** What double precision resolves at t decides how short a step may be, never the end of the run: a shorter one than
+ * this is not tried. */
+double kmp_solver_least_step(double t);
+
+/** After a step of length h that ended at t: true when more than 100 in a row (counted in *hopeless, 0 at a start) were
+ * hardly longer than the least. An integrator gives up then, and says KMP_SOLVER_COLLAPSED. Long runs of other steps
+ * end by the bound on work (bound.h). */
+bool kmp_solver_collapsed(int *hopeless, double h, double t);
+
+#define KMP_SOLVER_COLLAPSED                                                                                           \
+    "steps have become so short that double precision hardly resolves them at this time: the motion is singular "      \
+    "there, or too fast"
 
 /** Whether a linear solver of that name exists ("auto" does), and all names, comma-separated. */
 bool kmp_linear_known(const char *name);

@@ -125,9 +125,9 @@ kempe_status kmp_sun_complain(kmp_sun_ode *s, const char *name, const char *mean
 
 bool kmp_sun_progress(kmp_sun_ode *s, const char *name)
 {
-    if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t_end - s->t))
+    if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t))
         return true;
-    (void)kmp_sun_complain(s, name, "steps have become too small to reach the end: the motion is singular", "collapse");
+    (void)kmp_sun_complain(s, name, KMP_SOLVER_COLLAPSED, "collapse");
     return false;
 }
 

@@ -75,8 +75,9 @@ static void release(void *content)
     kmp_free(u);
 }
 
-SUNLinearSolver kmp_linear_umfpack(long n, SUNContext context)
+SUNLinearSolver kmp_linear_umfpack(SUNMatrix a, SUNContext context)
 {
+    long n = SUNSparseMatrix_Columns(a);
     static const kmp_linear_ops ops = {setup, solve, release};
     umfpack *u = KMP_NEW(umfpack, 1);
     if (!u)

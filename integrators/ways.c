@@ -170,6 +170,7 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
     spec->atol = first_positive(spec->atol, asked > 0 ? 0 : model->atol, spec->rtol);
     spec->t_end = first_positive(spec->t_end, model->t_end, 1);
+    spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
     if (spec->u_count == 0) {
         spec->u = model->u;
         spec->u_count = model->u_count;

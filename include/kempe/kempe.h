@@ -18,7 +18,14 @@
  * lambda one multiplier a closure row.
  *
  * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
- * Outputs are untouched on failure. The library never prints, exits or aborts. A model and a system are
+ * Outputs are untouched on failure. The library never prints, exits or aborts.
+ *
+ * A struct of options (kempe_run, the _ask and _generation of other headers) may be NULL: its defaults. NULL for any
+ * other pointer that nothing says may be NULL: KEMPE_E_ARGUMENT, with a message where an object with a context is
+ * given. Getters of NULL, or of an index that does not exist, give what their type has for nothing: NULL, a text "",
+ * NaN, 0 (-1 where 0 means something). `_free` takes NULL.
+ *
+ * A model and a system are
  * frozen once made and may be read by several threads; each call below makes its own workspace.
  */
 #ifndef KEMPE_KEMPE_H
@@ -72,8 +79,9 @@ KEMPE_API void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, 
  *  valid until its next call. */
 KEMPE_API const char *kempe_context_message(const kempe_context *context);
 
-/** Asks every running computation of this context to end at its next step with KEMPE_STOPPED. May be
- *  called from a signal handler or another thread. */
+/** Asks the computation of this context that is running, or the next one where none is, to end at its next step with
+ *  KEMPE_STOPPED. That one alone: what is called afterwards runs as if nothing had been asked. May be called from a
+ *  signal handler or another thread. */
 KEMPE_API void kempe_context_interrupt(kempe_context *context);
 
 /** Frees text made by a `_print` function. */
@@ -194,9 +202,11 @@ typedef struct kempe_run {
     const char *reference;     /* CSV file to measure errors against */
     const char *checkpoint;    /* file that a long run leaves its rows in, every few seconds and at its end */
     const char *resume;        /* such a file to go on from */
-    int threads; /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
-                  * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
-    int once;    /* no other run at another tolerance, which warns when this one has not converged */
+    int threads;    /* 1 to 64 that share the work of each evaluation of the native back end, in kempe_simulate and
+                     * steppers: the same bits; others ignore it, and so do processors without AVX. 0: one */
+    int once;       /* no other run at another tolerance, which warns when this one has not converged */
+    long max_steps; /* the run fails after so many, rejected ones included. 0: the model's, or else where the last
+                     * 100,000 steps gained so little time that the rest would take more than 1e8 */
 } kempe_run;
 
 KEMPE_API kempe_run kempe_run_default(void);

@@ -9,8 +9,9 @@
  * is exact for n < 2^16 (Cody, Waite, Software Manual for the Elementary Functions, 1980), and the remainder
  * kept as head r and tail y (Knuth's error-free sum). Then minimax polynomials on |r| <= pi/4,
  *   sin(r + y) = r + y (1 - r^2/2) + r^3 S(r^2),   cos(r + y) = 1 - r^2/2 - r y + r^4 C(r^2),
- * with relative error 2^-57 and absolute error 2^-59. No branch but the last: beyond the limit, and for
- * infinities and NaN, libm answers in both forms. */
+ * with relative error 2^-57 and absolute error 2^-59. The lane form has one branch, at its end. The scalar form
+ * reduces x with its sign, which gives r and y theirs, and skips the reduction where n is 0. Beyond the limit, and
+ * for infinities and NaN, libm answers in both forms. */
 #ifndef KEMPE_RUNTIME_H
 #define KEMPE_RUNTIME_H
 
@@ -30,6 +31,8 @@
 
 /* n stays below 2^16 up to here. */
 #define KEMPE_SINCOS_LIMIT 1e5
+/* The largest double below pi/4: up to here n is 0. */
+#define KEMPE_SINCOS_SMALL 0.78539816339744828
 
 KEMPE_RUNTIME_INLINE uint64_t kempe_bits_(double x)
 {
@@ -45,12 +48,12 @@ KEMPE_RUNTIME_INLINE double kempe_unbits_(uint64_t b)
     return x;
 }
 
-/* r + y = ax - n pi/2 for 0 <= ax <= limit; returns n in the low bits. */
-KEMPE_RUNTIME_INLINE uint64_t kempe_reduce_(double ax, double *r, double *y)
+/* r + y = x - n pi/2 for |x| <= limit; returns n in the low bits, in two's complement. */
+KEMPE_RUNTIME_INLINE uint64_t kempe_reduce_(double x, double *r, double *y)
 {
     const double round = 6755399441055744.0; /* 1.5 2^52: adding it leaves an integer in the low bits */
-    double t = ax * 0.6366197723675814 + round, n = t - round;
-    double a = ax - n * 1.5707963267923333, w = n * 2.5633441515839558e-12; /* both products exact */
+    double t = x * 0.6366197723675814 + round, n = t - round;
+    double a = x - n * 1.5707963267923333, w = n * 2.5633441515839558e-12; /* both products exact */
     double b = a - w, v = a - b;
     double tail = ((a - (b + v)) + (v - w)) - n * 1.0562999066987428e-23;
     *r = b + tail;
@@ -74,6 +77,7 @@ KEMPE_RUNTIME_INLINE double kempe_cosine_(double r, double y, double z)
     return head + (((1.0 - head) - half) + (z * p - r * y));
 }
 
+/* The lane form: without a branch. */
 KEMPE_RUNTIME_INLINE void kempe_sincos_core_(double x, double *s, double *c)
 {
     uint64_t bits = kempe_bits_(x), sign = bits & ((uint64_t)1 << 63);
@@ -159,8 +163,16 @@ KEMPE_RUNTIME_UNUSED static inline double kempe_table(int count, const double *x
 /** *s = sin x, *c = cos x. */
 KEMPE_RUNTIME_UNUSED static inline void kempe_sincos(double x, double *s, double *c)
 {
-    if (fabs(x) <= KEMPE_SINCOS_LIMIT) {
-        kempe_sincos_core_(x, s, c);
+    if (fabs(x) <= KEMPE_SINCOS_SMALL) {
+        *s = kempe_sine_(x, 0.0, x * x);
+        *c = kempe_cosine_(x, 0.0, x * x);
+    } else if (fabs(x) <= KEMPE_SINCOS_LIMIT) {
+        double r, y;
+        uint64_t n = kempe_reduce_(x, &r, &y);
+        double sine = kempe_sine_(r, y, r * r), cosine = kempe_cosine_(r, y, r * r);
+        double a = n & 1 ? cosine : sine, b = n & 1 ? sine : cosine; /* odd quadrants exchange the two */
+        *s = n & 2 ? -a : a;
+        *c = (n + 1) & 2 ? -b : b;
     } else {
         *s = sin(x);
         *c = cos(x);

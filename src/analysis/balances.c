@@ -302,9 +302,10 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
 kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_ask *ask,
                                    kempe_equilibrium **equilibrium)
 {
-    static const kempe_equilibrium_ask plain = {0};
-    ask = ask ? ask : &plain;
-    kmp_context_clear(system->context);
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_equilibrium_ask){0};
+    KMP_WANTED(system->context, equilibrium, "equilibrium");
+    kmp_context_begin(system->context);
     kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);
     if (!e)
         return kmp_fail_memory(system->context);
@@ -333,61 +334,75 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
 
 int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
 {
+    KMP_GIVEN(equilibrium, 0);
     return equilibrium->count;
 }
 
 const double *kempe_equilibrium_q(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
     return equilibrium->balance[k].q;
 }
 
 const double *kempe_equilibrium_qd(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
     return equilibrium->balance[k].qd;
 }
 
 const double *kempe_equilibrium_lambda(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
     return equilibrium->balance[k].lambda;
 }
 
 int kempe_equilibrium_stable(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, -1);
     kmp_stability_word word = equilibrium->balance[k].stability.word;
     return word == KMP_UNDECIDED ? -1 : word != KMP_UNSTABLE;
 }
 
 const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, "");
     return kmp_stability_text(equilibrium->balance[k].stability.word);
 }
 
 double kempe_equilibrium_residual(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NAN);
     return equilibrium->balance[k].residual;
 }
 
 int kempe_equilibrium_iterations(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, 0);
     return equilibrium->balance[k].iterations;
 }
 
 const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, int k)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, NULL);
     return equilibrium->balance[k].residuals;
 }
 
 int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium)
 {
+    KMP_GIVEN(equilibrium, 0);
     return equilibrium->exchange ? equilibrium->exchange->free_count : 0;
 }
 
 const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i)
 {
+    KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_freed_count(equilibrium), "");
     return equilibrium->exchange->name[i];
 }
 
 double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i)
 {
+    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count && i >= 0 &&
+                  i < kempe_equilibrium_freed_count(equilibrium),
+              NAN);
     return equilibrium->balance[k].freed[i];
 }

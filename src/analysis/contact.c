@@ -302,9 +302,12 @@ static void release(job *j)
 kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_ask *ask,
                                      kempe_contact_table **table)
 {
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_contact_ask){0};
+    KMP_WANTED(system->context, table, "table");
     double begun = kmp_cpu_now();
     kempe_contact_table *t = KMP_NEW(kempe_contact_table, 1);
-    kmp_context_clear(system->context);
+    kmp_context_begin(system->context);
     if (!t)
         return kmp_fail_memory(system->context);
     t->given = system;
@@ -343,16 +346,19 @@ void kempe_contact_table_free(kempe_contact_table *t)
 
 const char *kempe_contact_table_status(const kempe_contact_table *t)
 {
+    KMP_GIVEN(t, "");
     return t->status == KEMPE_OK ? "ok" : "stopped";
 }
 
 const char *kempe_contact_table_reason(const kempe_contact_table *t)
 {
+    KMP_GIVEN(t, "");
     return t->reason ? t->reason : "";
 }
 
 int kempe_contact_table_count(const kempe_contact_table *t)
 {
+    KMP_GIVEN(t, 0);
     return t->count;
 }
 
@@ -363,21 +369,25 @@ static bool is_row(const kempe_contact_table *t, int k)
 
 double kempe_contact_table_value(const kempe_contact_table *t, int k)
 {
+    KMP_GIVEN(t, NAN);
     return is_row(t, k) ? t->value[k] : NAN;
 }
 
 const double *kempe_contact_table_q(const kempe_contact_table *t, int k)
 {
+    KMP_GIVEN(t, NULL);
     return is_row(t, k) ? t->q + (ptrdiff_t)k * t->system->n : NULL;
 }
 
 const double *kempe_contact_table_qd(const kempe_contact_table *t, int k)
 {
+    KMP_GIVEN(t, NULL);
     return is_row(t, k) ? t->qd + (ptrdiff_t)k * t->system->n : NULL;
 }
 
 int kempe_contact_table_wheel_count(const kempe_contact_table *t)
 {
+    KMP_GIVEN(t, 0);
     return t->wheel_count;
 }
 
@@ -388,16 +398,19 @@ static bool is_wheel(const kempe_contact_table *t, int wheel)
 
 const char *kempe_contact_table_wheel(const kempe_contact_table *t, int wheel)
 {
+    KMP_GIVEN(t, NULL);
     return is_wheel(t, wheel) ? t->system->model->wheels[wheel].name : NULL;
 }
 
 int kempe_contact_table_zone_count(const kempe_contact_table *t, int wheel)
 {
+    KMP_GIVEN(t, 0);
     return is_wheel(t, wheel) ? t->first[wheel + 1] - t->first[wheel] : 0;
 }
 
 const kempe_contact_patch *kempe_contact_table_patch(const kempe_contact_table *t, int k, int wheel, int zone)
 {
+    KMP_GIVEN(t, NULL);
     if (!is_row(t, k) || zone < 0 || zone >= kempe_contact_table_zone_count(t, wheel))
         return NULL;
     return t->patch + (ptrdiff_t)k * t->first[t->wheel_count] + t->first[wheel] + zone;

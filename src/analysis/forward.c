@@ -2,7 +2,7 @@
 /* Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. */
 #include "analysis/forward.h"
 #include "base/memory.h"
-#include "integrators/watched.h"
+#include "constraints/tolerances.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -256,6 +256,8 @@ static kempe_status evaluate(kempe_gradient *g)
 
 kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
 {
+    KMP_WANTED(NULL, gradient, "gradient");
+    KMP_WANTED(gradient->context, values || gradient->count == 0, "values");
     kmp_text why = {0};
     kmp_context_clear(gradient->context);
     kempe_status status = kmp_variant_set(gradient->variant, values, &why);
@@ -272,8 +274,10 @@ kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
 kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
                                const double *accelerations)
 {
+    KMP_WANTED(NULL, gradient, "gradient");
     kempe_gradient *g = gradient;
-    kmp_context_clear(g->context);
+    KMP_WANTED(g->context, driven || g->driven == 0, "driven");
+    kmp_context_begin(g->context);
     for (int d = 0; d < g->driven; d++) {
         g->to[g->order[d]] = driven[d];
         g->rates[g->order[d]] = rates ? rates[d] : 0;
@@ -431,7 +435,10 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
 
 kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_ask *ask, kempe_gradient **gradient)
 {
-    kmp_context_clear(model->context);
+    KMP_WANTED(NULL, model, "model");
+    ask = ask ? ask : &(const kempe_gradient_ask){0};
+    KMP_WANTED(model->context, gradient, "gradient");
+    kmp_context_begin(model->context);
     kempe_gradient *g = KMP_NEW(kempe_gradient, 1);
     if (!g)
         return kmp_fail_memory(model->context);
@@ -476,35 +483,42 @@ void kempe_gradient_free(kempe_gradient *gradient)
 
 int kempe_gradient_count(const kempe_gradient *gradient)
 {
+    KMP_GIVEN(gradient, 0);
     return gradient->shown;
 }
 
 const char *kempe_gradient_name(const kempe_gradient *gradient, int k)
 {
+    KMP_GIVEN(gradient, "");
     return k >= 0 && k < gradient->shown ? gradient->name[k] : "";
 }
 
 const double *kempe_gradient_values(const kempe_gradient *gradient)
 {
+    KMP_GIVEN(gradient, NULL);
     return gradient->out;
 }
 
 const double *kempe_gradient_jacobian(const kempe_gradient *gradient)
 {
+    KMP_GIVEN(gradient, NULL);
     return gradient->jacobian;
 }
 
 const double *kempe_gradient_by_driven(const kempe_gradient *gradient)
 {
+    KMP_GIVEN(gradient, NULL);
     return gradient->by_driven;
 }
 
 const double *kempe_gradient_q(const kempe_gradient *gradient)
 {
+    KMP_GIVEN(gradient, NULL);
     return gradient->q;
 }
 
 const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient)
 {
+    KMP_GIVEN(gradient, NULL);
     return gradient->q_jacobian;
 }

@@ -2,21 +2,16 @@
 #include "analysis/guide.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "linalg/dense.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* |Bvu|, scaled, above which independent coordinates are chosen anew. */
-#define GROWN 4
-/* A pivot below this fraction of the first: coordinates that do not follow from those given. */
-#define RANK_TOLERANCE 1e-10
-/* A row that was dropped as redundant, open by so much, is not. */
-#define OPEN 1e-9
 /* What Newton's method may leave of h where rows beside the closed position make its matrix a bad one: two digits below
  * what the rank that is then decided asks for. */
-#define STALLED (RANK_TOLERANCE / 100)
+#define STALLED (KMP_RANK / 100)
 /* What Newton may add to a prediction: a part of the way, or so little at any rate; and how long the way may be (rad,
  * or characteristic lengths). */
 #define TRUSTED_PART 0.1
@@ -171,7 +166,7 @@ static kempe_status choose_among_given(kmp_guide *g, int *u, int *count)
     }
     if (ok && most > 0)
         kmp_lu_complete(m, n, a, fixed, row, col, pivots);
-    while (ok && rank < most && pivots[rank] > RANK_TOLERANCE * pivots[0])
+    while (ok && rank < most && pivots[rank] > KMP_RANK * pivots[0])
         rank++;
     *count = 0;
     for (int k = rank; ok && k < n; k++)
@@ -234,7 +229,8 @@ static void read_table(kmp_guide *g, double t)
 /* Closes `trial` on its u. */
 static bool close_trial(kmp_guide *g, double t)
 {
-    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_plant_residual(g->plant) <= OPEN;
+    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 &&
+           kmp_plant_residual(g->plant) <= KMP_CLOSED_DROPPED;
 }
 
 /* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */
@@ -298,7 +294,7 @@ static kempe_status renew(kmp_guide *g)
 {
     int v, u;
     if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count == g->part.p) ||
-        kmp_reduction_growth(&g->red, &v, &u) < GROWN)
+        kmp_reduction_growth(&g->red, &v, &u) < KMP_EXCHANGE_LED)
         return KEMPE_OK;
     return choose(g, g->t, g->q);
 }

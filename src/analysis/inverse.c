@@ -3,16 +3,12 @@
 #include "analysis/guide.h"
 #include "base/memory.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
-
-/* |Bvu|, scaled, above which independent coordinates are chosen anew. */
-#define GROWN 4
-/* J N of a row that was dropped as redundant, scaled: by more it is not. */
-#define NOT_REDUNDANT 1e-8
 
 /* -- new and free ------------------------------------------------------------------------------------ */
 
@@ -119,7 +115,7 @@ static bool rows_are_redundant(const kmp_inverse *v)
             double slip = 0;
             for (int i = e; i < end; i++)
                 slip += v->plant->jacobian[i] * v->red.x[j->col[i] + k * v->n];
-            if (!(fabs(slip) * s->scale[v->part.u[k]] <= NOT_REDUNDANT * s->row_scale[row]))
+            if (!(fabs(slip) * s->scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT * s->row_scale[row]))
                 return false;
         }
         e = end;
@@ -134,7 +130,7 @@ static bool tangent_is_good(kmp_inverse *v)
     if (!v->chosen || kmp_reduction_factor(&v->red))
         return false;
     kmp_reduction_tangent(&v->red);
-    return kmp_reduction_growth(&v->red, &at_v, &at_u) < GROWN && rows_are_redundant(v);
+    return kmp_reduction_growth(&v->red, &at_v, &at_u) < KMP_EXCHANGE_LED && rows_are_redundant(v);
 }
 
 static kempe_status make_tangent(kmp_inverse *v, double t)
@@ -157,22 +153,12 @@ static double n_at(const kmp_inverse *v, int coordinate, int k)
     return v->red.x[coordinate + k * v->n];
 }
 
-/* b <- L^-1 b. */
-static void solve_lower(int n, const double *l, double *b)
-{
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++)
-            b[i] -= l[i + k * n] * b[k];
-        b[i] /= l[i + i * n];
-    }
-}
-
 /* |L^-1 x| of x by u in its own units. */
 static double norm_of(kmp_inverse *v, const double *x)
 {
     for (int k = 0; k < v->p; k++)
         v->choice[k] = x[k] * v->system->scale[v->part.u[k]];
-    solve_lower(v->p, v->gram, v->choice);
+    kmp_cholesky_forward(v->p, v->gram, v->choice);
     return sqrt(kmp_dot(v->p, v->choice, v->choice));
 }
 
@@ -194,7 +180,7 @@ static bool make_equations(kmp_inverse *v)
         int c = v->actuator[j];
         for (int k = 0; k < p; k++)
             v->matrix[k + j * p] = n_at(v, c, k) * scale[v->part.u[k]] / scale[c];
-        solve_lower(p, v->gram, v->matrix + j * p);
+        kmp_cholesky_forward(p, v->gram, v->matrix + j * p);
     }
     return true;
 }
@@ -203,7 +189,7 @@ static void find_rank(kmp_inverse *v)
 {
     const kmp_singular *svd = &v->svd;
     v->rank = 0;
-    while (v->rank < svd->k && svd->s[v->rank] > KMP_INVERSE_RANK)
+    while (v->rank < svd->k && svd->s[v->rank] > KMP_RANK_ACTUATORS)
         v->rank++;
     v->hold = v->p > 0 && v->p <= svd->k ? svd->s[v->p - 1] : v->p == 0 ? 1 : 0;
 }
@@ -301,7 +287,7 @@ static bool find_efforts(kmp_inverse *v)
     project(v, v->red.force, v->reach);
     for (int k = 0; k < v->p; k++)
         v->reach[k] *= v->system->scale[v->part.u[k]];
-    solve_lower(v->p, v->gram, v->reach);
+    kmp_cholesky_forward(v->p, v->gram, v->reach);
     return least_norm(v);
 }
 

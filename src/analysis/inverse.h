@@ -16,9 +16,6 @@
 #include "constraints/reduction.h"
 #include "linalg/singular.h"
 
-/** A singular value below this is none. */
-#define KMP_INVERSE_RANK 1e-9
-
 typedef struct kmp_inverse {
     const kempe_system *system;
     kmp_plant *plant; /* not owned */

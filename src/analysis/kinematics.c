@@ -448,7 +448,10 @@ static kempe_status finish(job *j, kempe_status status)
 kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_ask *ask,
                                   kempe_kinematics **kinematics)
 {
-    kmp_context_clear(system->context);
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_kinematics_ask){0};
+    KMP_WANTED(system->context, kinematics, "kinematics");
+    kmp_context_begin(system->context);
     double begin = kmp_cpu_now();
     kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);
     if (!k)
@@ -495,26 +498,31 @@ void kempe_kinematics_free(kempe_kinematics *k)
 
 const char *kempe_kinematics_status(const kempe_kinematics *k)
 {
+    KMP_GIVEN(k, "");
     return k->status == KEMPE_OK ? "ok" : k->status == KEMPE_STOPPED ? "stopped" : "failed";
 }
 
 const char *kempe_kinematics_reason(const kempe_kinematics *k)
 {
+    KMP_GIVEN(k, "");
     return k->reason ? k->reason : "";
 }
 
 int kempe_kinematics_count(const kempe_kinematics *k)
 {
+    KMP_GIVEN(k, 0);
     return k->count;
 }
 
 double kempe_kinematics_s(const kempe_kinematics *k, int row)
 {
+    KMP_GIVEN(k, NAN);
     return row >= 0 && row < k->count ? k->s[row] : NAN;
 }
 
 double kempe_kinematics_t(const kempe_kinematics *k, int row)
 {
+    KMP_GIVEN(k, NAN);
     double s = kempe_kinematics_s(k, row);
     return k->time < 0 ? s / rate_of_s(k) : kmp_lead_value(&k->lead[k->time], s);
 }
@@ -526,55 +534,66 @@ static const double *row_of(const kempe_kinematics *k, const double *table, int 
 
 const double *kempe_kinematics_q(const kempe_kinematics *k, int row)
 {
+    KMP_GIVEN(k, NULL);
     return row_of(k, k->q, k->system->n, row);
 }
 
 const double *kempe_kinematics_qd(const kempe_kinematics *k, int row)
 {
+    KMP_GIVEN(k, NULL);
     return row_of(k, k->qd, k->system->n, row);
 }
 
 const double *kempe_kinematics_qdd(const kempe_kinematics *k, int row)
 {
+    KMP_GIVEN(k, NULL);
     return row_of(k, k->qdd, k->system->n, row);
 }
 
 int kempe_kinematics_output_count(const kempe_kinematics *k)
 {
+    KMP_GIVEN(k, 0);
     return k->width;
 }
 
 const char *kempe_kinematics_output_name(const kempe_kinematics *k, int column)
 {
+    KMP_GIVEN(k, NULL);
     return column >= 0 && column < k->width ? k->column[column].name : NULL;
 }
 
 const double *kempe_kinematics_outputs(const kempe_kinematics *k, int row)
 {
+    KMP_GIVEN(k, NULL);
     return row_of(k, k->shown, k->width, row);
 }
 
 int kempe_kinematics_dead_count(const kempe_kinematics *k)
 {
+    KMP_GIVEN(k, 0);
     return k->dead_count;
 }
 
 const kempe_dead_centre *kempe_kinematics_dead(const kempe_kinematics *k, int d)
 {
+    KMP_GIVEN(k, NULL);
     return d >= 0 && d < k->dead_count ? &k->dead[d] : NULL;
 }
 
 const double *kempe_kinematics_dead_q(const kempe_kinematics *k, int d)
 {
+    KMP_GIVEN(k, NULL);
     return d >= 0 && d < k->dead_count ? k->dead_q[d] : NULL;
 }
 
 int kempe_kinematics_change_count(const kempe_kinematics *k)
 {
+    KMP_GIVEN(k, 0);
     return k->change_count;
 }
 
 double kempe_kinematics_change(const kempe_kinematics *k, int c)
 {
+    KMP_GIVEN(k, NAN);
     return c >= 0 && c < k->change_count ? k->change[c].s : NAN;
 }

@@ -3,6 +3,7 @@
 #include "analysis/sweep_point.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
@@ -25,9 +26,6 @@
 #define EXACT    1e-6
 #define ENTRY    1e-3
 #define SHORT    1e-7
-/* Bvu and dropped rows beyond which u and rows are chosen anew. */
-#define GROWN    3
-#define ROWS_BAD 0.3
 /* Of leading rows, relative. */
 #define FOLLOWS 1e-6
 /* Where s is slower, in the motion, than this part of the fastest, a row is found by enclosing it, not by Newton on s.
@@ -473,8 +471,8 @@ static double longest_step(const kmp_sweep *w)
 static kempe_status refresh(kmp_sweep *w)
 {
     int v, u;
-    if (!kmp_sweep_evaluate(w, w->here.s, w->here.q) || kmp_reduction_growth(&w->red, &v, &u) > GROWN ||
-        (w->part.r < w->part.m && kmp_margin_of_rows(&w->margin, w->plant, &w->part) < ROWS_BAD)) {
+    if (!kmp_sweep_evaluate(w, w->here.s, w->here.q) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
+        (w->part.r < w->part.m && kmp_margin_of_rows(&w->margin, w->plant, &w->part) < KMP_ROWS_SWEEP)) {
         kempe_status status = choose(w, w->margin.r);
         w->exchanges++;
         if (status != KEMPE_OK)

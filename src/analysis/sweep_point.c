@@ -1,15 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/sweep_point.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
 #define EPSILON 2.220446049250313e-16
-/* A scaled |h| that is rounding alone, and one that may be where corrections no longer shrink; the same of points far
- * from the origin, in parts of how far (constraints/reduction.c). */
-#define ROUNDING       4e-16
-#define MOSTLY_ROUNDED 2e-14
-#define ROUNDED_AFAR   2e-15
 /* Corrections below this part of the step lead nowhere else, and shrink as rounding lets them. */
 #define SEEN 1e-3
 
@@ -248,14 +244,14 @@ static double noise(const kmp_sweep *w, const kmp_pose *pose)
 bool kmp_sweep_close(kmp_sweep *w, const kmp_sweep_target *target, kmp_pose *pose, double *first, double *ratio)
 {
     double last = INFINITY, floor_ = noise(w, pose), ds;
-    double rounded = fmax(MOSTLY_ROUNDED, ROUNDED_AFAR * w->system->reach / w->system->length);
+    double rounded = fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * w->system->reach / w->system->length);
     *first = *ratio = 0;
     for (int k = 0; k < MAX_NEWTON; k++) {
         if (!kmp_sweep_evaluate(w, pose->s, pose->q) || !correct(w, target, pose, &ds))
             return false;
         w->newton++;
         double size = size_of(w, w->dx, ds), open = kmp_plant_residual(w->plant);
-        bool done = size <= floor_ || (open <= ROUNDING && k > 0 && size > 0.1 * last);
+        bool done = size <= floor_ || (open <= KMP_CLOSED_ROUNDING && k > 0 && size > 0.1 * last);
         if (size == INFINITY || (!done && size > 0.9 * last && open > rounded))
             return false;
         done = done || size > 0.9 * last;

@@ -12,14 +12,12 @@
 #include "analysis/varied.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "constraints/tolerances.h"
 #include "linalg/least.h"
 #include <math.h>
 #include <string.h>
 
-#define NEAR  1e-4 /* scaled |h| of a guess from which assembly moves dependent coordinates alone */
 #define LARGE (1 << 14)
-#define RANK  1e-9
-#define KEPT  1e-9 /* given rates that fit to this part of their size are kept */
 
 typedef struct beginning {
     kmp_varied *v;
@@ -66,7 +64,7 @@ static bool is_nearly_closed(beginning *b)
     for (int i = 0; i < b->n; i++)
         b->x[i] = s->model->start.q[i].value;
     kmp_plant_closure(b->v->linear.plant, 0, b->x);
-    return kmp_plant_residual(b->v->linear.plant) <= NEAR;
+    return kmp_plant_residual(b->v->linear.plant) <= KMP_CLOSED_NEAR;
 }
 
 static kempe_status choose_as_assembled(beginning *b)
@@ -143,7 +141,7 @@ static bool correct(beginning *b, double *missed)
             sum += b->jacobian[r + i * b->m] * start->qd[i].value;
         b->right[r] = -sum / row_scale(b, r);
     }
-    if (kmp_least_squares(b->m, b->n, b->scaled, b->right, RANK, b->x) < 0)
+    if (kmp_least_squares(b->m, b->n, b->scaled, b->right, KMP_RANK_OPEN, b->x) < 0)
         return false;
     for (int r = 0; r < b->m; r++)
         for (int i = 0; i < b->n; i++)
@@ -153,7 +151,7 @@ static bool correct(beginning *b, double *missed)
         size = fmax(size, fabs(start->qd[i].value) / scale[i]);
     for (int r = 0; r < b->m; r++)
         *missed = fmax(*missed, fabs(b->right[r]));
-    *missed = *missed > KEPT * size ? *missed : 0;
+    *missed = *missed > KMP_CLOSED_RATES * size ? *missed : 0;
     return true;
 }
 
@@ -164,7 +162,7 @@ static bool find_mu(beginning *b)
     for (int i = 0; transposed && i < b->n; i++)
         for (int r = 0; r < b->m; r++)
             transposed[i + r * b->n] = b->scaled[r + i * b->m];
-    bool ok = transposed && kmp_least_squares(b->n, b->m, transposed, b->x, RANK, b->mu) >= 0;
+    bool ok = transposed && kmp_least_squares(b->n, b->m, transposed, b->x, KMP_RANK_OPEN, b->mu) >= 0;
     for (int r = 0; ok && r < b->m; r++)
         b->mu[r] /= row_scale(b, r);
     kmp_free(transposed);
@@ -244,7 +242,7 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
             rows[r] += b->jacobian[r + i * m] * dqd[i];
         rows[r] /= -row_scale(b, r);
     }
-    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, RANK, b->x) < 0)
+    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, KMP_RANK_OPEN, b->x) < 0)
         return false;
     for (int i = 0; m > 0 && i < n; i++)
         dqd[i] += scale[i] * b->x[i];

@@ -2,14 +2,14 @@
 #include "analysis/way.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include "linalg/symmetric.h"
 #include <math.h>
 #include <string.h>
 
-#define SLACK  1e-4 /* in parts of the largest work: what rounds among others is not asked for */
-#define GROWTH 2.0  /* scaled |Bvu| beyond which u is chosen anew */
+#define SLACK 1e-4 /* in parts of the largest work: what rounds among others is not asked for */
 
 bool kmp_way_init(kmp_way *w)
 {
@@ -177,7 +177,7 @@ bool kmp_way_arrive(kmp_way *w)
     kmp_linear *l = w->l;
     int v, u;
     memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
-    if (kmp_way_center(w) || kmp_reduction_growth(&l->red, &v, &u) > GROWTH) {
+    if (kmp_way_center(w) || kmp_reduction_growth(&l->red, &v, &u) > KMP_EXCHANGE_STILL) {
         w->status = kmp_way_choose(w);
         w->search->exchanges++;
         if (w->status != KEMPE_OK || !kmp_way_at(w, w->q))

@@ -5,6 +5,7 @@
 #include "analysis/exchange.h"
 #include "analysis/way.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "linalg/least.h"
 #include <math.h>
 #include <string.h>
@@ -14,7 +15,6 @@ enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6 
 #define FIRST_BOUND   0.3
 #define LARGEST       1.0 /* rad, or characteristic lengths */
 #define SMALLEST      1e-7
-#define RANK          1e-10
 #define SMALLEST_PART 1e-3
 #define DEPENDENT     1e-8
 
@@ -204,7 +204,7 @@ static bool damped_step(solver *s, double damping)
     }
     for (int i = 0; i < rows; i++)
         s->right[i] = -s->value[i];
-    return kmp_least_squares(all, s->columns, s->damped, s->right, RANK, s->step) >= 0;
+    return kmp_least_squares(all, s->columns, s->damped, s->right, KMP_RANK, s->step) >= 0;
 }
 
 /* dq of the step in w->move, and how far it goes: what is free counts in parts of its value. */
@@ -341,7 +341,7 @@ static kempe_status check_determined(solver *s)
         for (int j = 0; j < s->columns; j++)
             if (j != s->p + f)
                 memcpy(s->damped + others++ * s->rows, s->jacobian + j * s->rows, (size_t)s->rows * sizeof *s->damped);
-        if (kmp_least_squares(s->rows, others, s->damped, own, RANK, s->step) < 0)
+        if (kmp_least_squares(s->rows, others, s->damped, own, KMP_RANK, s->step) < 0)
             return kmp_fail_memory(context);
         double left = 0;
         for (int i = 0; i < s->rows; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The context hides how messages are kept and how an interrupt is told. An interrupt stays asked for: what is
- * called afterwards on the same context ends at its first step too. */
+/* The context hides how messages are kept and how an interrupt is told. An interrupt ends the computation that
+ * sees it, all parts of it; the next one begins without it. */
 #include "base/context.h"
 #include "base/memory.h"
 #include <limits.h>
@@ -13,8 +13,11 @@ struct kempe_context {
     void *user;
     bool quiet;
     int complaints; /* since the message was cleared */
-    atomic_int interrupted;
+    atomic_int interrupt;
 };
+
+/* Of the interrupt: an idle context, one that is asked to end what runs or comes next, one whose computation ends. */
+enum { NONE, ASKED, TAKEN };
 
 const char *kempe_status_text(kempe_status status)
 {
@@ -37,7 +40,7 @@ kempe_context *kempe_context_new(void)
 {
     kempe_context *context = KMP_NEW(kempe_context, 1);
     if (context)
-        atomic_init(&context->interrupted, 0);
+        atomic_init(&context->interrupt, NONE);
     return context;
 }
 
@@ -51,12 +54,14 @@ void kempe_context_free(kempe_context *context)
 
 void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user)
 {
+    KMP_GIVEN(context, );
     context->log = log;
     context->user = user;
 }
 
 const char *kempe_context_message(const kempe_context *context)
 {
+    KMP_GIVEN(context, "");
     if (context->message.failed)
         return "out of memory";
     return context->message.s ? context->message.s : "";
@@ -64,12 +69,25 @@ const char *kempe_context_message(const kempe_context *context)
 
 void kempe_context_interrupt(kempe_context *context)
 {
-    atomic_store_explicit(&context->interrupted, 1, memory_order_relaxed);
+    if (context)
+        atomic_store_explicit(&context->interrupt, ASKED, memory_order_relaxed);
 }
 
-bool kmp_interrupted(const kempe_context *context)
+/* Whoever asks once more while the computation ends has had what he wants. */
+bool kmp_interrupted(kempe_context *context)
 {
-    return atomic_load_explicit(&context->interrupted, memory_order_relaxed) != 0;
+    int state = ASKED;
+    return atomic_compare_exchange_strong_explicit(&context->interrupt, &state, TAKEN, memory_order_relaxed,
+                                                   memory_order_relaxed) ||
+           state == TAKEN;
+}
+
+void kmp_context_begin(kempe_context *context)
+{
+    int taken = TAKEN;
+    (void)atomic_compare_exchange_strong_explicit(&context->interrupt, &taken, NONE, memory_order_relaxed,
+                                                  memory_order_relaxed);
+    kmp_context_clear(context);
 }
 
 void kmp_context_clear(kempe_context *context)
@@ -107,6 +125,14 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
 kempe_status kmp_fail_memory(kempe_context *context)
 {
     return kmp_fail(context, KEMPE_E_MEMORY, "out of memory");
+}
+
+kempe_status kmp_fail_missing(kempe_context *context, const char *name)
+{
+    if (!context)
+        return KEMPE_E_ARGUMENT;
+    kmp_context_clear(context);
+    return kmp_fail(context, KEMPE_E_ARGUMENT, KMP_MISSING, name);
 }
 
 kempe_status kmp_complain(kempe_context *context, const char *file, int line, int column, const char *format, ...)

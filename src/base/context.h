@@ -10,10 +10,28 @@
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 
+/** Begins a computation that asks kmp_interrupted: forgets the message, and the interrupt that ended an earlier one. */
+void kmp_context_begin(kempe_context *context);
+
 /** Appends one sentence to the message and returns `status`, so that a failure reads
  *  `return kmp_fail(ctx, KEMPE_E_FAILED, "loop '%s': ...", ...)`. */
 kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/* What is wanted of the caller of a public function. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence where a context can
+ * be reached (NULL: it cannot); KMP_GIVEN: of a getter, the value of what is not there. */
+#define KMP_MISSING "%s is NULL or not there: it is wanted"
+#define KMP_WANTED(context, thing, name)                                                                               \
+    do {                                                                                                               \
+        if (!(thing))                                                                                                  \
+            return kmp_fail_missing((context), (name));                                                                \
+    } while (0)
+#define KMP_GIVEN(thing, otherwise)                                                                                    \
+    do {                                                                                                               \
+        if (!(thing))                                                                                                  \
+            return otherwise;                                                                                          \
+    } while (0)
+kempe_status kmp_fail_missing(kempe_context *context, const char *name);
 
 /** KEMPE_E_MEMORY with its sentence. */
 kempe_status kmp_fail_memory(kempe_context *context);
@@ -34,6 +52,8 @@ int kmp_context_complaints(const kempe_context *context);
 void kmp_context_quiet(kempe_context *context, bool quiet);
 
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
-bool kmp_interrupted(const kempe_context *context);
+
+/** Whether the computation at hand is to end; it stays so until the next one begins. */
+bool kmp_interrupted(kempe_context *context);
 
 #endif

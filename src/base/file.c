@@ -125,6 +125,9 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
     char target[PATH_MAX];
     struct stat old;
     int error;
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, text, "text");
     kmp_context_clear(context);
     bool exists = stat(path, &old) == 0;
     /* through a symbolic link, its target is replaced and the link stays */

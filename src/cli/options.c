@@ -94,6 +94,8 @@ static const option options[] = {
     {CLI_SIMULATE, "fixed-u", 0, OPTION_FLAG, AT(fixed_u), NULL, "keep them: fail where they go bad, do not exchange"},
     {CLI_SIMULATE, "change-points", 0, OPTION_TEXT, AT(run.change_points), "WORD",
      "leap: look for them and lead through (default); ignore"},
+    {CLI_SIMULATE | CLI_SENSITIVITY, "max-steps", 0, OPTION_WHOLE, AT(max_steps), "N",
+     "fail after N steps (default: where what is left would take 1e8)"},
     {CLI_SIMULATE, "once", 0, OPTION_FLAG, AT(once), NULL, "do not run again at another tolerance as a check"},
     {CLI_SIMULATE, "reference", 0, OPTION_TEXT, AT(run.reference), "CSV", "measure errors against this table"},
     {CLI_SIMULATE, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",

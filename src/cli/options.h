@@ -47,7 +47,7 @@ typedef struct cli_settings {
     kempe_modes_ask modes;
     const char *at, *inputs, *outputs, *frequencies, *svg;
     const char *values, *sample;
-    double points, seed, instances, lanes, threads;
+    double points, seed, instances, lanes, threads, max_steps;
     bool keep_parameters, body_inputs, drives, optimize, count, vectorised;
     bool show_model, show_equations, show_program, show_stats;
     bool fixed_u, once, branches, alone, all, nearest, linear, integral;

@@ -14,6 +14,7 @@ static kempe_status simulate(const cli_job *j)
     run.fixed_u = j->settings->fixed_u;
     run.once = j->settings->once;
     run.threads = j->settings->threads < INT_MAX ? (int)j->settings->threads : INT_MAX;
+    run.max_steps = (long)j->settings->max_steps;
     kempe_status status = kempe_simulate(j->system, &run, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

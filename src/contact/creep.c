@@ -2,6 +2,7 @@
 /* The laws that are formulas. All begin with the linear force over the greatest one, f = F / (friction N), f = -G a b
  * (C11 x, C22 y + sqrt(a b) C23 spin) / (friction N). */
 #include "contact/creep.h"
+#include "base/context.h"
 #include <math.h>
 #include <stddef.h>
 
@@ -123,6 +124,8 @@ const char *kempe_contact_law_name(kempe_creep_law law)
 
 kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_creep *creep, kempe_creep_force *force)
 {
+    KMP_WANTED(NULL, creep, "creep");
+    KMP_WANTED(NULL, force, "force");
     kempe_kalker coefficients;
     if ((unsigned)law >= LAWS || !is_creep(creep))
         return KEMPE_E_ARGUMENT;
@@ -137,6 +140,8 @@ kempe_status kempe_contact_creep(kempe_creep_law law, const kempe_creep *creep, 
 
 kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexibility[3])
 {
+    KMP_WANTED(NULL, creep, "creep");
+    KMP_WANTED(NULL, flexibility, "flexibility");
     kempe_kalker coefficients;
     if (!is_creep(creep) || kempe_contact_kalker(creep->a / creep->b, creep->poisson, &coefficients) != KEMPE_OK)
         return KEMPE_E_ARGUMENT;
@@ -146,6 +151,8 @@ kempe_status kempe_contact_flexibilities(const kempe_creep *creep, double flexib
 
 kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibility)
 {
+    KMP_WANTED(NULL, creep, "creep");
+    KMP_WANTED(NULL, flexibility, "flexibility");
     kempe_kalker coefficients;
     if (!is_creep(creep) || kempe_contact_kalker(creep->a / creep->b, creep->poisson, &coefficients) != KEMPE_OK)
         return KEMPE_E_ARGUMENT;
@@ -155,6 +162,9 @@ kempe_status kempe_contact_flexibility(const kempe_creep *creep, double *flexibi
 
 kempe_status kempe_contact_fastsim(const kempe_creep *creep, const double flexibility[3], kempe_creep_force *force)
 {
+    KMP_WANTED(NULL, creep, "creep");
+    KMP_WANTED(NULL, flexibility, "flexibility");
+    KMP_WANTED(NULL, force, "force");
     if (!is_creep(creep))
         return KEMPE_E_ARGUMENT;
     for (int k = 0; k < 3; k++)

@@ -6,6 +6,7 @@
  *
  * Strips lie at y = b sin(angle), angles in even steps: what is summed is then smooth to the ends of the ellipse. In a
  * strip steps are even, and tractions those in their middles. */
+#include "base/context.h"
 #include "contact/creep.h"
 #include <math.h>
 

@@ -4,6 +4,7 @@
  *
  *     lesser / greater curvature = g^2 D / B,  c^3 = 3 N E / (pi G* S sqrt(g)),  approach = c^2 S g K / (2 E). */
 #include "contact/hertz.h"
+#include "base/context.h"
 #include "contact/elliptic.h"
 #include <kempe/contact.h>
 #include <math.h>
@@ -56,6 +57,8 @@ static int is_touch(const kempe_touch *touch)
 
 kempe_status kempe_contact_hertz(const kempe_touch *touch, double normal, kempe_ellipse *ellipse)
 {
+    KMP_WANTED(NULL, touch, "touch");
+    KMP_WANTED(NULL, ellipse, "ellipse");
     if (!is_touch(touch) || !isfinite(normal) || normal < 0)
         return KEMPE_E_ARGUMENT;
     double t = log(touch->along / touch->across), k = sqrt(touch->along) * sqrt(touch->across);

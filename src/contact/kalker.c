@@ -5,6 +5,7 @@
  * Over Poisson's ratio 1/C is a parabola through the three. Over log(a/b) log C is a cubic spline through the rows, and
  * beyond them through the asymptotes, times what the last row is above its asymptote, which fades with g. */
 #include "contact/kalker.h"
+#include "base/context.h"
 #include "base/spline.h"
 #include <kempe/contact.h>
 #include <math.h>
@@ -116,6 +117,7 @@ static double spline_at(int count, const double *x, const double *y, double at)
 
 kempe_status kempe_contact_kalker(double ratio, double poisson, kempe_kalker *coefficients)
 {
+    KMP_WANTED(NULL, coefficients, "coefficients");
     if (!isfinite(ratio) || ratio <= 0 || !(poisson >= 0 && poisson <= 0.5))
         return KEMPE_E_ARGUMENT;
     double x[POINTS], y[COEFFICIENTS][POINTS], c[COEFFICIENTS], at = log(ratio);

@@ -323,6 +323,8 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
 
 kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, system, "system");
     double begin = kmp_cpu_now();
     kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);
@@ -388,6 +390,7 @@ void kempe_system_free(kempe_system *s)
 /* The work of the user's force is accounted for as that of every force without a potential. */
 void kempe_system_set_force(kempe_system *system, kempe_force_fn *force, void *user)
 {
+    KMP_GIVEN(system, );
     system->force = force;
     system->force_user = user;
     system->dissipative = force || system->has_power;
@@ -404,10 +407,12 @@ void kmp_system_effort(const kempe_system *system, double t, const double *q, co
 
 int kempe_system_row_count(const kempe_system *system)
 {
+    KMP_GIVEN(system, 0);
     return system->m;
 }
 
 const char *kempe_system_row_name(const kempe_system *system, int k)
 {
+    KMP_GIVEN(system, "");
     return k >= 0 && k < system->m ? system->row_names[k] : "";
 }

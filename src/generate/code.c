@@ -93,6 +93,9 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
 
 kempe_status kempe_code_new(const kempe_model *model, const kempe_generation *generation, kempe_code **out)
 {
+    KMP_WANTED(NULL, model, "model");
+    generation = generation ? generation : &(const kempe_generation){0};
+    KMP_WANTED(model->context, out, "code");
     double begin = kmp_cpu_now();
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
@@ -122,21 +125,26 @@ void kempe_code_free(kempe_code *code)
 
 int kempe_code_file_count(const kempe_code *code)
 {
+    KMP_GIVEN(code, 0);
     return code->files.count;
 }
 
 const char *kempe_code_file_name(const kempe_code *code, int k)
 {
+    KMP_GIVEN(code, "");
     return k >= 0 && k < code->files.count ? code->files.file[k].name : "";
 }
 
 const char *kempe_code_file_text(const kempe_code *code, int k)
 {
+    KMP_GIVEN(code, "");
     return k >= 0 && k < code->files.count ? code->files.file[k].text.s : "";
 }
 
 kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {
+    KMP_WANTED(NULL, code, "code");
+    KMP_WANTED(code->context, folder, "folder");
     kmp_context_clear(code->context);
     kempe_status status = kmp_folder_make(code->context, folder);
     for (int k = 0; k < code->files.count && status == KEMPE_OK; k++) {
@@ -200,6 +208,8 @@ static void write_json(kmp_text *text, const kempe_code *code)
 
 kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, code, "code");
+    KMP_WANTED(code->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(code->context);
     if (format == KEMPE_JSON)

@@ -211,7 +211,7 @@ int kmp_cholesky_factor(int n, double *a)
     return 0;
 }
 
-void kmp_cholesky_solve(int n, const double *l, double *b)
+void kmp_cholesky_forward(int n, const double *l, double *b)
 {
     for (int k = 0; k < n; k++) {
         const double *lk = l + (ptrdiff_t)k * n;
@@ -219,6 +219,10 @@ void kmp_cholesky_solve(int n, const double *l, double *b)
         for (int i = k + 1; i < n; i++)
             b[i] -= lk[i] * b[k];
     }
+}
+
+void kmp_cholesky_backward(int n, const double *l, double *b)
+{
     for (int k = n - 1; k >= 0; k--) {
         const double *lk = l + (ptrdiff_t)k * n;
         double s = b[k];
@@ -226,6 +230,12 @@ void kmp_cholesky_solve(int n, const double *l, double *b)
             s -= lk[i] * b[i];
         b[k] = s / lk[k];
     }
+}
+
+void kmp_cholesky_solve(int n, const double *l, double *b)
+{
+    kmp_cholesky_forward(n, l, b);
+    kmp_cholesky_backward(n, l, b);
 }
 
 /* -- counts ---------------------------------------------------------------------------------------- */

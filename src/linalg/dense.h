@@ -22,6 +22,10 @@ void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *
 int kmp_cholesky_factor(int n, double *a);
 void kmp_cholesky_solve(int n, const double *l, double *b);
 
+/** Its halves: b <- L^-1 b and b <- L^-T b. */
+void kmp_cholesky_forward(int n, const double *l, double *b);
+void kmp_cholesky_backward(int n, const double *l, double *b);
+
 /** Arithmetic of one call; comparisons, signs and moves are none. */
 typedef struct kmp_flops {
     long add, mul, div, root;
@@ -41,5 +45,10 @@ void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, 
 /** The same r, c and pivots to the last bit where no column is fixed, quicker: `a` is left as scratch, and so is
  * `largest` (n). */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
+
+/** A P = Q R of an m x n matrix with column pivoting, until a column is no longer than `eps` times the first: Q stands
+ * in the first columns of a, R in r (n x n, upper triangle), pivot[k] is the column of A in place k. Returns how many
+ * columns count. */
+int kmp_qr_truncated(int m, int n, double *a, double *r, int *pivot, double eps);
 
 #endif

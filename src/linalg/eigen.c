@@ -1,15 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/eigen.h"
 #include "base/memory.h"
+#include "linalg/lapack.h"
 #include <string.h>
-
-/* LAPACK, Fortran binding. */
-extern void dgeevx_(const char *balanc, const char *jobvl, const char *jobvr, const char *sense, const int *n,
-                    double *a, const int *lda, double *wr, double *wi, double *vl, const int *ldvl, double *vr,
-                    const int *ldvr, int *ilo, int *ihi, double *scale, double *abnrm, double *rconde, double *rcondv,
-                    double *work, const int *lwork, int *iwork, int *info);
-extern void dsygv_(const int *itype, const char *jobz, const char *uplo, const int *n, double *a, const int *lda,
-                   double *b, const int *ldb, double *w, double *work, const int *lwork, int *info);
 
 /* Columns j, j + 1 of `packed` are the parts of a pair's vector. */
 static void unpack(int n, const double *im, const double *packed, double *v_re, double *v_im)

@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/least.h"
 #include "base/memory.h"
+#include "linalg/lapack.h"
 #include <stdbool.h>
 #include <string.h>
-
-/* LAPACK, Fortran binding. */
-extern void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, const int *lda, double *b, const int *ldb,
-                    int *jpvt, const double *rcond, int *rank, double *work, const int *lwork, int *info);
 
 static int imax(int a, int b)
 {

@@ -1,13 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/singular.h"
 #include "base/memory.h"
+#include "linalg/lapack.h"
 #include <math.h>
 #include <string.h>
-
-/* LAPACK, Fortran binding. */
-extern void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, double *a, const int *lda,
-                    double *s, double *u, const int *ldu, double *vt, const int *ldvt, double *work, const int *lwork,
-                    int *info);
 
 static int imax(int a, int b)
 {

@@ -9,8 +9,13 @@
 
 /* A refactorisation whose reciprocal pivot growth is below this fraction of the last pivoted one's is not kept. */
 #define GROWTH_KEPT 1e-3
-/* A pivot off the diagonal is taken where that on it is below this fraction. */
-#define DIAGONAL_KEPT 0.1
+/* A pivot off the diagonal is taken where that on it is below this fraction: of matrices that are factored once or
+ * seldom, and of those of an integrator's iteration, which forgives more than fill. */
+#define DIAGONAL_KEPT         0.1
+#define DIAGONAL_OF_ITERATION 1e-3
+/* Beyond this size the block-triangular form is left out: its matching takes n^2 in long chains, whose iteration matrix
+ * is one block. */
+enum { BLOCKS_UP_TO = 4000 };
 
 struct kmp_sparse {
     int n, nz;
@@ -39,7 +44,8 @@ static void compress(kmp_sparse *s, const int *row, const int *col)
     s->start[0] = 0;
 }
 
-kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric)
+/* With no entries yet; freed and NULL when there is no memory. */
+static kmp_sparse *make(int n, int nz)
 {
     kmp_sparse *s = KMP_NEW(kmp_sparse, 1);
     if (!s)
@@ -51,16 +57,48 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
     s->place = KMP_NEW(int, nz);
     s->value = KMP_NEW(double, nz);
     klu_defaults(&s->common);
+    if (s->start && s->row && s->place && s->value)
+        return s;
+    kmp_sparse_free(s);
+    return NULL;
+}
+
+kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric)
+{
+    kmp_sparse *s = make(n, nz);
+    if (!s)
+        return NULL;
     s->common.tol = DIAGONAL_KEPT;
     s->common.btf = !symmetric;
-    if (s->start && s->row && s->place && s->value && n > 0) {
-        compress(s, row, col);
-        s->symbolic = klu_analyze(n, s->start, s->row, &s->common);
-    }
+    compress(s, row, col);
+    s->symbolic = n > 0 ? klu_analyze(n, s->start, s->row, &s->common) : NULL;
     if (s->symbolic && (symmetric || s->symbolic->structural_rank == n))
         return s;
     kmp_sparse_free(s);
     return NULL;
+}
+
+kmp_sparse *kmp_sparse_new_columns(int n, int nz)
+{
+    kmp_sparse *s = make(n, nz);
+    if (s) {
+        s->common.tol = DIAGONAL_OF_ITERATION;
+        s->common.btf = n <= BLOCKS_UP_TO;
+    }
+    return s;
+}
+
+bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row)
+{
+    for (int j = 0; j <= s->n; j++)
+        s->start[j] = (int)start[j];
+    s->nz = s->start[s->n];
+    for (int k = 0; k < s->nz; k++) {
+        s->row[k] = (int)row[k];
+        s->place[k] = k;
+    }
+    s->symbolic = klu_analyze(s->n, s->start, s->row, &s->common);
+    return s->symbolic;
 }
 
 void kmp_sparse_free(kmp_sparse *s)
@@ -103,20 +141,23 @@ static bool factor(kmp_sparse *s)
     return ok;
 }
 
-int kmp_sparse_factor(kmp_sparse *s, const double *values)
+kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
 {
     for (int k = 0; k < s->nz; k++)
         s->value[s->place[k]] = values[k];
     s->good = refactor(s) || factor(s);
-    if (!s->good)
-        klu_free_numeric(&s->numeric, &s->common);
-    return s->good ? 0 : 1;
+    if (s->good)
+        return KMP_SPARSE_FACTORED;
+    int status = s->common.status;
+    klu_free_numeric(&s->numeric, &s->common);
+    return status == KLU_SINGULAR        ? KMP_SPARSE_SINGULAR
+           : status == KLU_OUT_OF_MEMORY ? KMP_SPARSE_NO_MEMORY
+                                         : KMP_SPARSE_FAILED;
 }
 
-void kmp_sparse_solve(kmp_sparse *s, int m, double *x)
+bool kmp_sparse_solve(kmp_sparse *s, int m, double *x)
 {
-    if (s->good)
-        (void)klu_solve(s->symbolic, s->numeric, s->n, m, x, &s->common);
+    return s->good && klu_solve(s->symbolic, s->numeric, s->n, m, x, &s->common);
 }
 
 void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)

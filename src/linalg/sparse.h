@@ -59,19 +59,33 @@ typedef struct kmp_sparse kmp_sparse;
  * which).
  */
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
+
+/** For the iteration matrix of an integrator, of at most nz entries. NULL: no memory. */
+kmp_sparse *kmp_sparse_new_columns(int n, int nz);
+
+/** Its compressed columns, once, before it is factored with values in their order. Takes memory of KLU's alone; false:
+ * there is none. */
+bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row);
 void kmp_sparse_free(kmp_sparse *s);
 
+typedef enum kmp_sparse_outcome {
+    KMP_SPARSE_FACTORED = 0,
+    KMP_SPARSE_SINGULAR,
+    KMP_SPARSE_NO_MEMORY,
+    KMP_SPARSE_FAILED
+} kmp_sparse_outcome;
+
 /** Factors for the values of the same entries in the same order: with the pivots at hand where they still suit, with
- * new ones otherwise. 0, or 1 when singular; the factors are then unusable. */
-int kmp_sparse_factor(kmp_sparse *s, const double *values);
+ * new ones otherwise. */
+kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values);
 
 /** Operations of a factorisation and a solution, estimated from the pattern; one of them costs KMP_SPARSE_COST times
  * what one in a dense matrix does. */
 double kmp_sparse_operations(const kmp_sparse *s);
 #define KMP_SPARSE_COST 8.0
 
-/** x <- A^-1 x; x is n x m, leading dimension n. */
-void kmp_sparse_solve(kmp_sparse *s, int m, double *x);
+/** x <- A^-1 x; x is n x m, leading dimension n. false, and x as it was: there are no factors. */
+bool kmp_sparse_solve(kmp_sparse *s, int m, double *x);
 
 /** ||A||_1 and an estimate, from below and rarely by more than 3 times too small, of ||A^-1||_1 (Hager 1984; Higham,
  * ACM TOMS 14 (1988) 381). */

@@ -32,35 +32,16 @@ static void free_rooms(kmp_pencil *w)
     kmp_free(w->pivot);
 }
 
-/* x <- L^-1 x, L^-T x. */
-static void forward(int n, const double *l, double *x)
-{
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++)
-            x[i] -= l[i + k * n] * x[k];
-        x[i] /= l[i + i * n];
-    }
-}
-
-static void backward(int n, const double *l, double *x)
-{
-    for (int i = n - 1; i >= 0; i--) {
-        for (int k = i + 1; k < n; k++)
-            x[i] -= l[k + i * n] * x[k];
-        x[i] /= l[i + i * n];
-    }
-}
-
 /* out = L^-1 a L^-T; `row` has room for n. */
 static void congruence(int n, const double *l, const double *a, double *out, double *row)
 {
     memcpy(out, a, kmp_bytes(n * n));
     for (int j = 0; j < n; j++)
-        forward(n, l, out + j * n);
+        kmp_cholesky_forward(n, l, out + j * n);
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++)
             row[j] = out[i + j * n];
-        forward(n, l, row);
+        kmp_cholesky_forward(n, l, row);
         for (int j = 0; j < n; j++)
             out[i + j * n] = row[j];
     }
@@ -258,8 +239,8 @@ static void lift(kmp_pencil *w, kmp_spectrum *s, int done, int k, double re, dou
     for (int part = 0; part < 2; part++) {
         if (w->led)
             kmp_lu_solve_transposed(p, w->apart, w->pivot, 1, y[part]);
-        backward(p, w->l, x[part]);
-        backward(p, w->l, y[part]);
+        kmp_cholesky_backward(p, w->l, x[part]);
+        kmp_cholesky_backward(p, w->l, y[part]);
     }
 }
 
@@ -291,7 +272,7 @@ static int by_companion(kmp_pencil *w, kmp_spectrum *s)
     kmp_free(places);
     for (int j = 0; j < s->still; j++) {
         memcpy(w->h + j * p, w->t + j * n, kmp_bytes(p)); /* h is no longer needed */
-        backward(p, w->l, w->h + j * p);
+        kmp_cholesky_backward(p, w->l, w->h + j * p);
     }
     return kmp_pencil_put_still(w, s, w->h);
 }

@@ -2,13 +2,9 @@
 /* Zeros of pencils, and the shapes that stand still. */
 #include "base/memory.h"
 #include "linalg/dense.h"
+#include "linalg/lapack.h"
 #include "linalg/spectrum_inside.h"
 #include <string.h>
-
-/* LAPACK, Fortran binding. */
-extern void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, double *a, const int *lda,
-                    double *s, double *u, const int *ldu, double *vt, const int *ldvt, double *work, const int *lwork,
-                    int *info);
 
 /* -- still shapes ------------------------------------------------------------------------------------ */
 

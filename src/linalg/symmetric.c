@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/symmetric.h"
 #include "base/memory.h"
-
-/* LAPACK, Fortran binding. */
-extern void dsyev_(const char *jobz, const char *uplo, const int *n, double *a, const int *lda, double *w, double *work,
-                   const int *lwork, int *info);
+#include "linalg/lapack.h"
 
 int kmp_symmetric_eigen(int n, double *a, double *values)
 {

@@ -155,6 +155,8 @@ static kempe_status add(kempe_model *model, const char *section, const char *nam
 
 kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_model **model)
 {
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, model, "model");
     kmp_context_clear(context);
     kempe_model *m = KMP_NEW(kempe_model, 1);
     if (!m)
@@ -186,6 +188,7 @@ void kmp_builder_free(kmp_builder *builder)
 
 kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_number y, kempe_number z)
 {
+    KMP_WANTED(NULL, model, "model");
     const kempe_number n[3] = {x, y, z};
     kmp_builder *b = model->builder;
     kempe_status status = check_call(model, "model", "gravity");
@@ -200,6 +203,7 @@ kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_n
 
 kempe_status kempe_model_add_parameter(kempe_model *model, const char *name, kempe_number value)
 {
+    KMP_WANTED(NULL, model, "model");
     kempe_status status = check_new(model, "parameter", name, "parameters");
     if (status != KEMPE_OK)
         return status;
@@ -256,6 +260,8 @@ static const kmp_yaml *inertia(kmp_builder *b, const kempe_number inertia[6])
 
 kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
     kempe_status status = check_new(model, "body", def->name, "bodies");
     if (status != KEMPE_OK)
@@ -273,6 +279,7 @@ kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
 kempe_status kempe_model_add_point(kempe_model *model, const char *body, const char *name, kempe_number x,
                                    kempe_number y, kempe_number z)
 {
+    KMP_WANTED(NULL, model, "model");
     const kempe_number n[3] = {x, y, z};
     kmp_builder *b = model->builder;
     kempe_status status = check_call(model, "point", name);
@@ -304,6 +311,8 @@ kempe_joint_def kempe_joint_default(const char *name)
 
 kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *def)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, def, "def");
     const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_builder *b = model->builder;
     kempe_status status = check_new(model, "joint", def->name, "joints");
@@ -329,6 +338,8 @@ kempe_closure_def kempe_closure_default(const char *name)
 
 kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
     kempe_status status = check_new(model, "loop", def->name, "loops");
     if (status != KEMPE_OK)
@@ -347,6 +358,8 @@ kempe_force_def kempe_force_default(const char *name)
 
 kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, def, "def");
     kmp_builder *b = model->builder;
     kempe_status status = check_new(model, "force", def->name, "forces");
     if (status != KEMPE_OK)
@@ -382,6 +395,9 @@ static const char *kind_of(const char *section)
 
 kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name, const char *text)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, section, "section");
+    KMP_WANTED(model->context, text, "text");
     kmp_builder *b = model->builder;
     const kmp_yaml *node = NULL;
     kempe_status status = check_new(model, kind_of(section), name, section);
@@ -416,11 +432,13 @@ static kempe_status set_start(kempe_model *model, const char *coordinate, const 
 
 kempe_status kempe_model_set_q(kempe_model *model, const char *coordinate, kempe_number value, int hold)
 {
+    KMP_WANTED(NULL, model, "model");
     return set_start(model, coordinate, "q", value, hold != 0);
 }
 
 kempe_status kempe_model_set_qd(kempe_model *model, const char *coordinate, kempe_number value)
 {
+    KMP_WANTED(NULL, model, "model");
     return set_start(model, coordinate, "qd", value, false);
 }
 
@@ -444,6 +462,7 @@ static void forget_places(kempe_model *model)
 
 kempe_status kempe_model_finish(kempe_model *model)
 {
+    KMP_WANTED(NULL, model, "model");
     kempe_model *read = NULL;
     kempe_status status = check_call(model, "model", model->name);
     if (status == KEMPE_OK)

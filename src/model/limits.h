@@ -16,4 +16,6 @@ enum {
     KMP_MOST_SPECTRUM_KNOTS = 20000 /* of irregularities: time goes with their square */
 };
 
+#define KMP_MOST_STEPS 1e15 /* that max_steps may ask for */
+
 #endif

@@ -158,6 +158,7 @@ typedef struct kmp_output {
 
 typedef struct kmp_run_settings {
     double t_end, rtol, atol, every;      /* 0 where not given */
+    long max_steps;                       /* 0 where not given */
     const char *road, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;
     kmp_change_points change_points;

@@ -429,6 +429,7 @@ static void json_run(kmp_text *text, const kempe_model *model)
     put_setting(text, false, "every", run->every);
     put_setting(text, false, "rtol", run->rtol);
     put_setting(text, false, "atol", run->atol);
+    put_setting(text, false, "max_steps", (double)run->max_steps);
     put_choice(text, "road", run->road);
     put_choice(text, "form", run->form);
     put_choice(text, "integrator", run->integrator);

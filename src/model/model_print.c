@@ -85,6 +85,8 @@ const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);

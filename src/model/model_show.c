@@ -341,6 +341,7 @@ static void show_run(kmp_text *text, const kempe_model *model)
     show_setting(text, "every", run->every);
     show_setting(text, "rtol", run->rtol);
     show_setting(text, "atol", run->atol);
+    show_setting(text, "max_steps", (double)run->max_steps);
     if (run->road)
         kmp_text_printf(text, " road %s", run->road);
     if (run->form)

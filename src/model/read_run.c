@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where a run starts and how it goes. */
+#include "model/limits.h"
 #include "model/reading.h"
+#include <math.h>
 #include <string.h>
 
 /* -- start --------------------------------------------------------------------------------------- */
@@ -66,8 +68,9 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {"t_end",    "rtol",          "atol", "every",   "road",  "form", "integrator",
-                                       "dynamics", "change_points", "u",    "outputs", "until", NULL};
+static const char *const run_keys[] = {"t_end",      "rtol",     "atol",          "every", "road",    "form",
+                                       "integrator", "dynamics", "change_points", "u",     "outputs", "until",
+                                       "max_steps",  NULL};
 
 static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
 {
@@ -81,6 +84,18 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, k
         *value = number.value;
     else
         kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
+}
+
+static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "max_steps");
+    double steps = 0;
+    read_positive(r, map, "max_steps", KMP_DIM_NUMBER, &steps);
+    if (steps > 0 && steps <= KMP_MOST_STEPS && steps == floor(steps))
+        r->model->run.max_steps = (long)steps;
+    else if (steps > 0)
+        kmp_reader_complain(r, node->place, "run max_steps is %.6g: it must be a whole number from 1 to %.0e", steps,
+                            KMP_MOST_STEPS);
 }
 
 static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, const char **choice)
@@ -161,6 +176,7 @@ void kmp_read_run(kmp_reader *r)
     read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
     read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
     read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
+    read_max_steps(r, map);
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);
     read_choice(r, map, "integrator", &run->integrator);

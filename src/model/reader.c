@@ -150,9 +150,21 @@ kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder
     return finish_reading(&r, KEMPE_OK, model);
 }
 
+static bool are_settings(const kempe_setting *list, int count)
+{
+    bool all = list || count <= 0;
+    for (int k = 0; all && k < count; k++)
+        all = list[k].name && list[k].value;
+    return all;
+}
+
 kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
                                   kempe_model **model)
 {
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, model, "model");
+    KMP_WANTED(context, are_settings(list, count), "a setting");
     char *text;
     size_t length;
     kmp_context_clear(context);
@@ -167,6 +179,11 @@ kempe_status kempe_model_read_set(kempe_context *context, const char *path, cons
 kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
                                        const kempe_setting *list, int count, kempe_model **model)
 {
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, text, "text");
+    KMP_WANTED(context, label, "label");
+    KMP_WANTED(context, model, "model");
+    KMP_WANTED(context, are_settings(list, count), "a setting");
     kmp_context_clear(context);
     return read_model(context, text, strlen(text), label, (settings){list, count}, model);
 }
@@ -200,15 +217,18 @@ void kempe_model_free(kempe_model *model)
 
 const char *kempe_model_name(const kempe_model *model)
 {
+    KMP_GIVEN(model, "");
     return model->name;
 }
 
 int kempe_model_coordinate_count(const kempe_model *model)
 {
+    KMP_GIVEN(model, 0);
     return model->motion_count;
 }
 
 const char *kempe_model_coordinate_name(const kempe_model *model, int k)
 {
+    KMP_GIVEN(model && k >= 0 && k < model->motion_count, "");
     return model->motions[k].name;
 }

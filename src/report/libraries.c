@@ -75,6 +75,7 @@ void kmp_page_libraries_free(kmp_page_libraries *libraries)
 
 kempe_status kempe_report_check(kempe_context *context)
 {
+    KMP_WANTED(NULL, context, "context");
     kmp_page_libraries libraries;
     kmp_context_clear(context);
     kempe_status status = kmp_page_libraries_read(context, &libraries);

@@ -231,6 +231,8 @@ static kempe_status write_page(const maker *w, const kmp_page_libraries *librari
 
 kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path)
 {
+    KMP_WANTED(NULL, modes, "modes");
+    KMP_WANTED(modes->system->context, path, "path");
     kempe_context *context = modes->system->context;
     kmp_page_libraries libraries;
     maker w = {.m = modes};

@@ -111,9 +111,11 @@ static kempe_status make_page(const kempe_comparison *c, detail *d, const kmp_pa
 
 kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, const char *path)
 {
+    KMP_WANTED(NULL, comparison, "comparison");
+    KMP_WANTED(comparison->system->context, path, "path");
     kempe_context *context = comparison->system->context;
     kmp_page_libraries libraries;
-    kmp_context_clear(context);
+    kmp_context_begin(context);
     kempe_status status = kmp_page_libraries_read(context, &libraries);
     if (status != KEMPE_OK)
         return status;

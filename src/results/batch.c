@@ -32,6 +32,9 @@ struct kempe_batch {
 
 kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, values, "values");
+    KMP_WANTED(model->context, ensemble, "ensemble");
     kmp_context_clear(model->context);
     kempe_ensemble *e = KMP_NEW(kempe_ensemble, 1);
     if (!e)
@@ -112,10 +115,13 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
 
 kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lanes, kempe_batch **batch)
 {
+    KMP_WANTED(NULL, e, "ensemble");
+    run = run ? run : &(const kempe_run){0};
+    KMP_WANTED(e->model->context, batch, "batch");
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
     int *u = NULL;
-    kmp_context_clear(context);
+    kmp_context_begin(context);
     if (lanes < -1 || lanes > 8)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none",
                         lanes);
@@ -137,6 +143,7 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lan
 
 int kempe_batch_count(const kempe_batch *b)
 {
+    KMP_GIVEN(b, 0);
     return b->count;
 }
 
@@ -147,29 +154,34 @@ static const kmp_ensemble_result *result_of(const kempe_batch *b, int k)
 
 const char *kempe_batch_status(const kempe_batch *b, int k)
 {
+    KMP_GIVEN(b, "");
     const kmp_ensemble_result *result = result_of(b, k);
     return result ? kmp_status_word(result->status) : "";
 }
 
 const char *kempe_batch_reason(const kempe_batch *b, int k)
 {
+    KMP_GIVEN(b, "");
     const kmp_ensemble_result *result = result_of(b, k);
     return result && result->reason ? result->reason : "";
 }
 
 double kempe_batch_t(const kempe_batch *b, int k)
 {
+    KMP_GIVEN(b, NAN);
     const kmp_ensemble_result *result = result_of(b, k);
     return result ? result->t : NAN;
 }
 
 const double *kempe_batch_q(const kempe_batch *b, int k)
 {
+    KMP_GIVEN(b, NULL);
     return result_of(b, k) ? b->q + (size_t)k * (size_t)b->n : NULL;
 }
 
 const double *kempe_batch_qd(const kempe_batch *b, int k)
 {
+    KMP_GIVEN(b, NULL);
     return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
 }
 
@@ -180,6 +192,7 @@ static const char *alone_of(const kmp_ensemble_result *r)
 
 kempe_effort kempe_batch_effort(const kempe_batch *b, int k)
 {
+    KMP_GIVEN(b, ((kempe_effort){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN}));
     const kmp_ensemble_result *r = result_of(b, k);
     if (!r)
         return (kempe_effort){.alone = "", .h = NAN, .hdot = NAN, .drift = NAN};
@@ -318,6 +331,8 @@ static void put_json(const kempe_batch *b, kmp_text *text)
 
 kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
 {
+    KMP_WANTED(NULL, b, "batch");
+    KMP_WANTED(b->ensemble->model->context, out, "text");
     kmp_text text = {0};
     if (format == KEMPE_JSON)
         put_json(b, &text);
@@ -382,6 +397,8 @@ static void put_row(const kempe_batch *b, kmp_text *text, int k)
 
 kempe_status kempe_batch_write_csv(const kempe_batch *b, const char *path)
 {
+    KMP_WANTED(NULL, b, "batch");
+    KMP_WANTED(b->ensemble->model->context, path, "path");
     kempe_context *context = b->ensemble->model->context;
     kmp_text text = {0};
     kmp_context_clear(context);

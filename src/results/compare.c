@@ -161,8 +161,11 @@ static kempe_status judge(kmp_compare_job *j)
 
 kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *options, kempe_comparison **comparison)
 {
+    KMP_WANTED(NULL, system, "system");
+    options = options ? options : &(const kempe_compare_run){0};
+    KMP_WANTED(system->context, comparison, "comparison");
     kmp_compare_job j = {.comparison = KMP_NEW(kempe_comparison, 1), .context = system->context};
-    kmp_context_clear(j.context);
+    kmp_context_begin(j.context);
     if (!j.comparison)
         return kmp_fail_memory(j.context);
     j.comparison->system = system;

@@ -45,6 +45,8 @@ static void write_run(kmp_text *text, const kempe_comparison *c, const kmp_compa
 
 kempe_status kempe_comparison_write_csv(const kempe_comparison *comparison, const char *path)
 {
+    KMP_WANTED(NULL, comparison, "comparison");
+    KMP_WANTED(comparison->system->context, path, "path");
     kempe_context *context = comparison->system->context;
     kmp_text text = {0};
     kmp_text_put(&text,

@@ -169,6 +169,8 @@ static void show_json(kmp_text *text, const kempe_contact_table *t)
 
 kempe_status kempe_contact_table_print(const kempe_contact_table *t, kempe_format format, char **out)
 {
+    KMP_WANTED(NULL, t, "table");
+    KMP_WANTED(t->given->context, out, "text");
     kmp_text text = {0};
     if (format == KEMPE_JSON)
         show_json(&text, t);
@@ -202,6 +204,8 @@ static void put_line(kmp_text *text, const kempe_contact_table *t, int row, int 
 
 kempe_status kempe_contact_table_write_csv(const kempe_contact_table *t, const char *path)
 {
+    KMP_WANTED(NULL, t, "table");
+    KMP_WANTED(t->given->context, path, "path");
     kmp_text text = {0};
     kmp_context_clear(t->given->context);
     kmp_text_printf(&text,

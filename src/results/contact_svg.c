@@ -332,6 +332,8 @@ static void put_legend(kmp_text *text, const kempe_contact_table *t, double x, d
 
 kempe_status kempe_contact_table_write_svg(const kempe_contact_table *t, const char *path)
 {
+    KMP_WANTED(NULL, t, "table");
+    KMP_WANTED(t->given->context, path, "path");
     kempe_context *context = t->given->context;
     kmp_text text = {0};
     int lines = (t->wheel_count + 1) / 2, columns = t->wheel_count > 1 ? 2 : 1;

@@ -31,6 +31,9 @@ static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_
 
 kempe_status kempe_count_new(const kempe_model *model, const kempe_generation *generation, kempe_count **out)
 {
+    KMP_WANTED(NULL, model, "model");
+    generation = generation ? generation : &(const kempe_generation){0};
+    KMP_WANTED(model->context, out, "count");
     kmp_context_clear(model->context);
     kempe_status status = kmp_model_check_finished(model);
     if (status != KEMPE_OK)
@@ -135,6 +138,8 @@ static void json_count(kmp_text *text, const kempe_count *c)
 
 kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, c, "count");
+    KMP_WANTED(c->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(c->context);
     if (format == KEMPE_JSON)

@@ -485,10 +485,12 @@ static kempe_status run(job *j)
 
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask, kempe_inverse **inverse)
 {
-    static const kempe_inverse_ask nothing;
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_inverse_ask){0};
+    KMP_WANTED(system->context, inverse, "inverse");
     double begin = kmp_cpu_now();
-    kmp_context_clear(system->context);
-    job j = {.system = system, .context = system->context, .ask = ask ? ask : &nothing, .r = result_new(system)};
+    kmp_context_begin(system->context);
+    job j = {.system = system, .context = system->context, .ask = ask, .r = result_new(system)};
     if (!j.r)
         return kmp_fail_memory(system->context);
     kempe_status status = prepare(&j);

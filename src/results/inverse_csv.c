@@ -90,6 +90,8 @@ static void put_line(writer *w)
 
 kempe_status kempe_inverse_write_csv(const kempe_inverse *inverse, const char *path)
 {
+    KMP_WANTED(NULL, inverse, "inverse");
+    KMP_WANTED(inverse->system->context, path, "path");
     kempe_context *context = inverse->system->context;
     kmp_text text = {0};
     writer w = {.text = &text, .r = inverse};

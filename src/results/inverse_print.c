@@ -324,6 +324,8 @@ static void json(kmp_text *text, const kempe_inverse *r)
 
 kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, inverse, "inverse");
+    KMP_WANTED(inverse->system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(inverse->system->context);
     if (format == KEMPE_JSON)

@@ -257,6 +257,8 @@ static void json_all(kmp_text *text, const kempe_kinematics *k)
 
 kempe_status kempe_kinematics_print(const kempe_kinematics *k, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, k, "kinematics");
+    KMP_WANTED(k->system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(k->system->context);
     if (format == KEMPE_JSON)
@@ -299,6 +301,8 @@ static void write_values(kmp_text *text, int count, const double *x)
 
 kempe_status kempe_kinematics_write_csv(const kempe_kinematics *k, const char *path)
 {
+    KMP_WANTED(NULL, k, "kinematics");
+    KMP_WANTED(k->system->context, path, "path");
     kempe_context *context = k->system->context;
     kmp_text text = {0};
     kmp_context_clear(context);

@@ -155,6 +155,8 @@ static void draw(picture *p)
 
 kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *path)
 {
+    KMP_WANTED(NULL, k, "kinematics");
+    KMP_WANTED(k->system->context, path, "path");
     kempe_context *context = k->system->context;
     kmp_text text = {0};
     picture p = {.k = k, .text = &text};

@@ -15,7 +15,7 @@ kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
 #include "results/matrices.def"
 #undef KMP_MATRIX
     };
-    return row[k];
+    return k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -48,7 +48,10 @@ static kempe_status make_first_order(kempe_linearization *l)
 kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_ask *ask,
                              kempe_linearization **linearization)
 {
-    kmp_context_clear(system->context);
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_linearize_ask){0};
+    KMP_WANTED(system->context, linearization, "linearization");
+    kmp_context_begin(system->context);
     kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
     if (!l)
         return kmp_fail_memory(system->context);
@@ -79,14 +82,20 @@ void kempe_linearization_free(kempe_linearization *l)
 
 const double *kempe_linearization_matrix(const kempe_linearization *l, kempe_matrix matrix, int *rows, int *columns)
 {
+    KMP_GIVEN(l, NULL);
     kmp_matrix_row row = kmp_linearization_row(l, (int)matrix);
-    *rows = row.rows;
-    *columns = row.columns;
+    if (rows)
+        *rows = row.rows;
+    if (columns)
+        *columns = row.columns;
     return row.values;
 }
 
 static const kmp_names *names_of(const kempe_linearization *l, kempe_channel channel)
 {
+    static const kmp_names none;
+    if ((unsigned)channel > KEMPE_CHANNEL_OUTPUT)
+        return &none;
     return channel == KEMPE_CHANNEL_STATE   ? &l->channels.states
            : channel == KEMPE_CHANNEL_INPUT ? &l->channels.loads
                                             : &l->channels.outputs;
@@ -94,36 +103,43 @@ static const kmp_names *names_of(const kempe_linearization *l, kempe_channel cha
 
 int kempe_linearization_count(const kempe_linearization *l, kempe_channel channel)
 {
+    KMP_GIVEN(l, 0);
     return names_of(l, channel)->count;
 }
 
 const char *kempe_linearization_name(const kempe_linearization *l, kempe_channel channel, int k)
 {
+    KMP_GIVEN(l && k >= 0 && k < kempe_linearization_count(l, channel), "");
     return names_of(l, channel)->name[k];
 }
 
 const char *kempe_linearization_unit(const kempe_linearization *l, kempe_channel channel, int k)
 {
+    KMP_GIVEN(l && k >= 0 && k < kempe_linearization_count(l, channel), "");
     return names_of(l, channel)->unit[k];
 }
 
 const double *kempe_linearization_q(const kempe_linearization *l)
 {
+    KMP_GIVEN(l, NULL);
     return l->channels.at->q;
 }
 
 const double *kempe_linearization_qd(const kempe_linearization *l)
 {
+    KMP_GIVEN(l, NULL);
     return l->channels.at->qd;
 }
 
 const double *kempe_linearization_y(const kempe_linearization *l)
 {
+    KMP_GIVEN(l, NULL);
     return l->channels.transfer.value;
 }
 
 int kempe_linearization_rests(const kempe_linearization *l)
 {
+    KMP_GIVEN(l, 0);
     return l->channels.rests;
 }
 
@@ -137,6 +153,8 @@ static void add_names(kmp_npz *npz, const char *names, const char *units, const 
 
 kempe_status kempe_linearization_write_npz(const kempe_linearization *l, const char *path)
 {
+    KMP_WANTED(NULL, l, "linearization");
+    KMP_WANTED(l->channels.linear.system->context, path, "path");
     const kmp_channels *c = &l->channels;
     const kempe_system *system = c->system;
     int n = system->n;

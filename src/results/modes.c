@@ -170,13 +170,16 @@ static kempe_status make(kempe_modes *m, const kempe_modes_ask *ask)
 
 kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_ask *ask, kempe_modes **modes)
 {
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_modes_ask){0};
+    KMP_WANTED(system->context, modes, "modes");
     double begin = kmp_cpu_now();
-    kmp_context_clear(system->context);
+    kmp_context_begin(system->context);
     kempe_modes *m = KMP_NEW(kempe_modes, 1);
     if (!m)
         return kmp_fail_memory(system->context);
     m->system = system;
-    kempe_status status = make(m, ask ? ask : &(kempe_modes_ask){0});
+    kempe_status status = make(m, ask);
     m->status = status;
     m->cpu_s = kmp_cpu_now() - begin;
     if (status == KEMPE_OK || (status == KEMPE_STOPPED && m->reason))
@@ -227,56 +230,67 @@ static bool has(const kempe_modes *m, int k)
 
 int kempe_modes_count(const kempe_modes *m)
 {
+    KMP_GIVEN(m, 0);
     return m->modes.count;
 }
 
 int kempe_modes_zero_count(const kempe_modes *m)
 {
+    KMP_GIVEN(m, 0);
     return m->modes.spectrum.zeros;
 }
 
 double kempe_modes_re(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return has(m, k) ? m->modes.spectrum.re[k] : NAN;
 }
 
 double kempe_modes_im(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return has(m, k) ? m->modes.spectrum.im[k] : NAN;
 }
 
 double kempe_modes_frequency(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return has(m, k) ? kmp_mode_frequency(m->modes.spectrum.re[k], m->modes.spectrum.im[k]) : NAN;
 }
 
 double kempe_modes_damping(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return has(m, k) ? kmp_mode_damping(m->modes.spectrum.re[k], m->modes.spectrum.im[k]) : NAN;
 }
 
 const double *kempe_modes_shape_re(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NULL);
     return has(m, k) ? m->modes.shown_re + (ptrdiff_t)k * m->modes.n : NULL;
 }
 
 const double *kempe_modes_shape_im(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NULL);
     return has(m, k) ? m->modes.shown_im + (ptrdiff_t)k * m->modes.n : NULL;
 }
 
 const double *kempe_modes_q(const kempe_modes *m)
 {
+    KMP_GIVEN(m, NULL);
     return m->q;
 }
 
 const double *kempe_modes_qd(const kempe_modes *m)
 {
+    KMP_GIVEN(m, NULL);
     return m->qd;
 }
 
 int kempe_modes_unstable(const kempe_modes *m)
 {
+    KMP_GIVEN(m, 0);
     for (int k = 0; k < m->modes.count; k++)
         if (m->modes.spectrum.re[k] > kmp_modes_noise(&m->modes))
             return 1;
@@ -285,11 +299,13 @@ int kempe_modes_unstable(const kempe_modes *m)
 
 int kempe_modes_value_count(const kempe_modes *m)
 {
+    KMP_GIVEN(m, 0);
     return m->locus.reached;
 }
 
 double kempe_modes_value(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return k >= 0 && k < m->locus.reached ? m->locus.value[k] : NAN;
 }
 
@@ -300,26 +316,31 @@ static bool on_locus(const kempe_modes *m, int k, int branch)
 
 double kempe_modes_locus_re(const kempe_modes *m, int k, int branch)
 {
+    KMP_GIVEN(m, NAN);
     return on_locus(m, k, branch) ? m->locus.re[branch + (ptrdiff_t)k * m->locus.count] : NAN;
 }
 
 double kempe_modes_locus_im(const kempe_modes *m, int k, int branch)
 {
+    KMP_GIVEN(m, NAN);
     return on_locus(m, k, branch) ? m->locus.im[branch + (ptrdiff_t)k * m->locus.count] : NAN;
 }
 
 int kempe_modes_critical_count(const kempe_modes *m)
 {
+    KMP_GIVEN(m, 0);
     return m->locus.critical_count;
 }
 
 double kempe_modes_critical_value(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return k >= 0 && k < m->locus.critical_count ? m->locus.critical[k].value : NAN;
 }
 
 double kempe_modes_critical_frequency(const kempe_modes *m, int k)
 {
+    KMP_GIVEN(m, NAN);
     return k >= 0 && k < m->locus.critical_count ? kmp_mode_frequency(m->locus.critical[k].re, m->locus.critical[k].im)
                                                  : NAN;
 }

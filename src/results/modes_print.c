@@ -300,6 +300,8 @@ static void json_all(kmp_text *text, const kempe_modes *m)
 
 kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, modes, "modes");
+    KMP_WANTED(modes->system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(modes->system->context);
     if (format == KEMPE_JSON)
@@ -359,6 +361,8 @@ static void table_of_values(kmp_text *text, const kempe_modes *m)
 
 kempe_status kempe_modes_write_csv(const kempe_modes *modes, const char *path)
 {
+    KMP_WANTED(NULL, modes, "modes");
+    KMP_WANTED(modes->system->context, path, "path");
     kmp_text text = {0};
     kmp_context_clear(modes->system->context);
     if (modes->name)

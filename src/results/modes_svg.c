@@ -223,6 +223,8 @@ void kmp_modes_put_svg(kmp_text *text, const kempe_modes *m)
 
 kempe_status kempe_modes_write_svg(const kempe_modes *modes, const char *path)
 {
+    KMP_WANTED(NULL, modes, "modes");
+    KMP_WANTED(modes->system->context, path, "path");
     kmp_text text = {0};
     kmp_context_clear(modes->system->context);
     if (!modes->name || modes->locus.reached == 0)

@@ -162,6 +162,8 @@ static void json_assembly(kmp_text *text, const kempe_assembly *a, const char *r
 
 kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, assembly, "assembly");
+    KMP_WANTED(assembly->system->context, text, "text");
     kmp_text out = {0}, reason = {0};
     kmp_context_clear(assembly->system->context);
     write_reason(&reason, assembly);

@@ -78,6 +78,8 @@ static void json_branches(kmp_text *text, const kempe_branches *b)
 
 kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, branches, "branches");
+    KMP_WANTED(branches->system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(branches->system->context);
     if (format == KEMPE_JSON)

@@ -289,6 +289,8 @@ void kmp_check_text(kmp_text *text, const kempe_check *check)
 
 kempe_status kempe_check_print(const kempe_check *check, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, check, "check");
+    KMP_WANTED(check->system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(check->system->context);
     if (format == KEMPE_JSON)

@@ -177,6 +177,8 @@ static void json_equilibrium(kmp_text *text, const kempe_equilibrium *e)
 
 kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, equilibrium, "equilibrium");
+    KMP_WANTED(equilibrium->system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(equilibrium->system->context);
     if (format == KEMPE_JSON)

@@ -107,6 +107,8 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
 
 kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, linearization, "linearization");
+    KMP_WANTED(linearization->channels.linear.system->context, text, "text");
     kempe_context *context = linearization->channels.system->context;
     kmp_text out = {0};
     int most = 1;

@@ -197,6 +197,8 @@ static void json(kmp_text *text, const kempe_response *r, double *room)
 
 kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, response, "response");
+    KMP_WANTED(response->channels.linear.system->context, text, "text");
     kempe_context *context = response->channels.system->context;
     kmp_text out = {0};
     kmp_context_clear(context);

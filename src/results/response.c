@@ -155,7 +155,10 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
 
 kempe_status kempe_response_new(const kempe_system *system, const kempe_response_ask *ask, kempe_response **response)
 {
-    kmp_context_clear(system->context);
+    KMP_WANTED(NULL, system, "system");
+    ask = ask ? ask : &(const kempe_response_ask){0};
+    KMP_WANTED(system->context, response, "response");
+    kmp_context_begin(system->context);
     kempe_response *r = KMP_NEW(kempe_response, 1);
     if (!r)
         return kmp_fail_memory(system->context);
@@ -180,62 +183,78 @@ void kempe_response_free(kempe_response *r)
 
 int kempe_response_count(const kempe_response *r)
 {
+    KMP_GIVEN(r, 0);
     return r->frequency.count;
 }
 
 double kempe_response_frequency(const kempe_response *r, int k)
 {
+    KMP_GIVEN(r && k >= 0 && k < r->frequency.count, NAN);
     return r->frequency.at[k];
 }
 
 int kempe_response_input_count(const kempe_response *r)
 {
+    KMP_GIVEN(r, 0);
     return r->channels.inputs.count;
 }
 
 int kempe_response_output_count(const kempe_response *r)
 {
+    KMP_GIVEN(r, 0);
     return r->channels.outputs.count;
 }
 
 const char *kempe_response_input_name(const kempe_response *r, int input)
 {
+    KMP_GIVEN(r && input >= 0 && input < r->channels.inputs.count, "");
     return r->channels.inputs.input[input].name;
 }
 
 const char *kempe_response_output_name(const kempe_response *r, int output)
 {
+    KMP_GIVEN(r && output >= 0 && output < r->channels.outputs.count, "");
     return r->channels.outputs.name[output];
 }
 
 const char *kempe_response_input_unit(const kempe_response *r, int input)
 {
+    KMP_GIVEN(r && input >= 0 && input < r->channels.inputs.count, "");
     return kmp_response_input_unit(r, input);
 }
 
 const char *kempe_response_output_unit(const kempe_response *r, int output)
 {
+    KMP_GIVEN(r && output >= 0 && output < r->channels.outputs.count, "");
     return r->channels.outputs.unit[output];
 }
 
 int kempe_response_at(const kempe_response *r, int k, int input, int output, double *re, double *im)
 {
+    KMP_GIVEN(r && k >= 0 && k < r->frequency.count && input >= 0 && input < r->frequency.inputs && output >= 0 &&
+                  output < r->frequency.outputs,
+              0);
     const kmp_frequency *f = &r->frequency;
     size_t e = ((size_t)k * (size_t)f->inputs + (size_t)input) * (size_t)f->outputs + (size_t)output;
     if (f->pole[k])
         return 0;
-    *re = f->re[e];
-    *im = f->im[e];
+    if (re)
+        *re = f->re[e];
+    if (im)
+        *im = f->im[e];
     return 1;
 }
 
 int kempe_response_peak_count(const kempe_response *r)
 {
+    KMP_GIVEN(r, 0);
     return r->frequency.peak_count;
 }
 
 kempe_peak kempe_response_peak(const kempe_response *r, int k)
 {
+    KMP_GIVEN(r && k >= 0 && k < r->frequency.peak_count,
+              ((kempe_peak){.input = -1, .output = -1, .frequency = NAN, .amplitude = NAN, .phase = NAN, .gain = NAN}));
     const kmp_peak *p = &r->frequency.peak[k];
     return (kempe_peak){p->input, p->output, p->frequency, p->amplitude, p->phase, p->gain};
 }
@@ -281,6 +300,8 @@ static void write_pairs(kmp_text *text, const kempe_response *r, int k, bool uni
 
 kempe_status kempe_response_write_csv(const kempe_response *r, const char *path)
 {
+    KMP_WANTED(NULL, r, "response");
+    KMP_WANTED(r->channels.system->context, path, "path");
     kempe_context *context = r->channels.system->context;
     kmp_text text = {0};
     kmp_context_clear(context);

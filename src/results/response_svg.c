@@ -256,6 +256,8 @@ static void draw(chart *c, spot *room)
 
 kempe_status kempe_response_write_svg(const kempe_response *r, const char *path)
 {
+    KMP_WANTED(NULL, r, "response");
+    KMP_WANTED(r->channels.linear.system->context, path, "path");
     kempe_context *context = r->channels.system->context;
     kmp_text text = {0};
     chart c = {.r = r, .text = &text};

@@ -157,8 +157,11 @@ static kempe_status prepare(kempe_sensitivity *s)
 kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_ask *ask,
                                    kempe_sensitivity **sensitivity)
 {
+    KMP_WANTED(NULL, model, "model");
+    ask = ask ? ask : &(const kempe_sensitivity_ask){0};
+    KMP_WANTED(model->context, sensitivity, "sensitivity");
     double begin = kmp_cpu_now();
-    kmp_context_clear(model->context);
+    kmp_context_begin(model->context);
     kempe_status status = kmp_model_check_finished(model);
     if (status != KEMPE_OK)
         return status;
@@ -252,31 +255,37 @@ bool kmp_sensitivity_add_row(kempe_sensitivity *s, double at, double **value, do
 
 int kempe_sensitivity_parameter_count(const kempe_sensitivity *s)
 {
+    KMP_GIVEN(s, 0);
     return s->count;
 }
 
 const char *kempe_sensitivity_parameter(const kempe_sensitivity *s, int k)
 {
+    KMP_GIVEN(s, "");
     return k >= 0 && k < s->count ? s->name[k] : "";
 }
 
 double kempe_sensitivity_parameter_value(const kempe_sensitivity *s, int k)
 {
+    KMP_GIVEN(s, NAN);
     return k >= 0 && k < s->count ? s->parameter[k] : NAN;
 }
 
 int kempe_sensitivity_column_count(const kempe_sensitivity *s)
 {
+    KMP_GIVEN(s, 0);
     return s->columns;
 }
 
 const char *kempe_sensitivity_column(const kempe_sensitivity *s, int column)
 {
+    KMP_GIVEN(s, "");
     return column >= 0 && column < s->columns ? s->column[column] : "";
 }
 
 int kempe_sensitivity_row_count(const kempe_sensitivity *s)
 {
+    KMP_GIVEN(s, 0);
     return s->rows;
 }
 
@@ -287,16 +296,19 @@ static bool is_there(const kempe_sensitivity *s, int row, int column)
 
 double kempe_sensitivity_at(const kempe_sensitivity *s, int row)
 {
+    KMP_GIVEN(s, NAN);
     return row >= 0 && row < s->rows ? s->at[row] : NAN;
 }
 
 double kempe_sensitivity_value(const kempe_sensitivity *s, int row, int column)
 {
+    KMP_GIVEN(s, NAN);
     return is_there(s, row, column) ? s->value[(size_t)row * (size_t)s->columns + (size_t)column] : NAN;
 }
 
 double kempe_sensitivity_slope(const kempe_sensitivity *s, int row, int column, int k)
 {
+    KMP_GIVEN(s, NAN);
     if (!is_there(s, row, column) || k < 0 || k >= s->count)
         return NAN;
     return s->slope[((size_t)row * (size_t)s->columns + (size_t)column) * (size_t)s->count + (size_t)k];
@@ -304,10 +316,12 @@ double kempe_sensitivity_slope(const kempe_sensitivity *s, int row, int column, 
 
 const char *kempe_sensitivity_method(const kempe_sensitivity *s)
 {
+    KMP_GIVEN(s, "");
     return s->method;
 }
 
 kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s)
 {
+    KMP_GIVEN(s, (kempe_slope_work){0});
     return s->work;
 }

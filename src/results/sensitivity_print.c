@@ -138,6 +138,8 @@ static void put_json(const kempe_sensitivity *s, kmp_text *text)
 
 kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe_format format, char **out)
 {
+    KMP_WANTED(NULL, sensitivity, "sensitivity");
+    KMP_WANTED(sensitivity->context, out, "text");
     kmp_text text = {0};
     kmp_context_clear(sensitivity->context);
     if (format == KEMPE_JSON)
@@ -169,6 +171,8 @@ static void put_value(kmp_text *text, double x)
 
 kempe_status kempe_sensitivity_write_csv(const kempe_sensitivity *s, const char *path)
 {
+    KMP_WANTED(NULL, s, "sensitivity");
+    KMP_WANTED(s->context, path, "path");
     kmp_text text = {0};
     kmp_context_clear(s->context);
     put_names(s, &text);

@@ -335,6 +335,8 @@ static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe
 
 kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format, char **text)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, text, "text");
     kmp_text out = {0};
     kmp_context_clear(system->context);
     kempe_status status =

@@ -58,12 +58,16 @@ static kempe_status begin(kempe_stepper *s)
 
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run *run, kempe_stepper **stepper)
 {
-    kmp_context_clear(system->context);
+    KMP_WANTED(NULL, system, "system");
+    run = run ? run : &(const kempe_run){0};
+    KMP_WANTED(system->context, stepper, "stepper");
+    kmp_context_begin(system->context);
     kempe_stepper *s = KMP_NEW(kempe_stepper, 1);
     if (!s)
         return kmp_fail_memory(system->context);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->spec, &s->u);
+    s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* the caller sees each step, and t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
     if (status == KEMPE_OK)
@@ -87,8 +91,9 @@ void kempe_stepper_free(kempe_stepper *stepper)
 
 kempe_status kempe_stepper_step(kempe_stepper *s)
 {
+    KMP_WANTED(NULL, s, "stepper");
     kempe_status status = KEMPE_OK;
-    kmp_context_clear(s->system->context);
+    kmp_context_begin(s->system->context);
     if (s->t >= s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the run ends at t_end = %g s", s->spec.t_end);
     if (s->t >= kmp_runner_t(s->runner))
@@ -99,8 +104,9 @@ kempe_status kempe_stepper_step(kempe_stepper *s)
 
 kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
 {
+    KMP_WANTED(NULL, s, "stepper");
     kempe_status status = KEMPE_OK;
-    kmp_context_clear(s->system->context);
+    kmp_context_begin(s->system->context);
     if (!(t >= s->t) || t > s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
@@ -114,31 +120,37 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
 
 double kempe_stepper_t(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, NAN);
     return stepper->t;
 }
 
 const double *kempe_stepper_q(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, NULL);
     return stepper->row;
 }
 
 const double *kempe_stepper_qd(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, NULL);
     return stepper->row + stepper->system->n;
 }
 
 const double *kempe_stepper_qdd(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, NULL);
     return stepper->row + 2 * stepper->system->n;
 }
 
 const double *kempe_stepper_lambda(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, NULL);
     return stepper->row + 3 * stepper->system->n;
 }
 
 kempe_work kempe_stepper_work(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, (kempe_work){0});
     kmp_run_report r;
     kmp_runner_report(stepper->runner, &r);
     kmp_free(r.reason);
@@ -154,5 +166,6 @@ kempe_work kempe_stepper_work(const kempe_stepper *stepper)
 
 const char *kempe_stepper_reason(const kempe_stepper *stepper)
 {
+    KMP_GIVEN(stepper, "");
     return stepper->reason ? stepper->reason : "";
 }

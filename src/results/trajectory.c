@@ -57,6 +57,9 @@ static kempe_status check_numbers(const job *j)
         if (status != KEMPE_OK)
             return status;
     }
+    if (j->run->max_steps < 0)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is wanted",
+                        j->run->max_steps);
     if (j->run->threads < 0 || j->run->threads > KMP_TEAM_MOST)
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", j->run->threads,
                         KMP_TEAM_MOST);
@@ -136,6 +139,7 @@ static kempe_status choose(job *j)
                              .t_end = run->t_end,
                              .fixed_u = run->fixed_u,
                              .change_points = run->change_points,
+                             .max_steps = run->max_steps,
                              .threads = run->threads};
     kempe_status status = check_numbers(j);
     if (status == KEMPE_OK)
@@ -364,8 +368,11 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
 
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options, kempe_trajectory **trajectory)
 {
+    KMP_WANTED(NULL, system, "system");
+    options = options ? options : &(const kempe_run){0};
+    KMP_WANTED(system->context, trajectory, "trajectory");
     job j = {.system = system, .context = system->context, .run = options};
-    kmp_context_clear(j.context);
+    kmp_context_begin(j.context);
     kmp_samples_init(&j.before, system->n, system->m);
     kempe_status status = prepare(&j);
     if (status == KEMPE_OK)
@@ -378,6 +385,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run *options
 
 int kempe_trajectory_row_count(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, 0);
     return trajectory->table.rows;
 }
 
@@ -388,6 +396,7 @@ static bool has_row(const kempe_trajectory *trajectory, int row)
 
 double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NAN);
     return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
 }
 
@@ -398,31 +407,37 @@ static const double *get(const kempe_trajectory *trajectory, kmp_quantity quanti
 
 const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_Q, row);
 }
 
 const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_QD, row);
 }
 
 const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_QDD, row);
 }
 
 const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row)
 {
+    KMP_GIVEN(trajectory, NULL);
     return get(trajectory, KMP_QUANTITY_LAMBDA, row);
 }
 
 int kempe_trajectory_note_count(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, 0);
     return trajectory->journal.kept;
 }
 
 const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, double *t)
 {
+    KMP_GIVEN(trajectory, NULL);
     if (k < 0 || k >= trajectory->journal.kept)
         return NULL;
     if (t)
@@ -432,10 +447,12 @@ const char *kempe_trajectory_note(const kempe_trajectory *trajectory, int k, dou
 
 const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, "");
     return kmp_status_word(trajectory->status);
 }
 
 const char *kempe_trajectory_reason(const kempe_trajectory *trajectory)
 {
+    KMP_GIVEN(trajectory, "");
     return trajectory->reason;
 }

@@ -34,6 +34,8 @@ static void write_all(kmp_text *text, const kempe_trajectory *trajectory, const 
 
 kempe_status kempe_trajectory_write_csv(const kempe_trajectory *trajectory, const char *path)
 {
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    KMP_WANTED(trajectory->system->context, path, "path");
     const kempe_system *system = trajectory->system;
     kmp_context_clear(system->context);
     kmp_plant *plant = kmp_plant_new(system, trajectory->backend);

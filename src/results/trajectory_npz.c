@@ -20,6 +20,8 @@ static void add_rows(kmp_npz *npz, const kempe_trajectory *trajectory, const kmp
 
 kempe_status kempe_trajectory_write_npz(const kempe_trajectory *trajectory, const char *path)
 {
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    KMP_WANTED(trajectory->system->context, path, "path");
     const kempe_system *system = trajectory->system;
     kmp_context_clear(system->context);
     kmp_plant *plant = kmp_plant_new(system, trajectory->backend);

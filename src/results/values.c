@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "model/ranges.h"
 #include "model/variant.h"
+#include <limits.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -28,6 +29,8 @@ kempe_values *kmp_values_new(int columns, const char *const *names)
 double *kmp_values_add(kempe_values *values)
 {
     if (values->count == values->room) {
+        if (values->room > INT_MAX / 2)
+            return NULL;
         int room = values->room ? 2 * values->room : 64;
         size_t width = values->columns > 0 ? (size_t)values->columns : 1;
         double *rows = kmp_realloc(values->rows, (size_t)room * width, sizeof *rows);
@@ -52,21 +55,25 @@ void kempe_values_free(kempe_values *values)
 
 int kempe_values_count(const kempe_values *values)
 {
+    KMP_GIVEN(values, 0);
     return values->count;
 }
 
 int kempe_values_column_count(const kempe_values *values)
 {
+    KMP_GIVEN(values, 0);
     return values->columns;
 }
 
 const char *kempe_values_name(const kempe_values *values, int column)
 {
+    KMP_GIVEN(values, "");
     return column >= 0 && column < values->columns ? values->name[column] : "";
 }
 
 const double *kempe_values_row(const kempe_values *values, int k)
 {
+    KMP_GIVEN(values, NULL);
     return k >= 0 && k < values->count ? values->rows + (size_t)k * (size_t)values->columns : NULL;
 }
 
@@ -93,9 +100,14 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
 kempe_status kempe_values_new(const kempe_model *model, int columns, const char *const *names, int count,
                               const double *rows, kempe_values **values)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, values, "values");
     kmp_context_clear(model->context);
     if (columns < 0 || count < 0)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table has no negative number of columns or rows");
+    for (int k = 0; k < columns; k++)
+        KMP_WANTED(model->context, names && names[k], "a name of a column");
+    KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_status status = check_names(model, columns, names);
     if (status != KEMPE_OK)
         return status;
@@ -153,6 +165,9 @@ static kempe_status draw(const kempe_model *model, const kmp_ranges *ranges, int
 
 kempe_status kempe_values_sample(const kempe_model *model, const char *text, int count, int seed, kempe_values **values)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, text, "ranges");
+    KMP_WANTED(model->context, values, "values");
     kmp_ranges ranges;
     kmp_context_clear(model->context);
     if (count < 1)

@@ -147,6 +147,9 @@ static bool read_lines(reader *r, char *text)
 
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, path, "path");
+    KMP_WANTED(model->context, values, "values");
     char *text;
     size_t length;
     kmp_context_clear(model->context);

@@ -248,7 +248,7 @@ static void check_solves(const char *name, int n)
 {
     SUNContext sun = kmp_sun_context();
     SUNMatrix a = SUNSparseMatrix(n, n, 3 * n, CSC_MAT, sun);
-    SUNLinearSolver s = kmp_linear_new(name, n, sun);
+    SUNLinearSolver s = kmp_linear_new(name, a, sun);
     N_Vector x = N_VNew_Serial(n, sun), b = N_VNew_Serial(n, sun);
     CHECK(s && SUNLinSolInitialize(s) == 0);
     for (int k = 0; k < 12; k++) {
@@ -280,7 +280,9 @@ static void test_linear_solvers_solve(void)
         check_solves(names[k], 34);
     }
     SUNContext sun = kmp_sun_context();
-    CHECK(kmp_linear_new("abacus", 3, sun) == NULL);
+    SUNMatrix a = SUNSparseMatrix(3, 3, 3, CSC_MAT, sun);
+    CHECK(kmp_linear_new("abacus", a, sun) == NULL);
+    SUNMatDestroy(a);
     SUNContext_Free(&sun);
 }
 

@@ -128,6 +128,24 @@ static void test_lanes_are_the_scalar_form(void)
     CHECK(differ == 0);
 }
 
+/* Where the quadrant changes, and where the scalar form stops to reduce: the neighbours of multiples of pi/4. */
+static void test_lanes_are_the_scalar_form_near_quadrants(void)
+{
+    int differ = 0;
+    for (int k = 0; k <= 20000; k++) {
+        double at = (double)((long double)k * 3.14159265358979323846L / 4.0L), s[8], c[8];
+        double x[8] = {at,        -at,       nextafter(at, -1), nextafter(at, 1e9), -nextafter(at, 1e9),
+                       at + 1e-9, at - 1e-9, 0.5 * at};
+        kempe_sincos8(x, s, c);
+        for (int j = 0; j < 8; j++) {
+            double ss, cc;
+            kempe_sincos(x[j], &ss, &cc);
+            differ += !same(s[j], ss) || !same(c[j], cc);
+        }
+    }
+    CHECK(differ == 0);
+}
+
 static void test_many_is_the_scalar_form(void)
 {
     int differ = 0, beyond = 0;
@@ -182,6 +200,7 @@ int main(void)
     TEST(test_tiny);
     TEST(test_corners);
     TEST(test_lanes_are_the_scalar_form);
+    TEST(test_lanes_are_the_scalar_form_near_quadrants);
     TEST(test_many_is_the_scalar_form);
     TEST(test_slots_are_the_scalar_form);
     return check_report();

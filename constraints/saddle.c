@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/saddle.h"
+#include "base/memory.h"
+#include "constraints/pick.h"
+#include "constraints/pressing.h"
+#include "linalg/dense.h"
+#include "linalg/dot.h"
+#include <math.h>
+#include <string.h>
+
+/* Beyond this size, and with fewer than one in so many places taken, sparse. */
+enum { SPARSE_FROM = 48, SPARSE_BELOW = 8 };
+
+/* -- dense and sparse -------------------------------------------------------------------------------- */
+
+/* Entries of the sparse matrix: M with both its triangles, then J and -J' by turns, then 1 for each row that is out. */
+static int list_entries(const kmp_saddle *saddle, int *row, int *col)
+{
+    const kmp_pattern *mass = &saddle->plant->system->mass, *jac = &saddle->plant->system->jacobian;
+    int count = 0, n = saddle->n;
+    for (int k = 0; k < mass->count; k++)
+        for (int side = 0; side < (mass->row[k] == mass->col[k] ? 1 : 2); side++, count++) {
+            row[count] = side ? mass->col[k] : mass->row[k];
+            col[count] = side ? mass->row[k] : mass->col[k];
+        }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        for (int side = 0; at >= 0 && side < 2; side++, count++) {
+            row[count] = side ? jac->col[k] : n + at;
+            col[count] = side ? n + at : jac->col[k];
+        }
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++, count++)
+        row[count] = col[count] = n + k;
+    return count;
+}
+
+/* false: no memory; a pattern that is singular shows when factored. */
+static bool make_sparse(kmp_saddle *saddle, int most)
+{
+    unsigned long failures = kmp_memory_failures();
+    int *row = KMP_NEW(int, most), *col = KMP_NEW(int, most);
+    if (row && col)
+        saddle->sparse = kmp_sparse_new(saddle->n + saddle->r, list_entries(saddle, row, col), row, col, true);
+    kmp_free(row);
+    kmp_free(col);
+    return kmp_memory_failures() == failures;
+}
+
+static int factor_dense(kmp_saddle *saddle)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    int n = saddle->n, size = n + saddle->r;
+    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
+    for (int k = 0; k < mass->count; k++)
+        saddle->matrix[mass->row[k] + mass->col[k] * size] = saddle->matrix[mass->col[k] + mass->row[k] * size] =
+            plant->mass[k];
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        if (at < 0)
+            continue;
+        saddle->matrix[n + at + jac->col[k] * size] = plant->jacobian[k];
+        saddle->matrix[jac->col[k] + (n + at) * size] = -plant->jacobian[k];
+    }
+    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
+}
+
+static bool is_out(const kmp_saddle *saddle, int k)
+{
+    return saddle->out && saddle->out[k];
+}
+
+/* Rows that are nearly dependent. false: no memory. */
+static bool leave_out(kmp_saddle *saddle)
+{
+    const kempe_system *s = saddle->plant->system;
+    const kmp_pattern *jac = &s->jacobian;
+    int nz = 0;
+    for (int k = 0; k < jac->count; k++) {
+        int row = saddle->position[jac->row[k]];
+        if (row < 0)
+            continue;
+        saddle->entry_row[nz] = row;
+        saddle->entry_col[nz] = jac->col[k];
+        saddle->entry[nz++] = saddle->plant->jacobian[k] * s->scale[jac->col[k]] / s->row_scale[jac->row[k]];
+    }
+    kmp_entries a = {saddle->r, saddle->n, nz, saddle->entry_row, saddle->entry_col, saddle->entry};
+    const int *r, *c;
+    const double *pivots;
+    double largest, least;
+    if (!kmp_order_run(saddle->order, &a, saddle->r, &r, &c, &pivots))
+        return false;
+    kmp_order_extremes(pivots, saddle->r, &largest, &least);
+    saddle->kept = 0;
+    for (int k = 0; k < saddle->r; k++) {
+        bool keep = pivots[k] > saddle->eps * largest;
+        saddle->out[r[k]] = !keep;
+        saddle->kept += keep;
+    }
+    saddle->last = least / largest;
+    return true;
+}
+
+static int factor_sparse(kmp_saddle *saddle)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
+    double *value = saddle->matrix;
+    if (!saddle->sparse || (saddle->order && !leave_out(saddle)))
+        return 1;
+    for (int k = 0; k < mass->count; k++) {
+        *value++ = plant->mass[k];
+        if (mass->row[k] != mass->col[k])
+            *value++ = plant->mass[k];
+    }
+    for (int k = 0; k < jac->count; k++) {
+        int at = saddle->position[jac->row[k]];
+        if (at < 0)
+            continue;
+        double entry = is_out(saddle, at) ? 0 : plant->jacobian[k];
+        *value++ = entry;
+        *value++ = -entry;
+    }
+    for (int k = 0; saddle->out && k < saddle->r; k++)
+        *value++ = saddle->out[k] ? 1 : 0;
+    return kmp_sparse_factor(saddle->sparse, saddle->matrix);
+}
+
+/* Into x. */
+static void solve_whole(kmp_saddle *saddle, const double *force, const double *rows)
+{
+    int n = saddle->n;
+    for (int i = 0; i < n; i++)
+        saddle->x[i] = force ? -force[i] : 0;
+    for (int k = 0; k < saddle->r; k++)
+        saddle->x[n + k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
+    if (saddle->way == KMP_SADDLE_SPARSE)
+        kmp_sparse_solve(saddle->sparse, 1, saddle->x);
+    else
+        kmp_lu_solve(n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
+}
+
+/* -- by articulated bodies ---------------------------------------------------------------------------- */
+
+static int factor_mobility(kmp_saddle *saddle)
+{
+    const kmp_pattern *mobility = &saddle->plant->system->mobility;
+    int r = saddle->r;
+    memset(saddle->matrix, 0, (size_t)(r * r) * sizeof(double));
+    for (int k = 0; k < mobility->count; k++) {
+        int a = saddle->position[mobility->row[k]], b = saddle->position[mobility->col[k]];
+        if (a >= 0 && b >= 0)
+            saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->plant->mobility[k];
+    }
+    return kmp_cholesky_factor(r, saddle->matrix);
+}
+
+/* From y (NULL: zero) and b + J y. */
+static void solve_by_bodies(kmp_saddle *saddle, const double *y, const double *rows)
+{
+    const kmp_plant *plant = saddle->plant;
+    const kmp_pattern *compliance = &plant->system->compliance;
+    double *x = saddle->x, *a = x + saddle->n;
+    for (int i = 0; i < saddle->n; i++)
+        x[i] = y ? y[i] : 0;
+    for (int k = 0; k < saddle->r; k++)
+        a[k] = -rows[saddle->part->rows[k]];
+    kmp_cholesky_solve(saddle->r, saddle->matrix, a);
+    for (int k = 0; k < compliance->count; k++) {
+        int at = saddle->position[compliance->row[k]];
+        if (at >= 0)
+            x[compliance->col[k]] += plant->compliance[k] * a[at];
+    }
+}
+
+/* -- truncated ---------------------------------------------------------------------------------------- */
+
+static int factor_truncated(kmp_saddle *saddle)
+{
+    const kmp_pattern *jac = &saddle->plant->system->jacobian;
+    int n = saddle->n, r = saddle->r;
+    kmp_plant_dense_mass(saddle->plant, saddle->matrix);
+    if (kmp_cholesky_factor(n, saddle->matrix))
+        return 1;
+    memset(saddle->a, 0, (size_t)(n * r) * sizeof(double));
+    for (int k = 0; k < jac->count; k++) {
+        int row = saddle->position[jac->row[k]];
+        if (row >= 0)
+            saddle->a[jac->col[k] + row * n] = saddle->plant->jacobian[k];
+    }
+    for (int k = 0; k < r; k++)
+        kmp_cholesky_forward(n, saddle->matrix, saddle->a + k * n);
+    memcpy(saddle->full, saddle->a, (size_t)(n * r) * sizeof(double));
+    saddle->kept = kmp_qr_truncated(n, r, saddle->a, saddle->triangle, saddle->pivot, saddle->eps);
+    saddle->last = saddle->kept > 0 ? saddle->triangle[(saddle->kept - 1) * (r + 1)] / saddle->triangle[0] : 1;
+    return 0;
+}
+
+static void solve_truncated(kmp_saddle *saddle, const double *force, const double *rows)
+{
+    int n = saddle->n, r = saddle->r, kept = saddle->kept;
+    const double *triangle = saddle->triangle;
+    double *x = saddle->x, *z = x + n;
+    for (int i = 0; i < n; i++)
+        x[i] = force ? -force[i] : 0;
+    if (force)
+        kmp_cholesky_forward(n, saddle->matrix, x);
+    for (int k = 0; k < kept; k++) {
+        int row = saddle->pivot[k];
+        double s = (rows ? -rows[saddle->part->rows[row]] : 0) - kmp_dot(n, saddle->full + row * n, x);
+        for (int j = 0; j < k; j++)
+            s -= triangle[j + k * r] * z[j];
+        z[k] = s / triangle[k + k * r];
+    }
+    for (int k = 0; k < kept; k++)
+        for (int i = 0; i < n; i++)
+            x[i] += z[k] * saddle->a[i + k * n];
+    kmp_cholesky_backward(n, saddle->matrix, x);
+    for (int k = kept - 1; k >= 0; k--) {
+        for (int j = k + 1; j < kept; j++)
+            z[k] -= triangle[k + j * r] * z[j];
+        z[k] /= triangle[k + k * r];
+    }
+}
+
+/* -- all together -------------------------------------------------------------------------------------- */
+
+static bool allocate_truncated(kmp_saddle *saddle)
+{
+    size_t n = (size_t)saddle->n, r = (size_t)saddle->r;
+    saddle->a = KMP_NEW(double, n *r);
+    saddle->full = KMP_NEW(double, n *r);
+    saddle->triangle = KMP_NEW(double, r *r);
+    return saddle->a && saddle->full && saddle->triangle;
+}
+
+static bool allocate_out(kmp_saddle *saddle)
+{
+    size_t nz = (size_t)saddle->plant->system->jacobian.count;
+    saddle->out = KMP_NEW(bool, saddle->r);
+    saddle->entry_row = KMP_NEW(int, nz);
+    saddle->entry_col = KMP_NEW(int, nz);
+    saddle->entry = KMP_NEW(double, nz);
+    saddle->order = kmp_order_new(saddle->r, saddle->n);
+    return saddle->out && saddle->entry_row && saddle->entry_col && saddle->entry && saddle->order;
+}
+
+static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part, kmp_saddle_way way, bool by_out)
+{
+    int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : way == KMP_SADDLE_TRUNCATED ? n : n + r;
+    int entries = 2 * (plant->system->mass.count + plant->system->jacobian.count) + (by_out ? r : 0);
+    *saddle = (kmp_saddle){.plant = plant, .part = part, .n = n, .r = r, .way = way};
+    if ((by_out && !allocate_out(saddle)) || (way == KMP_SADDLE_TRUNCATED && !allocate_truncated(saddle)))
+        return false;
+    saddle->matrix = KMP_NEW(double, way == KMP_SADDLE_SPARSE ? entries : size * size);
+    saddle->x = KMP_NEW(double, n + r);
+    saddle->pivot = KMP_NEW(int, n + r);
+    saddle->position = KMP_NEW(int, part->m);
+    if (!saddle->matrix || !saddle->x || !saddle->pivot || !saddle->position)
+        return false;
+    for (int k = 0; k < part->m; k++)
+        saddle->position[k] = -1;
+    for (int k = 0; k < r; k++)
+        saddle->position[part->rows[k]] = k;
+    return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
+}
+
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    int size = part->n + part->r, entries = 2 * (plant->system->mass.count + plant->system->jacobian.count);
+    bool large = size > SPARSE_FROM && entries < (long)size * size / SPARSE_BELOW;
+    kmp_saddle_way way = plant->by_bodies ? KMP_SADDLE_BY_BODIES : large ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+    return init(saddle, plant, part, way, false);
+}
+
+bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
+{
+    bool large = kmp_pick_is_large(part->m, part->n, plant->system->jacobian.count);
+    return init(saddle, plant, part, large ? KMP_SADDLE_SPARSE : KMP_SADDLE_TRUNCATED, large);
+}
+
+void kmp_saddle_free(kmp_saddle *saddle)
+{
+    void *arrays[] = {saddle->matrix, saddle->x,        saddle->pivot,     saddle->position,  saddle->out,  saddle->a,
+                      saddle->full,   saddle->triangle, saddle->entry_row, saddle->entry_col, saddle->entry};
+    kmp_sparse_free(saddle->sparse);
+    kmp_order_free(saddle->order);
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        kmp_free(arrays[k]);
+    *saddle = (kmp_saddle){0};
+}
+
+int kmp_saddle_factor(kmp_saddle *saddle)
+{
+    saddle->factorizations++;
+    switch (saddle->way) {
+    case KMP_SADDLE_BY_BODIES:
+        return factor_mobility(saddle);
+    case KMP_SADDLE_TRUNCATED:
+        return factor_truncated(saddle);
+    case KMP_SADDLE_SPARSE:
+        return factor_sparse(saddle);
+    default:
+        return factor_dense(saddle);
+    }
+}
+
+double kmp_saddle_operations(const kmp_saddle *saddle)
+{
+    return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
+}
+
+/* x and the multipliers behind it, of f (NULL: zero) and b (NULL: zero); by bodies of y and b + J y. */
+static void solve(kmp_saddle *saddle, const double *force, const double *rows)
+{
+    if (saddle->way == KMP_SADDLE_BY_BODIES)
+        solve_by_bodies(saddle, force, rows);
+    else if (saddle->way == KMP_SADDLE_TRUNCATED)
+        solve_truncated(saddle, force, rows);
+    else
+        solve_whole(saddle, force, rows);
+}
+
+/* Multipliers of the independent rows among all. */
+static void take_multipliers(const kmp_saddle *saddle, double *lambda)
+{
+    bool by_place = saddle->way == KMP_SADDLE_TRUNCATED;
+    memset(lambda, 0, (size_t)saddle->plant->m * sizeof *lambda);
+    for (int k = 0; k < (by_place ? saddle->kept : saddle->r); k++)
+        lambda[saddle->part->rows[by_place ? saddle->pivot[k] : k]] = saddle->x[saddle->n + k];
+}
+
+/* For forces that depend on multipliers. */
+static void multipliers(void *self, const double *bias, bool change, double *lambda)
+{
+    kmp_saddle *saddle = self;
+    solve(saddle, bias, change ? NULL : saddle->plant->jdqd);
+    take_multipliers(saddle, lambda);
+}
+
+void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
+{
+    kmp_plant *plant = saddle->plant;
+    const kmp_answer pressed = {saddle, multipliers};
+    if (!kmp_press(plant, &pressed)) {
+        for (int i = 0; i < saddle->n; i++)
+            qdd[i] = NAN;
+        for (int k = 0; lambda && k < plant->m; k++)
+            lambda[k] = NAN;
+        return;
+    }
+    bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
+    solve(saddle, by_bodies ? plant->free_qdd : plant->bias, by_bodies ? plant->drift : plant->jdqd);
+    memcpy(qdd, saddle->x, (size_t)saddle->n * sizeof *qdd);
+    if (lambda)
+        take_multipliers(saddle, lambda);
+}
+
+void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx)
+{
+    solve(saddle, NULL, violation);
+    memcpy(dx, saddle->x, (size_t)saddle->n * sizeof *dx);
+}

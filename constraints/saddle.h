@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The saddle system of accelerations, multipliers and mass-orthogonal corrections on independent rows of h,
+ *
+ *     M x - J' a = -f      J x = -b
+ *
+ * dense, or sparse when it is large. By articulated bodies, where the plant has taken them, it is solved for the
+ * multipliers alone, whatever the size, and for nothing on a tree:
+ *
+ *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
+ *
+ * Truncated, beside a change point, directions of the constraint forces that are nearly dependent are left out: with
+ * M = L L' and A = L^-1 J', A P = Q R by column pivoting, kept while |R_kk| > eps |R_11|:
+ *
+ *     L' x = y + Q z,      y = -L^-1 f,      R' z = P'(-b - A' y),      a = P R^-1 z.
+ *
+ * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps. */
+#ifndef KMP_CONSTRAINTS_SADDLE_H
+#define KMP_CONSTRAINTS_SADDLE_H
+
+#include "constraints/partition.h"
+#include "constraints/plant.h"
+#include "linalg/sparse.h"
+
+typedef enum kmp_saddle_way {
+    KMP_SADDLE_DENSE,
+    KMP_SADDLE_SPARSE,
+    KMP_SADDLE_BY_BODIES,
+    KMP_SADDLE_TRUNCATED
+} kmp_saddle_way;
+
+typedef struct kmp_saddle {
+    kmp_plant *plant;
+    const kmp_partition *part;
+    int n, r;
+    kmp_saddle_way way;
+    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies; L, n x n, truncated */
+    int *pivot;         /* truncated: the column of A in each place */
+    kmp_sparse *sparse; /* NULL: not sparse, or singular by its pattern */
+    int *position;      /* m: of a row among the independent ones, -1 when dropped */
+    bool *out;          /* r: independent rows that are left out; NULL: none ever is */
+    long factorizations;
+
+    double eps;                  /* truncated; these three: */
+    int kept;                    /* directions or rows */
+    double last;                 /* the last pivot, of the largest */
+    double *a, *full, *triangle; /* n x r: A, then Q in its kept columns; A as it was; R, r x r */
+    kmp_order *order;            /* when large */
+    int *entry_row, *entry_col;  /* of the scaled J */
+    double *entry;
+} kmp_saddle;
+
+bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
+void kmp_saddle_free(kmp_saddle *saddle);
+
+/** To leave out by `eps`, 0 at first, whatever the size. */
+bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
+
+/** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
+int kmp_saddle_factor(kmp_saddle *saddle);
+
+/** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
+double kmp_saddle_operations(const kmp_saddle *saddle);
+
+/** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the plant's last bias, which forces that depend on
+ * multipliers bring to them (constraints/pressing.h): not finite where that fails. */
+void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
+
+/** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
+void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
+
+#endif

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The tolerances by which ranks, closures, growth and margins are judged, each with its scale and its reason. Scaled: J
+ * over its row scales and times its coordinate scales, h over its row scales, coordinates over theirs, so that a number
+ * means the same in metres and in millimetres. */
+#ifndef KMP_CONSTRAINTS_TOLERANCES_H
+#define KMP_CONSTRAINTS_TOLERANCES_H
+
+/* -- rank of the scaled J: a pivot or singular value over the first ------------------------------------ */
+
+/** At a state closed to round-off. Kept pivots of closed mechanisms are above 1e-2 away from change points, dropped
+ * ones below 1e-13. */
+#define KMP_RANK 1e-10
+/** While loops are being closed: dropped pivots are of the size of what h still is. */
+#define KMP_RANK_OPEN 1e-9
+/** At configurations that a random walk closed to KMP_CLOSED_AIM alone. */
+#define KMP_RANK_WALKED 1e-8
+/** The first pivot itself: of the size of 1, smaller where lengths differ much. One of the size of the root of rounding
+ * belongs to closures that hold to second order alone, as a rod does across all that its end can do: no pivot says
+ * anything. */
+#define KMP_RANK_FIRST 1e-6
+/** Rows of a dependent set: their parts in it, over the largest. */
+#define KMP_RANK_MEMBER 1e-6
+/** Share of a dropped row that another one carries, from which on the multiplier of that one is not determined. */
+#define KMP_RANK_SHARED 1e-9
+/** A dropped row's part along free directions, from which on it is not redundant: a root of the rounding of J. */
+#define KMP_RANK_NOT_REDUNDANT 1e-8
+/** Effect of actuators on the reduced equations, over the largest: below it none. */
+#define KMP_RANK_ACTUATORS 1e-9
+/** A block of the scaled Jv whose least pivot is below this part of its largest has no sign. */
+#define KMP_RANK_SIGN 1e-9
+
+/* -- closures: scaled |h|, the largest row ------------------------------------------------------------- */
+
+/** Rounding alone: nothing is gained by a correction. */
+#define KMP_CLOSED_ROUNDING 4e-16
+/** Rounding: not corrected at the end of a step, and no reason to refuse it, since where levers differ much its
+ * correction exceeds fine tolerances. */
+#define KMP_CLOSED 4e-15
+/** Rounding where corrections no longer shrink; and the same of points far from the origin, in parts of how far, over
+ * the characteristic length: h is a difference of such numbers. */
+#define KMP_CLOSED_STALLED 2e-14
+#define KMP_CLOSED_AFAR    2e-15
+/** Aimed at by corrections of least change, which go on below it as long as h falls. */
+#define KMP_CLOSED_AIM 1e-13
+/** Closed all the same when rounding stops them: what an assembled mechanism may be open by. */
+#define KMP_CLOSED_ENOUGH 1e-11
+/** The same of the public kempe_close. */
+#define KMP_CLOSED_PUBLIC 1e-12
+/** A row that was dropped as redundant, open by more, is not. */
+#define KMP_CLOSED_DROPPED 1e-9
+/** From here on Newton's method is trusted to stay on the branch that it is on. */
+#define KMP_CLOSED_NEAR 1e-4
+/** A pivot of J above so many |h| is not zero on the closed mechanism. */
+#define KMP_CLOSED_DECIDED 10.0
+/** Rates: |J qd + h_t| over the fastest scaled rate that is consistent; of the start's rates, given by hand. */
+#define KMP_CLOSED_RATES 1e-9
+#define KMP_CLOSED_START 1e-6
+
+/* -- corrections and steps ----------------------------------------------------------------------------- */
+
+/** The longest move of a coordinate by one correction, rad or characteristic lengths. */
+#define KMP_LONGEST_CORRECTION 0.5
+/** A closure correction beyond this many error weights refuses a step. */
+#define KMP_CORRECTION_LIMIT 1.0
+/** Newton in an evaluation stops at this fraction of the error weights. */
+#define KMP_CORRECTION_IN_STAGE 1e-2
+
+/* -- growth: scaled |Bvu| ------------------------------------------------------------------------------ */
+
+/** Exchanges go on as long as they make |det Jv| larger by this: 1 would never end on ties. */
+#define KMP_PICK_GROWTH 1.5
+/** Beyond this, u and v are exchanged: of Kempe's own choice and of a user's wish. Closed, the right-hand side is a
+ * function of u alone, whose series end at u's dead centre: most of its error is made on the way there; an integrator
+ * that begins anew at each exchange pays more for it than it gains. */
+#define KMP_EXCHANGE_GROWTH 1.5
+#define KMP_EXCHANGE_CLOSED 1.1
+#define KMP_EXCHANGE_WISH   10.0
+/** Where nothing is integrated, a choice serves as far as its digits: equilibria are found by few steps, so that a good
+ * choice costs little; sweeps and led motions take many. */
+#define KMP_EXCHANGE_STILL 2.0
+#define KMP_EXCHANGE_SWEEP 3.0
+#define KMP_EXCHANGE_LED   4.0
+/** A wish is refused when its |Bvu| would exceed this at the start. */
+#define KMP_GROWTH_WISH 1e4
+/** Beyond this a fixed u is given up: errors of u reach v multiplied by it. */
+#define KMP_GROWTH_LIMIT 1e3
+/** From here on a step that became too small is put down to the choice of u. */
+#define KMP_GROWTH_EXPLAINS 20.0
+
+/* -- margins: the last pivot, over its usual size ------------------------------------------------------ */
+
+/** The margin at which a run enters the zone about a change point, and at which it leaves it again; a next step may be
+ * longer than the last one by KMP_GROWING. */
+#define KMP_ZONE_IN  0.15
+#define KMP_ZONE_OUT 0.2
+#define KMP_GROWING  1.5
+/** The last pivot of the independent rows over that of all rows: others are taken, and a step goes too far. */
+#define KMP_ROWS_OUT   0.2
+#define KMP_ROWS_LOST  0.05
+#define KMP_ROWS_SWEEP 0.3
+
+#endif

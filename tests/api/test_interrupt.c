@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An interrupt ends one computation, the running one or the next, and no other. */
+#include "check.h"
+#include <kempe/kempe.h>
+
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} scene;
+
+static scene begin(void)
+{
+    scene s = {.context = kempe_context_new()};
+    CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
+    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
+    return s;
+}
+
+static void end(scene *s)
+{
+    kempe_system_free(s->system);
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+static kempe_status simulate(const scene *s)
+{
+    kempe_run run = {.t_end = 0.1, .once = 1};
+    kempe_trajectory *t = NULL;
+    kempe_status status = kempe_simulate(s->system, &run, &t);
+    CHECK_TEXT(kempe_trajectory_reason(t), status == KEMPE_OK ? "" : "interrupted");
+    kempe_trajectory_free(t);
+    return status;
+}
+
+static kempe_status compare(const scene *s)
+{
+    kempe_compare_run run = {.t_end = 0.05, .roads = "reduced", .rtols = "1e-6,1e-8"};
+    kempe_comparison *c = NULL;
+    kempe_status status = kempe_compare(s->system, &run, &c);
+    kempe_comparison_free(c);
+    return status;
+}
+
+static kempe_status lead(const scene *s)
+{
+    kempe_kinematics_ask ask = {.drive = "crank=0:1", .points = 20};
+    kempe_kinematics *k = NULL;
+    kempe_status status = kempe_kinematics_new(s->system, &ask, &k);
+    kempe_kinematics_free(k);
+    return status;
+}
+
+static kempe_status step(const scene *s)
+{
+    kempe_run run = {.t_end = 0.1};
+    kempe_stepper *stepper = NULL;
+    CHECK(kempe_stepper_new(s->system, &run, &stepper) == KEMPE_OK);
+    kempe_status status = kempe_stepper_advance(stepper, 0.05);
+    kempe_stepper_free(stepper);
+    return status;
+}
+
+static kempe_status differentiate(const scene *s)
+{
+    kempe_sensitivity_ask ask = {.parameters = "crank", .run = {.t_end = 0.05}};
+    kempe_sensitivity *d = NULL;
+    kempe_status status = kempe_sensitivity_new(s->model, &ask, &d);
+    kempe_sensitivity_free(d);
+    return status;
+}
+
+static kempe_status (*const computations[])(const scene *s) = {simulate, compare, lead, differentiate};
+enum { COMPUTATIONS = sizeof computations / sizeof *computations };
+
+static void one_computation_ends(void)
+{
+    scene s = begin();
+    for (int a = 0; a < COMPUTATIONS; a++)
+        for (int b = 0; b < COMPUTATIONS; b++) {
+            kempe_context_interrupt(s.context);
+            kempe_context_interrupt(s.context);
+            CHECK(computations[a](&s) == KEMPE_STOPPED);
+            CHECK(computations[b](&s) == KEMPE_OK);
+        }
+    end(&s);
+}
+
+static void each_has_its_own(void)
+{
+    scene s = begin();
+    for (int k = 0; k < 3; k++) {
+        kempe_context_interrupt(s.context);
+        CHECK(simulate(&s) == KEMPE_STOPPED);
+    }
+    CHECK(simulate(&s) == KEMPE_OK);
+    end(&s);
+}
+
+/* A stepper that is made takes the interrupt with its first step. */
+static void steppers_too(void)
+{
+    scene s = begin();
+    CHECK(step(&s) == KEMPE_OK);
+    kempe_run run = {.t_end = 0.1};
+    kempe_stepper *stepper = NULL;
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    kempe_context_interrupt(s.context);
+    CHECK(kempe_stepper_advance(stepper, 0.05) == KEMPE_STOPPED);
+    CHECK_TEXT(kempe_stepper_reason(stepper), "interrupted");
+    kempe_stepper_free(stepper);
+    CHECK(simulate(&s) == KEMPE_OK && step(&s) == KEMPE_OK);
+    end(&s);
+}
+
+int main(void)
+{
+    TEST(one_computation_ends);
+    TEST(each_has_its_own);
+    TEST(steppers_too);
+    return check_report();
+}

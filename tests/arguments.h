@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What tests/arguments.py calls the public functions with: an object of every type, made when it is asked for. */
+#ifndef KEMPE_TESTS_ARGUMENTS_H
+#define KEMPE_TESTS_ARGUMENTS_H
+
+#include <kempe/kempe.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static double some_doubles[4096];
+static int some_ints[64];
+static const char *const some_names[4] = {"crank", "base", "coupler", "rocker"};
+
+static kempe_context *some_kempe_context(int open)
+{
+    (void)open;
+    static kempe_context *context;
+    return context ? context : (context = kempe_context_new());
+}
+
+static const void *made(const void *object, const char *what)
+{
+    if (!object)
+        fprintf(stderr, "%s could not be made: %s\n", what, kempe_context_message(some_kempe_context(0)));
+    return object ? object : (exit(3), NULL);
+}
+
+/* open: one that is under construction. */
+static kempe_model *some_kempe_model(int open)
+{
+    kempe_model *model = NULL;
+    if (open)
+        (void)kempe_model_new(some_kempe_context(0), "open", &model);
+    else
+        (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &model);
+    made(model, "model");
+    return model;
+}
+
+static kempe_system *some_kempe_system(int open)
+{
+    kempe_system *system = NULL;
+    (void)open;
+    (void)kempe_system_new(some_kempe_model(0), &system);
+    made(system, "system");
+    return system;
+}
+
+/* A type with a function that makes one of a system, or of a model, and options. */
+#define SOME(type, make, ...)                                                                                          \
+    static type *some_##type(int open)                                                                                 \
+    {                                                                                                                  \
+        type *object = NULL;                                                                                           \
+        (void)open;                                                                                                    \
+        (void)make(__VA_ARGS__, &object);                                                                              \
+        made(object, #type);                                                                                           \
+        return object;                                                                                                 \
+    }
+/* A struct of zeros. */
+#define ZERO(type)                                                                                                     \
+    static type *some_##type(int open)                                                                                 \
+    {                                                                                                                  \
+        static type zero;                                                                                              \
+        (void)open;                                                                                                    \
+        return &zero;                                                                                                  \
+    }
+
+static const kempe_run short_run = {.t_end = 0.01, .every = 0.005, .once = 1};
+static const kempe_compare_run short_compare = {
+    .roads = "reduced", .forms = "carried", .integrators = "dop853,dopri5", .rtols = "1e-6", .t_end = 0.01};
+static const kempe_kinematics_ask turn = {.drive = "crank=0:0.1", .points = 5};
+static const kempe_sensitivity_ask by_crank = {.parameters = "crank", .run = {.t_end = 0.01, .every = 0.005}};
+static const kempe_response_ask push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
+static const kempe_linearize_ask push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
+static const kempe_inverse_ask by_motor = {.actuators = "crank", .u = "crank"};
+static const kempe_modes_ask from_start = {.at = "start"};
+static const char *const some_parameters[1] = {"base"};
+static const kempe_gradient_ask of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
+
+SOME(kempe_assembly, kempe_assemble, some_kempe_system(0))
+SOME(kempe_check, kempe_check_new, some_kempe_system(0))
+SOME(kempe_branches, kempe_branches_new, some_kempe_system(0), 1)
+SOME(kempe_trajectory, kempe_simulate, some_kempe_system(0), &short_run)
+SOME(kempe_stepper, kempe_stepper_new, some_kempe_system(0), &short_run)
+SOME(kempe_comparison, kempe_compare, some_kempe_system(0), &short_compare)
+SOME(kempe_kinematics, kempe_kinematics_new, some_kempe_system(0), &turn)
+SOME(kempe_equilibrium, kempe_equilibrium_new, some_kempe_system(0), NULL)
+SOME(kempe_inverse, kempe_inverse_new, some_kempe_system(0), &by_motor)
+SOME(kempe_linearization, kempe_linearize, some_kempe_system(0), &push_start)
+SOME(kempe_response, kempe_response_new, some_kempe_system(0), &push)
+SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
+SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)
+SOME(kempe_gradient, kempe_gradient_new, some_kempe_model(0), &of_base)
+SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
+SOME(kempe_count, kempe_count_new, some_kempe_model(0), NULL)
+SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)
+SOME(kempe_values, kempe_values_sample, some_kempe_model(0), "crank=0.29:0.31", 2, 1)
+ZERO(kempe_run)
+ZERO(kempe_compare_run)
+ZERO(kempe_generation)
+ZERO(kempe_kinematics_ask)
+ZERO(kempe_equilibrium_ask)
+ZERO(kempe_inverse_ask)
+ZERO(kempe_linearize_ask)
+ZERO(kempe_response_ask)
+ZERO(kempe_modes_ask)
+ZERO(kempe_sensitivity_ask)
+ZERO(kempe_gradient_ask)
+ZERO(kempe_contact_ask)
+ZERO(kempe_setting)
+ZERO(kempe_touch)
+ZERO(kempe_ellipse)
+ZERO(kempe_kalker)
+ZERO(kempe_creep)
+ZERO(kempe_creep_force)
+ZERO(kempe_body_def)
+ZERO(kempe_joint_def)
+ZERO(kempe_closure_def)
+ZERO(kempe_force_def)
+
+static kempe_ensemble *some_kempe_ensemble(int open)
+{
+    kempe_model *model = some_kempe_model(0);
+    kempe_values *values = NULL;
+    kempe_ensemble *ensemble = NULL;
+    (void)open;
+    (void)kempe_values_sample(model, "crank=0.29:0.31", 2, 1, &values);
+    (void)kempe_ensemble_new(model, values, &ensemble);
+    made(ensemble, "ensemble");
+    return ensemble;
+}
+
+SOME(kempe_batch, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
+
+static kempe_contact_table *some_kempe_contact_table(int open)
+{
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_contact_table *table = NULL;
+    (void)open;
+    (void)kempe_model_read(some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml", &model);
+    if (model && kempe_system_new(model, &system) == KEMPE_OK)
+        (void)kempe_contact_table_new(system, &(const kempe_contact_ask){.over = "shift=0:1 mm:2"}, &table);
+    made(table, "contact table");
+    return table;
+}
+
+typedef struct row {
+    const char *name;
+    int (*call)(void);
+} row;
+
+/* A process each: one that crashes, or does not refuse what it must, is told. */
+static int call_all(const row *rows, size_t count)
+{
+    int bad = 0;
+    for (size_t k = 0; k < count; k++) {
+        int status = 0;
+        fflush(NULL);
+        pid_t child = fork();
+        if (child == 0) {
+            int good = rows[k].call();
+            fflush(NULL);
+            _exit(good ? 0 : 1);
+        }
+        if (child < 0 || waitpid(child, &status, 0) != child || status == 0)
+            continue;
+        bad++;
+        printf("%s: %s %d\n", rows[k].name, WIFSIGNALED(status) ? "signal" : "not refused",
+               WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+    }
+    printf("%zu calls, %d bad\n", count, bad);
+    return bad > 0;
+}
+
+#endif

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes a C program that calls every function of include/kempe with what it must refuse: NULL for all pointers, NULL for
+one of them, and each index and word out of range, everything else being right (tests/arguments.h). Each call has a
+process of its own, so that a crash is a failure with a name.
+
+    tests/arguments.py > arguments.c
+"""
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+# What may be NULL beside structs of options, and what is not for calling with anything but NULL.
+OPTIONAL = {"kempe_system_new_by.dynamics", "kempe_model_new.name", "kempe_eval.qd", "kempe_forward_dynamics.Q",
+            "kempe_forward_dynamics.lambda", "kempe_close.qd", "kempe_close.hold", "kempe_gradient_at.rates",
+            "kempe_gradient_at.accelerations", "kempe_gradient_at.driven", "kempe_gradient_set.values",
+            "kempe_model_read_set.settings", "kempe_model_read_text_set.settings", "kempe_values_new.names",
+            "kempe_values_new.rows"}
+OPTIONS = ("_ask", "_run", "_generation")
+WRONG = ["-1", "1 << 30", "INT_MAX", "INT_MIN"]
+
+
+def functions():
+    for header in sorted(ROOT.glob("include/kempe/*.h")):
+        if header.name == "runtime.h":
+            continue
+        text = re.sub(r"/\*.*?\*/", "", header.read_text(), flags=re.S)
+        text = re.sub(r"^\s*#.*$", "", text, flags=re.M)
+        for m in re.finditer(r"KEMPE_API\s+([^;{]*?)(\w+)\(([^;]*?)\);", text):
+            words = re.sub(r"\s+", " ", m.group(3)).split(", ")
+            yield m.group(1).strip(), m.group(2), [] if words == ["void"] else words
+
+
+def name_of(word):
+    return re.search(r"(\w+)(\[\d*\])?$", word).group(1)
+
+
+def is_pointer(word):
+    return "*" in word or "[" in word or "_fn" in word
+
+
+def nothing(word):
+    return "NULL" if is_pointer(word) else "kempe_value(0)" if "kempe_number " in word else "0"
+
+
+def right(word):
+    kind = re.sub(r"const |\*.*|\[.*|\s\w+$", "", word).strip()
+    if "_fn" in word or "void *" in word:
+        return "NULL"
+    if "char *const" in word:
+        return "some_names"
+    if "char *" in word and "**" not in word:
+        return '"/dev/null"'
+    if "**" in word:
+        return f"&(({word[: word.index('**')].replace('const ', '')}*){{0}})"
+    if kind in ("double", "int") and is_pointer(word):
+        return f"some_{kind}s"
+    if is_pointer(word) and re.match(r"kempe_\w+ \*|const kempe_\w+ \*", word):
+        return f"some_{kind}({'0' if word.startswith('const') else '1'})"
+    return nothing(word)
+
+
+def refuses(function, word):
+    return is_pointer(word) and "_fn" not in word and "void *" not in word and not any(
+        f"{o} *" in word for o in OPTIONS) and f"{function}.{name_of(word)}" not in OPTIONAL
+
+
+def calls(result, function, words):
+    """(what, arguments, whether a status must be KEMPE_E_ARGUMENT)"""
+    yield "all NULL", [nothing(w) for w in words], any(refuses(function, w) for w in words)
+    if function.endswith("_free") or function in ("kempe_context_set_log",):
+        return
+    for k, word in enumerate(words):
+        others = [right(w) for w in words]
+        if is_pointer(word):
+            yield f"{name_of(word)} NULL", others[:k] + ["NULL"] + others[k + 1:], refuses(function, word)
+        elif word.startswith("int ") or re.match(r"kempe_(?!number|status)\w+ \w+$", word):
+            kind = re.sub(r" \w+$", "", word)
+            for wrong in WRONG:
+                yield f"{name_of(word)} {wrong}", others[:k] + [f"({kind})({wrong})"] + others[k + 1:], False
+
+
+def main():
+    print('#include "arguments.h"\n')
+    names = []
+    for result, function, words in functions():
+        for what, arguments, refused in calls(result, function, words):
+            call = f"{function}({', '.join(arguments)})"
+            body = f"return {call} == KEMPE_E_ARGUMENT;" if refused and result == "kempe_status" else f"(void){call}; return 1;"
+            if result == "void":
+                body = f"{call}; return 1;"
+            print(f"static int call_{len(names)}(void) {{ {body} }}")
+            names.append(f"{function}, {what}")
+    print("static const row rows[] = {")
+    for k, name in enumerate(names):
+        print(f'    {{"{name}", call_{k}}},')
+    print("};\n\nint main(void)\n{\n    return call_all(rows, sizeof rows / sizeof *rows);\n}")
+
+
+main()

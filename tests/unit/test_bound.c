@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
+ * its length. */
+#include "check.h"
+#include "integrators/bound.h"
+#include "integrators/solver.h"
+#include "loaded.h"
+#include <float.h>
+
+/* Steps of 1e-9 s towards 1 s, then of 1e-4 s. */
+static void progress_decides(void)
+{
+    kmp_bound slow = {0}, fast = {0}, none = {.most = -1};
+    kmp_text why = {0};
+    long at = 0, ended = 0;
+    for (at = 1; !ended && at <= 1000000; at++) {
+        ended = kmp_bound_passed(&slow, at, 1e-9 * (double)at, 1, &why) ? at : 0;
+        CHECK(!kmp_bound_passed(&fast, at, 1e-4 * (double)at, 1e3, NULL));
+        CHECK(!kmp_bound_passed(&none, at, 0, 1, NULL));
+    }
+    CHECK(ended > 0 && ended <= 200001);
+    CHECK(why.s && strstr(why.s, "too much work") && strstr(why.s, "max_steps"));
+    kmp_text_free(&why);
+}
+
+/* A phase that is as slow, but shorter than a window. */
+static void short_phases_pass(void)
+{
+    kmp_bound bound = {0};
+    double t = 0;
+    for (long at = 1; at <= 500000; at++) {
+        t += at % 100000 < 90000 ? 1e-9 : 1e-4;
+        CHECK(!kmp_bound_passed(&bound, at, t, 100, NULL));
+    }
+}
+
+static void a_number_asked_for_is_kept(void)
+{
+    kmp_bound bound = {.most = 10};
+    kmp_text why = {0};
+    CHECK(!kmp_bound_passed(&bound, 9, 0.5, 1, &why));
+    CHECK(!kmp_bound_passed(&bound, 10, 1, 1, &why));
+    CHECK(kmp_bound_passed(&bound, 10, 0.5, 1, &why));
+    CHECK(why.s && strstr(why.s, "the bound of 10 steps"));
+    kmp_text_free(&why);
+}
+
+/* The least step goes by the time, whatever the end. */
+static void collapse_goes_by_rounding(void)
+{
+    int hopeless = 0;
+    bool collapsed = false;
+    for (int k = 0; k < 1000; k++)
+        collapsed = collapsed || kmp_solver_collapsed(&hopeless, 1e-11, 10);
+    CHECK(!collapsed);
+    for (int k = 0; k < 1000; k++)
+        collapsed = collapsed || kmp_solver_collapsed(&hopeless, 20 * DBL_EPSILON * 10, 10);
+    CHECK(collapsed);
+    CHECK(kmp_solver_least_step(0) == 0 && kmp_solver_least_step(1) > 1e-15 && kmp_solver_least_step(-1) < 1e-14);
+}
+
+static void simulate(const char *path, kempe_setting set, const char *integrator, kempe_run run, const char *reason)
+{
+    loaded l = load_set(path, &set, set.name ? 1 : 0);
+    kempe_trajectory *t = NULL;
+    run.integrator = integrator;
+    run.once = 1;
+    kempe_status status = kempe_simulate(l.system, &run, &t);
+    CHECK(status == (*reason ? KEMPE_E_FAILED : KEMPE_OK));
+    CHECK(t && strstr(kempe_trajectory_reason(t), reason));
+    if (t && (*reason == 0) != (*kempe_trajectory_reason(t) == 0))
+        printf("%s, rtol %g: %s\n", integrator, run.rtol, kempe_trajectory_reason(t));
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
+/* Swings of microseconds in a run of 20 s. */
+static void short_swings_are_no_singularity(void)
+{
+    static const char *const integrators[] = {"dop853", "dopri5", "erk", "bdf", "adams", "radau5", "radau9", "ida"};
+    for (size_t k = 0; k < sizeof integrators / sizeof *integrators; k++)
+        for (double rtol = 1e-6; rtol > 5e-12; rtol *= 1e-5)
+            simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, integrators[k],
+                     (kempe_run){.rtol = rtol, .t_end = 20}, "");
+}
+
+static void absurd_forces_end_soon(void)
+{
+    simulate("tests/models/light_carriage.yaml", (kempe_setting){"l", "1e-18"}, "dop853", (kempe_run){.t_end = 20},
+             "too much work");
+    simulate("tests/models/light_carriage.yaml", (kempe_setting){"l", "1e-18"}, "bdf", (kempe_run){.t_end = 20},
+             "too much work");
+}
+
+static void steps_may_be_bounded(void)
+{
+    simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, "dop853",
+             (kempe_run){.t_end = 20, .max_steps = 100}, "the bound of 100 steps");
+    simulate("tests/models/light_carriage.yaml", (kempe_setting){0}, "dop853",
+             (kempe_run){.t_end = 20, .max_steps = 1000000}, "");
+}
+
+int main(void)
+{
+    TEST(progress_decides);
+    TEST(short_phases_pass);
+    TEST(a_number_asked_for_is_kept);
+    TEST(collapse_goes_by_rounding);
+    TEST(short_swings_are_no_singularity);
+    TEST(absurd_forces_end_soon);
+    TEST(steps_may_be_bounded);
+    return check_report();
+}
