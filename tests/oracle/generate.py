@@ -13,12 +13,12 @@ from jets import Jet, turning
 from mechanics import Motion
 from mechanism import Mechanism, normal
 
-FEATURES = """revolute prismatic cylindrical screw universal spherical planar free weld motions frame to reversed coordinates
+FEATURES = """revolute prismatic cylindrical screw universal spherical planar free weld motions chart frame to reversed coordinates
 axes-of-points one-axis-alone oblique-axis graph graph-cut graph-turned include include-offset include-set parameters units
 table-spline table-linear table-csv unknown-expression unknown-equations massless loop-ball loop-rod loop-rod-of-time
 loop-revolute loop-universal loop-cylindrical loop-prismatic loop-weld loop-planar loop-point_on_line loop-point_on_plane
 curve-table curve-y curve-y-and-z curve-surface curve-two-surfaces couple couple-equals constraint constraint-of-time
-drive-angle drive-displacement drive-locked redundant torque force joint-spring stops friction spring bushing point-force
+linkage drive-angle drive-displacement drive-locked redundant torque force joint-spring stops friction spring bushing point-force
 body-torque condition-q condition-qd condition-t condition-lambda force-of-lambda sensor ancestor-moves ancestor-body
 road-reduced road-dae road-projected integrators dynamics tape held""".split()
 
@@ -202,6 +202,41 @@ class Generator:
         if self.chance(0.25):
             self.add_include(parents)
 
+    def make_linkage(self):
+        """Bodies that turn about parallel axes, in two chains from the ground: what closes them in space is redundant."""
+        document, axes = self.document, self.axes()
+        document["ground"] = {"points": {f"O{k}": {"at": self.vector(0.5), "axes": axes} for k in range(2)}}
+        document["bodies"], self.graph = {}, False
+        length = [int(self.random.integers(1, 3)), int(self.random.integers(1, 3))]
+        for chain, count in enumerate(length):
+            at = f"ground.O{chain}"
+            for k in range(count):
+                name, keys = f"b{chain}{k}", self.body()
+                keys["points"] = {f"P{i}": self.vector(0.6, "m") for i in range(2)}
+                keys["joint"] = {"name": f"j{chain}{k}", "revolute": "z", "at": at}
+                document["bodies"][name] = keys
+                at = f"{name}.P0"
+
+    def close_linkage(self):
+        """A closure between the ends of both chains, of which some rows say nothing new."""
+        first, second = list(self.document["bodies"])[0], list(self.document["bodies"])[-1]
+        kind = self.one_of("revolute", "ball", "cylindrical", "prismatic", "universal", "planar")
+        place, axes = self.frame_of(f"{first}.P1")
+        keys = {"axis": self.one_of("x", "y")} if kind == "prismatic" else {"axis": "z"}
+        keys = {"axes": ["z", "y"]} if kind == "universal" else {} if kind == "ball" else keys
+        turned = axes if kind == "prismatic" else rotation(axes[:, 2], self.angle()) @ axes
+        point, undo = self.put_point(second, place, turned)
+        self.document["loops"] = {"K0": {kind: [f"{first}.P1", point], **keys}}
+        self.look()
+        count, rank, least = self.rank()
+        if least > 0.02 and len(self.built.columns) > rank:
+            self.features["redundant"] += count > rank
+            self.features["linkage"] += 1
+            return
+        undo()
+        del self.document["loops"]
+        self.look()
+
     def put_massless(self, name, keys, parents):
         """A cross without mass that carries a body with mass about another axis."""
         cross = self.body(massless=True)
@@ -242,6 +277,10 @@ class Generator:
         document = inner.document
         document.update({"ground": {"points": {"G": inner.place()}}, "bodies": {"i0": first, "i1": second}})
         document["parameters"]["stiff"] = "3"
+        document["tables"] = {"own": inner.spline()}
+        moved = f"q(j_i1{'' if inner.motions_of(second['joint']) == 1 else '.1'})"
+        document["unknowns"] = {"half": f"0.5*{moved}"}
+        document["sensors"] = {"seen": f"own({moved}) + stiff*half + t"}
         document["forces"] = {"inner": {"spring": ["ground.G", "i1.far"], "stiffness": "stiff + 1", "free_length": "0.2"}}
         name = f"part{self.number}.yaml"
         keys = {"file": name, "prefix": "s_", "at": self.straight_point(parents)}
@@ -266,6 +305,10 @@ class Generator:
         for k, name in enumerate(self.built.columns):
             size = 1.1 if self.built.rotates[k] else 0.5
             self.q.setdefault(name, float(np.round(self.random.uniform(-size, size), 4)))
+        for joint in self.built.joints:
+            if sum(rotation for rotation, _ in joint.chain) == 3 and self.chance(0.15):
+                self.features["chart"] += 1
+                self.q[self.built.columns[joint.coordinates[-2]]] = self.one_of(1.5, -1.55)
         self.couple_screws()
         self.look()
 
@@ -295,7 +338,7 @@ class Generator:
         for _ in range(self.one_of(0, 1, 1, 2, 2, 3)):
             maker, kind = self.one_of(*[(self.put_point_closure, kind) for kind in (*CLOSURES, *CURVES)],
                                       *[(maker, None) for maker in (self.put_couple, self.put_constraint, self.put_drive)] * 4)
-            for _ in range(6):
+            for _ in range(10):
                 if self.try_closure(maker, kind):
                     break
 
@@ -529,7 +572,11 @@ class Generator:
         motion.ranks()
         j, z = motion.jacobian[0], self.random.uniform(-1.0, 1.0, motion.n)
         h_t = motion.hdot[0]
-        rates = z - np.linalg.pinv(j, rcond=1e-9) @ (j @ z + h_t) if len(j) else np.round(z, 4)
+        rates = np.round(z, 4)
+        if motion.rank:
+            left, values, right = np.linalg.svd(j)
+            kept = values > 1e-9
+            rates = z - right[:len(values)][kept].T @ ((left.T[:len(values)] @ (j @ z + h_t))[kept] / values[kept])
         self.rates = {name: float(x) for name, x in zip(self.built.columns, rates)}
 
     # -- laws
@@ -544,7 +591,7 @@ class Generator:
         other = (self.coordinate() or coordinate)[0]
         name = coordinate[0]
         a, b, w = self.between(-2, 2), self.between(-0.8, 0.8), self.between(1, 8)
-        kinds = ["constant", "swing", "spring", "table", "condition-q", "condition-t", "functions", "kink"]
+        kinds = ["constant", "swing", "spring", "table", "condition-q", "condition-t", "functions", "more", "signs", "kink"]
         kinds += ["damping", "condition-qd", "sign", "nested"] if rate else []
         kind = self.one_of(*kinds)
         if kind.startswith("condition"):
@@ -559,13 +606,17 @@ class Generator:
                 "condition-qd": f"if(qd({other}) {self.one_of('>', '<=')} {b}, {a}*q({name}), {b})", "sign": f"({a})*sign(qd({other}) + {self.between(0.3, 1.5)})",
                 "nested": f"if(q({name}) > {b}, if(qd({other}) < {b}, {a}, 0.5), -0.3*qd({name}))",
                 "functions": f"({a})*tanh(q({other}))*exp(-t)/sqrt(1 + q({name})^2) + atan2({b}, 2 + sin(q({other})))",
+                "more": f"({a})*(0.1*pow(2 + sin(q({name})), 1.5) + log(2 + q({name})^2) - asin(0.3*sin(q({other}))) + acos(0.2*cos(t))"
+                        f" + 0.1*sinh(sin(q({name})))*cosh(t) + tan(0.3*sin(q({other}))) + atan(t) + abs(q({name}) - 5))",
+                "signs": f"(-2^2 + 2^3^2/256 - 2^-1 + {a}e-1/2/5*-3 - -1)*(q({name}) - 20 deg)",
                 "kink": f"max({a}*q({name}), min(0.4, {b}*q({other})))"}[kind]
 
     def near(self, name):
         """A border that is likely to be passed within the run."""
         k = self.built.places[name]
         column = self.built.columns[k]
-        return repr(round(self.q[column] + self.rates[column] * self.between(0.01, 0.06), 5))
+        rate = self.rates[column] if abs(self.rates[column]) > 1e-3 else 1.0
+        return repr(round(self.q[column] + rate * self.between(0.01, 0.06), 5))
 
     def table(self):
         kind = self.one_of("spline", "linear", "csv")
@@ -664,8 +715,9 @@ class Generator:
         return [self.law(found) for _ in range(3)]
 
     def put_point_force(self, name):
-        self.put_force(name, "point-force", {"at": self.two_points()[1].replace("ground.O0", "b0.P0").replace("ground.O1", "b0.P0"),
-                                             "force": self.three_laws()})
+        body = self.one_of(*self.document["bodies"])
+        point = self.one_of(*self.document["bodies"][body]["points"])
+        self.put_force(name, "point-force", {"at": f"{body}.{point}", "force": self.three_laws()})
 
     def put_body_torque(self, name):
         self.put_force(name, "body-torque", {"on": self.one_of(*self.document["bodies"]), "torque": self.three_laws()})
@@ -717,7 +769,7 @@ class Generator:
         outputs += [f"sensor({name})" if self.chance(0.5) else name for name in document.get("sensors", {})]
         if "include" in document:
             at = document["include"][0]["at"].split(".")[0]
-            outputs += [f"position({at}.s_G)", "force(s_inner)", "position(s_i1.P0)", "velocity(s_i0.P0)"]
+            outputs += [f"position({at}.s_G)", "force(s_inner)", "s_seen", "position(s_i1.P0)", "velocity(s_i0.P0)"]
         rtol = self.one_of("1e-8", "1e-9", "1e-10")
         document["run"] = {"t_end": "80 ms", "every": "0.01", "rtol": rtol, "atol": rtol, "outputs": outputs}
         self.choose_way(document["run"])
@@ -733,7 +785,7 @@ class Generator:
             run["integrator"] = self.one_of("radau9", "radau5", "dopri5", "bdf", "adams", "dop853")
         if self.chance(0.3):
             self.features["dynamics"] += 1
-            run["dynamics"] = self.one_of("composite", "plain", "ner")
+            run["dynamics"] = self.one_of("composite", "plain", "ner", "articulated", "auto")
 
     def add_start(self):
         start = {"q": {n: repr(self.q[n]) for n in self.built.columns if self.q[n] != 0.0},
@@ -764,7 +816,11 @@ class Generator:
             for key in [k for k in self.document if k not in ("kempe", "name", "gravity")]:
                 del self.document[key]
             self.document["parameters"] = {}
-            self.make_tree()
+            self.linkage = self.chance(0.12)
+            if self.linkage:
+                self.make_linkage()
+            else:
+                self.make_tree()
             for name, text in self.files.items():
                 (folder / name).write_text(text)
             import files
@@ -772,8 +828,11 @@ class Generator:
             self.settle()
             if 1 <= len(self.built.columns) <= 14 and self.motion.solve().condition()[0] < 1e6:
                 break
-        self.add_closures()
-        self.add_redundant()
+        if self.linkage:
+            self.close_linkage()
+        else:
+            self.add_closures()
+            self.add_redundant()
         self.set_rates()
         self.add_forces()
         self.add_unknowns()

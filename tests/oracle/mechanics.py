@@ -367,6 +367,11 @@ class Motion:
         arm = 0 * arm if broken("place of moments") else arm
         return np.concatenate([force, moment - tilde(arm) @ force], 1)
 
+    def lengths(self, item):
+        """Distances of a closure's points."""
+        first, second = (self.point(p.body, p.place)[0] for p in item.points)
+        return np.linalg.norm(second - first, axis=-1)
+
     def kinetic(self):
         total = np.zeros(self.count)
         for body in self.mechanism.bodies:

@@ -140,7 +140,7 @@ class Scope:
 def shortest_turn(a, b):
     """The rotation about a x b that brings the unit vector a onto b."""
     if broken("shortest turn"):
-        first = normal(np.cross(np.roll(a, 1), b))
+        first = normal(np.cross(np.roll(a, 1) + 0.1 * a, b) + 1e-9)
         here, there = np.stack([a, np.roll(a, 1), np.roll(a, 2)], 1), np.stack([b, first, np.cross(b, first)], 1)
         return there @ here.T
     v, c = np.cross(a, b), a @ b
