@@ -86,11 +86,12 @@ class Comparison:
         gap = np.max(np.abs(np.concatenate([self.gaps(), self.motion.hdot], 1)[self.clear]), initial=0.0)
         return min(max(CONDITIONED * ROUNDING * self.cond, OPEN * min(gap, CLOSED)), 1e-3)
 
-    def gaps(self):
-        h = self.motion.h.copy()
-        for item in self.motion.items:
+    def gaps(self, motion=None):
+        motion = motion or self.motion
+        h = motion.h.copy()
+        for item in motion.items:
             if closures.floating(item):
-                rows = self.motion.rows[item.name]
+                rows = motion.rows[item.name]
                 h[:, rows] -= h[:1, rows]
         return h
 
@@ -109,13 +110,26 @@ class Comparison:
     # -- what is compared
 
     def compare_start(self):
-        """Starts are written closed and consistent, so that they are kept."""
-        for name, values, given in (("q", self.q, self.mechanism.start), ("qd", self.qd, self.mechanism.rates)):
-            want = np.array([given.get(self.start_name(given, k), 0.0) for k in range(len(self.mechanism.columns))])
-            self.agree(f"start of {name}", values[:1].repeat(len(values), 0), want[None].repeat(len(values), 0), usual=1e-8, conditioned=False)
+        """Held coordinates keep their value, and so do all where the start fits the closures; likewise rates."""
+        q, qd = self.given(self.mechanism.start), self.given(self.mechanism.rates)
+        held = np.array([any(self.mechanism.places[name] == k for name in self.mechanism.held) for k in range(len(q))], bool)
+        start = Motion(self.mechanism, self.motion.t[:1], q[None], qd[None], self.motion.multipliers)
+        closed = np.max(np.abs(self.gaps(start)), initial=0.0) < 1e-12
+        self.keep("q", self.q, np.where(held | closed, q, self.q[0]))
+        if closed and np.max(np.abs(start.hdot), initial=0.0) < 1e-12:
+            self.keep("qd", self.qd, qd)
 
-    def start_name(self, given, number):
-        return next((name for name, k in self.mechanism.places.items() if k == number and name in given), None)
+    def keep(self, name, values, want):
+        rows = len(values)
+        self.agree(f"start of {name}", values[:1].repeat(rows, 0), want[None].repeat(rows, 0), usual=1e-8, conditioned=False)
+
+    def given(self, texts):
+        """What the start says of all coordinates; 0 where it is silent."""
+        values = np.zeros(len(self.mechanism.columns))
+        for name, value in texts.items():
+            if name in self.mechanism.places:
+                values[self.mechanism.places[name]] = value
+        return values
 
     def compare_closures(self):
         """Kempe's states in maximal coordinates: gaps and their rates."""

@@ -14,13 +14,13 @@ from mechanics import Motion
 from mechanism import Mechanism, normal
 
 FEATURES = """revolute prismatic cylindrical screw universal spherical planar free weld motions chart frame to reversed coordinates
-axes-of-points one-axis-alone oblique-axis graph graph-cut graph-turned include include-offset include-set parameters units
+axes-of-points one-axis-alone oblique-axis graph graph-cut graph-chosen graph-turned include include-twice include-offset include-set parameters units
 table-spline table-linear table-csv unknown-expression unknown-equations massless loop-ball loop-rod loop-rod-of-time
 loop-revolute loop-universal loop-cylindrical loop-prismatic loop-weld loop-planar loop-point_on_line loop-point_on_plane
 curve-table curve-y curve-y-and-z curve-surface curve-two-surfaces couple couple-equals constraint constraint-of-time
 linkage drive-angle drive-displacement drive-locked redundant torque force joint-spring stops friction spring bushing point-force
 body-torque condition-q condition-qd condition-t condition-lambda force-of-lambda sensor ancestor-moves ancestor-body
-road-reduced road-dae road-projected integrators dynamics tape held""".split()
+road-reduced road-dae road-projected integrators dynamics tape held rough-guess""".split()
 
 
 def rotation(axis, angle):
@@ -121,7 +121,7 @@ class Generator:
     def kind(self, light):
         """One of the keys of a joint and its value."""
         kind = self.one_of("revolute", "revolute", "prismatic", "cylindrical", "screw", "universal", "spherical", "planar",
-                           "motions", *(() if light else ("free", "weld")))
+                           "motions", *(() if light else ("free", "free", "weld")))
         self.features[kind] += 1
         if kind == "weld":
             return {kind: "yes"}
@@ -292,12 +292,15 @@ class Generator:
             keys["set"] = {"stiff": self.number_text(self.between(1, 5))}
         self.files[name] = written(document)
         self.document["include"] = [keys]
+        if self.chance(0.3):
+            self.features["include-twice"] += 1
+            self.document["include"].append({"file": name, "prefix": "r_", "at": "ground"})
         self.inner = document
 
     # -- places
 
     def mechanism(self):
-        return Mechanism(self.document, self.folder)
+        return Mechanism(self.document, self.folder, self.cuts)
 
     def settle(self):
         """Random coordinates of the start, and the oracle's mechanism there."""
@@ -338,7 +341,7 @@ class Generator:
         for _ in range(self.one_of(0, 1, 1, 2, 2, 3)):
             maker, kind = self.one_of(*[(self.put_point_closure, kind) for kind in (*CLOSURES, *CURVES)],
                                       *[(maker, None) for maker in (self.put_couple, self.put_constraint, self.put_drive)] * 4)
-            for _ in range(10):
+            for _ in range(20 if kind in LOCKING else 8):
                 if self.try_closure(maker, kind):
                     break
 
@@ -357,6 +360,7 @@ class Generator:
             self.features[self.made] += 1
             return True
         undo()
+        self.cuts &= set(before["joints"])
         for key, value in before.items():
             self.document[key] = value
             if not value:
@@ -373,7 +377,8 @@ class Generator:
     def ends(self):
         """A point that is there, and a body of this file for the other one."""
         bodies = list(self.document["bodies"])
-        second = self.one_of(*bodies)
+        loose = [b for b in bodies if "free" in self.document["bodies"][b].get("joint", {})]
+        second = self.one_of(*(loose if loose and self.chance(0.6) else bodies))
         firsts = [("ground", k) for k in self.document["ground"]["points"]]
         firsts += [(b, k) for b in bodies for k in self.document["bodies"][b]["points"] if b != second and not k.startswith("L")]
         if "include" in self.document:
@@ -413,12 +418,13 @@ class Generator:
         axis = axes @ local
         across = np.cross(axis, normal(self.random.normal(size=3)))
         name = f"K{len(self.document.get('loops', {})) + len(self.document.get('joints', {}))}"
-        self.made, self.cut = f"loop-{kind}", self.graph and kind in CUTS and self.chance(0.7)
+        self.made, self.cut = f"loop-{kind}", self.graph and kind in CUTS and self.chance(0.8)
         keys, there, turned = getattr(self, "close_" + kind)(text, place, axes, axis, across)
         point, undo = self.put_point(second, there, turned)
         if self.cut:
             self.document.setdefault("joints", {})[name] = {CUTS[kind]: [first, point], **keys, "cut": "yes"}
             self.made = "graph-cut"
+            self.cuts.add(name)
         else:
             self.document.setdefault("loops", {})[name] = {kind: [first, point], **keys}
         return undo
@@ -478,9 +484,10 @@ class Generator:
         a, b = self.between(0.1, 0.5), self.between(0.5, 1.5)
         if kind == "table":
             self.features["table-spline"] += 1
-            self.document.setdefault("tables", {})["f"] = self.spline()
-            y = float(self.mechanism_table("f")(np.array(x)))
-            return {"table": "f"}, place + axes @ [x, y, z], None
+            name = f"f{len(self.document.get('loops', {}))}"
+            self.document.setdefault("tables", {})[name] = self.spline()
+            y = float(self.mechanism_table(name)(np.array(x)))
+            return {"table": name}, place + axes @ [x, y, z], None
         if kind == "y":
             return {"y": f"{a}*sin({b}*x) + {a}*t"}, place + axes @ [x, a * np.sin(b * x), z], None
         if kind == "y-and-z":
@@ -501,7 +508,7 @@ class Generator:
 
     def coordinate(self):
         """The name of a coordinate of this file, however it may be written, and its number."""
-        free = [k for k, name in enumerate(self.built.columns) if not name.startswith("s_") and not self.is_screw(k)]
+        free = [k for k, name in enumerate(self.built.columns) if not name.startswith(("s_", "r_")) and not self.is_screw(k)]
         if not free:
             return None
         k = int(self.one_of(*free))
@@ -658,7 +665,7 @@ class Generator:
 
     def carrying(self):
         """A closure whose first multiplier is determined."""
-        if self.features["redundant"]:
+        if self.features["redundant"] or self.linkage:
             return None
         names = [n for n, k in self.document.get("loops", {}).items() if "rod" in k or "ball" in k or "point_on_plane" in k]
         return self.one_of(*names) if names else None
@@ -744,7 +751,7 @@ class Generator:
                 self.features["sensor"] += 1
                 sensors[f"s{k}"] = self.law(found) + f" + 0.1*qd({found[0]})"
         owners = list(self.document.get("loops", {})) + list(self.document.get("drives", {}))
-        if owners and self.chance(0.4):
+        if owners and not self.linkage and self.chance(0.4):
             self.features["condition-lambda"] += 1
             sensors["load"] = f"if(lambda({self.one_of(*owners)}) > 0.1, 1, lambda({owners[0]}))"
         if not sensors:
@@ -773,6 +780,7 @@ class Generator:
         rtol = self.one_of("1e-8", "1e-9", "1e-10")
         document["run"] = {"t_end": "80 ms", "every": "0.01", "rtol": rtol, "atol": rtol, "outputs": outputs}
         self.choose_way(document["run"])
+        self.leave_choice()
 
     def choose_way(self, run):
         road = self.one_of("reduced", "reduced", "dae", "projected")
@@ -785,7 +793,7 @@ class Generator:
             run["integrator"] = self.one_of("radau9", "radau5", "dopri5", "bdf", "adams", "dop853")
         if self.chance(0.3):
             self.features["dynamics"] += 1
-            run["dynamics"] = self.one_of("composite", "plain", "ner", "articulated", "auto")
+            run["dynamics"] = self.one_of("composite", "plain", "ner", "auto", *(() if self.features["force-of-lambda"] else ("articulated",)))
 
     def add_start(self):
         start = {"q": {n: repr(self.q[n]) for n in self.built.columns if self.q[n] != 0.0},
@@ -795,7 +803,31 @@ class Generator:
         if found and self.document.get("loops") and found[1] not in driven and self.chance(0.3):
             self.features["held"] += 1
             start["hold"] = [found[0]]
+        self.guess_roughly(start)
         self.document["start"] = {k: v for k, v in start.items() if v}
+
+    def leave_choice(self):
+        """Kempe itself chooses what it cuts of a graph: no joint says so, and no output asks for one."""
+        if not self.cuts or self.features["force-of-lambda"] or self.chance(0.5):
+            return
+        self.features["graph-chosen"] += 1
+        for keys in self.document["joints"].values():
+            keys.pop("cut")
+        outputs = self.document["run"]["outputs"]
+        gone = {f"{word}({name})" for word in ("reaction", "moment") for name in self.cuts}
+        self.document["run"]["outputs"] = [word for word in outputs if word not in gone]
+
+    def guess_roughly(self, start):
+        """A start that is not closed, without rates."""
+        loops = self.document.get("loops", {})
+        locked = any("locked" in keys for keys in self.document.get("drives", {}).values())
+        if not self.motion.items or locked or any("couple" in k for k in loops.values()) or self.chance(0.85):
+            return
+        self.features["rough-guess"] += 1
+        for name in start["q"]:
+            if self.built.places[name] not in {self.built.places[n] for n in start.get("hold", [])}:
+                start["q"][name] = repr(round(float(start["q"][name]) + self.between(-0.02, 0.02), 5))
+        start["qd"] = {}
 
     def count_ancestors(self):
         for closure in self.built.closures:
@@ -813,6 +845,7 @@ class Generator:
             self.features.clear()
             self.files.clear()
             self.q.clear()
+            self.cuts = set()
             for key in [k for k in self.document if k not in ("kempe", "name", "gravity")]:
                 del self.document[key]
             self.document["parameters"] = {}
@@ -851,6 +884,7 @@ class Generator:
 
 
 CLOSURES = ("ball", "rod", "revolute", "universal", "cylindrical", "prismatic", "weld", "planar", "point_on_line", "point_on_plane")
+LOCKING = ("revolute", "universal", "cylindrical", "prismatic", "weld")  # with so many rows that few trees leave room
 CURVES = ("table", "y", "y-and-z", "surface", "two-surfaces")
 CUTS = {kind: kind for kind in ("revolute", "universal", "cylindrical", "prismatic", "weld", "planar")} | {"ball": "spherical"}
 COUNT = {"revolute": 1, "prismatic": 1, "cylindrical": 2, "screw": 2, "universal": 2, "spherical": 3, "planar": 3, "free": 6, "weld": 0}
