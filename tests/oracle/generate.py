@@ -499,7 +499,7 @@ class Generator:
         return ({"curve": [surface, f"z - {b}*x - ({float(z - b * x)!r})"], "power": "0"}, place + axes @ [x, y, z], None)
 
     def spline(self):
-        x = np.cumsum(self.random.uniform(0.3, 0.7, 6)) - 1.6
+        x = np.cumsum(self.random.uniform(0.2, 0.4, 6)) - 1.0
         return {"x": [repr(float(np.round(v, 3))) for v in x], "y": [repr(self.between(-0.5, 0.5)) for _ in x]}
 
     def mechanism_table(self, name):
