@@ -78,6 +78,7 @@ static kempe_sensitivity *differentiate(const bench *b, const trial *x, const ch
     kempe_sensitivity *s = NULL;
     char *json = NULL;
     ask.run.t_end = ask.run.every = x->t_end;
+    ask.run.once = 1;
     ask.run.rtol = 1e-8;
     if (kempe_sensitivity_new(b->model, &ask, &s) || kempe_sensitivity_print(s, KEMPE_JSON, &json))
         stop(b);

@@ -366,6 +366,88 @@ void kmp_chart_enter(const kempe_system *system, int c, const double *chart, con
     rates_of(&j, q + j.first, &s, qd + j.first, NULL);
 }
 
+/* -- small changes ----------------------------------------------------------------------------------- */
+
+/* The turn of the body before the joint, and the changes of its angular velocity and acceleration. */
+typedef struct change {
+    double turn[3], w[3], wd[3];
+} change;
+
+static void add_cross(double *x, double factor, const double y[3], const double z[3])
+{
+    double yz[3];
+    kmp_cross3(y, z, yz);
+    add_scaled(x, factor, yz);
+}
+
+/* With axes e_k, each turned and led by those before it; qdd NULL: without d.wd. */
+static change change_of(const joint *j, const kmp_chart_motion *m, const double dq[3], const double dqd[3],
+                        const double dqdd[3])
+{
+    change d = {{0}, {0}, {0}};
+    double led[3] = {0};
+    matrix e;
+    axes_at(j, m->q + j->first, e);
+    for (int k = 0; k < 3; k++) {
+        double moved[3] = {0}, rate = m->qd[j->first + k], part[3] = {0};
+        add_cross(moved, 1, d.turn, e[k]);
+        add_scaled(part, rate, moved);
+        add_scaled(part, dqd[k], e[k]);
+        if (m->qdd) {
+            add_scaled(d.wd, m->qdd[j->first + k], moved);
+            add_scaled(d.wd, dqdd[k], e[k]);
+            add_cross(d.wd, rate, d.w, e[k]);
+            add_cross(d.wd, 1, led, part);
+        }
+        add_scaled(led, rate, e[k]);
+        add_scaled(d.w, 1, part);
+        add_scaled(d.turn, dq[k], e[k]);
+    }
+    return d;
+}
+
+/* Into the axes on the other side of C, or back. */
+static void turn_change(const joint *j, const double *chart, int c, bool back, change *d)
+{
+    matrix own;
+    get(chart, c, own);
+    if (!j->before)
+        return;
+    apply(own, back, d->turn, d->turn);
+    apply(own, back, d->w, d->w);
+    apply(own, back, d->wd, d->wd);
+}
+
+/* x with e' x = whole - part. */
+static void solve_rest(matrix e, const double whole[3], const double part[3], double x[3])
+{
+    double rest[3];
+    for (int i = 0; i < 3; i++)
+        rest[i] = whole[i] - part[i];
+    solve(e, rest, x);
+}
+
+void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *from, const kmp_chart_motion *to,
+                     double *dq, double *dqd, double *dqdd)
+{
+    static const double none[3] = {0};
+    joint j = joint_of(system, c);
+    bool whole_motion = from->qdd && to->qdd && dqdd;
+    const kmp_chart_motion before = {NULL, from->q, from->qd, whole_motion ? from->qdd : NULL};
+    const kmp_chart_motion behind = {NULL, to->q, to->qd, whole_motion ? to->qdd : NULL};
+    change d = change_of(&j, &before, dq + j.first, dqd + j.first, whole_motion ? dqdd + j.first : none);
+    matrix e;
+    turn_change(&j, from->chart, c, false, &d);
+    turn_change(&j, to->chart, c, true, &d);
+    axes_at(&j, to->q + j.first, e);
+    solve(e, d.turn, dq + j.first);
+    change part = change_of(&j, &behind, dq + j.first, none, none);
+    solve_rest(e, d.w, part.w, dqd + j.first);
+    part = change_of(&j, &behind, dq + j.first, dqd + j.first, none);
+    if (whole_motion)
+        solve_rest(e, d.wd, part.wd, dqdd + j.first);
+}
+
 /* -- what the user sees ------------------------------------------------------------------------------ */
 
 /* By full turns, whose number is all that `near` decides. */

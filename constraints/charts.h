@@ -51,6 +51,16 @@ double kmp_chart_show(const kempe_system *system, int c, const double *chart, co
 double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double near[3], bool sided,
                         const double *q, double angles[3]);
 
+/** A motion in some charts: coordinates, rates and accelerations (n each; qdd may be NULL). */
+typedef struct kmp_chart_motion {
+    const double *chart, *q, *qd, *qdd;
+} kmp_chart_motion;
+
+/** Takes small changes dq, dqd and dqdd (n each; the last may be NULL) of the coordinates of joint c in one chart to
+ * those of the same motion in another. Both charts stay as they are. */
+void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *from, const kmp_chart_motion *to,
+                     double *dq, double *dqd, double *dqdd);
+
 /** kmp_chart_show of all joints; `near` (n) may be q. */
 void kmp_charts_show(const kempe_system *system, const double *chart, const double *near, double *q, double *qd);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/reduction.h"
 #include "base/memory.h"
+#include "constraints/close.h"
 #include "constraints/pressing.h"
-#include "constraints/tolerances.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
@@ -427,52 +427,36 @@ void kmp_reduction_correction(kmp_reduction *red)
         kmp_block_solve(red->block, 1, red->dv);
 }
 
-/* max |dv| in coordinate scales, and against the weights. */
-static double measure(const kmp_reduction *red, const double *w, double *weighted)
+static int place(void *self, double t, const double *q)
 {
-    double size = 0;
-    *weighted = 0;
-    for (int i = 0; i < red->r; i++) {
-        int v = red->part->v[i];
-        size = fmax(size, fabs(red->dv[i]) / red->plant->system->scale[v]);
-        if (w)
-            *weighted = fmax(*weighted, fabs(red->dv[i]) / w[v]);
-    }
-    return isfinite(size) ? size : INFINITY;
+    kmp_reduction *red = self;
+    kmp_plant_closure(red->plant, t, q);
+    return kmp_reduction_factor(red);
 }
 
-/* Rounding noise of a coordinate of this size. */
-static double noise(const kmp_reduction *red, const double *q)
+static bool correct(void *self, const double *violation, double *dv)
 {
-    double size = 1;
-    for (int i = 0; i < red->n; i++)
-        size = fmax(size, fabs(q[i]) / red->plant->system->scale[i]);
-    return 16 * 2.220446049250313e-16 * size;
+    kmp_reduction *red = self;
+    (void)violation, (void)dv; /* h, in place */
+    kmp_reduction_correction(red);
+    red->newton++;
+    return true;
 }
 
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
 {
     const kempe_system *s = red->plant->system;
-    double last = INFINITY, weighted, floor_ = noise(red, q);
-    double rounded = fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * s->reach / s->length);
-    for (int k = 0; k < MAX_NEWTON; k++) {
-        kmp_plant_closure(red->plant, t, q);
-        if (kmp_reduction_factor(red))
-            return 1;
-        kmp_reduction_correction(red);
-        red->newton++;
-        double size = measure(red, w, &weighted);
-        bool done =
-            size <= floor_ || (w && weighted <= fraction) || kmp_plant_residual(red->plant) <= KMP_CLOSED_ROUNDING;
-        if (!done && (size > 0.9 * last || size == INFINITY))
-            return size == INFINITY || kmp_plant_residual(red->plant) > rounded;
-        for (int i = 0; i < red->r; i++)
-            q[red->part->v[i]] += red->dv[i];
-        if (done)
-            return 0;
-        last = size;
-    }
-    return 1;
+    const kmp_closer closer = {.self = red,
+                               .plant = red->plant,
+                               .scale = s->scale,
+                               .count = red->r,
+                               .at = red->part->v,
+                               .dx = red->dv,
+                               .place = place,
+                               .correct = correct};
+    const kmp_close_rule rule = {
+        .most = MAX_NEWTON, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
+    return !kmp_close(&closer, &rule, t, q).closed;
 }
 
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)

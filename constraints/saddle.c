@@ -362,3 +362,28 @@ void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *
     solve(saddle, NULL, violation);
     memcpy(dx, saddle->x, (size_t)saddle->n * sizeof *dx);
 }
+
+static int place(void *self, double t, const double *q)
+{
+    kmp_saddle *saddle = self;
+    kmp_plant_closure(saddle->plant, t, q);
+    kmp_plant_mass(saddle->plant);
+    return kmp_saddle_factor(saddle);
+}
+
+static bool correct(void *self, const double *violation, double *dx)
+{
+    kmp_saddle_correction(self, violation, dx);
+    return true;
+}
+
+kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx)
+{
+    return (kmp_closer){.self = saddle,
+                        .plant = saddle->plant,
+                        .scale = saddle->plant->system->scale,
+                        .count = saddle->n,
+                        .dx = dx,
+                        .place = place,
+                        .correct = correct};
+}

@@ -17,6 +17,7 @@
 #ifndef KMP_CONSTRAINTS_SADDLE_H
 #define KMP_CONSTRAINTS_SADDLE_H
 
+#include "constraints/close.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "linalg/sparse.h"
@@ -67,5 +68,8 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
 /** Mass-orthogonal correction: dx of least qd-norm with J dx = -violation (m values). */
 void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx);
+
+/** Closing along the mass-orthogonal direction; dx: n values of room. */
+kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx);
 
 #endif

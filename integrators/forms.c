@@ -14,7 +14,6 @@
  * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
  * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
 #include "base/memory.h"
-#include "integrators/closing.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include "integrators/tangent.h"
@@ -338,8 +337,8 @@ static void put_multipliers(const dae *d, const double *lambda, double *y, doubl
 /* Closes the integrator's q and qd along the mass-orthogonal direction; then accelerations and multipliers there. */
 static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
 {
-    kmp_closing closing = kmp_closing_by_saddle(&d->saddle, d->mu, qdd);
-    if (kmp_closing_run(&closing, t, q, qd) != KMP_GO)
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, qdd);
+    if (!kmp_close_state(&closer, d->mu, t, q, qd))
         return KMP_HALT;
     memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
     kmp_plant_bias(d->plant, qd);

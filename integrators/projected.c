@@ -4,7 +4,6 @@
  * needs no choice of u. The independent rows are those of the start; dropped ones are watched. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "integrators/closing.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include <math.h>
@@ -131,13 +130,13 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 {
     projected *d = (projected *)road;
     int n = d->n;
-    kmp_closing closing = kmp_closing_by_saddle(&d->saddle, d->violation, d->dx);
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
     qd = qd ? qd : d->qd;
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
-    if (kmp_closing_run(&closing, t, q, qd) != KMP_GO) {
-        kmp_text_printf(&road->reason, "the accelerations are not determined at the output time t = %.9g", t);
+    if (!kmp_close_state(&closer, d->violation, t, q, qd)) {
+        kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
         return KMP_HALT;
     }
     if (qdd) {

@@ -31,6 +31,7 @@ typedef struct kmp_road_start {
     bool restarts; /* an exchange has the integrator begin anew at a low order */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one: of M and C */
     bool dae;      /* it solves F(t, y, y') = 0 */
+    void *user;    /* of a caller's own kind of road (kmp_run_spec) */
 } kmp_road_start;
 
 typedef struct kmp_road_kind {
@@ -41,6 +42,7 @@ typedef struct kmp_road_kind {
     bool both;                                        /* an ODE that stands as a DAE, too */
     bool jacobian;                                    /* it has that of its ODE, for implicit integrators */
     bool by_bodies;                                   /* it goes by articulated bodies where the plant may take them */
+    const struct kmp_road_kind *zone;                 /* that leads through change points; NULL: kmp_road_zone */
     kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
 } kmp_road_kind;
 
@@ -62,6 +64,9 @@ struct kmp_road {
     /** Puts a closed state into y (and yp) as a new start; what is no part of it (work) stays. */
     int (*resume)(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                   double *y, double *yp);
+
+    /** Another road of the same kind will begin at (t, y): takes from y what is no part of a state. NULL: nothing. */
+    int (*keep)(kmp_road *road, double t, const double *y);
 
     /** Puts into `reason` why no step could be made from the last accepted one, when the road knows. NULL: it never
      * does. */

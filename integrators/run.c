@@ -194,6 +194,11 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *q, double *qd, do
     return status;
 }
 
+const double *kmp_runner_unknowns(kmp_runner *run, double t)
+{
+    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK ? run->y : NULL;
+}
+
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 {
     *report = run->before;
@@ -250,6 +255,12 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
+static kempe_status tell_step(kmp_runner *run)
+{
+    bool failed = run->spec.step && run->spec.step(run->spec.user, run, kmp_runner_t_old(run), kmp_runner_t(run));
+    return failed ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+}
+
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
@@ -260,6 +271,8 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     kempe_status status = deliver(run, &next, row, take, user);
     while (status == KEMPE_OK && kmp_runner_t(run) < run->spec.t_end) {
         status = kmp_runner_step(run);
+        if (status == KEMPE_OK)
+            status = tell_step(run);
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
         if (status == KEMPE_OK || status == KEMPE_STOPPED) {

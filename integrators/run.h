@@ -7,6 +7,11 @@
 #include "dynamics/system.h"
 #include "integrators/journal.h"
 
+typedef struct kmp_runner kmp_runner;
+
+/** An accepted step between two times, cut where a condition changes. Nonzero ends the run with KEMPE_E_MEMORY. */
+typedef int kmp_step_fn(void *user, kmp_runner *runner, double from, double to);
+
 typedef struct kmp_run_spec {
     const char *road, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
     double rtol, atol;                                       /* atol: of an angle */
@@ -17,13 +22,17 @@ typedef struct kmp_run_spec {
     const double *times;
     const int *u; /* wished independent coordinates */
     int u_count;
-    bool fixed_u;              /* no exchanges: the run ends where u goes bad */
-    const char *change_points; /* a word of change_points.def */
-    double limit_s;            /* of the processor: a run that needs more is given up; 0: none */
-    long max_steps;            /* tried, rejected ones too; 0: as bound.h says; -1: no bound */
-    kmp_journal *journal;      /* what happens on the way; NULL: told to the log alone */
-    int threads;               /* that share the work of an evaluation by a back end that can; 0: one */
-    bool open;                 /* nobody asked for a road, a form or u: another may go on where this one stops */
+    bool fixed_u;                     /* no exchanges: the run ends where u goes bad */
+    const char *change_points;        /* a word of change_points.def */
+    double limit_s;                   /* of the processor: a run that needs more is given up; 0: none */
+    long max_steps;                   /* tried, rejected ones too; 0: as bound.h says; -1: no bound */
+    kmp_journal *journal;             /* what happens on the way; NULL: told to the log alone */
+    int threads;                      /* that share the work of an evaluation by a back end that can; 0: one */
+    const struct kmp_road_kind *kind; /* a road of the caller's own in place of the one named; NULL: none */
+    void *user;                       /* given to that road, and to: */
+    kmp_step_fn *step;                /* who looks on at accepted steps; NULL: nobody */
+    bool own_angles;                  /* spherical joints are not centred */
+    bool open;                        /* nobody asked for a road, a form or u: another may go on where this one stops */
 } kmp_run_spec;
 
 /** A row delivered at a time: q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).
@@ -54,7 +63,6 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
                      void *user, kmp_run_report *report);
 
 /* The same by hand: a runner stands at an accepted step of its integrator and gives rows within it. */
-typedef struct kmp_runner kmp_runner;
 
 /** *runner is given on KEMPE_E_FAILED and KEMPE_STOPPED too, for its report; spec (resolved) and what it points to
  * outlive it. */
@@ -75,6 +83,9 @@ bool kmp_runner_ended(const kmp_runner *runner);
 /** Row at a time within the last step, rows of one step in ascending order: q, qd, qdd (n), lambda (m), work. */
 kempe_status kmp_runner_row(kmp_runner *runner, double t, double *q, double *qd, double *qdd, double *lambda,
                             double *work);
+
+/** The unknowns of the road at a time within the last step, valid until the next call; NULL: no memory. */
+const double *kmp_runner_unknowns(kmp_runner *runner, double t);
 
 /** The state of affairs; reason (may be NULL) is to be freed by the caller. */
 void kmp_runner_report(const kmp_runner *runner, kmp_run_report *report);

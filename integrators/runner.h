@@ -65,6 +65,9 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
 
 /** qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
 kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
+
+/** The road that leads this one through change points. */
+const kmp_road_kind *kmp_runner_zone(const kmp_runner *run);
 kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
                                   const double *qd, double work);
 kempe_status kmp_runner_make_solver(kmp_runner *run);

@@ -96,7 +96,8 @@ void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
     if (start->inner_q)
         kmp_plant_set_charts(run->plant, start->chart);
     for (int c = 0; c < kmp_charts_count(run->s); c++)
-        if (!kmp_chart_is_own(run->plant->chart, c) || kmp_chart_regular(run->s, c, q) < KMP_CHART_LIMIT) {
+        if (!kmp_chart_is_own(run->plant->chart, c) ||
+            (!run->spec.own_angles && kmp_chart_regular(run->s, c, q) < KMP_CHART_LIMIT)) {
             kmp_chart_center(run->s, c, run->plant->chart, q, qd, NULL);
             run->centrings++;
             note(run, c, run->spec.t_start, kmp_chart_regular(run->s, c, start->q));
@@ -167,7 +168,7 @@ static bool resume(kmp_runner *run, double t)
 kempe_status kmp_runner_center(kmp_runner *run, double t)
 {
     double h = t - kmp_runner_t_old(run), *q = run->state, *qd = q + run->s->n, work;
-    if (kmp_charts_count(run->s) == 0 || !(h > 0) || !position_at(run, t, q) || !is_due(run, q))
+    if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) || !position_at(run, t, q) || !is_due(run, q))
         return KEMPE_OK;
     kempe_status status = kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work);
     if (status != KEMPE_OK)

@@ -46,7 +46,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     if (status == KEMPE_OK && run->way->dae && !to_zone)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
-        status = kmp_runner_make_road(run, to_zone ? &kmp_road_zone : run->way, t, q, qd, work);
+        status = kmp_runner_make_road(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
     if (status == KEMPE_OK)
         status = kmp_runner_make_solver(run);
     run->work = work;
@@ -61,6 +61,8 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status == KEMPE_OK && run->road->keep && run->road->keep(run->road, t, run->y) != KMP_GO)
+        status = KEMPE_E_FAILED;
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 

@@ -38,24 +38,11 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_saddle saddle = {0};
-    double *dx = run->moved;
     kempe_status status =
         kmp_saddle_init(&saddle, run->plant, &run->part) ? KEMPE_OK : kmp_fail_memory(run->s->context);
-    for (int pass = 0; status == KEMPE_OK && pass < 3; pass++) {
-        kmp_plant_closure(run->plant, t, q);
-        kmp_plant_mass(run->plant);
-        if (kmp_saddle_factor(&saddle)) {
-            status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
-            break;
-        }
-        kmp_plant_rates(run->plant, qd, run->lambda);
-        kmp_saddle_correction(&saddle, run->lambda, dx);
-        for (int i = 0; i < run->s->n; i++)
-            qd[i] += dx[i];
-        kmp_saddle_correction(&saddle, run->plant->h, dx);
-        for (int i = 0; pass < 2 && i < run->s->n; i++)
-            q[i] += dx[i];
-    }
+    const kmp_closer closer = kmp_saddle_closer(&saddle, run->moved);
+    if (status == KEMPE_OK && !kmp_close_state(&closer, run->lambda, t, q, qd))
+        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
     kmp_saddle_free(&saddle);
     return status;
 }
@@ -107,6 +94,11 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
     return status;
 }
 
+const kmp_road_kind *kmp_runner_zone(const kmp_runner *run)
+{
+    return run->way->zone ? run->way->zone : &kmp_road_zone;
+}
+
 kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, double t, const double *q,
                                   const double *qd, double work)
 {
@@ -128,7 +120,8 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .fixed = run->spec.fixed_u,
                             .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
                             .implicit = kmp_solver_find(run->spec.integrator)->implicit,
-                            .dae = kmp_solver_find(run->spec.integrator)->dae};
+                            .dae = kmp_solver_find(run->spec.integrator)->dae,
+                            .user = run->spec.user};
     kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
     run->road = way->create(&given);
@@ -162,8 +155,7 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
 {
     double off;
-    const kmp_road_kind *way = kmp_road_find(run->spec.road, run->spec.form);
-    if (!run->s->articulated || !way->by_bodies)
+    if (!run->s->articulated || !run->way->by_bodies)
         return KEMPE_OK;
     kempe_status status = kmp_plant_add_articulated(run->plant);
     if (status == KEMPE_OK)
@@ -258,7 +250,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
             "the start is near a change point, where branches of the mechanism meet: which one it takes may hang on "
             "the last digits");
     run->rate_scale = rate_scale_of(run, qd);
-    run->way = kmp_road_find(run->spec.road, run->spec.form);
+    run->way = run->spec.kind ? run->spec.kind : kmp_road_find(run->spec.road, run->spec.form);
     run->in_zone = run->margin.near;
     run->zone_t = run->spec.t_start;
     run->zone_margin = 1;
@@ -266,7 +258,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     status = choose_dynamics(run, q, qd);
     if (status != KEMPE_OK)
         return status;
-    status = kmp_runner_make_road(run, run->in_zone ? &kmp_road_zone : run->way, run->spec.t_start, q, qd,
+    status = kmp_runner_make_road(run, run->in_zone ? kmp_runner_zone(run) : run->way, run->spec.t_start, q, qd,
                                   run->spec.work_start);
     return status == KEMPE_OK ? kmp_runner_make_solver(run) : status;
 }

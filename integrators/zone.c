@@ -6,7 +6,6 @@
  */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "integrators/closing.h"
 #include "integrators/road.h"
 #include <math.h>
 #include <string.h>
@@ -166,13 +165,13 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 {
     zone *d = (zone *)road;
     int n = d->n;
-    kmp_closing closing = kmp_closing_by_saddle(&d->saddle, d->y, d->dx);
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
     (void)yp;
     memcpy(q, y, (size_t)n * sizeof *q);
     qd = qd ? qd : d->x;
     memcpy(qd, y + n, (size_t)n * sizeof *qd);
     d->saddle.eps = d->eps_march;
-    if (kmp_closing_run(&closing, t, q, qd) != KMP_GO)
+    if (!kmp_close_state(&closer, d->y, t, q, qd))
         return KMP_HALT;
     d->road.factorizations = d->saddle.factorizations;
     if (qdd) {

@@ -56,7 +56,8 @@ typedef struct kempe_batch kempe_batch;
 /** Runs every instance to t_end; of `run` the road, tolerances and t_end count. `lanes`: instances at a time, 0 as many
  *  as this machine does best, up to 8; -1: none, a run for each. The answers do not depend on it but for rounding, and
  *  not at all from 1 on. KEMPE_E_ARGUMENT: a name or number of the run. What becomes of an instance is in the batch;
- *  KEMPE_E_FAILED when none came to its end, with the batch; KEMPE_STOPPED after an interrupt. */
+ *  KEMPE_E_FAILED when none came to its end, with the batch; KEMPE_STOPPED after an interrupt. Unless the run's `once`
+ *  is set, instances are run again at another tolerance, and a warning is logged where one has not converged. */
 KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run *run, int lanes,
                                           kempe_batch **batch);
 KEMPE_API void kempe_batch_free(kempe_batch *batch);
@@ -71,6 +72,10 @@ KEMPE_API double kempe_batch_t(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_q(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
 
+/** Whether it comes out the same at another tolerance: "converged", "not converged", "the other run did not come to its
+ *  end"; "" where it was not run again (the run's `once`, or a status that is not "ok"). */
+KEMPE_API const char *kempe_batch_verdict(const kempe_batch *batch, int k);
+
 /** How it came there, and how good its end is. */
 typedef struct kempe_effort {
     const char *alone; /* why by a run of its own; "": in a lane */
@@ -84,7 +89,7 @@ KEMPE_API kempe_effort kempe_batch_effort(const kempe_batch *batch, int k);
 KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);
 
 /** Writes a row an instance as CSV, whole or not at all: the columns of the table, then status, t, q.NAME, qd.NAME,
- *  steps, rejected, refused, rhs, exchanges, h, hdot, drift, alone, reason. */
+ *  steps, rejected, refused, rhs, exchanges, h, hdot, drift, difference, verdict, alone, reason. */
 KEMPE_API kempe_status kempe_batch_write_csv(const kempe_batch *batch, const char *path);
 
 #ifdef __cplusplus

@@ -28,13 +28,15 @@ typedef struct kempe_inverse_ask {
     const char *backend;   /* as for a run */
     double t_end;          /* s: of the drives' motion; of a table no more than it has */
     double every;          /* s between rows; of a table 0: its own rows */
+    int once;              /* rates and accelerations made from a table's rows are not checked */
 } kempe_inverse_ask;
 
 typedef struct kempe_inverse kempe_inverse;
 
-/** Follows the motion row by row. KEMPE_E_FAILED: the motion is not possible, or not with these actuators; `*inverse`
- * is then given, with the reason, as far as it came, and so on KEMPE_STOPPED. KEMPE_E_INPUT: the table, with
- * file:line:column. KEMPE_E_ARGUMENT: a name, a number, or no actuators. */
+/** Follows the motion row by row. Where a table lacks rates or accelerations it is followed once more with every other
+ * row, unless `once`: a warning is logged when efforts come out otherwise. KEMPE_E_FAILED: the motion is not possible,
+ * or not with these actuators; `*inverse` is then given, with the reason, as far as it came, and so on KEMPE_STOPPED.
+ * KEMPE_E_INPUT: the table, with file:line:column. KEMPE_E_ARGUMENT: a name, a number, or no actuators. */
 KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask,
                                          kempe_inverse **inverse);
 KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);

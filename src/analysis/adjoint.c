@@ -4,6 +4,7 @@
 #include "analysis/adjoint.h"
 #include "base/memory.h"
 #include "dynamics/pressed.h"
+#include "integrators/solver.h"
 #include <math.h>
 #include <string.h>
 
@@ -32,7 +33,9 @@ typedef struct adjoint {
     void *solver;
     kmp_ode ode;
     int at_step, low, high; /* steps of the segment at hand */
-    double *y, *atol, *state, *gradient, *matrix;
+    double *y, *atol, *state, *gradient;
+    double *end_q;                                    /* where the last step ends, n */
+    int *end_u;                                       /* independent there */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
     double *unit;                                     /* conditions */
     kmp_changes_weight back;
@@ -62,8 +65,9 @@ static bool make_room_for_step(adjoint *a)
 static int keep_step(void *user, double from, double to, int (*at)(void *motion, double t, double *y), void *motion)
 {
     adjoint *a = user;
-    if (a->p == 0)
-        a->p = a->v->linear.p;
+    const kmp_linear *l = &a->v->linear;
+    a->p = l->p;
+    memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
     if (!make_room_for_step(a))
         return 1;
     for (int j = 0; j < NODES; j++) {
@@ -73,6 +77,7 @@ static int keep_step(void *user, double from, double to, int (*at)(void *motion,
     }
     a->from[a->steps++] = from;
     a->from[a->steps] = to;
+    memcpy(a->end_q, l->q, (size_t)a->n * sizeof *l->q);
     return 0;
 }
 
@@ -190,7 +195,7 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 
 static int place(adjoint *a, double back)
 {
-    double t = fmin(fmax(a->ask->t_end - back, a->from[a->low]), a->from[a->high]);
+    double t = fmin(fmax(a->ask->spec->t_end - back, a->from[a->low]), a->from[a->high]);
     recall(a, step_at(a, t), t, a->state);
     return kmp_varied_at(a->v, t, a->state, a->state + a->p);
 }
@@ -321,8 +326,8 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
     a->at_step = high - 1;
     if (low == high)
         return KEMPE_OK;
-    double end = a->ask->t_end - a->from[low];
-    kempe_status status = a->kind->start(a->solver, a->ask->t_end - a->from[high], a->y, NULL, end, *h);
+    double end = a->ask->spec->t_end - a->from[low];
+    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - a->from[high], a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->kind->t(a->solver) < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
@@ -330,7 +335,7 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
     }
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
         return kmp_fail(context, status, "backwards the step size became too small at t = %.9g",
-                        a->ask->t_end - a->kind->t(a->solver));
+                        a->ask->spec->t_end - a->kind->t(a->solver));
     *h = a->kind->next ? a->kind->next(a->solver) : 0;
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
@@ -379,9 +384,10 @@ static bool make_room(adjoint *a)
 
 static void free_all(adjoint *a)
 {
-    double *rooms[] = {a->from,     a->values,  a->y,         a->atol,       a->state,     a->wq,     a->wqd,
-                       a->wqdd,     a->wlambda, a->w,         a->wu,         a->unit,      a->back.u, a->back.ud,
-                       a->back.udd, a->back.h,  a->back.rate, a->back.curve, a->back.force};
+    kmp_free(a->end_u);
+    double *rooms[] = {a->end_q,   a->from,     a->values,  a->y,         a->atol,       a->state,     a->wq,
+                       a->wqd,     a->wqdd,     a->wlambda, a->w,         a->wu,         a->unit,      a->back.u,
+                       a->back.ud, a->back.udd, a->back.h,  a->back.rate, a->back.curve, a->back.force};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     for (int k = 0; k < a->marks; k++) {
@@ -401,9 +407,12 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     kmp_varied *v = a->v;
     int p = a->p;
     double size = 0;
-    recall(a, a->steps - 1, a->ask->t_end, a->state);
-    if (kmp_varied_at(v, a->ask->t_end, a->state, a->state + p) != KMP_GO)
-        return fail(a, a->ask->t_end);
+    kempe_status status = kmp_varied_choose(v, a->ask->spec->t_end, a->end_q, a->end_q, a->end_u, p);
+    if (status != KEMPE_OK)
+        return status;
+    recall(a, a->steps - 1, a->ask->spec->t_end, a->state);
+    if (kmp_varied_at(v, a->ask->spec->t_end, a->state, a->state + p) != KMP_GO)
+        return fail(a, a->ask->spec->t_end);
     kmp_varied_anchor(v);
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
@@ -414,15 +423,15 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     size = size > 0 ? size : 1;
     if (a->integral) {
         memset(a->y, 0, (size_t)a->size * sizeof *a->y);
-        size *= a->ask->t_end;
+        size *= a->ask->spec->t_end;
     }
     for (int i = 0; i < p; i++) {
         double scale = v->system->scale[v->linear.part.u[i]];
-        a->atol[i] = a->ask->atol * size / scale;
-        a->atol[p + i] = a->ask->atol * size / (scale * rate_scale);
+        a->atol[i] = a->ask->spec->atol * size / scale;
+        a->atol[p + i] = a->ask->spec->atol * size / (scale * rate_scale);
     }
     for (int k = 0; k < a->count; k++)
-        a->atol[2 * p + k] = a->ask->atol * size / a->sizes[k];
+        a->atol[2 * p + k] = a->ask->spec->atol * size / a->sizes[k];
     return KEMPE_OK;
 }
 
@@ -430,21 +439,21 @@ static kempe_status run_back(adjoint *a, const double *start_q, const double *st
                              kmp_adjoint_report *report)
 {
     kempe_context *context = a->v->system->context;
-    double rate_scale = report->forward.rate_scale;
+    double rate_scale = report->forward.run.rate_scale;
     if (a->steps == 0)
-        return fail(a, a->ask->t_end);
+        return fail(a, a->ask->spec->t_end);
     if (!make_room(a))
         return kmp_fail_memory(context);
     kempe_status status = set_end(a, rate_scale);
     report->value = a->integral ? report->forward.integral : kmp_target_value(a->target, a->v);
-    a->kind = kmp_solver_find(a->ask->integrator);
+    a->kind = kmp_solver_find(a->ask->spec->integrator);
     if (status == KEMPE_OK)
         a->solver = a->kind->create(&(kmp_solver_setup){
-            .context = context, .ode = &a->ode, .tolerance = {a->ask->rtol, a->atol}, .linear = "auto"});
+            .context = context, .ode = &a->ode, .tolerance = {a->ask->spec->rtol, a->atol}, .linear = "auto"});
     if (status == KEMPE_OK && !a->solver)
         return KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
-        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->t_end) : 0);
+        status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0);
     if (status != KEMPE_OK)
         return status;
     memcpy(start_u, a->v->linear.part.u, (size_t)a->p * sizeof *start_u);
@@ -471,30 +480,33 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                  .n = varied->n,
                  .m = varied->m,
                  .count = varied->count,
-                 .gradient = gradient};
+                 .gradient = gradient,
+                 .end_q = KMP_NEW(double, varied->n),
+                 .end_u = KMP_NEW(int, varied->n)};
     size_t slopes = (size_t)varied->n * (size_t)varied->count;
     double *start = KMP_NEW(double, 2 * slopes);
     int *start_u = KMP_NEW(int, varied->n);
-    kmp_forward motion = *ask;
+    kmp_run_spec spec = *ask->spec;
+    kmp_forward motion = {.spec = &spec, .alone = true, .integrand = integral ? target : NULL};
     *report = (kmp_adjoint_report){0};
     if (varied->system->pressed_count > 0) {
+        free_all(&a);
         kmp_free(start);
         kmp_free(start_u);
         return kmp_refuse_pressed(varied->system, "the adjoint method");
     }
-    motion.time_count = 0;
-    motion.integrand = integral ? target : NULL;
-    motion.alone = true;
+    spec.time_count = 0;
     motion.start_q = start;
     motion.start_qd = start ? start + slopes : NULL;
     motion.watch = (kmp_varied_watch){.user = &a, .step = keep_step, .mark = keep_mark};
     a.ask = &motion;
-    kempe_status status = start && start_u ? kmp_forward_run(varied, &motion, sizes, NULL, &report->forward)
-                                           : kmp_fail_memory(varied->system->context);
+    kempe_status status = start && start_u && a.end_q && a.end_u
+                              ? kmp_forward_run(varied, &motion, sizes, NULL, &report->forward)
+                              : kmp_fail_memory(varied->system->context);
     if (status == KEMPE_OK) {
         status = run_back(&a, start, start + slopes, start_u, report);
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
-            report->forward.reason = kmp_strdup(kempe_context_message(varied->system->context));
+            report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }
     free_all(&a);
     kmp_free(start);

@@ -1,51 +1,94 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. */
+/* Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The plant is the runner's: its
+ * conditions and charts say at a new start what has changed since the last one.
+ *
+ * Where J comes near to losing a row the same goes on with all coordinates and their sensitivities in place of u, by
+ * the integrator that leaps over such places (integrators/leap.h): u and what is smooth with it goes straight on. A
+ * parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt over. */
 #include "analysis/forward.h"
 #include "base/memory.h"
+#include "constraints/charts.h"
 #include "constraints/tolerances.h"
-#include <float.h>
+#include "integrators/redundant.h"
+#include "integrators/road.h"
+#include "model/change_points.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_HALVINGS = 200, MOST_AT_ONCE = 1000 };
-
 /* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
 #define GRAZING 1e-9
+/* |Bvu| from which on a step that could not be made is put down to a dead centre of u. */
+#define FOLDED 20.0
+/* Margin, of the usual one, below which it is put down to a change point. */
+#define CHANGE_POINT 0.02
+/* Nothing finer is to be had in a zone. */
+#define ZONE_RTOL 1e-9
 
 typedef struct forward {
+    kmp_road road; /* first */
     kmp_varied *v;
+    kmp_plant *own; /* of v, while the runner's is lent */
     const kmp_forward *ask;
-    kmp_forward_report *report;
-    const kmp_solver_kind *kind;
-    void *solver;
-    kmp_ode ode;
+    const kempe_system *system;
     const double *sizes;
-    int n, m, p, count, size, integrals; /* the last of the unknowns */
-    double *y, *atol;
-    double *q, *qd, *dq, *dqd, *dqdd, *dlambda, *dshown; /* a row; count times for the slopes */
-    double *matrix;                                      /* 2 p x 2 p */
+    kmp_margin *margin;
+    kmp_runner *runner;
+    int n, m, p, count, integrals; /* the last of the unknowns */
+    int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
+    double rtol, atol, rate_scale, growth;
+    bool begun, fixed, due, crossed, zone, own_angles;
+    double t;                        /* of the place that is kept between two roads or charts: */
+    double *chart, *q, *qd;          /* all charts; n */
+    double *dq, *dqd;                /* count x n */
+    double *tail;                    /* integrals */
+    double *dqdd, *dlambda, *dshown; /* a row's, by all parameters */
+    const double *row_y;             /* unknowns of the last whole row */
+    double *matrix;                  /* 2 p x 2 p */
     int *signs, *signs_now, *old_u;
-    double *old_y, *old_mode, *before; /* 2 p; conditions; p */
-    double *swing, *unit;              /* count: dt_e/dp; zeros */
-    double *changes, *changes_along;   /* conditions */
-    int next_row, at_once;
-    double event_t;
-    kmp_text reason;
+    double *old_y, *mode, *new_mode; /* 2 p; conditions: as they were, and behind */
+    double *next_mode;
+    bool *cause;
+    double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
+    double *before, *swing, *unit;       /* p; count: dt_e/dp; zeros */
+    double *changes, *along, *new_chart; /* conditions; charts */
 } forward;
 
 static int blocks(const forward *f)
 {
-    return f->p * (1 + f->count);
+    return f->width * (1 + f->count);
+}
+
+/* The coordinates that are unknowns. */
+static const int *unknowns_of(const forward *f)
+{
+    return f->zone ? f->every : f->v->linear.part.u;
+}
+
+/* The rows of u among the unknowns from `block` on; `room`: for p. */
+static const double *rows_of(const forward *f, const double *block, double *room)
+{
+    if (!f->zone)
+        return block;
+    for (int i = 0; i < f->p; i++)
+        room[i] = block[f->v->linear.part.u[i]];
+    return room;
 }
 
 static const double *position_of(const forward *f, const double *y, int k)
 {
-    return y + (k + 1) * f->p;
+    return rows_of(f, y + (k + 1) * f->width, f->su);
 }
 
 static const double *rate_of(const forward *f, const double *y, int k)
 {
-    return y + blocks(f) + (k + 1) * f->p;
+    return rows_of(f, y + blocks(f) + (k + 1) * f->width, f->sud);
+}
+
+/* The state at (t, y), with what small changes need unless linear.plain. */
+static int come_to(forward *f, double t, const double *y)
+{
+    const double *ud = rows_of(f, y + blocks(f), f->ud);
+    return f->zone ? kmp_varied_near(f->v, t, y, ud) : kmp_varied_at(f->v, t, y, ud);
 }
 
 static double weighted(int count, const double *w, const double *x)
@@ -94,22 +137,33 @@ static void integrate_outputs(forward *f, const double *y, double *dy)
     }
 }
 
+/* dy at the last state, which is that of y. */
+static void give(forward *f, const double *y, double *dy)
+{
+    kmp_varied *v = f->v;
+    int w = f->width, half = blocks(f);
+    memcpy(dy, y + half, (size_t)half * sizeof *dy);
+    for (int i = 0; i < w; i++)
+        dy[half + i] = v->linear.qdd[unknowns_of(f)[i]];
+    if (f->count > 0)
+        kmp_varied_parts(v);
+    for (int k = 0; k < f->count; k++) {
+        const double *su = position_of(f, y, k), *sud = rate_of(f, y, k);
+        if (f->zone)
+            kmp_varied_follow(v, k, su, sud, f->dq, f->dqd, dy + half + (k + 1) * w, f->dlambda);
+        else
+            kmp_varied_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
+    }
+    if (f->integrals)
+        integrate_outputs(f, y, dy + 2 * half);
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     forward *f = self;
-    kmp_varied *v = f->v;
-    int p = f->p, half = blocks(f);
-    if (kmp_varied_at(v, t, y, y + half) != KMP_GO)
+    if (come_to(f, t, y) != KMP_GO)
         return KMP_RETRY;
-    memcpy(dy, y + half, (size_t)half * sizeof *dy);
-    for (int i = 0; i < p; i++)
-        dy[half + i] = v->linear.qdd[v->linear.part.u[i]];
-    if (f->count > 0)
-        kmp_varied_parts(v);
-    for (int k = 0; k < f->count; k++)
-        kmp_varied_accelerate(v, k, position_of(f, y, k), rate_of(f, y, k), dy + half + (k + 1) * p);
-    if (f->integrals)
-        integrate_outputs(f, y, dy + 2 * half);
+    give(f, y, dy);
     return KMP_GO;
 }
 
@@ -121,7 +175,7 @@ static int state_jacobian(forward *f, double t, const double *y)
     bool plain = l->plain;
     int p = f->p;
     l->plain = false;
-    int said = kmp_varied_at(f->v, t, y, y + blocks(f));
+    int said = come_to(f, t, y);
     l->plain = plain;
     if (said != KMP_GO)
         return said;
@@ -140,344 +194,280 @@ static int jacobian(void *self, double t, const double *y, double *j)
     if (state_jacobian(f, t, y) != KMP_GO)
         return KMP_RETRY;
     for (int i = 0; i < half; i++)
-        j[i + (half + i) * f->size] = 1;
+        j[i + (half + i) * f->road.size] = 1;
     for (int b = 0; b <= f->count; b++)
         for (int k = 0; k < p; k++)
             for (int i = 0; i < p; i++) {
-                j[half + b * p + i + (b * p + k) * f->size] = f->matrix[i + k * p];
-                j[half + b * p + i + (half + b * p + k) * f->size] = f->matrix[i + (p + k) * p];
+                j[half + b * p + i + (b * p + k) * f->road.size] = f->matrix[i + k * p];
+                j[half + b * p + i + (half + b * p + k) * f->road.size] = f->matrix[i + (p + k) * p];
             }
     return KMP_GO;
 }
 
-/* At the end of a step that passed the error test, evaluated last: it must not have jumped a dead centre of u. */
-static int accept(void *self, double t, double *y, const double *dy, const double *w)
+/* -- the place --------------------------------------------------------------------------------------- */
+
+static kmp_plant *plant_of(const forward *f)
 {
-    forward *f = self;
-    const kmp_reduction *red = &f->v->linear.red;
-    (void)t, (void)y, (void)dy, (void)w;
-    if (red->r == 0)
-        return KMP_GO;
-    kmp_block_take_signs(red->block, f->signs_now);
-    size_t count = (size_t)kmp_block_count(red->block);
-    if (memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0)
-        return KMP_RETRY;
+    return f->v->linear.plant;
+}
+
+static size_t chart_bytes(const forward *f)
+{
+    return (size_t)(KMP_CHART_SIZE * f->system->chart_count) * sizeof(double);
+}
+
+static size_t mode_bytes(const forward *f)
+{
+    return (size_t)f->system->events.count * sizeof(double);
+}
+
+/* The state at (t, y), with or without what its small changes need. */
+static int stand_at(forward *f, double t, const double *y, bool whole)
+{
+    kmp_linear *l = &f->v->linear;
+    l->plain = f->count == 0 || !whole;
+    int said = come_to(f, t, y);
+    l->plain = f->count == 0;
+    if (said != KMP_GO && f->road.reason.length == 0)
+        kmp_text_printf(&f->road.reason, "the loops do not close at t = %.9g", t);
+    return said == KMP_GO ? KMP_GO : KMP_HALT;
+}
+
+/* The whole mechanism at (t, y) into the place. */
+static int spread(forward *f, double t, const double *y)
+{
+    kmp_varied *v = f->v;
+    if (stand_at(f, t, y, true) != KMP_GO)
+        return KMP_HALT;
+    f->t = t;
+    memcpy(f->q, v->linear.q, (size_t)f->n * sizeof *f->q);
+    memcpy(f->qd, v->linear.qd, (size_t)f->n * sizeof *f->qd);
+    memcpy(f->chart, v->linear.plant->chart, chart_bytes(f));
+    if (f->count > 0)
+        kmp_varied_parts(v);
+    for (int k = 0; k < f->count; k++) {
+        kmp_change change = kmp_varied_change(v, k, position_of(f, y, k), rate_of(f, y, k), NULL);
+        kmp_linear_follow(&v->linear, &change, &(kmp_response){f->dq + k * f->n, f->dqd + k * f->n, NULL, NULL, NULL});
+    }
     return KMP_GO;
 }
 
-/* -- weights ----------------------------------------------------------------------------------------- */
-
-double kmp_varied_rate_scale(const kmp_varied *varied, double t_end)
+/* Takes the place to the plant's charts, where it is (q, qd). */
+static void enter_charts(forward *f, const double *q, const double *qd)
 {
-    double scale = 1 / t_end;
-    for (int i = 0; i < varied->n; i++) {
-        scale = fmax(scale, fabs(varied->linear.qd[i]) / varied->system->scale[i]);
-        scale = fmax(scale, sqrt(fabs(varied->linear.qdd[i]) / varied->system->scale[i]));
+    const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {plant_of(f)->chart, q, qd, NULL};
+    for (int c = 0; c < f->system->chart_count; c++)
+        for (int k = 0; k < f->count && memcmp(from.chart + KMP_CHART_SIZE * c, to.chart + KMP_CHART_SIZE * c,
+                                               KMP_CHART_SIZE * sizeof(double)) != 0;
+             k++)
+            kmp_chart_carry(f->system, c, &from, &to, f->dq + k * f->n, f->dqd + k * f->n, NULL);
+    memcpy(f->chart, to.chart, chart_bytes(f));
+    memcpy(f->q, q, (size_t)f->n * sizeof *q);
+    memcpy(f->qd, qd, (size_t)f->n * sizeof *qd);
+}
+
+/* y, but for integrals, from the place. */
+static void pack(forward *f, double *y)
+{
+    const int *of = unknowns_of(f);
+    int half = blocks(f), w = f->width;
+    for (int i = 0; i < w; i++) {
+        y[i] = f->q[of[i]];
+        y[half + i] = f->qd[of[i]];
+        for (int k = 0; k < f->count; k++) {
+            y[(k + 1) * w + i] = f->dq[k * f->n + of[i]];
+            y[half + (k + 1) * w + i] = f->dqd[k * f->n + of[i]];
+        }
     }
-    return scale;
 }
 
 static void set_weights(forward *f)
 {
-    const kmp_varied *v = f->v;
-    int half = blocks(f);
+    int half = blocks(f), w = f->width;
+    double *atol = f->road.atol;
     for (int b = 0; b <= f->count; b++)
-        for (int i = 0; i < f->p; i++) {
-            double of = f->ask->atol * v->system->scale[v->linear.part.u[i]] / (b ? f->sizes[b - 1] : 1);
-            f->atol[b * f->p + i] = of;
-            f->atol[half + b * f->p + i] = of * f->report->rate_scale;
+        for (int i = 0; i < w; i++) {
+            double of = f->atol * f->system->scale[unknowns_of(f)[i]] / (b ? f->sizes[b - 1] : 1);
+            atol[b * w + i] = of;
+            atol[half + b * w + i] = of * f->rate_scale;
         }
     for (int b = 0; b < f->integrals; b++)
-        f->atol[2 * half + b] = f->ask->atol * f->ask->t_end / (b ? f->sizes[b - 1] : 1);
+        atol[2 * half + b] = f->atol * f->ask->spec->t_end / (b ? f->sizes[b - 1] : 1);
 }
 
-/* -- the start --------------------------------------------------------------------------------------- */
-
-/* y from a state whose coordinates and their slopes are in q, qd, dq, dqd. */
-static void pack(forward *f)
-{
-    const int *u = f->v->linear.part.u;
-    int half = blocks(f);
-    for (int i = 0; i < f->p; i++) {
-        f->y[i] = f->q[u[i]];
-        f->y[half + i] = f->qd[u[i]];
-        for (int k = 0; k < f->count; k++) {
-            f->y[(k + 1) * f->p + i] = f->dq[k * f->n + u[i]];
-            f->y[half + (k + 1) * f->p + i] = f->dqd[k * f->n + u[i]];
-        }
-    }
-}
-
-static bool make_rows(forward *f)
-{
-    size_t n = (size_t)f->n, m = (size_t)f->m, count = (size_t)f->v->count, many = count ? count : 1;
-    size_t conditions = (size_t)f->v->system->events.count, shown = (size_t)f->v->slopes->shown;
-    f->q = KMP_NEW(double, n);
-    f->qd = KMP_NEW(double, n);
-    f->dq = KMP_NEW(double, n *many);
-    f->dqd = KMP_NEW(double, n *many);
-    f->dqdd = KMP_NEW(double, n *many);
-    f->dlambda = KMP_NEW(double, m *many);
-    f->dshown = KMP_NEW(double, shown *many);
-    f->swing = KMP_NEW(double, count);
-    f->unit = KMP_NEW(double, count);
-    f->old_mode = KMP_NEW(double, conditions);
-    f->changes = KMP_NEW(double, conditions);
-    f->changes_along = KMP_NEW(double, conditions);
-    f->signs = KMP_NEW(int, n);
-    f->signs_now = KMP_NEW(int, n);
-    f->old_u = KMP_NEW(int, n);
-    return f->q && f->qd && f->dq && f->dqd && f->dqdd && f->dlambda && f->dshown && f->swing && f->unit &&
-           f->old_mode && f->changes && f->changes_along && f->signs && f->signs_now && f->old_u;
-}
-
-static bool make_unknowns(forward *f)
-{
-    f->p = f->v->linear.p;
-    f->integrals = f->ask->integrand ? 1 + f->count : 0;
-    f->size = 2 * blocks(f) + f->integrals;
-    f->y = KMP_NEW(double, f->size);
-    f->atol = KMP_NEW(double, f->size);
-    f->matrix = KMP_NEW(double, 2 * f->p * f->p);
-    f->old_y = KMP_NEW(double, 2 * f->p);
-    f->before = KMP_NEW(double, f->p);
-    f->ode = (kmp_ode){.n = f->size,
-                       .self = f,
-                       .rhs = rhs,
-                       .accept = accept,
-                       .jacobian = jacobian,
-                       .positions = blocks(f),
-                       .quadratures = f->integrals};
-    return f->y && f->atol && f->matrix && f->old_y && f->before;
-}
-
-static void free_all(forward *f)
-{
-    void *rooms[] = {f->q,       f->qd,        f->dq,       f->dqd,     f->dqdd,
-                     f->dlambda, f->dshown,    f->swing,    f->changes, f->changes_along,
-                     f->signs,   f->signs_now, f->old_u,    f->y,       f->atol,
-                     f->matrix,  f->old_y,     f->old_mode, f->before,  f->unit};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    if (f->solver)
-        f->kind->release(f->solver);
-    kmp_text_free(&f->reason);
-}
-
-/* The signs of Jv's blocks, and predictions, from the last state on. */
+/* Signs of Jv's blocks, predictions and conditions, from the last state on; whether u is still a good choice. */
 static void settle(forward *f)
 {
-    if (f->v->linear.red.r > 0)
-        kmp_block_take_signs(f->v->linear.red.block, f->signs);
+    kmp_linear *l = &f->v->linear;
+    int row, column;
+    memcpy(f->mode, l->plant->mode, mode_bytes(f));
     kmp_varied_anchor(f->v);
+    f->crossed = false;
+    if (l->red.r == 0)
+        return;
+    kmp_block_take_signs(l->red.block, f->signs);
+    f->growth = kmp_reduction_growth(&l->red, &row, &column);
+    f->due = !f->fixed && !f->zone && f->growth > KMP_EXCHANGE_CLOSED;
 }
 
-static kempe_status prepare(forward *f)
+/* -- a zone ------------------------------------------------------------------------------------------ */
+
+/* The last state, all of it, into the unknowns that led to it. */
+static void put_closed(forward *f, double *y)
 {
     kmp_varied *v = f->v;
-    kempe_context *context = v->system->context;
-    if (!make_rows(f))
-        return kmp_fail_memory(context);
-    v->linear.plain = false;
-    kempe_status status = kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd);
-    v->linear.plain = f->ask->alone;
-    if (status == KEMPE_OK)
-        status = kmp_varied_choose(v, 0, f->q, f->qd, f->ask->u, f->ask->u_count);
-    if (status == KEMPE_OK && !make_unknowns(f))
-        status = kmp_fail_memory(context);
-    if (status != KEMPE_OK)
-        return status;
-    pack(f);
-    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
-    if (f->ask->start_q)
-        memcpy(f->ask->start_q, f->dq, slopes);
-    if (f->ask->start_qd)
-        memcpy(f->ask->start_qd, f->dqd, slopes);
-    if (kmp_varied_at(v, 0, f->y, f->y + blocks(f)) != KMP_GO)
-        return kmp_fail(context, KEMPE_E_FAILED,
-                        "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
-    f->report->rate_scale = kmp_varied_rate_scale(v, f->ask->t_end);
-    set_weights(f);
-    settle(f);
-    f->solver = f->kind->create(&(kmp_solver_setup){
-        .context = context, .ode = &f->ode, .tolerance = {f->ask->rtol, f->atol}, .linear = "auto"});
-    if (!f->solver)
-        return KEMPE_E_MEMORY;
-    double h = f->kind->implicit ? fmin(1e-3 / f->report->rate_scale, f->ask->t_end) : 0;
-    return f->kind->start(f->solver, 0, f->y, NULL, f->ask->t_end, h);
-}
-
-/* -- between steps ----------------------------------------------------------------------------------- */
-
-static int unknowns_at(void *motion, double t, double *y)
-{
-    forward *f = motion;
-    if (f->kind->dense(f->solver, t, f->y, NULL) != KEMPE_OK)
-        return KMP_HALT;
-    memcpy(y, f->y, (size_t)f->p * sizeof *y);
-    memcpy(y + f->p, f->y + blocks(f), (size_t)f->p * sizeof *y);
-    return KMP_GO;
-}
-
-static int state_at(forward *f, double t, double *q, double *qd)
-{
-    const kmp_linear *l = &f->v->linear;
-    if (f->kind->dense(f->solver, t, f->y, NULL) != KEMPE_OK ||
-        kmp_varied_at(f->v, t, f->y, f->y + blocks(f)) != KMP_GO)
-        return KMP_RETRY;
-    memcpy(q, l->q, (size_t)f->n * sizeof *q);
-    memcpy(qd, l->qd, (size_t)f->n * sizeof *qd);
-    return KMP_GO;
-}
-
-/* dq and dqd of all parameters at the last state, which is that of y. */
-static void spread(forward *f)
-{
-    kmp_varied *v = f->v;
+    const kmp_linear *l = &v->linear;
+    int n = f->n, half = blocks(f);
     if (f->count > 0)
         kmp_varied_parts(v);
     for (int k = 0; k < f->count; k++) {
-        kmp_change change = kmp_varied_change(v, k, position_of(f, f->y, k), rate_of(f, f->y, k), NULL);
-        kmp_linear_follow(&v->linear, &change, &(kmp_response){f->dq + k * f->n, f->dqd + k * f->n, NULL, NULL, NULL});
+        double *dq = y + (k + 1) * n, *dqd = y + half + (k + 1) * n;
+        kmp_change change = kmp_varied_change(v, k, position_of(f, y, k), rate_of(f, y, k), NULL);
+        kmp_linear_follow(&v->linear, &change, &(kmp_response){.q = dq, .qd = dqd});
     }
+    memcpy(y, l->q, (size_t)n * sizeof *y);
+    memcpy(y + half, l->qd, (size_t)n * sizeof *y);
 }
 
-static void keep_old(forward *f)
+static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
 {
-    const kmp_plant *plant = f->v->linear.plant;
-    memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
-    memcpy(f->old_y, f->y, (size_t)f->p * sizeof *f->y);
-    memcpy(f->old_y + f->p, f->y + blocks(f), (size_t)f->p * sizeof *f->y);
-    if (f->v->system->events.count > 0)
-        memcpy(f->old_mode, plant->mode, (size_t)f->v->system->events.count * sizeof *f->old_mode);
+    forward *f = self;
+    if (!dy)
+        kmp_plant_closure(plant_of(f), t, y);
+    else if (come_to(f, t, y) != KMP_GO)
+        return KMP_RETRY;
+    if (dy && !as_it_is)
+        put_closed(f, y);
+    if (dy)
+        give(f, y, dy);
+    if (distance)
+        *distance = kmp_margin_at(f->margin, plant_of(f));
+    return KMP_GO;
 }
 
-static kempe_status tell_mark(forward *f, double t, int condition)
+/* Nothing is left out on the way there, whether it turns or not. */
+static void turns(void *self, bool found)
 {
+    (void)self, (void)found;
+}
+
+/* -- the end of a step ------------------------------------------------------------------------------- */
+
+/* It must not have jumped a dead centre of u; evaluated last. */
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    forward *f = self;
     const kmp_linear *l = &f->v->linear;
-    const kmp_varied_mark mark = {t, condition, f->p, f->old_u, l->part.u, l->q, f->old_y, f->old_mode, l->plant->mode};
+    const char *joint = f->own_angles ? kmp_varied_singular(f->v) : NULL;
+    (void)dy, (void)w;
+    if (joint) {
+        kmp_text_printf(
+            &f->road.reason,
+            "the angles of spherical joint '%s' come near to their singular position at t = %.9g: integrals "
+            "and the adjoint method do not go on there; take forward rows, or give it other axes",
+            joint, t);
+        return KMP_HALT;
+    }
+    if (f->zone) {
+        put_closed(f, y);
+        kmp_varied_anchor(f->v);
+        return KMP_GO;
+    }
+    if (l->red.r > 0) {
+        kmp_block_take_signs(l->red.block, f->signs_now);
+        size_t count = (size_t)kmp_block_count(l->red.block);
+        bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
+        f->crossed = f->crossed || crosses;
+        if (crosses)
+            return KMP_RETRY;
+    }
+    int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
+    if (said == KMP_GO && f->p > 0 && kmp_margin_too_deep(f->margin, l->plant, t))
+        said = KMP_RETRY;
+    if (said == KMP_GO)
+        settle(f);
+    return said;
+}
+
+static void explain(kmp_road *road)
+{
+    forward *f = (forward *)road;
+    double t = f->v->anchor_t;
+    kmp_plant_closure(plant_of(f), t, f->v->anchor_q);
+    if (f->zone || f->crossed || (f->growth < FOLDED && kmp_margin_at(f->margin, plant_of(f)) < CHANGE_POINT))
+        kmp_text_printf(&road->reason,
+                        "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
+                        f->ask->alone ? "the adjoint method does not go through it, the forward method may"
+                                      : "parameters that move its closures have no derivative beyond");
+    else if (f->growth >= FOLDED)
+        kmp_text_printf(&road->reason,
+                        "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
+                        f->growth);
+}
+
+static void keep_old(forward *f, const double *y)
+{
+    memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
+    memcpy(f->old_y, rows_of(f, y, f->su), (size_t)f->p * sizeof *y);
+    memcpy(f->old_y + f->p, rows_of(f, y + blocks(f), f->su), (size_t)f->p * sizeof *y);
+}
+
+static int tell_mark(forward *f, double t, int condition)
+{
+    const kmp_varied_mark mark = {t, condition, f->p, f->old_u, f->q, f->old_y, f->mode};
     int said = f->ask->watch.mark ? f->ask->watch.mark(f->ask->watch.user, &mark) : 0;
-    return said ? kmp_fail_memory(f->v->system->context) : KEMPE_OK;
+    if (said)
+        (void)kmp_fail_memory(f->system->context);
+    return said ? KMP_HALT : KMP_GO;
 }
 
-static kempe_status restart(forward *f, double t)
+/* Other coordinates of the place, where the plant is, as independent ones: as many, anew. */
+static int choose_anew(forward *f, double *y)
 {
-    double h = f->kind->next ? f->kind->next(f->solver) : f->kind->t(f->solver) - f->kind->t_old(f->solver);
-    return f->kind->start(f->solver, t, f->y, NULL, f->ask->t_end, fmin(h, f->ask->t_end - t));
-}
-
-/* The state at the end of the last step, in y and as the last one evaluated. */
-static kempe_status stand_at(forward *f, double t)
-{
-    if (state_at(f, t, f->q, f->qd) == KMP_GO)
-        return KEMPE_OK;
-    kmp_text_printf(&f->reason, "the loops do not close at t = %.9g", t);
-    return KEMPE_E_FAILED;
-}
-
-/* Other coordinates become independent where dependent ones grow too fast with these. */
-static kempe_status exchange(forward *f, double t)
-{
-    kmp_varied *v = f->v;
-    int row, column;
-    kempe_status status = stand_at(f, t);
-    if (status != KEMPE_OK || v->linear.red.r == 0)
-        return status;
-    settle(f);
-    if (kmp_reduction_growth(&v->linear.red, &row, &column) <= KMP_EXCHANGE_CLOSED)
-        return KEMPE_OK;
-    keep_old(f);
-    spread(f);
-    status = kmp_varied_choose(v, t, f->q, f->qd, NULL, 0);
-    if (status == KEMPE_OK && v->linear.p != f->p)
-        status = kmp_fail(v->system->context, KEMPE_E_FAILED,
-                          "the mechanism comes to a change point at t = %.9g, where its freedoms are %d, not %d", t,
-                          v->linear.p, f->p);
-    if (status != KEMPE_OK)
-        return status;
-    pack(f);
+    kmp_linear *l = &f->v->linear;
+    kmp_partition part;
+    kempe_status status = kmp_partition_of_rank(&part, f->system, l->plant->jacobian, l->part.r, NULL, 0);
+    if (status != KEMPE_OK || kmp_varied_take(f->v, f->t, f->q, &part) != KEMPE_OK)
+        return KMP_HALT;
+    pack(f, y);
     set_weights(f);
-    if (kmp_varied_at(v, t, f->y, f->y + blocks(f)) != KMP_GO)
-        return kmp_fail(v->system->context, KEMPE_E_FAILED, "the closures are singular at t = %.9g", t);
+    if (stand_at(f, f->t, y, false) != KMP_GO)
+        return KMP_HALT;
     settle(f);
-    f->report->exchanges += memcmp(f->old_u, v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
-    status = tell_mark(f, t, -1);
-    return status == KEMPE_OK ? restart(f, t) : status;
+    f->due = false; /* there is no better choice */
+    return KMP_GO;
+}
+
+static int renew(kmp_road *road, double t, double *y, double *yp)
+{
+    forward *f = (forward *)road;
+    (void)yp;
+    if (!f->due)
+        return KMP_GO;
+    if (spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    keep_old(f, y);
+    if (choose_anew(f, y) != KMP_GO || tell_mark(f, t, -1) != KMP_GO)
+        return KMP_HALT;
+    road->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
+    return KMP_CHANGED;
 }
 
 /* -- conditions -------------------------------------------------------------------------------------- */
 
-/* Whether condition k, as it is held, is otherwise at t; its value there. */
-static bool differs(forward *f, int k, const double *changes)
+static void set_modes(const forward *f, const double *mode)
 {
-    return (changes[k] < 0) != (f->v->linear.plant->mode[k] != 0);
+    for (int k = 0; k < f->system->events.count; k++)
+        if ((plant_of(f)->mode[k] != 0) != (mode[k] != 0))
+            kmp_plant_set_mode(plant_of(f), k, mode[k] != 0);
 }
 
-static const double *changes_at(forward *f, double t)
-{
-    if (state_at(f, t, f->q, f->qd) != KMP_GO)
-        return NULL;
-    return kmp_plant_changes(f->v->linear.plant, t, f->q, f->qd);
-}
-
-/* Where condition k changes within (from, to], just beyond it: bisection and the Illinois rule in turn. */
-static double find_change(forward *f, int k, double from, double to)
-{
-    const double *c = changes_at(f, from);
-    double a = c ? c[k] : 0;
-    c = changes_at(f, to);
-    double b = c ? c[k] : 0;
-    for (int i = 0; i < MOST_HALVINGS && to - from > 4 * DBL_EPSILON * fabs(to); i++) {
-        double middle = from + (to - from) / 2;
-        if (i % 3 != 2 && a * b < 0)
-            middle = fmin(fmax(to - b * (to - from) / (b - a), from), to);
-        if (!(middle > from && middle < to))
-            middle = from + (to - from) / 2;
-        if (!(middle > from && middle < to))
-            break;
-        c = changes_at(f, middle);
-        if (!c)
-            break;
-        if (differs(f, k, c)) {
-            to = middle;
-            b = c[k];
-            a /= 2;
-        } else {
-            from = middle;
-            a = c[k];
-            b /= 2;
-        }
-    }
-    return to;
-}
-
-/* The first condition to change in the last step; -1: none. */
-static int first_change(forward *f, double *t)
-{
-    int count = f->v->system->events.count, first = -1;
-    double from = f->kind->t_old(f->solver), to = f->kind->t(f->solver);
-    *t = to;
-    const double *c = count > 0 && to > from ? changes_at(f, to) : NULL;
-    for (int k = 0; c && k < count; k++)
-        f->changes_along[k] = differs(f, k, c) ? 1 : 0;
-    for (int k = 0; c && k < count; k++) {
-        if (f->changes_along[k] == 0)
-            continue;
-        double at = find_change(f, k, from, to);
-        if (first < 0 || at < *t) {
-            first = k;
-            *t = at;
-        }
-    }
-    return first;
-}
-
-/* dt_e/dp of condition k at the last state, whose dq and dqd are there. false: it is not passed but touched. */
+/* dt_e/dp of condition k at the place, which is the last state. false: it is not passed but touched. */
 static bool find_swing(forward *f, int k)
 {
     kmp_varied *v = f->v;
     kmp_linear *l = &v->linear;
-    double one = 1, *along = f->changes_along, rate, faster;
+    double one = 1, *along = f->along, rate, faster;
     kmp_instant at = kmp_varied_instant(v);
     (void)kmp_slopes_events(v->slopes, &at);
     kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
@@ -494,227 +484,470 @@ static bool find_swing(forward *f, int k)
     return fabs(rate) > GRAZING * faster;
 }
 
-static kempe_status too_many(forward *f, int k, double t)
-{
-    kmp_text_printf(&f->reason, "the condition %s changes back and forth at t = %.9g", f->v->system->event_text[k], t);
-    return KEMPE_E_FAILED;
-}
-
 static double integrand_here(forward *f)
 {
     return f->integrals ? kmp_target_value(f->ask->integrand, f->v) : 0;
 }
 
-static void take_accelerations(const forward *f, double *udd)
+/* What is before less what is behind, times dt_e/dp. */
+static void jump(forward *f, double integrand_before, double *y)
 {
     const kmp_linear *l = &f->v->linear;
-    for (int i = 0; i < f->p; i++)
-        udd[i] = l->qdd[l->part.u[i]];
-}
-
-/* What is before less what is behind, times dt_e/dp. */
-static void jump(forward *f, double integrand_before)
-{
     int half = blocks(f);
     double integrand = integrand_before - integrand_here(f);
-    for (int i = 0; i < f->p; i++)
-        f->before[i] -= f->v->linear.qdd[f->v->linear.part.u[i]];
+    for (int i = 0; i < f->width; i++)
+        f->before[i] -= l->qdd[unknowns_of(f)[i]];
     for (int k = 0; k < f->count; k++) {
-        for (int i = 0; i < f->p; i++)
-            f->y[half + (k + 1) * f->p + i] += f->before[i] * f->swing[k];
+        for (int i = 0; i < f->width; i++)
+            y[half + (k + 1) * f->width + i] += f->before[i] * f->swing[k];
         if (f->integrals)
-            f->y[2 * half + 1 + k] += integrand * f->swing[k];
+            y[2 * half + 1 + k] += integrand * f->swing[k];
     }
 }
 
-static kempe_status end_at(forward *f, int condition, double t)
+static int fail_at(forward *f, const char *sentence, int k, double t)
 {
-    kmp_text_printf(&f->reason, "%s at t = %.9g s", f->v->system->event_text[condition], t);
-    return KEMPE_STOPPED;
+    kmp_text_printf(&f->road.reason, sentence, f->system->event_text[k], t);
+    return KMP_HALT;
 }
 
-/* Conditions on multipliers and accelerations end it at the end of a step. */
-static kempe_status look_late(forward *f, double t)
+/* Condition k changes, and with it what `mode` says of others. */
+static int pass(forward *f, int k, const double *mode, double t, double *y)
 {
-    const kempe_system *s = f->v->system;
     const kmp_linear *l = &f->v->linear;
-    bool any = false;
-    for (int k = 0; k < s->events.count; k++)
-        any = any || s->events.condition[k].late;
-    kempe_status status = any ? stand_at(f, t) : KEMPE_OK;
-    if (!any || status != KEMPE_OK)
-        return status;
-    kmp_plant_all_changes(l->plant, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
-    for (int k = 0; k < s->events.count; k++)
-        if (s->events.condition[k].late && f->changes[k] < 0)
-            return end_at(f, k, t);
-    return KEMPE_OK;
+    if (spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    if (f->count > 0 && !find_swing(f, k))
+        return fail_at(f,
+                       "the condition %s is touched at t = %.9g, not passed: the motion has no derivative by "
+                       "parameters there",
+                       k, t);
+    keep_old(f, y);
+    memcpy(f->mode, l->plant->mode, mode_bytes(f));
+    double integrand = integrand_here(f);
+    for (int i = 0; i < f->width; i++)
+        f->before[i] = l->qdd[unknowns_of(f)[i]];
+    set_modes(f, mode);
+    if (come_to(f, t, y) != KMP_GO)
+        return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
+    jump(f, integrand, y);
+    return tell_mark(f, t, k);
 }
 
-/* Condition k changes at t, just beyond its change. */
-static kempe_status pass(forward *f, int k, double t)
+/* Conditions have changed since the last start: those that the motion itself has changed in turn, the last of them with
+ * all that follow. */
+static int pass_conditions(forward *f, double t, double *y)
 {
-    kmp_varied *v = f->v;
-    f->at_once = t > f->event_t ? 0 : f->at_once + 1;
-    f->event_t = t;
-    if (v->system->events.condition[k].ends)
-        return end_at(f, k, t);
-    if (f->at_once > MOST_AT_ONCE)
-        return too_many(f, k, t);
-    if (v->system->switches) {
-        kmp_text_printf(&f->reason,
-                        "closures switch where %s changes at t = %.9g: derivatives of rates that jump are not known",
-                        v->system->event_text[k], t);
-        return KEMPE_E_FAILED;
+    const kmp_linear *l = &f->v->linear;
+    int count = f->system->events.count, last = -1, said = KMP_GO;
+    memcpy(f->new_mode, l->plant->mode, mode_bytes(f));
+    memcpy(f->next_mode, f->mode, mode_bytes(f));
+    set_modes(f, f->mode);
+    if (stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
+    kmp_plant_all_changes(l->plant, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
+    for (int k = 0; k < count; k++) {
+        bool changes = (f->new_mode[k] != 0) != (f->mode[k] != 0);
+        f->cause[k] = changes && (f->changes[k] < 0) != (f->mode[k] != 0);
+        last = f->cause[k] || (changes && last < 0) ? k : last;
     }
-    kempe_status status = stand_at(f, t);
-    if (status != KEMPE_OK)
-        return status;
-    keep_old(f);
-    spread(f);
-    if (f->count > 0 && !find_swing(f, k)) {
-        kmp_text_printf(&f->reason,
-                        "the condition %s is touched at t = %.9g, not passed: the motion has no derivative by "
-                        "parameters there",
-                        v->system->event_text[k], t);
-        return KEMPE_E_FAILED;
+    f->cause[last] = true;
+    for (int k = 0; said == KMP_GO && k <= last; k++)
+        if (f->cause[k]) {
+            f->next_mode[k] = f->new_mode[k];
+            said = pass(f, k, k == last ? f->new_mode : f->next_mode, t, y);
+        }
+    return said;
+}
+
+/* -- charts ------------------------------------------------------------------------------------------ */
+
+/* Joints have been centred: the place in the charts before, carried to where it is (q, qd) in those at hand. */
+static int pass_charts(forward *f, double t, const double *q, const double *qd, double *y)
+{
+    memcpy(f->new_chart, plant_of(f)->chart, chart_bytes(f));
+    kmp_plant_set_charts(plant_of(f), f->chart);
+    if (spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_plant_set_charts(plant_of(f), f->new_chart);
+    enter_charts(f, q, qd);
+    kmp_plant_closure(plant_of(f), t, q);
+    if (!f->fixed && !f->zone)
+        return choose_anew(f, y);
+    pack(f, y);
+    return KMP_GO;
+}
+
+static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                  double *y, double *yp)
+{
+    forward *f = (forward *)road;
+    int half = blocks(f);
+    (void)qdd, (void)lambda, (void)yp;
+    if (f->system->events.count > 0 && memcmp(f->mode, plant_of(f)->mode, mode_bytes(f)) != 0 &&
+        pass_conditions(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    if (memcmp(f->chart, plant_of(f)->chart, chart_bytes(f)) != 0 && pass_charts(f, t, q, qd, y) != KMP_GO)
+        return KMP_HALT;
+    for (int i = 0; i < f->width; i++) {
+        y[i] = q[unknowns_of(f)[i]];
+        y[half + i] = qd[unknowns_of(f)[i]];
     }
-    double integrand = integrand_here(f);
-    take_accelerations(f, f->before);
-    kmp_plant_set_mode(v->linear.plant, k, v->linear.plant->mode[k] == 0);
-    if (kmp_varied_at(v, t, f->y, f->y + blocks(f)) != KMP_GO) {
-        kmp_text_printf(&f->reason, "the motion cannot go on behind the condition %s at t = %.9g",
-                        v->system->event_text[k], t);
-        return KEMPE_E_FAILED;
-    }
-    jump(f, integrand);
+    if (stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
     settle(f);
-    f->report->events++;
-    status = tell_mark(f, t, k);
-    return status == KEMPE_OK ? restart(f, t) : status;
+    return KMP_GO;
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static void follow_all(forward *f)
+static void position(kmp_road *road, double t, const double *y, double *q)
 {
-    kmp_varied *v = f->v;
-    if (f->count > 0)
-        kmp_varied_parts(v);
-    for (int k = 0; k < f->count; k++) {
-        double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
-        double *dlambda = f->dlambda + k * f->m;
-        kmp_varied_follow(v, k, position_of(f, f->y, k), rate_of(f, f->y, k), dq, dqd, dqdd, dlambda);
-        if (v->slopes->shown > 0)
-            outputs_along(f, k, dq, dqd, dqdd, dlambda, f->dshown + k * v->slopes->shown);
-    }
+    forward *f = (forward *)road;
+    if (f->zone)
+        memcpy(q, y, (size_t)f->n * sizeof *q);
+    else if (kmp_varied_position(f->v, t, y, q) != KMP_GO)
+        memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
 }
 
-static kempe_status deliver(forward *f, double until)
+static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
 {
-    const kmp_forward *ask = f->ask;
+    forward *f = (forward *)road;
     const kmp_linear *l = &f->v->linear;
-    for (; f->next_row < ask->time_count && ask->times[f->next_row] <= until; f->next_row++) {
-        kempe_status status = stand_at(f, ask->times[f->next_row]);
-        if (status != KEMPE_OK)
-            return status;
-        kmp_instant at = kmp_varied_instant(f->v);
-        const double *shown = kmp_slopes_outputs(f->v->slopes, &at);
-        follow_all(f);
-        const kmp_varied_row row = {l->t,  l->q,   l->qd,   l->qdd,     l->lambda, shown,
-                                    f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
-        if (ask->watch.row && ask->watch.row(ask->watch.user, &row))
-            return kmp_fail_memory(f->v->system->context);
+    (void)yp;
+    *work = 0;
+    int said = qd || f->zone ? stand_at(f, t, y, qdd != NULL) : kmp_varied_position(f->v, t, y, q);
+    if (said != KMP_GO) {
+        if (road->reason.length == 0)
+            kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
+        return KMP_HALT;
     }
+    if (!qd && !f->zone)
+        return KMP_GO;
+    memcpy(q, l->q, (size_t)f->n * sizeof *q);
+    if (qd)
+        memcpy(qd, l->qd, (size_t)f->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    memcpy(qdd, l->qdd, (size_t)f->n * sizeof *qdd);
+    memcpy(lambda, l->lambda, (size_t)f->m * sizeof *lambda);
+    f->row_y = y;
+    return KMP_GO;
+}
+
+/* By parameter k what a row of the runner, in the user's coordinates, makes of the last whole one. */
+static void follow(forward *f, int k, const kmp_chart_motion *user)
+{
+    kmp_varied *v = f->v;
+    const kmp_linear *l = &v->linear;
+    const kmp_chart_motion inner = {l->plant->chart, l->q, l->qd, l->qdd};
+    double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
+    kmp_varied_follow(v, k, position_of(f, f->row_y, k), rate_of(f, f->row_y, k), dq, dqd, dqdd, f->dlambda + k * f->m);
+    for (int c = 0; c < f->system->chart_count; c++)
+        if (!kmp_chart_is_own(inner.chart, c))
+            kmp_chart_carry(f->system, c, &inner, user, dq, dqd, dqdd);
+}
+
+/* The instant whose coordinates are the user's. */
+enum { OWN_CHARTS = -2 };
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    forward *f = user;
+    kmp_varied *v = f->v;
+    const kmp_chart_motion own = {f->new_chart, q, qd, qdd};
+    (void)work;
+    if (!f->ask->watch.row)
+        return 0;
+    kmp_charts_reset(f->system, f->new_chart);
+    if (f->count > 0)
+        kmp_varied_parts(v);
+    for (int k = 0; k < f->count; k++)
+        follow(f, k, &own);
+    const kmp_instant at = {t, q, qd, qdd, lambda, NULL, plant_of(f)->mode, f->new_chart, OWN_CHARTS};
+    const double *shown = kmp_slopes_outputs(v->slopes, &at);
+    for (int k = 0; v->slopes->shown > 0 && k < f->count; k++)
+        outputs_along(f, k, f->dq + k * f->n, f->dqd + k * f->n, f->dqdd + k * f->n, f->dlambda + k * f->m,
+                      f->dshown + k * v->slopes->shown);
+    const kmp_varied_row row_of = {t, q, qd, qdd, lambda, shown, f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
+    return f->ask->watch.row(f->ask->watch.user, &row_of);
+}
+
+static int unknowns_at(void *motion, double t, double *y)
+{
+    forward *f = motion;
+    const double *from = kmp_runner_unknowns(f->runner, t);
+    if (!from)
+        return KMP_HALT;
+    memcpy(y, rows_of(f, from, f->su), (size_t)f->p * sizeof *y);
+    memcpy(y + f->p, rows_of(f, from + blocks(f), f->su), (size_t)f->p * sizeof *y);
+    return KMP_GO;
+}
+
+static int take_step(void *user, kmp_runner *runner, double from, double to)
+{
+    forward *f = user;
+    f->runner = runner;
+    if (f->integrals) {
+        const double *y = kmp_runner_unknowns(runner, to);
+        if (!y)
+            return 1;
+        memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
+    }
+    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, from, to, unknowns_at, f) : 0;
+}
+
+/* -- the road ---------------------------------------------------------------------------------------- */
+
+/* v goes by another plant from now on. */
+static void go_by(forward *f, kmp_plant *plant)
+{
+    kmp_linear_lend(&f->v->linear, plant);
+    kmp_linear_renew_parameters(&f->v->linear);
+    kmp_slopes_renew_parameters(f->v->slopes);
+}
+
+/* The own plant has the charts and conditions of the runner's then. */
+static void release(kmp_road *road)
+{
+    forward *f = (forward *)road;
+    const kmp_plant *plant = plant_of(f);
+    kmp_free(road->y);
+    kmp_free(road->atol);
+    road->y = road->atol = NULL;
+    if (plant == f->own)
+        return;
+    kmp_plant_set_charts(f->own, plant->chart);
+    for (int k = 0; k < f->system->events.count; k++)
+        kmp_plant_set_mode(f->own, k, plant->mode[k] != 0);
+    go_by(f, f->own);
+}
+
+static int keep(kmp_road *road, double t, const double *y)
+{
+    forward *f = (forward *)road;
+    memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
+    keep_old(f, y);
+    return spread(f, t, y);
+}
+
+static bool make_unknowns(forward *f)
+{
+    kmp_road *road = &f->road;
+    f->width = f->zone ? f->n : f->p;
+    road->size = 2 * blocks(f) + f->integrals;
+    road->rtol = f->zone ? fmax(f->rtol, ZONE_RTOL) : 0;
+    road->y = KMP_NEW(double, road->size);
+    road->atol = KMP_NEW(double, road->size);
+    road->ode = (kmp_ode){.n = road->size,
+                          .self = f,
+                          .rhs = rhs,
+                          .accept = accept,
+                          .jacobian = jacobian,
+                          .closed = closed,
+                          .turns = turns,
+                          .positions = blocks(f),
+                          .quadratures = f->integrals};
+    return road->y && road->atol;
+}
+
+/* A start that is neither the first one nor where the last road was left: what came between has changed rates. */
+static kempe_status check_place(forward *f, const kmp_road_start *start)
+{
+    int k = 0;
+    while (k < f->system->events.count && (f->mode[k] != 0) == (start->plant->mode[k] != 0))
+        k++;
+    if (k < f->system->events.count)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "closures switch where %s changes at t = %.9g: derivatives of rates that jump are not known",
+                        f->system->event_text[k], start->t);
+    if (start->part->p != f->p || start->t > f->t || start->t < f->t)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "derivatives by parameters do not go on at t = %.9g, where the freedoms are %d, not %d",
+                        start->t, start->part->p, f->p);
     return KEMPE_OK;
 }
 
-/* -- the run ----------------------------------------------------------------------------------------- */
-
-static kempe_status step(forward *f)
+static kempe_status begin(forward *f, const kmp_road_start *start)
 {
-    double from = f->kind->t(f->solver), t;
-    kempe_status status = f->kind->step(f->solver);
-    if (status == KEMPE_E_FAILED && kempe_context_message(f->v->system->context)[0] == '\0')
-        kmp_text_printf(&f->reason,
-                        "the step size became too small at t = %.9g: the motion is singular there, comes to a change "
-                        "point, or is too fast for double precision",
-                        from);
+    kmp_partition part;
+    kempe_status status = f->begun ? check_place(f, start) : KEMPE_OK;
     if (status != KEMPE_OK)
         return status;
-    int condition = first_change(f, &t);
-    if (f->ask->watch.step && f->ask->watch.step(f->ask->watch.user, from, t, unknowns_at, f))
-        return kmp_fail_memory(f->v->system->context);
-    status = deliver(f, t);
+    bool first = !f->begun;
+    f->begun = true;
+    f->p = start->part->p;
+    if (!make_unknowns(f) || !kmp_partition_copy(&part, start->part))
+        return kmp_fail_memory(f->system->context);
+    go_by(f, start->plant);
+    f->v->linear.held = true;
+    f->v->linear.plain = f->count == 0;
+    status = kmp_varied_take(f->v, start->t, start->q, &part);
+    if (status != KEMPE_OK)
+        return status;
+    enter_charts(f, start->q, start->qd);
+    pack(f, f->road.y);
+    memcpy(f->road.y + 2 * blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    set_weights(f);
+    if (stand_at(f, start->t, f->road.y, false) != KMP_GO)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
+    settle(f);
+    return first || tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+static kmp_road *create(const kmp_road_start *start, bool zone)
+{
+    forward *f = start->user;
+    f->zone = zone;
+    f->margin = start->margin;
+    f->fixed = start->fixed;
+    f->rtol = start->rtol;
+    f->atol = start->atol;
+    f->rate_scale = start->rate_scale;
+    f->road.exchanges = 0;
+    kmp_text_free(&f->road.reason);
+    if (begin(f, start) == KEMPE_OK)
+        return &f->road;
+    release(&f->road);
+    return NULL;
+}
+
+static kmp_road *create_zone(const kmp_road_start *start)
+{
+    return create(start, true);
+}
+
+static kmp_road *create_road(const kmp_road_start *start)
+{
+    return create(start, false);
+}
+
+static const kmp_road_kind varied_zone = {.road = "varied", .form = "zone", .corrected = true, .create = create_zone};
+static const kmp_road_kind varied_road = {
+    .road = "varied", .form = "closed", .corrected = true, .zone = &varied_zone, .create = create_road};
+
+/* -- the run ----------------------------------------------------------------------------------------- */
+
+static bool make_room(forward *f)
+{
+    size_t n = (size_t)f->n, m = (size_t)f->m, count = (size_t)f->v->count, many = count ? count : 1;
+    size_t conditions = (size_t)f->system->events.count, shown = (size_t)f->v->slopes->shown;
+    size_t charts = chart_bytes(f) / sizeof(double);
+    const struct {
+        double **to;
+        size_t size;
+    } rooms[] = {{&f->q, n},
+                 {&f->qd, n},
+                 {&f->dq, n * many},
+                 {&f->dqd, n * many},
+                 {&f->dqdd, n * many},
+                 {&f->dlambda, m * many},
+                 {&f->dshown, shown * many},
+                 {&f->swing, count},
+                 {&f->unit, count},
+                 {&f->mode, conditions},
+                 {&f->new_mode, conditions},
+                 {&f->next_mode, conditions},
+                 {&f->changes, conditions},
+                 {&f->along, conditions},
+                 {&f->chart, charts},
+                 {&f->new_chart, charts},
+                 {&f->su, n},
+                 {&f->sud, n},
+                 {&f->ud, n},
+                 {&f->before, n},
+                 {&f->old_y, 2 * n},
+                 {&f->matrix, 2 * n * n},
+                 {&f->tail, (size_t)f->integrals}};
+    bool ok = true;
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        ok = (*rooms[k].to = KMP_NEW(double, rooms[k].size)) && ok;
+    f->signs = KMP_NEW(int, n);
+    f->signs_now = KMP_NEW(int, n);
+    f->old_u = KMP_NEW(int, n);
+    f->every = KMP_NEW(int, n);
+    for (int i = 0; f->every && i < f->n; i++)
+        f->every[i] = i;
+    f->cause = KMP_NEW(bool, conditions);
+    return ok && f->signs && f->signs_now && f->old_u && f->every && f->cause;
+}
+
+static void free_all(forward *f)
+{
+    void *rooms[] = {f->q,     f->qd,        f->dq,   f->dqd,      f->dqdd,      f->dlambda, f->dshown,
+                     f->swing, f->unit,      f->mode, f->new_mode, f->next_mode, f->changes, f->along,
+                     f->chart, f->new_chart, f->tail, f->signs,    f->signs_now, f->old_u,   f->every,
+                     f->cause, f->su,        f->sud,  f->ud,       f->matrix,    f->old_y,   f->before};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        kmp_free(rooms[k]);
+    kmp_text_free(&f->road.reason);
+}
+
+/* The start and its slopes into the place. */
+static kempe_status prepare(forward *f)
+{
+    kmp_varied *v = f->v;
+    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
+    if (!make_room(f))
+        return kmp_fail_memory(f->system->context);
+    kmp_charts_reset(f->system, f->chart);
+    kmp_plant_set_charts(f->own, f->chart);
+    go_by(f, f->own);
+    v->linear.plain = false;
+    kempe_status status = kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd);
+    if (status == KEMPE_OK && f->ask->start_q)
+        memcpy(f->ask->start_q, f->dq, slopes);
+    if (status == KEMPE_OK && f->ask->start_qd)
+        memcpy(f->ask->start_qd, f->dqd, slopes);
+    return status;
+}
+
+static kempe_status run(forward *f, kmp_forward_report *report)
+{
+    kmp_run_spec spec = *f->ask->spec;
+    kempe_status status = prepare(f);
+    const kempe_assembly start = {.system = f->system, .q = f->q, .qd = f->qd, .closed = true};
+    spec.kind = &varied_road;
+    spec.user = f;
+    spec.step = take_step;
+    spec.own_angles = f->own_angles = f->ask->alone || f->integrals > 0;
+    if (f->ask->alone)
+        spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
     if (status == KEMPE_OK)
-        status = look_late(f, t);
-    const char *joint = status == KEMPE_OK ? kmp_varied_singular(f->v) : NULL;
-    if (joint) {
-        kmp_text_printf(&f->reason,
-                        "the angles of spherical joint '%s' come near to their singular position at t = %.9g, beyond "
-                        "which their derivatives do not go on; give it other axes",
-                        joint, t);
-        return KEMPE_E_FAILED;
-    }
-    if (status == KEMPE_OK && t < f->ask->t_end)
-        status = condition >= 0 ? pass(f, condition, t) : exchange(f, t);
-    f->report->t = t;
-    return status;
-}
-
-static kempe_status advance(forward *f)
-{
-    kempe_status status = deliver(f, 0);
-    while (status == KEMPE_OK && f->report->t < f->ask->t_end) {
-        status = step(f);
-        if (status == KEMPE_OK && kmp_interrupted(f->v->system->context)) {
-            kmp_text_put(&f->reason, "interrupted");
-            status = KEMPE_STOPPED;
-        }
-    }
-    return status;
-}
-
-static void report_on(forward *f, double *integral)
-{
-    if (!f->solver)
-        return;
-    kmp_solver_work work = f->kind->work(f->solver);
-    f->report->steps = work.steps;
-    f->report->rejected = work.rejected;
-    f->report->refused = work.refused;
-    f->report->rhs = work.rhs;
-    if (!f->integrals || f->kind->dense(f->solver, f->report->t, f->y, NULL) != KEMPE_OK)
-        return;
-    f->report->integral = f->y[2 * blocks(f)];
-    for (int k = 0; integral && k < f->count; k++)
-        integral[k] = f->y[2 * blocks(f) + 1 + k];
+        status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
+    report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
+        return status;
+    report->run.reason = kmp_strdup(kempe_context_message(f->system->context));
+    return report->run.reason ? status : kmp_fail_memory(f->system->context);
 }
 
 kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
                              kmp_forward_report *report)
 {
-    forward f = {.v = varied,
+    forward f = {.road = {.release = release,
+                          .row = row,
+                          .position = position,
+                          .renew = renew,
+                          .resume = resume,
+                          .keep = keep,
+                          .explain = explain},
+                 .v = varied,
+                 .own = varied->linear.plant,
                  .ask = ask,
-                 .report = report,
+                 .system = varied->system,
                  .sizes = sizes,
                  .n = varied->n,
                  .m = varied->m,
                  .count = ask->alone ? 0 : varied->count};
+    f.integrals = ask->integrand ? 1 + f.count : 0;
     *report = (kmp_forward_report){0};
-    f.event_t = -1;
-    f.kind = kmp_solver_find(ask->integrator);
-    if (!f.kind)
-        return kmp_fail(varied->system->context, KEMPE_E_ARGUMENT, "there is no integrator '%s'", ask->integrator);
-    kempe_status status = prepare(&f);
-    if (status == KEMPE_OK)
-        status = advance(&f);
-    report_on(&f, integral);
-    const char *message = kempe_context_message(varied->system->context);
-    if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
-        report->reason = f.reason.length ? kmp_text_take(&f.reason) : kmp_strdup(message);
-    if ((status == KEMPE_E_FAILED || status == KEMPE_STOPPED) && !report->reason)
-        status = kmp_fail_memory(varied->system->context);
+    kempe_status status = run(&f, report);
+    for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
+        integral[k] = f.tail[1 + k];
     free_all(&f);
     varied->linear.plain = false;
     return status;

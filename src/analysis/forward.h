@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A motion along the reduced road with the sensitivities of its state to each parameter, integrated together by one of
- * the own one-step methods, with error control over all of them. With no parameters it is the motion alone. Where u
- * goes bad others are taken between steps, and the sensitivities go on as rows of the same dq/dp. Where a condition of
- * the model changes, at t_e(p) with g = 0, rates of the sensitivities jump by what the accelerations do:
+/* A motion with the sensitivities of its state to each parameter, as a road of its own: a runner (integrators/run.h)
+ * integrates them together, with error control over all of them, and sees to events, exchanges and spherical joints.
+ * With no parameters it is the motion alone. Where u goes bad others are taken between steps, and the sensitivities go
+ * on as rows of the same dq/dp; where a joint is centred they are carried into its new angles. Where a condition of the
+ * model changes, at t_e(p) with g = 0, rates of the sensitivities jump by what the accelerations do:
  *
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
@@ -11,7 +12,7 @@
 #define KMP_ANALYSIS_FORWARD_H
 
 #include "analysis/varied.h"
-#include "integrators/solver.h"
+#include "integrators/run.h"
 
 /** A row: the state, and what each parameter does to it (`count` times n, n, n, m, shown). */
 typedef struct kmp_varied_row {
@@ -30,10 +31,10 @@ typedef struct kmp_varied_mark {
     double t;
     int condition; /* that changes; -1: others become independent */
     int p;
-    const int *u, *next_u;      /* before and after, p each */
-    const double *q;            /* n */
-    const double *y;            /* u and ud before, 2 p */
-    const double *mode, *after; /* of the conditions */
+    const int *u;       /* before, p */
+    const double *q;    /* n */
+    const double *y;    /* u and ud before, 2 p */
+    const double *mode; /* of the conditions, before */
 } kmp_varied_mark;
 
 /** Who looks on. Each may be NULL; nonzero ends the run with KEMPE_E_MEMORY. */
@@ -46,12 +47,7 @@ typedef struct kmp_varied_watch {
 } kmp_varied_watch;
 
 typedef struct kmp_forward {
-    const char *integrator;
-    double rtol, atol, t_end;
-    const double *times; /* of rows, ascending, in [0, t_end] */
-    int time_count;
-    const int *u; /* wished */
-    int u_count;
+    const kmp_run_spec *spec;    /* resolved; road and form do not count */
     const kmp_target *integrand; /* whose integral over time is wanted too; NULL: none */
     bool alone;                  /* without sensitivities, but for those of the start */
     double *start_q, *start_qd;  /* those, n x count; NULL: not wanted */
@@ -59,23 +55,17 @@ typedef struct kmp_forward {
 } kmp_forward;
 
 typedef struct kmp_forward_report {
-    double t;
-    long steps, rejected, refused, rhs, exchanges, events;
-    double rate_scale;
-    char *reason;    /* NULL: it came to the end; to be freed (kmp_free) */
-    double integral; /* of the integrand up to there */
+    kmp_run_report run; /* its reason is to be freed (kmp_free) */
+    double integral;    /* of the integrand up to where it came */
 } kmp_forward_report;
 
 /** Runs. `sizes` (count): of the parameters, for the weights of their sensitivities; `integral` (count, may be NULL)
- * receives the derivative of the integral. KEMPE_OK, KEMPE_STOPPED and KEMPE_E_FAILED with report->reason, other
- * errors by message. */
+ * receives the derivative of the integral. KEMPE_OK, KEMPE_STOPPED and KEMPE_E_FAILED with report->run.reason,
+ * other errors by message. */
 kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
                              kmp_forward_report *report);
 
 /** Its value at the last state of a motion. */
 double kmp_target_value(const kmp_target *target, kmp_varied *varied);
-
-/** 1/s: the largest of the rates, the roots of the accelerations, scaled, and 1 / t_end. At the last state. */
-double kmp_varied_rate_scale(const kmp_varied *varied, double t_end);
 
 #endif

@@ -23,9 +23,9 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
     size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
     *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
     size_t block = inputs * outputs, all = block * (size_t)count;
-    size_t sizes[] = {(size_t)count, all, all, block, p * p, p * p, p, p, p, block, block};
-    double **room[] = {&f->at,    &f->re,    &f->im,    &f->still, &f->a_re, &f->a_im,
-                       &f->du_re, &f->du_im, &f->scale, &f->h_re,  &f->h_im};
+    size_t sizes[] = {(size_t)count, all, all, block, p * p, p * p, p, p, p, block, block, p * p, p, p};
+    double **room[] = {&f->at,    &f->re,    &f->im,   &f->still, &f->a_re,  &f->a_im,   &f->du_re,
+                       &f->du_im, &f->scale, &f->h_re, &f->h_im,  &f->terms, &f->off_re, &f->off_im};
     bool ok = (f->pole = KMP_NEW(bool, count)) && (f->pivot = KMP_NEW(int, p));
     for (size_t k = 0; k < sizeof room / sizeof *room; k++)
         ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
@@ -38,7 +38,8 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
 void kmp_frequency_free(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
-    double *room[] = {f->at, f->re, f->im, f->still, f->a_re, f->a_im, f->du_re, f->du_im, f->scale, f->h_re, f->h_im};
+    double *room[] = {f->at,    f->re,    f->im,   f->still, f->a_re,  f->a_im,   f->du_re,
+                      f->du_im, f->scale, f->h_re, f->h_im,  f->terms, f->off_re, f->off_im};
     for (size_t k = 0; k < sizeof room / sizeof *room; k++)
         kmp_free(room[k]);
     kmp_free(f->pole);
@@ -67,6 +68,7 @@ static bool factor(kmp_frequency *f, double w)
             double s = f->scale[i] * f->scale[k];
             f->a_re[e] = s * (l->stiffness[e] - w * w * l->mass[e]);
             f->a_im[e] = s * w * l->damping[e];
+            f->terms[e] = s * (fabs(l->stiffness[e]) + w * fabs(l->damping[e]) + w * w * fabs(l->mass[e]));
         }
     if (kmp_lu_complex_factor(p, f->a_re, f->a_im, f->pivot) != 0)
         return false;
@@ -83,6 +85,28 @@ static void power(double w, int order, double *re, double *im)
 {
     *re = order == 0 ? 1 : order == 2 ? -w * w : 0;
     *im = order == 1 ? w : 0;
+}
+
+static double largest(int count, const double *re, const double *im)
+{
+    double most = 0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, hypot(re[i], im[i]));
+    return most;
+}
+
+/* What rounding of the equations' terms changes du by, which solves them. */
+static void note_rounding(kmp_frequency *f)
+{
+    int p = f->transfer->p;
+    memset(f->off_re, 0, (size_t)p * sizeof *f->off_re);
+    memset(f->off_im, 0, (size_t)p * sizeof *f->off_im);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            f->off_re[i] += DBL_EPSILON * f->terms[i + k * p] * hypot(f->du_re[k], f->du_im[k]);
+    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->off_re, f->off_im);
+    double size = largest(p, f->du_re, f->du_im), off = largest(p, f->off_re, f->off_im);
+    f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
 }
 
 static void solve(kmp_frequency *f, double w, int input)
@@ -102,6 +126,7 @@ static void solve(kmp_frequency *f, double w, int input)
         }
     }
     kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
+    note_rounding(f);
     for (int i = 0; i < p; i++) {
         f->du_re[i] *= f->scale[i];
         f->du_im[i] *= f->scale[i];
@@ -146,6 +171,7 @@ bool kmp_frequency_eval(kmp_frequency *frequency, double hz)
 {
     kmp_frequency *f = frequency;
     double w = two_pi * hz;
+    f->rounding = 0;
     if (!factor(f, w))
         return false;
     for (int i = 0; i < f->inputs; i++) {
@@ -358,6 +384,10 @@ static void take(kmp_frequency *f, int k)
 {
     size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
     f->pole[k] = !kmp_frequency_eval(f, f->at[k]);
+    if (!f->pole[k] && f->rounding > f->worst) {
+        f->worst = f->rounding;
+        f->worst_at = f->at[k];
+    }
     for (size_t e = 0; e < block; e++) {
         f->re[first + e] = f->pole[k] ? NAN : f->h_re[e];
         f->im[first + e] = f->pole[k] ? NAN : f->h_im[e];

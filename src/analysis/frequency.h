@@ -30,8 +30,11 @@ typedef struct kmp_frequency {
     bool has_spectrum; /* the reduced mass is positive */
     kmp_spectrum poles;
     int peak_count, peak_room;
-    kmp_peak *peak; /* by input, output, frequency */
+    kmp_peak *peak;         /* by input, output, frequency */
+    double rounding;        /* what rounding changes an answer by, in parts of it: the last one that was evaluated */
+    double worst, worst_at; /* the largest of all frequencies, and which, Hz */
     /* work */
+    double *terms, *off_re, *off_im; /* how large the terms of a are; of du */
     double *a_re, *a_im, *du_re, *du_im, *scale, *h_re, *h_im;
     int *pivot;
 } kmp_frequency;

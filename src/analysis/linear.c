@@ -69,12 +69,25 @@ void kmp_linear_renew_parameters(kmp_linear *linear)
 
 kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count)
 {
-    const kempe_system *s = linear->system;
+    kmp_partition part;
     forget_choice(linear);
     kmp_plant_closure(linear->plant, t, q);
-    kempe_status status = kmp_partition_init(&linear->part, s, linear->plant->jacobian, wish, wish_count);
-    if (status != KEMPE_OK)
-        return status;
+    kempe_status status = kmp_partition_init(&part, linear->system, linear->plant->jacobian, wish, wish_count);
+    return status == KEMPE_OK ? kmp_linear_take(linear, &part) : status;
+}
+
+void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant)
+{
+    forget_choice(linear);
+    linear->plant = plant;
+}
+
+kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
+{
+    const kempe_system *s = linear->system;
+    forget_choice(linear);
+    linear->part = *part;
+    *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
     linear->residual = KMP_NEW(double, p);
     linear->mass = KMP_NEW(double, p *p);
@@ -89,7 +102,7 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
         if (!linear->pressed || !linear->inertia || !linear->pivot)
             return kmp_fail_memory(s->context);
     }
-    status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
+    kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;
 }

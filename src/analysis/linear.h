@@ -51,6 +51,12 @@ void kmp_linear_renew_parameters(kmp_linear *linear);
  *  possible, and why. The state is then none. */
 kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count);
 
+/** Takes a choice made elsewhere, which is its own from now on. KEMPE_E_MEMORY, KEMPE_E_FAILED. */
+kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part);
+
+/** Goes by another plant of the same system, not owned, until the own one is given back; nothing is chosen then. */
+void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant);
+
 /** Takes the state with rates ud (NULL: zero) and accelerations udd (NULL: zero): q (n) is taken on its u and closed
  * from where it is. Conditions of the model hold as they do there. KEMPE_E_FAILED without message: Jv is singular, or
  * the loops do not close. */

@@ -77,7 +77,7 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
     bool ok = true;
     for (size_t k = 0; k < sizeof poses / sizeof *poses; k++)
         ok = pose_init(poses[k], n) && ok;
-    double **vectors[] = {&sweep->dx, &sweep->normal, &sweep->qs, &sweep->qss};
+    double **vectors[] = {&sweep->dx, &sweep->normal, &sweep->qs, &sweep->qss, &sweep->x, &sweep->unit};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         ok = (*vectors[k] = KMP_NEW(double, n + 1)) && ok;
     sweep->h = KMP_NEW(double, m);
@@ -132,8 +132,8 @@ void kmp_sweep_free(kmp_sweep *sweep)
     kmp_pose *poses[] = {&sweep->here, &sweep->next, &sweep->part_way, &sweep->entry};
     for (size_t k = 0; k < sizeof poses / sizeof *poses; k++)
         pose_free(poses[k]);
-    double *vectors[] = {sweep->dx, sweep->normal, sweep->qs, sweep->qss,
-                         sweep->h,  sweep->h_t,    sweep->jd, sweep->jacobian};
+    double *vectors[] = {sweep->dx,   sweep->normal, sweep->qs,  sweep->qss, sweep->x,
+                         sweep->unit, sweep->h,      sweep->h_t, sweep->jd,  sweep->jacobian};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         kmp_free(vectors[k]);
     kmp_free(sweep->dropped);

@@ -45,6 +45,7 @@ typedef struct kmp_sweep {
     kmp_pose here, next, part_way, entry;
     double *pivots; /* scratch: p + 1 */
     double *matrix, *rhs, *ahead, *dx, *normal, *jd, *qs, *qss;
+    double *x, *unit; /* n + 1: (q, s) being closed, and its scales */
     int *order;
     int *signs, *signs_after, block_count;
     double last_margin, last_step; /* how it changes */

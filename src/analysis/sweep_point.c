@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/sweep_point.h"
-#include "constraints/tolerances.h"
+#include "constraints/close.h"
 #include <math.h>
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
-#define EPSILON 2.220446049250313e-16
 /* Corrections below this part of the step lead nowhere else, and shrink as rounding lets them. */
 #define SEEN 1e-3
 
@@ -209,63 +208,73 @@ static void across(kmp_sweep *w, const kmp_sweep_target *target, const kmp_pose 
     w->rhs[p] = target->offset - kmp_sweep_offset(w, base, pose) - along;
 }
 
-/* One correction: dq in w->dx, ds returned. false: singular. */
-static bool correct(kmp_sweep *w, const kmp_sweep_target *target, const kmp_pose *pose, double *ds)
+/* What is closed: (q, s), towards a target. */
+typedef struct closing {
+    kmp_sweep *w;
+    const kmp_sweep_target *target;
+    kmp_pose pose; /* of the last `place` */
+} closing;
+
+static int place(void *self, double t, const double *x)
 {
+    closing *c = self;
+    (void)t;
+    memcpy(c->pose.q, x, (size_t)c->w->n * sizeof *x);
+    c->pose.s = x[c->w->n];
+    return !kmp_sweep_evaluate(c->w, c->pose.s, c->pose.q);
+}
+
+static bool correct(void *self, const double *violation, double *dx)
+{
+    closing *c = self;
+    kmp_sweep *w = c->w;
     int p = w->p;
     double *drift = w->normal; /* of q at u and s as they are */
+    (void)violation;
     memset(drift, 0, (size_t)w->n * sizeof *drift);
     for (int i = 0; i < w->red.r; i++)
         drift[w->part.v[i]] = w->red.dv[i];
     lead_rows(w, w->matrix, p + 1);
     for (int k = 0; k < w->count; k++)
-        w->ahead[k] = k == w->time ? 0 : kmp_lead_value(&w->lead[k], pose->s) - pose->q[w->lead[k].coordinate];
+        w->ahead[k] = k == w->time ? 0 : kmp_lead_value(&w->lead[k], c->pose.s) - c->pose.q[w->lead[k].coordinate];
     lead_rest(w, w->ahead, w->full_h, drift);
-    across(w, target, pose, drift);
+    across(w, c->target, &c->pose, drift);
     if (kmp_lu_factor(p + 1, w->matrix, w->order))
         return false;
     kmp_lu_solve(p + 1, w->matrix, w->order, 1, w->rhs);
-    spread(w, w->rhs, w->dx);
+    spread(w, w->rhs, dx);
     for (int i = 0; i < w->n; i++)
-        w->dx[i] += drift[i];
-    *ds = w->rhs[p] / w->size;
+        dx[i] += drift[i];
+    dx[w->n] = w->rhs[p] / w->size;
+    w->newton++;
     return true;
-}
-
-/* Rounding of a state. */
-static double noise(const kmp_sweep *w, const kmp_pose *pose)
-{
-    double size = 1;
-    for (int i = 0; i < w->n; i++)
-        size = fmax(size, fabs(pose->q[i]) / w->system->scale[i]);
-    return 16 * EPSILON * size;
 }
 
 bool kmp_sweep_close(kmp_sweep *w, const kmp_sweep_target *target, kmp_pose *pose, double *first, double *ratio)
 {
-    double last = INFINITY, floor_ = noise(w, pose), ds;
-    double rounded = fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * w->system->reach / w->system->length);
-    *first = *ratio = 0;
-    for (int k = 0; k < MAX_NEWTON; k++) {
-        if (!kmp_sweep_evaluate(w, pose->s, pose->q) || !correct(w, target, pose, &ds))
-            return false;
-        w->newton++;
-        double size = size_of(w, w->dx, ds), open = kmp_plant_residual(w->plant);
-        bool done = size <= floor_ || (open <= KMP_CLOSED_ROUNDING && k > 0 && size > 0.1 * last);
-        if (size == INFINITY || (!done && size > 0.9 * last && open > rounded))
-            return false;
-        done = done || size > 0.9 * last;
-        *first = k == 0 ? size : *first;
-        if (k > 0 && size > fmax(1e4 * floor_, SEEN * fabs(target->offset)))
-            *ratio = fmax(*ratio, size / last);
-        for (int i = 0; i < w->n; i++)
-            pose->q[i] += w->dx[i];
-        pose->s += ds;
-        if (done)
-            return true;
-        last = size;
-    }
-    return false;
+    closing c = {.w = w, .target = target, .pose = *pose};
+    const kmp_closer closer = {.self = &c,
+                               .plant = w->plant,
+                               .scale = w->unit,
+                               .count = w->n + 1,
+                               .dx = w->dx,
+                               .place = place,
+                               .correct = correct};
+    const kmp_close_rule rule = {.most = MAX_NEWTON,
+                                 .contracting = true,
+                                 .led = true,
+                                 .enough = kmp_close_rounding(w->system),
+                                 .seen = SEEN * fabs(target->offset)};
+    memcpy(w->unit, w->system->scale, (size_t)w->n * sizeof *w->unit);
+    w->unit[w->n] = 1 / w->size;
+    memcpy(w->x, pose->q, (size_t)w->n * sizeof *w->x);
+    w->x[w->n] = pose->s;
+    kmp_closed closed = kmp_close(&closer, &rule, 0, w->x);
+    memcpy(pose->q, w->x, (size_t)w->n * sizeof *w->x);
+    pose->s = w->x[w->n];
+    *first = closed.first;
+    *ratio = closed.ratio;
+    return closed.closed;
 }
 
 /* -- tangent and derivatives ------------------------------------------------------------------------- */

@@ -51,6 +51,15 @@ void kmp_varied_free(kmp_varied *varied)
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
+/* An anchor without a tangent. */
+static void stand_alone(kmp_varied *v, double t, const double *q)
+{
+    memcpy(v->anchor_q, q, (size_t)v->n * sizeof *q);
+    memset(v->anchor_x, 0, (size_t)(v->n * v->linear.p) * sizeof *q);
+    memset(v->anchor_drift, 0, (size_t)v->n * sizeof *q);
+    v->anchor_t = t;
+}
+
 kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
                                int wish_count)
 {
@@ -61,11 +70,16 @@ kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, co
     if (!l->held)
         kmp_plant_freeze(l->plant, t, q, qd);
     l->held = true;
-    memcpy(varied->anchor_q, q, (size_t)varied->n * sizeof *q);
-    memset(varied->anchor_x, 0, (size_t)(varied->n * l->p) * sizeof *q);
-    memset(varied->anchor_drift, 0, (size_t)varied->n * sizeof *q);
-    varied->anchor_t = t;
+    stand_alone(varied, t, q);
     return KEMPE_OK;
+}
+
+kempe_status kmp_varied_take(kmp_varied *varied, double t, const double *q, kmp_partition *part)
+{
+    kempe_status status = kmp_linear_take(&varied->linear, part);
+    if (status == KEMPE_OK)
+        stand_alone(varied, t, q);
+    return status;
 }
 
 void kmp_varied_anchor(kmp_varied *varied)
@@ -92,6 +106,15 @@ static void predict(kmp_varied *v, double t, const double *u)
         v->q[part->u[k]] = u[k];
 }
 
+int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q)
+{
+    predict(varied, t, u);
+    if (kmp_reduction_close(&varied->linear.red, t, varied->q, NULL, 0))
+        return KMP_RETRY;
+    memcpy(q, varied->q, (size_t)varied->n * sizeof *q);
+    return KMP_GO;
+}
+
 kmp_instant kmp_varied_instant(const kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
@@ -101,9 +124,14 @@ kmp_instant kmp_varied_instant(const kmp_varied *varied)
 
 int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud)
 {
-    kmp_linear *l = &varied->linear;
     predict(varied, t, u);
-    if (kmp_linear_at_motion(l, t, varied->q, ud) != KEMPE_OK)
+    return kmp_varied_near(varied, t, varied->q, ud);
+}
+
+int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud)
+{
+    kmp_linear *l = &varied->linear;
+    if (kmp_linear_at_motion(l, t, q, ud) != KEMPE_OK)
         return KMP_RETRY;
     for (int i = 0; i < varied->n; i++)
         if (!isfinite(l->qdd[i]))

@@ -38,9 +38,18 @@ kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double 
 kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
                                int wish_count);
 
+/** Takes a choice made elsewhere at such a place (kmp_linear_take). */
+kempe_status kmp_varied_take(kmp_varied *varied, double t, const double *q, kmp_partition *part);
+
+/** q (n) at (t, u), closed. KMP_GO or KMP_RETRY. */
+int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q);
+
 /** Takes the state (t, u, ud), with accelerations, multipliers and, unless linear.plain, all that small changes and
  *  slopes need there. KMP_GO, or KMP_RETRY where loops do not close. No allocation, as in what follows. */
 int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud);
+
+/** The same with q (n) near the closed state in place of what is predicted. */
+int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud);
 
 /** Predictions of positions begin at the last state from now on. */
 void kmp_varied_anchor(kmp_varied *varied);

@@ -29,11 +29,13 @@ static kempe_status ensemble(const cli_job *j)
     kempe_values *values = NULL;
     kempe_ensemble *many = NULL;
     kempe_batch *result = NULL;
+    kempe_run run = s->run;
+    run.once = s->once;
     kempe_status status = take_values(j, &values);
     if (status == KEMPE_OK)
         status = kempe_ensemble_new(j->model, values, &many);
     if (status == KEMPE_OK)
-        status = kempe_ensemble_run(many, &s->run, s->alone ? -1 : s->lanes < 100 ? (int)s->lanes : 100, &result);
+        status = kempe_ensemble_run(many, &run, s->alone ? -1 : s->lanes < 100 ? (int)s->lanes : 100, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {
         status = cli_worse(status, cli_report(j, print_batch, result));

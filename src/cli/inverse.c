@@ -14,6 +14,7 @@ static kempe_status inverse(const cli_job *j)
     ask.t_end = j->settings->run.t_end;
     ask.every = j->settings->run.every;
     ask.backend = j->settings->run.backend;
+    ask.once = j->settings->once;
     kempe_status status = kempe_inverse_new(j->system, &ask, &result);
     cli_tell_failure(j, status, result != NULL);
     if (result) {

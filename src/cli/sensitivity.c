@@ -13,6 +13,7 @@ static kempe_status sensitivity(const cli_job *j)
     kempe_sensitivity *s = NULL;
     ask.integral = settings->integral;
     ask.run = settings->run;
+    ask.run.once = settings->once;
     ask.run.max_steps = (long)settings->max_steps;
     kempe_status status = kempe_sensitivity_new(j->model, &ask, &s);
     cli_tell_failure(j, status, s != NULL);

@@ -19,12 +19,12 @@ enum { BLOCKS_UP_TO = 4000 };
 
 struct kmp_sparse {
     int n, nz;
-    int *start, *row; /* compressed columns */
-    int *place;       /* of each entry in them */
+    long *start, *row; /* compressed columns */
+    int *place;        /* of each entry in them; NULL: in its own */
     double *value;
-    klu_common common;
-    klu_symbolic *symbolic;
-    klu_numeric *numeric;
+    klu_l_common common;
+    klu_l_symbolic *symbolic;
+    klu_l_numeric *numeric;
     double growth; /* reciprocal, of the last factorisation with pivoting */
     bool good;     /* the factors are those of the last values */
 };
@@ -36,7 +36,7 @@ static void compress(kmp_sparse *s, const int *row, const int *col)
     for (int j = 0; j < s->n; j++)
         s->start[j + 1] += s->start[j];
     for (int k = 0; k < s->nz; k++) {
-        s->place[k] = s->start[col[k]]++;
+        s->place[k] = (int)s->start[col[k]]++;
         s->row[s->place[k]] = row[k];
     }
     for (int j = s->n; j > 0; j--)
@@ -52,12 +52,11 @@ static kmp_sparse *make(int n, int nz)
         return NULL;
     s->n = n;
     s->nz = nz;
-    s->start = KMP_NEW(int, n + 1);
-    s->row = KMP_NEW(int, nz);
-    s->place = KMP_NEW(int, nz);
+    s->start = KMP_NEW(long, n + 1);
+    s->row = KMP_NEW(long, nz);
     s->value = KMP_NEW(double, nz);
-    klu_defaults(&s->common);
-    if (s->start && s->row && s->place && s->value)
+    klu_l_defaults(&s->common);
+    if (s->start && s->row && s->value)
         return s;
     kmp_sparse_free(s);
     return NULL;
@@ -70,8 +69,10 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
         return NULL;
     s->common.tol = DIAGONAL_KEPT;
     s->common.btf = !symmetric;
-    compress(s, row, col);
-    s->symbolic = n > 0 ? klu_analyze(n, s->start, s->row, &s->common) : NULL;
+    s->place = KMP_NEW(int, nz);
+    if (s->place)
+        compress(s, row, col);
+    s->symbolic = s->place && n > 0 ? klu_l_analyze(n, s->start, s->row, &s->common) : NULL;
     if (s->symbolic && (symmetric || s->symbolic->structural_rank == n))
         return s;
     kmp_sparse_free(s);
@@ -90,14 +91,10 @@ kmp_sparse *kmp_sparse_new_columns(int n, int nz)
 
 bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row)
 {
-    for (int j = 0; j <= s->n; j++)
-        s->start[j] = (int)start[j];
-    s->nz = s->start[s->n];
-    for (int k = 0; k < s->nz; k++) {
-        s->row[k] = (int)row[k];
-        s->place[k] = k;
-    }
-    s->symbolic = klu_analyze(s->n, s->start, s->row, &s->common);
+    s->nz = (int)start[s->n];
+    memcpy(s->start, start, ((size_t)s->n + 1) * sizeof *start);
+    memcpy(s->row, row, (size_t)s->nz * sizeof *row);
+    s->symbolic = klu_l_analyze(s->n, s->start, s->row, &s->common);
     return s->symbolic;
 }
 
@@ -105,8 +102,8 @@ void kmp_sparse_free(kmp_sparse *s)
 {
     if (!s)
         return;
-    klu_free_numeric(&s->numeric, &s->common);
-    klu_free_symbolic(&s->symbolic, &s->common);
+    klu_l_free_numeric(&s->numeric, &s->common);
+    klu_l_free_symbolic(&s->symbolic, &s->common);
     kmp_free(s->start);
     kmp_free(s->row);
     kmp_free(s->place);
@@ -122,20 +119,20 @@ double kmp_sparse_operations(const kmp_sparse *s)
 /* In common.rgrowth. */
 static bool measure_growth(kmp_sparse *s)
 {
-    return klu_rgrowth(s->start, s->row, s->value, s->symbolic, s->numeric, &s->common);
+    return klu_l_rgrowth(s->start, s->row, s->value, s->symbolic, s->numeric, &s->common);
 }
 
 /* With the pivots at hand; false when they do not suit. */
 static bool refactor(kmp_sparse *s)
 {
-    return s->numeric && klu_refactor(s->start, s->row, s->value, s->symbolic, s->numeric, &s->common) &&
+    return s->numeric && klu_l_refactor(s->start, s->row, s->value, s->symbolic, s->numeric, &s->common) &&
            s->common.status == KLU_OK && measure_growth(s) && s->common.rgrowth >= GROWTH_KEPT * s->growth;
 }
 
 static bool factor(kmp_sparse *s)
 {
-    klu_free_numeric(&s->numeric, &s->common);
-    s->numeric = klu_factor(s->start, s->row, s->value, s->symbolic, &s->common);
+    klu_l_free_numeric(&s->numeric, &s->common);
+    s->numeric = klu_l_factor(s->start, s->row, s->value, s->symbolic, &s->common);
     bool ok = s->numeric && s->common.status == KLU_OK && measure_growth(s);
     s->growth = ok ? s->common.rgrowth : 0;
     return ok;
@@ -143,13 +140,15 @@ static bool factor(kmp_sparse *s)
 
 kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
 {
-    for (int k = 0; k < s->nz; k++)
+    for (int k = 0; s->place && k < s->nz; k++)
         s->value[s->place[k]] = values[k];
+    if (!s->place)
+        memcpy(s->value, values, (size_t)s->nz * sizeof *values);
     s->good = refactor(s) || factor(s);
     if (s->good)
         return KMP_SPARSE_FACTORED;
-    int status = s->common.status;
-    klu_free_numeric(&s->numeric, &s->common);
+    int status = (int)s->common.status;
+    klu_l_free_numeric(&s->numeric, &s->common);
     return status == KLU_SINGULAR        ? KMP_SPARSE_SINGULAR
            : status == KLU_OUT_OF_MEMORY ? KMP_SPARSE_NO_MEMORY
                                          : KMP_SPARSE_FAILED;
@@ -157,7 +156,7 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
 
 bool kmp_sparse_solve(kmp_sparse *s, int m, double *x)
 {
-    return s->good && klu_solve(s->symbolic, s->numeric, s->n, m, x, &s->common);
+    return s->good && klu_l_solve(s->symbolic, s->numeric, s->n, m, x, &s->common);
 }
 
 void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)
@@ -166,10 +165,10 @@ void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)
     *inverse = INFINITY;
     for (int j = 0; j < s->n; j++) {
         double sum = 0;
-        for (int k = s->start[j]; k < s->start[j + 1]; k++)
+        for (long k = s->start[j]; k < s->start[j + 1]; k++)
             sum += fabs(s->value[k]);
         *norm = fmax(*norm, sum);
     }
-    if (s->good && *norm > 0 && klu_condest(s->start, s->value, s->symbolic, s->numeric, &s->common))
+    if (s->good && *norm > 0 && klu_l_condest(s->start, s->value, s->symbolic, s->numeric, &s->common))
         *inverse = s->common.condest / *norm;
 }

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "integrators/ensemble.h"
+#include "results/convergence.h"
 #include "results/print.h"
 #include "results/trajectory.h"
 #include "results/values.h"
@@ -23,7 +24,8 @@ struct kempe_batch {
     kempe_status status;
     int count, n;
     kmp_ensemble_result *results;
-    double *q, *qd; /* count x n */
+    double *q, *qd;         /* count x n */
+    kmp_convergence *again; /* count */
     double rtol, atol, t_end, cpu_s;
     kmp_ensemble_work work;
 };
@@ -65,6 +67,7 @@ void kempe_batch_free(kempe_batch *batch)
     kmp_free(batch->results);
     kmp_free(batch->q);
     kmp_free(batch->qd);
+    kmp_free(batch->again);
     kmp_free(batch);
 }
 
@@ -79,7 +82,8 @@ static kempe_batch *new_batch(const kempe_ensemble *e)
     b->results = KMP_NEW(kmp_ensemble_result, b->count);
     b->q = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
     b->qd = KMP_NEW(double, (size_t)b->count *(size_t)b->n);
-    if (b->results && b->q && b->qd)
+    b->again = KMP_NEW(kmp_convergence, b->count);
+    if (b->results && b->q && b->qd && b->again)
         return b;
     kempe_batch_free(b);
     return NULL;
@@ -93,7 +97,118 @@ static int count_of(const kempe_batch *b, const char *word)
     return count;
 }
 
-static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes)
+/* -- whether they hold ------------------------------------------------------------------------------- */
+
+/* Instances as cases, those alone that came to their end. */
+typedef struct repeat {
+    kempe_batch *b;
+    const kmp_run_spec *spec;
+    const kmp_ensemble_way *way;
+    int *instance; /* of a case */
+} repeat;
+
+/* What came out of some instances run again, beside the first time. */
+static void compare_ends(const repeat *r, int count, const int *which, const kmp_ensemble_result *results,
+                         const double *q, kmp_convergence *found)
+{
+    const kempe_batch *b = r->b;
+    const double *size = kmp_ensemble_system(b->ensemble->inner)->scale;
+    for (int k = 0; k < count; k++) {
+        const double *first = kempe_batch_q(b, r->instance[which[k]]);
+        if (results[k].status == KEMPE_OK)
+            kmp_convergence_row(&found[k], results[k].t, b->n, first, q + (size_t)k * (size_t)b->n, size);
+        else
+            found[k].stopped = results[k].t;
+    }
+}
+
+static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
+{
+    const repeat *r = user;
+    const kempe_values *values = r->b->ensemble->values;
+    size_t columns = (size_t)values->columns, n = (size_t)r->b->n, many = (size_t)count;
+    kmp_run_spec other = *r->spec;
+    double *rows = KMP_NEW(double, many *columns), *q = KMP_NEW(double, many *n), *qd = KMP_NEW(double, many *n);
+    kmp_ensemble_result *results = KMP_NEW(kmp_ensemble_result, count);
+    kempe_context *context = r->b->ensemble->model->context;
+    kempe_status status = rows && q && qd && results ? KEMPE_OK : kmp_fail_memory(context);
+    other.rtol = rtol;
+    other.atol *= rtol / r->spec->rtol;
+    for (int k = 0; status == KEMPE_OK && k < count; k++)
+        memcpy(rows + (size_t)k * columns, kempe_values_row(values, r->instance[which[k]]), columns * sizeof *rows);
+    if (status == KEMPE_OK)
+        status = kmp_ensemble_run(r->b->ensemble->inner, &other, r->way, count, rows, results, q, qd);
+    if (status == KEMPE_OK && kmp_interrupted(context))
+        status = KEMPE_STOPPED;
+    if (status == KEMPE_OK)
+        compare_ends(r, count, which, results, q, found);
+    for (int k = 0; results && k < count; k++)
+        kmp_free(results[k].reason);
+    kmp_free(rows);
+    kmp_free(q);
+    kmp_free(qd);
+    kmp_free(results);
+    return status;
+}
+
+/* The instance that differs most in parts of its limit, or whose other run did not come to its end; how many do not
+ * hold. */
+static int worst_of(const kempe_batch *b, int *failing)
+{
+    int worst = -1;
+    double most = 0;
+    *failing = 0;
+    for (int k = 0; k < b->count; k++) {
+        const kmp_convergence *c = &b->again[k];
+        double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
+        *failing += !kmp_convergence_holds(c);
+        if (c->known && (worst < 0 || part > most)) {
+            worst = k;
+            most = part;
+        }
+    }
+    return worst;
+}
+
+static const char *again_name(const kempe_batch *b, int k)
+{
+    return b->n > 0 ? b->ensemble->model->motions[b->again[k].index].name : "";
+}
+
+static void warn_again(const kempe_batch *b)
+{
+    int failing, worst = worst_of(b, &failing);
+    if (failing > 0)
+        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
+                "do not trust %d of %d instances: at rtol %.3g '%s' of instance %d comes out otherwise by %.2g; take a "
+                "smaller rtol",
+                failing, b->count, b->again[worst].rtol, again_name(b, worst), worst + 1, b->again[worst].difference);
+}
+
+static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_way *way)
+{
+    kempe_context *context = b->ensemble->model->context;
+    int cases = 0, *instance = KMP_NEW(int, b->count);
+    kmp_convergence *found = KMP_NEW(kmp_convergence, b->count);
+    kempe_status status = instance && found ? KEMPE_OK : kmp_fail_memory(context);
+    for (int k = 0; status == KEMPE_OK && k < b->count; k++)
+        if (b->results[k].status == KEMPE_OK)
+            instance[cases++] = k;
+    repeat r = {b, spec, way, instance};
+    if (status == KEMPE_OK && cases > 0)
+        status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, &r, run_again}, cases, found);
+    for (int k = 0; status == KEMPE_OK && k < cases; k++)
+        b->again[instance[k]] = found[k];
+    kmp_free(instance);
+    kmp_free(found);
+    if (status == KEMPE_OK)
+        warn_again(b);
+    return status;
+}
+
+/* -- a whole run ------------------------------------------------------------------------------------- */
+
+static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes, bool once)
 {
     const kempe_ensemble *e = b->ensemble;
     const kmp_ensemble_way way = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
@@ -110,7 +225,7 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
     if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance came to its end; the first: %s",
                              kempe_batch_reason(b, 0));
-    return KEMPE_OK;
+    return b->status == KEMPE_OK && !once ? check_again(b, spec, &way) : KEMPE_OK;
 }
 
 kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lanes, kempe_batch **batch)
@@ -129,7 +244,7 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lan
     if (status != KEMPE_OK)
         return status;
     kempe_batch *b = new_batch(e);
-    status = b ? run_batch(b, &spec, lanes) : kmp_fail_memory(context);
+    status = b ? run_batch(b, &spec, lanes, run->once != 0) : kmp_fail_memory(context);
     kmp_free(u);
     if (status != KEMPE_OK) {
         kempe_batch_free(b);
@@ -183,6 +298,12 @@ const double *kempe_batch_qd(const kempe_batch *b, int k)
 {
     KMP_GIVEN(b, NULL);
     return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
+}
+
+const char *kempe_batch_verdict(const kempe_batch *b, int k)
+{
+    KMP_GIVEN(b, "");
+    return result_of(b, k) ? kmp_convergence_word(&b->again[k]) : "";
 }
 
 static const char *alone_of(const kmp_ensemble_result *r)
@@ -241,6 +362,19 @@ static void put_alone(const kempe_batch *b, kmp_text *text)
     }
 }
 
+static void put_again(const kempe_batch *b, kmp_text *text)
+{
+    int failing, worst = worst_of(b, &failing), known = 0;
+    for (int k = 0; k < b->count; k++)
+        known += b->again[k].known;
+    if (known > 0)
+        kmp_text_printf(text,
+                        "again     at another rtol %d of %d hold; worst: instance %d, '%s' %s by %.2e at rtol %.3g\n",
+                        known - failing, known, worst + 1, again_name(b, worst),
+                        kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS", b->again[worst].difference,
+                        b->again[worst].rtol);
+}
+
 static void put_text(const kempe_batch *b, kmp_text *text)
 {
     totals s = sum_up(b);
@@ -261,6 +395,7 @@ static void put_text(const kempe_batch *b, kmp_text *text)
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    drift %.3g of its size (worst)\n", s.drift);
+    put_again(b, text);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
                     s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
     kmp_text_printf(text, "cpu       %.3f s, %.2f us an instance\n", b->cpu_s,
@@ -294,6 +429,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_number(json, "hdot", r->hdot);
     kmp_json_number(json, "drift", r->drift);
     kmp_json_string(json, "alone", alone_of(r));
+    kmp_convergence_json(json, &b->again[k], again_name(b, k));
     kmp_json_end(json);
 }
 
@@ -302,12 +438,15 @@ static void put_json(const kempe_batch *b, kmp_text *text)
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
     totals s = sum_up(b);
+    int failing;
     kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance came to its end",
                    system->build_s);
     kmp_json_whole(&json, "count", b->count);
     kmp_json_whole(&json, "ok", s.ok);
     kmp_json_whole(&json, "stopped", s.stopped);
     kmp_json_whole(&json, "failed", s.failed);
+    (void)worst_of(b, &failing);
+    kmp_json_whole(&json, "not_converged", failing);
     kmp_json_whole(&json, "lanes", b->work.lane_steps > 0 ? b->work.width : 0);
     kmp_json_whole(&json, "alone", b->work.alone);
     kmp_json_number(&json, "rtol", b->rtol);
@@ -353,7 +492,7 @@ static void put_header(const kempe_batch *b, kmp_text *text)
         kmp_text_printf(text, ",q.%s", model->motions[k].name);
     for (int k = 0; k < b->n; k++)
         kmp_text_printf(text, ",qd.%s", model->motions[k].name);
-    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,alone,reason\n");
+    kmp_text_put(text, ",steps,rejected,refused,rhs,exchanges,h,hdot,drift,difference,verdict,alone,reason\n");
 }
 
 static void put_numbers(kmp_text *text, int count, const double *x, const char *before, const char *after)
@@ -380,15 +519,16 @@ static void put_quoted(kmp_text *text, const char *s)
 static void put_row(const kempe_batch *b, kmp_text *text, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
-    const double ends[] = {r->h, r->hdot, r->drift};
+    const kmp_convergence *again = &b->again[k];
+    const double ends[] = {r->h, r->hdot, r->drift, again->known ? again->difference : NAN};
     put_numbers(text, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k), "", ",");
     kmp_text_put(text, kempe_batch_status(b, k));
     put_numbers(text, 1, &r->t, ",", "");
     put_numbers(text, b->n, kempe_batch_q(b, k), ",", "");
     put_numbers(text, b->n, kempe_batch_qd(b, k), ",", "");
     kmp_text_printf(text, ",%ld,%ld,%ld,%ld,%ld", r->steps, r->rejected, r->refused, r->rhs, r->exchanges);
-    put_numbers(text, 3, ends, ",", "");
-    kmp_text_put(text, ",");
+    put_numbers(text, 4, ends, ",", "");
+    kmp_text_printf(text, ",%s,", kempe_batch_verdict(b, k));
     put_quoted(text, alone_of(r));
     kmp_text_put(text, ",");
     put_quoted(text, kempe_batch_reason(b, k));

@@ -18,9 +18,86 @@
 #define FINEST 1e-13
 #define FINER  5.0
 
-/* The other run's rows as they come, and what they are compared with. */
+void kmp_convergence_row(kmp_convergence *found, double t, int count, const double *first, const double *other,
+                         const double *size)
+{
+    for (int k = 0; k < count; k++) {
+        bool neither = isnan(first[k]) && isnan(other[k]);
+        double e = neither ? 0 : fabs(other[k] - first[k]) / fmax(fabs(first[k]), size[k]);
+        if (e <= found->difference)
+            continue;
+        found->difference = isnan(e) ? INFINITY : e;
+        found->index = k;
+        found->t = t;
+    }
+    if (found->difference <= found->limit)
+        found->until = t;
+}
+
+/* -- cases ------------------------------------------------------------------------------------------- */
+
+/* Cases which[0 .. count-1], at a tolerance. */
+static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, int count, const int *which,
+                               kmp_convergence *convergence)
+{
+    kmp_convergence *found = KMP_NEW(kmp_convergence, count);
+    if (!found)
+        return kmp_fail_memory(r->context);
+    for (int k = 0; k < count; k++)
+        found[k] = (kmp_convergence){
+            .known = true, .rtol = rtol, .limit = limit, .t = r->t_start, .until = r->t_start, .stopped = NAN};
+    kmp_context_quiet(r->context, true);
+    kempe_status status = r->run(r->user, rtol, count, which, found);
+    kmp_context_quiet(r->context, false);
+    if (status != KEMPE_E_MEMORY)
+        kmp_context_clear(r->context); /* of what the other run complained */
+    for (int k = 0; status == KEMPE_OK && k < count; k++)
+        convergence[which[k]] = found[k];
+    kmp_free(found);
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* Cases that a finer run has to decide, into which; how many. */
+static int find_doubtful(int cases, const kmp_convergence *convergence, double clear, int *which)
+{
+    int count = 0;
+    for (int k = 0; k < cases; k++) {
+        const kmp_convergence *c = &convergence[k];
+        bool clearly = c->difference > c->limit || (c->difference <= clear && isnan(c->stopped));
+        if (c->known && !clearly)
+            which[count++] = k;
+    }
+    return count;
+}
+
+kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence)
+{
+    double rtol = repeat->rtol, finer = fmax(rtol / OTHER, FINEST), coarser = OTHER * rtol;
+    bool can_be_finer = FINER * finer < rtol;
+    int *which = KMP_NEW(int, cases);
+    kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
+    for (int k = 0; which && k < cases; k++) {
+        convergence[k] = (kmp_convergence){0};
+        which[k] = k;
+    }
+    int count = cases;
+    if (status == KEMPE_OK && rtol <= COARSE) {
+        double limit = (can_be_finer ? LOST : ORDERLY) * coarser;
+        status = run_beside(repeat, coarser, limit, cases, which, convergence);
+        count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, CLEAR * coarser, which) : 0;
+    }
+    if (status == KEMPE_OK && count > 0)
+        status = run_beside(repeat, finer, PROMISED * rtol, count, which, convergence);
+    kmp_free(which);
+    return status;
+}
+
+/* -- a run ------------------------------------------------------------------------------------------- */
+
 typedef struct beside {
     const kempe_system *system;
+    const kmp_run_spec *spec;
+    const kempe_assembly *start;
     const kmp_samples *table;
     int row;
     kmp_convergence *found;
@@ -30,103 +107,82 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
                     double work)
 {
     beside *b = user;
-    kmp_convergence *c = b->found;
-    double worst = 0;
     (void)qd, (void)qdd, (void)lambda, (void)work;
     if (t != kmp_samples_time(b->table, b->row))
         return 0; /* where a condition ends it */
-    const double *first = kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row++);
-    for (int k = 0; k < b->system->n; k++) {
-        double e = fabs(q[k] - first[k]) / fmax(fabs(first[k]), b->system->scale[k]);
-        worst = fmax(worst, e);
-        if (!(e > c->difference))
-            continue;
-        c->difference = e;
-        c->coordinate = k;
-        c->t = t;
-    }
-    if (!(c->difference > c->limit))
-        c->until = t;
+    kmp_convergence_row(b->found, t, b->system->n, kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row++), q,
+                        b->system->scale);
     return 0;
 }
 
-/* One other run, atol in proportion. */
-static kempe_status run_beside(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                               const kmp_samples *table, double rtol, double limit, kmp_convergence *convergence)
+static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
 {
-    kmp_run_spec other = *spec;
+    beside *b = user;
+    kmp_run_spec other = *b->spec;
     kmp_run_report report = {0};
+    (void)count, (void)which;
     other.journal = NULL; /* the first run's */
     other.rtol = rtol;
-    other.atol *= rtol / spec->rtol;
-    kmp_convergence found = {
-        .known = true, .rtol = other.rtol, .limit = limit, .t = spec->t_start, .until = spec->t_start, .stopped = NAN};
-    beside b = {.system = system, .table = table, .row = table->rows - spec->time_count, .found = &found};
-    kmp_context_quiet(system->context, true);
-    kempe_status status = kmp_run(system, &other, start, take_row, &b, &report);
-    kmp_context_quiet(system->context, false);
+    other.atol *= rtol / b->spec->rtol;
+    b->row = b->table->rows - b->spec->time_count;
+    b->found = found;
+    kempe_status status = kmp_run(b->system, &other, b->start, take_row, b, &report);
     kmp_free(report.reason);
-    if (status == KEMPE_E_MEMORY)
+    if (status == KEMPE_E_MEMORY || (status == KEMPE_STOPPED && !report.ended))
         return status;
-    kmp_context_clear(system->context); /* of what the other run complained */
-    if (status == KEMPE_STOPPED && !report.ended)
-        return KEMPE_OK; /* the user has had enough: nothing more is known */
     if (status != KEMPE_OK)
-        found.stopped = report.t;
-    *convergence = found;
+        found->stopped = report.t;
     return KEMPE_OK;
 }
 
-kempe_status kmp_convergence_of(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                                const kmp_samples *table, kmp_convergence *convergence)
+kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                                    const kmp_samples *table, kmp_convergence *convergence)
 {
-    double finer = fmax(spec->rtol / OTHER, FINEST), coarser = OTHER * spec->rtol;
-    bool can_be_finer = FINER * finer < spec->rtol;
-    *convergence = (kmp_convergence){0};
-    if (spec->rtol > COARSE)
-        return run_beside(system, spec, start, table, finer, PROMISED * spec->rtol, convergence);
-    kempe_status status =
-        run_beside(system, spec, start, table, coarser, (can_be_finer ? LOST : ORDERLY) * coarser, convergence);
-    if (status != KEMPE_OK || !convergence->known || !can_be_finer || convergence->difference > convergence->limit ||
-        (convergence->difference <= CLEAR * coarser && isnan(convergence->stopped)))
-        return status;
-    return run_beside(system, spec, start, table, finer, PROMISED * spec->rtol, convergence);
+    beside b = {.system = system, .spec = spec, .start = start, .table = table};
+    return kmp_convergence_of(&(kmp_repeat){system->context, spec->rtol, spec->t_start, &b, run_again}, 1, convergence);
 }
 
-static bool has_converged(const kmp_convergence *c)
+/* -- telling ----------------------------------------------------------------------------------------- */
+
+bool kmp_convergence_holds(const kmp_convergence *c)
 {
-    return !(c->difference > c->limit) && isnan(c->stopped);
+    return !c->known || (!(c->difference > c->limit) && isnan(c->stopped));
 }
 
-void kmp_convergence_warn(const kempe_system *system, const kmp_convergence *c)
+const char *kmp_convergence_word(const kmp_convergence *c)
 {
-    if (!c->known || has_converged(c))
+    const char *failing = c->difference > c->limit ? "not converged" : "the other run did not come to its end";
+    return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
+}
+
+void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *advice)
+{
+    if (kmp_convergence_holds(c))
         return;
     if (c->difference > c->limit)
-        kmp_log(system->context, KEMPE_LOG_WARNING,
+        kmp_log(context, KEMPE_LOG_WARNING,
                 "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' comes out otherwise by %.2g at t = %.6g s, "
-                "so the motion amplifies errors or takes another branch; take a smaller rtol, or compare roads",
-                c->until, c->rtol, system->model->motions[c->coordinate].name, c->difference, c->t);
+                "so the motion amplifies errors or takes another branch; %s",
+                c->until, c->rtol, name, c->difference, c->t, advice);
     else
-        kmp_log(system->context, KEMPE_LOG_WARNING,
-                "this run could not be checked: at rtol %.3g it ends at t = %.6g s; compare roads", c->rtol,
-                c->stopped);
+        kmp_log(context, KEMPE_LOG_WARNING, "this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s",
+                c->rtol, c->stopped, advice);
 }
 
-void kmp_convergence_show(kmp_text *text, const kempe_system *system, const kmp_convergence *c)
+void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *what, const char *name)
 {
     if (!c->known)
         return;
-    kmp_text_printf(text, "again     at rtol %.3g q %s by %.2e", c->rtol,
-                    has_converged(c) ? "differs at most" : "DIFFERS", c->difference);
+    kmp_text_printf(text, "again     at rtol %.3g %s %s by %.2e", c->rtol, what,
+                    kmp_convergence_holds(c) ? "differs at most" : "DIFFERS", c->difference);
     if (c->difference > 0)
-        kmp_text_printf(text, ", '%s' at t = %.6g s", system->model->motions[c->coordinate].name, c->t);
+        kmp_text_printf(text, ", '%s' at t = %.6g s", name, c->t);
     if (!isnan(c->stopped))
         kmp_text_printf(text, "; it ended at t = %.6g s", c->stopped);
     kmp_text_put(text, "\n");
 }
 
-void kmp_convergence_json(kmp_json *json, const kempe_system *system, const kmp_convergence *c)
+void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *name)
 {
     if (!c->known) {
         kmp_json_string(json, "again", NULL);
@@ -136,12 +192,9 @@ void kmp_convergence_json(kmp_json *json, const kempe_system *system, const kmp_
     kmp_json_number(json, "rtol", c->rtol);
     kmp_json_number(json, "difference", c->difference);
     kmp_json_number(json, "limit", c->limit);
-    kmp_json_string(json, "coordinate", system->n > 0 ? system->model->motions[c->coordinate].name : NULL);
+    kmp_json_string(json, "coordinate", name);
     kmp_json_number(json, "t", c->t);
     kmp_json_number(json, "trusted_until", c->until);
-    kmp_json_string(json, "verdict",
-                    has_converged(c)           ? "converged"
-                    : c->difference > c->limit ? "not converged"
-                                               : "the other run did not come to its end");
+    kmp_json_string(json, "verdict", kmp_convergence_word(c));
     kmp_json_end(json);
 }

@@ -17,7 +17,10 @@
 /* What actuators may leave of a motion, in parts of the largest effort that it wants: rounding of states that came from
  * a file. */
 #define LEFT_BY_ROUNDING 1e-9
-enum { MOST_CANDIDATES = 12 };
+enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
+/* How far efforts may differ when every other row is left out, of the largest. The error of a spline's slopes falls
+ * with the fourth power of the distance: with all rows it is a fifteenth of this. */
+#define DERIVATIVES_HOLD 0.02
 
 /* All that it takes until it is done. */
 typedef struct job {
@@ -427,6 +430,97 @@ static kempe_status follow(job *j)
     return status;
 }
 
+/* -- whether derivatives of the table hold ------------------------------------------------------------ */
+
+static bool is_differentiated(const kmp_prescribed *table)
+{
+    bool any = false;
+    for (int k = 0; k < table->count; k++)
+        any = any || !table->rate_given[k] || !table->acceleration_given[k];
+    return any && table->rows >= FEWEST_ROWS;
+}
+
+/* The table with every other row. false: no memory. */
+static bool thin_out(const job *j, kmp_prescribed *thin)
+{
+    const kmp_reference *x = &j->reference;
+    size_t rows = (size_t)(x->rows + 1) / 2, n = (size_t)j->system->n;
+    double *t = KMP_NEW(double, rows), *value[3] = {NULL};
+    kmp_gap_in_table gap;
+    bool ok = t;
+    for (int v = 0; v < 3; v++) {
+        ok = (value[v] = KMP_NEW(double, rows *n)) && ok;
+        for (size_t r = 0; ok && r < rows; r++) {
+            t[r] = x->t[2 * r];
+            memcpy(value[v] + r * n, x->value[KMP_QUANTITY_Q + v] + 2 * r * n, n * sizeof(double));
+        }
+    }
+    ok = ok && kmp_prescribed_init(thin, (int)rows, t, (int)n, value[0], value[1], value[2], &gap);
+    kmp_free(t);
+    for (int v = 0; v < 3; v++)
+        kmp_free(value[v]);
+    return ok;
+}
+
+/* The rows once more along the thin table, as far as it goes. */
+static kempe_status follow_again(job *j, kmp_inverse *inverse, const double *size, double end)
+{
+    kempe_inverse *r = j->r;
+    kmp_guide *g = &j->guide;
+    kempe_status status = kmp_guide_start(g, r->t[0]);
+    for (int k = 0; k < r->rows && r->t[k] <= end && status == KEMPE_OK; k++) {
+        if (k > 0)
+            status = kmp_guide_advance(g, r->t[k]);
+        if (status == KEMPE_OK)
+            status = kmp_inverse_at(inverse, g->t, g->q, g->qd, g->qdd);
+        if (status == KEMPE_OK)
+            kmp_convergence_row(&r->again, r->t[k], r->a, r->tau + (size_t)k * (size_t)r->a, inverse->tau, size);
+    }
+    if (status != KEMPE_OK)
+        r->again.stopped = g->t;
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+static void warn_again(const kempe_inverse *r)
+{
+    if (!kmp_convergence_holds(&r->again))
+        kmp_log(r->system->context, KEMPE_LOG_WARNING,
+                "do not trust these efforts: with half the rows of the table that of '%s' differs by %.2g of its "
+                "largest at t = %.6g s; give rates and accelerations too, or rows that are finer or less noisy",
+                r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
+}
+
+/* Where rates or accelerations are slopes of splines through the rows: once more with every other row. */
+static kempe_status check_again(job *j)
+{
+    kempe_inverse *r = j->r;
+    job again = {.r = r, .system = j->system, .context = j->context, .ask = j->ask};
+    kmp_inverse inverse = {0};
+    double *size = KMP_NEW(double, r->a);
+    bool ready = size && thin_out(j, &again.table);
+    kempe_status status = ready ? KEMPE_OK : kmp_fail_memory(j->context);
+    for (int k = 0; ready && k < r->a; k++)
+        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
+    r->again = (kmp_convergence){.known = ready, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
+    if (status == KEMPE_OK)
+        status = kmp_guide_init(&again.guide, j->system, j->guide.plant->backend->name, &again.table, false, NULL, 0);
+    if (status == KEMPE_OK)
+        status = kmp_inverse_init(&inverse, again.guide.plant, r->a, r->actuator, r->weight);
+    kmp_context_quiet(j->context, true);
+    if (status == KEMPE_OK)
+        status = follow_again(&again, &inverse, size, again.table.t[again.table.rows - 1]);
+    kmp_context_quiet(j->context, false);
+    if (status == KEMPE_OK) {
+        kmp_context_clear(j->context);
+        warn_again(r);
+    }
+    kmp_inverse_free(&inverse);
+    kmp_guide_free(&again.guide);
+    kmp_prescribed_free(&again.table);
+    kmp_free(size);
+    return status;
+}
+
 /* -- the verdict ------------------------------------------------------------------------------------- */
 
 /* The independent coordinate with most of what is left, scaled. */
@@ -480,7 +574,10 @@ static kempe_status run(job *j)
         r->start_u_count = j->guide.part.p;
         memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }
-    return settle_reason(r);
+    kempe_status status = settle_reason(r);
+    if (status == KEMPE_OK && !j->ask->once && is_differentiated(&j->table))
+        status = check_again(j);
+    return status;
 }
 
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_ask *ask, kempe_inverse **inverse)

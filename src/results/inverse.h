@@ -4,6 +4,7 @@
 #define KMP_RESULTS_INVERSE_H
 
 #include "analysis/reactions.h"
+#include "results/convergence.h"
 #include <kempe/inverse.h>
 
 typedef enum kmp_inverse_motion { KMP_INVERSE_DRIVES, KMP_INVERSE_TABLE, KMP_INVERSE_START } kmp_inverse_motion;
@@ -45,6 +46,7 @@ struct kempe_inverse {
     int off_coordinate;
     bool *redundant;             /* m: rows that were dropped at some time */
     int *start_u, start_u_count; /* of the start: what is not accelerated */
+    kmp_convergence again; /* with every other row of the table; not known where it has all rates and accelerations */
     double build_s, cpu_s;
 };
 

@@ -168,6 +168,12 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
     if (r->off_coordinate >= 0)
         kmp_text_printf(text, "table     off the closures by %.2e at most (%s, t = %.6g s)\n", r->off,
                         name_of(r, r->off_coordinate), r->off_t);
+    if (r->again.known)
+        kmp_text_printf(
+            text,
+            "again     with every other row of the table an effort %s by %.2e of its largest, '%s' at t = %.6g s\n",
+            kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
+            name_of(r, r->actuator[r->again.index]), r->again.t);
     if (r->motion == KMP_INVERSE_START && r->start_u_count > 0) {
         kmp_text_put(text, "start     without acceleration of");
         for (int k = 0; k < r->start_u_count; k++)
@@ -318,6 +324,7 @@ static void json(kmp_text *text, const kempe_inverse *r)
     json_kind(&j, r);
     json_actuators(&j, r);
     json_rows(&j, r);
+    kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
     kmp_json_number(&j, "cpu_s", r->cpu_s);
     kmp_json_end(&j);
 }

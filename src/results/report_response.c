@@ -104,6 +104,8 @@ static void show(kmp_text *text, const kempe_response *r)
                                                 : "the start, which is an equilibrium");
     list_poles(text, r, true);
     list_poles(text, r, false);
+    kmp_text_printf(text, "\nrounding  changes the answers by %.1e of their size at most, at %.6g Hz\n", f->worst,
+                    f->worst_at);
     show_still(text, r, width);
     show_peaks(text, r, width);
 }
@@ -186,6 +188,12 @@ static void json(kmp_text *text, const kempe_response *r, double *room)
     json_channels(&j, r);
     json_poles(&j, r);
     json_peaks(&j, r);
+    kmp_json_object(&j, "rounding");
+    kmp_json_number(&j, "difference", r->frequency.worst);
+    kmp_json_number(&j, "limit", KMP_RESPONSE_HOLDS);
+    kmp_json_number(&j, "frequency", r->frequency.worst_at);
+    kmp_json_string(&j, "verdict", r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
+    kmp_json_end(&j);
     kmp_json_numbers(&j, "frequency", r->frequency.count, r->frequency.at);
     kmp_json_array(&j, "responses");
     for (int i = 0; i < r->frequency.inputs; i++)

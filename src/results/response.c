@@ -150,7 +150,14 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
         return status;
     r->linear = ask->linear;
     fill_range(&range, r->linear, r->frequency.at);
-    return kmp_frequency_run(&r->frequency);
+    status = kmp_frequency_run(&r->frequency);
+    if (status == KEMPE_OK && r->frequency.worst > KMP_RESPONSE_HOLDS)
+        kmp_log(
+            system->context, KEMPE_LOG_WARNING,
+            "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; a pole "
+            "that next to nothing damps lies beside it",
+            r->frequency.worst_at, r->frequency.worst);
+    return status;
 }
 
 kempe_status kempe_response_new(const kempe_system *system, const kempe_response_ask *ask, kempe_response **response)

@@ -5,6 +5,9 @@
 #include "analysis/frequency.h"
 #include "results/channels.h"
 
+/** Rounding may change an answer by this part of its size. */
+#define KMP_RESPONSE_HOLDS 1e-6
+
 struct kempe_response {
     kmp_channels channels;
     kmp_frequency frequency;

@@ -174,7 +174,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     double derived = s->build_s = kmp_cpu_now() - begin;
     begin = kmp_cpu_now();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
-    s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived);
+    s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived) - s->again_s;
     s->ask = NULL;
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
     if (s->status != KEMPE_OK && !partly) {
@@ -211,6 +211,7 @@ void kempe_sensitivity_free(kempe_sensitivity *s)
     kmp_free(s->slope);
     kmp_free(s->reason);
     kmp_free(s->note);
+    kmp_free(s->again_name);
     kmp_free(s);
 }
 

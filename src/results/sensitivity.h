@@ -7,6 +7,7 @@
 #include "analysis/slopes.h"
 #include "model/variant.h"
 #include "results/columns.h"
+#include "results/convergence.h"
 #include <kempe/sensitivity.h>
 
 typedef struct kmp_sensitivity_kind kmp_sensitivity_kind;
@@ -32,8 +33,11 @@ struct kempe_sensitivity {
     const char *method, *integrator;
     double rtol, atol, t_end; /* 0: none */
     kempe_slope_work work;
+    kmp_convergence again; /* of those that are integrated */
+    char *again_name;      /* of the number at its index */
     double backwards;      /* steps */
     double kept;           /* bytes */
+    double again_s;        /* of the check */
     double build_s, cpu_s; /* a kind adds to the first what it takes to derive more */
 };
 

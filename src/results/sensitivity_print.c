@@ -48,6 +48,7 @@ static void put_run(const kempe_sensitivity *s, kmp_text *text)
         return;
     kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
                     s->rtol, s->atol);
+    kmp_convergence_show(text, &s->again, "a number", s->again_name);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, exchanges %ld\n",
                     s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
     if (s->backwards > 0)
@@ -108,6 +109,7 @@ static void put_work(kmp_json *json, const kempe_sensitivity *s)
     kmp_json_number(json, "t_end", s->t_end);
     kmp_json_number(json, "rtol", s->rtol);
     kmp_json_number(json, "atol", s->atol);
+    kmp_convergence_json(json, &s->again, s->again_name);
     kmp_json_object(json, "work");
     kmp_json_whole(json, "steps", s->work.steps);
     kmp_json_whole(json, "rejected", s->work.rejected);

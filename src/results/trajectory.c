@@ -339,9 +339,11 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
 /* A wrong answer that ends well shows in another tolerance. */
 static kempe_status run_again(kempe_trajectory *t, const job *j)
 {
-    kempe_status status = kmp_convergence_of(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
-    if (status == KEMPE_OK)
-        kmp_convergence_warn(j->system, &t->again);
+    kempe_status status =
+        kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
+    if (status == KEMPE_OK && j->system->n > 0)
+        kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
+                             "take a smaller rtol, or compare roads");
     return status;
 }
 

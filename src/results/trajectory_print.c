@@ -102,6 +102,11 @@ static void show_error(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, "against %s\n", t->source);
 }
 
+static const char *again_name(const kempe_trajectory *t)
+{
+    return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
+}
+
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_report *r = &t->report;
@@ -113,7 +118,7 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
     kmp_text_put(text, " of its size\n");
     show_error(text, t);
-    kmp_convergence_show(text, t->system, &t->again);
+    kmp_convergence_show(text, &t->again, "q", again_name(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
     kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
@@ -272,7 +277,7 @@ static void json(kmp_text *text, const kempe_trajectory *t)
     kmp_print_verdict(&j, &t->verdict);
     kmp_json_string(&j, "reference", t->source);
     kmp_print_errors(&j, &t->verdict);
-    kmp_convergence_json(&j, t->system, &t->again);
+    kmp_convergence_json(&j, &t->again, again_name(t));
     kmp_print_work(&j, &t->report);
     json_notes(&j, &t->journal);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);

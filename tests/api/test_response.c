@@ -10,6 +10,7 @@
 #include <complex.h>
 #include <kempe/kempe.h>
 #include <stdlib.h>
+#include <string.h>
 
 typedef double complex number;
 
@@ -291,6 +292,39 @@ static void what_cannot_be_asked_is_said(void)
     unload(&l);
 }
 
+static void count_warnings(void *user, kempe_level level, const char *line)
+{
+    *(int *)user += level == KEMPE_LOG_WARNING && strstr(line, "do not trust the response at 1 Hz");
+}
+
+/* A mass that swings once a second without a damper: beside its pole the terms of the equation cancel. */
+static void rounding_beside_a_pole_is_told(void)
+{
+    static const char text[] =
+        "kempe: 1\nname: swing\nbodies:\n"
+        "  m: {joint: {name: A, prismatic: x, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}}\n"
+        "forces: {s: {joint: A, force: \"-(2*3.14159265358979323846)^2*q(A)\"}}\n";
+    static const char *const frequencies[] = {"0.5:1.5:4", "0.99999999999:1.5:4"};
+    loaded l = {.context = kempe_context_new()};
+    int warnings = 0;
+    CHECK(kempe_model_read_text(l.context, text, "model.yaml", &l.model) == KEMPE_OK);
+    CHECK(kempe_system_new(l.model, &l.system) == KEMPE_OK);
+    kempe_context_set_log(l.context, count_warnings, &warnings);
+    for (int i = 0; i < 2; i++) {
+        const kempe_response_ask ask = {
+            .inputs = "effort(A)", .outputs = "q(A)", .frequencies = frequencies[i], .linear = 1};
+        kempe_response *r = NULL;
+        char *json = NULL;
+        CHECK(kempe_response_new(l.system, &ask, &r) == KEMPE_OK);
+        CHECK(warnings == i);
+        CHECK(kempe_response_print(r, KEMPE_JSON, &json) == KEMPE_OK);
+        CHECK(json && strstr(json, i ? "\"verdict\": \"not converged\"" : "\"verdict\": \"converged\""));
+        kempe_text_free(json);
+        kempe_response_free(r);
+    }
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(the_quarter_car_has_its_closed_form);
@@ -298,6 +332,7 @@ int main(void)
     TEST(narrow_peaks_are_found);
     TEST(poles_without_damping_are_told);
     TEST(the_state_space_answers_likewise);
+    TEST(rounding_beside_a_pole_is_told);
     TEST(what_cannot_be_asked_is_said);
     return check_report();
 }

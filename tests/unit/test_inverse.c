@@ -559,6 +559,50 @@ static void out_of_reach_of_the_actuator(void)
     unload(&m);
 }
 
+/* -- derivatives of a table -------------------------------------------------------------------------- */
+
+static void count_warnings(void *user, kempe_level level, const char *line)
+{
+    (void)line;
+    *(int *)user += level == KEMPE_LOG_WARNING;
+}
+
+/* A sine of 5 rad/s without its rates: well told by fine rows, not by coarse ones, nor by noisy ones. */
+static void tables_too_coarse_are_told(void)
+{
+    static const char pendulum[] = "kempe: 1\nname: pendulum\nbodies:\n"
+                                   "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.5, 0, 0]}\n";
+    static const struct {
+        int rows;
+        double noise;
+        bool once, told;
+    } cases[] = {{401, 0, false, false}, {15, 0, false, true}, {15, 0, true, false}, {401, 1e-4, false, true}};
+    loaded m = load_here(pendulum);
+    int warnings = 0;
+    kempe_context_set_log(m.context, count_warnings, &warnings);
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        char path[] = "/tmp/kempe_inverse_XXXXXX", text[32 * 1024], *json = NULL;
+        int length = snprintf(text, sizeof text, "t,q.a\n");
+        for (int k = 0; k < cases[c].rows; k++) {
+            double t = 2.0 * k / (cases[c].rows - 1), off = cases[c].noise * sin(1e4 * k * (double)k);
+            length += snprintf(text + length, sizeof text - (size_t)length, "%.17g,%.17g\n", t, sin(5 * t) + off);
+        }
+        write_text(&m, path, text);
+        warnings = 0;
+        kempe_inverse *r =
+            invert(&m, &(kempe_inverse_ask){.motion = path, .actuators = "a", .once = cases[c].once}, KEMPE_OK);
+        CHECK(warnings == cases[c].told);
+        CHECK(kempe_inverse_print(r, KEMPE_JSON, &json) == KEMPE_OK);
+        CHECK(json && strstr(json, cases[c].once   ? "\"again\": null"
+                                   : cases[c].told ? "\"verdict\": \"not converged\""
+                                                   : "\"verdict\": \"converged\""));
+        kempe_text_free(json);
+        kempe_inverse_free(r);
+        unlink(path);
+    }
+    unload(&m);
+}
+
 /* -- motions ----------------------------------------------------------------------------------------- */
 
 /* Only the crank's angle is given, rows 1 ms apart that begin where the start is not: as the drive has it. */
@@ -841,6 +885,7 @@ int main(void)
     TEST(too_few_actuators_are_told);
     TEST(out_of_reach_of_the_actuator);
     TEST(one_coordinate_is_enough);
+    TEST(tables_too_coarse_are_told);
     TEST(a_table_goes_before_drives);
     TEST(the_branch_is_kept);
     TEST(a_coarse_table_is_closed);

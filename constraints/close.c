@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/close.h"
+#include "constraints/tolerances.h"
+#include <float.h>
+#include <math.h>
+
+enum { MOST_CORRECTIONS = 12 };
+
+/* max |dx| in scales, and against the weights. */
+static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *weighted)
+{
+    double size = 0, within = 0, zero = 0; /* NaN when a component is not finite */
+    for (int i = 0; i < c->count; i++) {
+        int k = c->at ? c->at[i] : i;
+        double d = fabs(c->dx[i]), scaled = d / c->scale[k], of = rule->w ? d / rule->w[k] : 0;
+        zero += 0 * d;
+        size = scaled > size ? scaled : size;
+        within = of > within ? of : within;
+    }
+    *weighted = rule->w ? within : INFINITY;
+    return isnan(zero) ? INFINITY : size;
+}
+
+/* Rounding noise of a coordinate of the largest size. */
+static double noise(const kmp_closer *c, const double *x)
+{
+    double size = 1;
+    for (int i = 0; i < c->plant->n; i++)
+        size = fmax(size, fabs(x[i]) / c->scale[i]);
+    return 16 * DBL_EPSILON * size;
+}
+
+double kmp_close_rounding(const kempe_system *system)
+{
+    return fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * system->reach / system->length);
+}
+
+static void add(const kmp_closer *c, double factor, double *x)
+{
+    for (int i = 0; i < c->count; i++)
+        x[c->at ? c->at[i] : i] += factor * c->dx[i];
+}
+
+kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, double *x)
+{
+    kmp_closed out = {0};
+    double last = INFINITY, weighted, floor_ = noise(c, x);
+    while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->plant->h, c->dx)) {
+        double size = measure(c, rule, &weighted);
+        bool done = size <= floor_ || weighted <= rule->fraction ||
+                    ((!rule->led || size > 0.1 * last) && kmp_plant_residual(c->plant) <= KMP_CLOSED_ROUNDING);
+        bool stalled = !done && size > 0.9 * last;
+        out.closed = done || (stalled && size < INFINITY && kmp_plant_residual(c->plant) <= rule->enough);
+        out.first = out.corrections == 0 ? size : out.first;
+        if (out.corrections > 0 && size > fmax(1e4 * floor_, rule->seen))
+            out.ratio = fmax(out.ratio, size / last);
+        out.corrections++;
+        if ((stalled && (out.closed || rule->contracting)) || size == INFINITY)
+            return out;
+        bool cut = rule->longest > 0 && size > rule->longest;
+        add(c, cut ? rule->longest / size : 1, x);
+        if (done)
+            return out;
+        last = cut ? INFINITY : size;
+    }
+    return out;
+}
+
+void kmp_close_rates(const kmp_closer *c, double *room, double *qd)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        kmp_plant_rates(c->plant, qd, room);
+        if (c->correct(c->self, room, c->dx))
+            add(c, 1, qd);
+    }
+}
+
+bool kmp_close_state(const kmp_closer *c, double *room, double t, double *q, double *qd)
+{
+    const kmp_close_rule rule = {.most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH};
+    bool closed = kmp_close(c, &rule, t, q).closed;
+    if (closed)
+        kmp_close_rates(c, room, qd);
+    return closed;
+}

@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sensitivities see what a run sees, and say when their digits do not hold: events that lie within a step, against the
+ * exact motion; an ill-conditioned motion, forward and backward; an interrupt; ensembles of such motions. */
+#include "check.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
+#include <string.h>
+
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    int warnings;
+    char words[1024]; /* of the last warning */
+} scene;
+
+static void listen(void *user, kempe_level level, const char *line)
+{
+    scene *s = user;
+    if (level != KEMPE_LOG_WARNING)
+        return;
+    s->warnings++;
+    (void)snprintf(s->words, sizeof s->words, "%s", line);
+}
+
+static void open_scene(scene *s, const char *text)
+{
+    *s = (scene){.context = kempe_context_new()};
+    CHECK(kempe_model_read_text(s->context, text, "model.yaml", &s->model) == KEMPE_OK);
+    kempe_context_set_log(s->context, listen, s);
+}
+
+static void close_scene(scene *s)
+{
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+/* -- windows ----------------------------------------------------------------------------------------- */
+
+enum { WIDTHS = 8, PLACES = 3 };
+
+/* A unit mass on a spring k, with a force -f within |q - c| < w besides. */
+typedef struct window {
+    double k, f, c, w;
+} window;
+
+static const double window_start = -1, window_end = 6;
+
+/* The first t > 0 at which centre + a cos(omega t + phase) is at `bound`, INFINITY when it never is. */
+static double time_to(double centre, double a, double omega, double phase, double bound)
+{
+    const double pi = acos(-1), turn = 2 * pi;
+    double cosine = (bound - centre) / a, first = INFINITY;
+    if (!(fabs(cosine) < 1))
+        return INFINITY;
+    for (int side = -1; side <= 1; side += 2) {
+        double angle = fmod(side * acos(cosine) - phase, turn);
+        angle += angle < 1e-9 ? turn : 0; /* where it is now does not count */
+        angle -= angle > turn ? turn : 0;
+        first = fmin(first, (angle < 1e-9 ? turn : angle) / omega);
+    }
+    return first;
+}
+
+/* q at the end, exactly: one swing after the other, each about a centre of its own. */
+static double exact_end(const window *x)
+{
+    double t = 0, q = window_start, v = 0, omega = sqrt(x->k);
+    bool inside = fabs(q - x->c) < x->w;
+    while (t < window_end) {
+        double centre = inside ? -x->f / x->k : 0;
+        double a = hypot(q - centre, v / omega), phase = atan2(-v / omega, q - centre);
+        double next =
+            fmin(time_to(centre, a, omega, phase, x->c - x->w), time_to(centre, a, omega, phase, x->c + x->w));
+        double h = fmin(next, window_end - t);
+        q = centre + a * cos(omega * h + phase);
+        v = -a * omega * sin(omega * h + phase);
+        inside = h < window_end - t ? !inside : inside;
+        t += h;
+    }
+    return q;
+}
+
+/* dq/dk and dq/df, of differences of the exact motion. */
+static void exact_slopes(const window *x, double slope[2])
+{
+    for (int p = 0; p < 2; p++) {
+        double coarse = 0, step = 1e-4;
+        for (int pass = 0; pass < 2; pass++, step /= 2) {
+            window plus = *x, minus = *x;
+            *(p ? &plus.f : &plus.k) += step;
+            *(p ? &minus.f : &minus.k) -= step;
+            double difference = (exact_end(&plus) - exact_end(&minus)) / (2 * step);
+            slope[p] = pass ? (4 * difference - coarse) / 3 : difference;
+            coarse = difference;
+        }
+    }
+}
+
+/* Whether both methods give the value and the slopes, or warn. */
+static void check_window(const window *x, double rtol)
+{
+    char text[1024];
+    double exact[2], end = exact_end(x);
+    exact_slopes(x, exact);
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\nname: window\nparameters: {k: %.17g, f: %.17g}\nbodies:\n"
+                   "  m: {joint: {name: A, prismatic: x, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}}\n"
+                   "forces:\n  s: {joint: A, force: \"-k*q(A)\"}\n"
+                   "  w: {joint: A, force: \"-if(abs(q(A) - (%.17g)) < %.17g, f, 0)\"}\nstart: {q: {A: %g}}\n",
+                   x->k, x->f, x->c, x->w, window_start);
+    scene s;
+    open_scene(&s, text);
+    for (int method = 0; method < 2; method++) {
+        kempe_sensitivity *found = NULL;
+        kempe_sensitivity_ask ask = {.parameters = "k,f",
+                                     .outputs = "q(A)",
+                                     .method = method ? "adjoint" : "forward",
+                                     .run = {.rtol = rtol, .t_end = window_end}};
+        s.warnings = 0;
+        CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_OK);
+        int last = kempe_sensitivity_row_count(found) - 1;
+        double off = fabs(kempe_sensitivity_value(found, last, 0) - end);
+        for (int p = 0; p < 2; p++)
+            off = fmax(off, fabs(kempe_sensitivity_slope(found, last, 0, p) - exact[p]) / (1 + fabs(exact[p])));
+        if (!(off <= 300 * rtol) && s.warnings == 0)
+            printf("  c = %g, w = %g, %s: off by %.2g without a word\n", x->c, x->w, ask.method, off);
+        CHECK(off <= 300 * rtol || s.warnings > 0);
+        kempe_sensitivity_free(found);
+    }
+    close_scene(&s);
+}
+
+static void windows_within_a_step(void)
+{
+    static const double width[WIDTHS] = {0.5, 0.4, 0.35, 0.25, 0.18, 0.15, 0.12, 0.08}, place[PLACES] = {0, 0.1, -0.3};
+    for (int i = 0; i < WIDTHS; i++)
+        for (int k = 0; k < PLACES; k++)
+            check_window(&(window){1, 5, place[k], width[i]}, 1e-5);
+}
+
+/* -- what does not hold ------------------------------------------------------------------------------ */
+
+/* A cart on a spring with a pole that stands all but upright: each time it comes up again errors grow. */
+static const char cart_pole[] =
+    "kempe: 1\nname: cart pole\ngravity: [0, -9.81, 0]\nparameters: {m: 0.3, a: 0.001}\nbodies:\n"
+    "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, "
+    "points: {P: [0, 0, 0]}}\n"
+    "  pole: {joint: {name: p, revolute: z, at: cart.P}, mass: m, com: [0, 0.5, 0], inertia: {zz: 0.001}}\n"
+    "forces: {k: {joint: x, force: -10*q(x)}}\nstart: {q: {p: a}}\n";
+
+static double slope_of_cart(scene *s, const char *method, double t_end, double rtol, int once, const char *wanted)
+{
+    kempe_sensitivity *found = NULL;
+    kempe_sensitivity_ask ask = {.parameters = "m",
+                                 .outputs = "q(x)",
+                                 .method = method,
+                                 .run = {.rtol = rtol, .t_end = t_end, .every = t_end, .once = once}};
+    char *json = NULL;
+    s->warnings = 0;
+    s->words[0] = '\0';
+    CHECK(kempe_sensitivity_new(s->model, &ask, &found) == KEMPE_OK);
+    CHECK(kempe_sensitivity_print(found, KEMPE_JSON, &json) == KEMPE_OK);
+    CHECK(json && strstr(json, wanted) != NULL);
+    double slope = kempe_sensitivity_slope(found, kempe_sensitivity_row_count(found) - 1, 0, 0);
+    kempe_text_free(json);
+    kempe_sensitivity_free(found);
+    return slope;
+}
+
+static void an_unstable_cart_pole_is_told(void)
+{
+    scene s;
+    open_scene(&s, cart_pole);
+    double truth = slope_of_cart(&s, "forward", 60, 1e-13, 1, "\"again\": null");
+    CHECK_NEAR(truth, -15.9277, 1e-3);
+    CHECK(s.warnings == 0);
+    static const char *const methods[] = {"forward", "adjoint"};
+    for (int k = 0; k < 2; k++) {
+        double slope = slope_of_cart(&s, methods[k], 60, 1e-6, 0, "\"verdict\": \"not converged\"");
+        CHECK(fabs(slope - truth) > 0.1 * fabs(truth));
+        CHECK(s.warnings == 1 && strstr(s.words, "do not trust this run") && strstr(s.words, "'q.x/m'"));
+        (void)slope_of_cart(&s, methods[k], 60, 1e-6, 1, "\"again\": null");
+        CHECK(s.warnings == 0);
+        slope = slope_of_cart(&s, methods[k], 2, 1e-8, 0, "\"verdict\": \"converged\"");
+        CHECK(s.warnings == 0);
+    }
+    close_scene(&s);
+}
+
+static void ensembles_of_it_are_told(void)
+{
+    scene s;
+    open_scene(&s, cart_pole);
+    static const char *const names[] = {"m"};
+    static const double rows[] = {0.2, 0.25, 0.3, 0.35};
+    for (int k = 0; k < 3; k++) {
+        kempe_values *values = NULL;
+        kempe_ensemble *many = NULL;
+        kempe_batch *batch = NULL;
+        const kempe_run run = {.rtol = 1e-6, .t_end = k < 2 ? 60 : 2, .once = k == 1};
+        s.warnings = 0;
+        CHECK(kempe_values_new(s.model, 1, names, 4, rows, &values) == KEMPE_OK);
+        CHECK(kempe_ensemble_new(s.model, values, &many) == KEMPE_OK);
+        CHECK(kempe_ensemble_run(many, &run, 0, &batch) == KEMPE_OK);
+        CHECK(s.warnings == (k == 0));
+        CHECK(k > 0 || strstr(s.words, "of 4 instances"));
+        CHECK_TEXT(kempe_batch_verdict(batch, 2), k == 0 ? "not converged" : k == 1 ? "" : "converged");
+        kempe_batch_free(batch);
+        kempe_ensemble_free(many);
+        kempe_values_free(values);
+    }
+    close_scene(&s);
+}
+
+/* -- an interrupt ------------------------------------------------------------------------------------ */
+
+static void an_interrupt_ends_it(void)
+{
+    static const char *const methods[] = {"forward", "adjoint"};
+    for (int k = 0; k < 2; k++) {
+        scene s;
+        open_scene(&s, cart_pole);
+        kempe_sensitivity *found = NULL;
+        kempe_sensitivity_ask ask = {.parameters = "m", .outputs = "q(x)", .method = methods[k], .run = {.t_end = 60}};
+        kempe_context_interrupt(s.context);
+        CHECK(kempe_sensitivity_new(s.model, &ask, &found) == KEMPE_STOPPED);
+        kempe_sensitivity_free(found);
+        close_scene(&s);
+    }
+}
+
+int main(void)
+{
+    TEST(windows_within_a_step);
+    TEST(an_unstable_cart_pole_is_told);
+    TEST(ensembles_of_it_are_told);
+    TEST(an_interrupt_ends_it);
+    return check_report();
+}
