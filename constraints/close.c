@@ -50,7 +50,8 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
         bool done = size <= floor_ || weighted <= rule->fraction ||
                     ((!rule->led || size > 0.1 * last) && kmp_plant_residual(c->plant) <= KMP_CLOSED_ROUNDING);
         bool stalled = !done && size > 0.9 * last;
-        out.closed = done || (stalled && size < INFINITY && kmp_plant_residual(c->plant) <= rule->enough);
+        out.closed = (done && !rule->least) ||
+                     ((done || stalled) && size < INFINITY && kmp_plant_residual(c->plant) <= rule->enough);
         out.first = out.corrections == 0 ? size : out.first;
         if (out.corrections > 0 && size > fmax(1e4 * floor_, rule->seen))
             out.ratio = fmax(out.ratio, size / last);

@@ -28,6 +28,7 @@ typedef struct kmp_close_rule {
     bool contracting; /* it has failed as soon as corrections no longer shrink */
     bool led;         /* x is to meet more than h, so that |h| says nothing while corrections shrink */
     double longest;   /* a longer correction is cut, scaled; 0: none is */
+    bool least;       /* corrections come to nothing with h open, too: `enough` is asked for in any case */
     double enough;    /* scaled |h| */
     const double *w;  /* error weights of x; NULL: to round-off */
     double fraction;

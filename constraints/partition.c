@@ -6,6 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+int kmp_partition_rank(const kempe_system *s, const double *pivots)
+{
+    int r = 0, most = s->m < s->n ? s->m : s->n;
+    while (r < most && pivots[0] > KMP_RANK_FIRST && pivots[r] > KMP_RANK * pivots[0])
+        r++;
+    return r;
+}
+
 static int compare_ints(const void *a, const void *b)
 {
     return *(const int *)a - *(const int *)b;
@@ -127,7 +135,7 @@ static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system 
     kempe_status status = KEMPE_OK;
     if (!kmp_pick_pivot(c, NULL, part->pivots))
         return kmp_fail_memory(s->context);
-    part->r = rank >= 0 ? rank : kmp_pick_rank(part->pivots, s->m < s->n ? s->m : s->n);
+    part->r = rank >= 0 ? rank : kmp_partition_rank(s, part->pivots);
     part->p = s->n - part->r;
     if (wish_count > 0)
         status = follow_wish(c, part, s, wish, wish_count);

@@ -32,6 +32,10 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
                                    const int *wish, int wish_count);
 void kmp_partition_free(kmp_partition *part);
 
+/** The rank that the pivots of complete pivoting of the scaled J (min(m, n) of them) say, of a closed configuration:
+ * decided here for all that is computed. */
+int kmp_partition_rank(const kempe_system *system, const double *pivots);
+
 /** A copy of its own. false: no memory. */
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 

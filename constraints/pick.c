@@ -65,14 +65,6 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
     return true;
 }
 
-int kmp_pick_rank(const double *pivots, int count)
-{
-    int r = 0;
-    while (r < count && pivots[0] > KMP_RANK_FIRST && pivots[r] > KMP_RANK * pivots[0])
-        r++;
-    return r;
-}
-
 /* -- dense ------------------------------------------------------------------------------------------- */
 
 /* Jv of columns col[0..r) and rows row[0..r), factored; false when singular. */

@@ -34,9 +34,6 @@ void kmp_pick_add(kmp_pick *c, int row, int col, double value);
  * false: no memory. */
 bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
 
-/** The rank that pivots of the scaled J say, of a closed configuration: decided here and nowhere else. */
-int kmp_pick_rank(const double *pivots, int count);
-
 typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;
 
 /** Exchanges columns of the first r with others, at most so many; then the number of exchanges, max |Bvu| and the

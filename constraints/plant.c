@@ -81,6 +81,8 @@ void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const do
         }
         change[k] = *late++;
     }
+    plant->solved[0] = now + events->count;
+    plant->solved[1] = late;
 }
 
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd)
@@ -274,39 +276,47 @@ static void accelerate_bodies(kmp_plant *plant, const double *effort)
     plant->drift = plant->free_qdd + plant->n;
 }
 
-/* The user's, NULL: none. */
-static void add_effort(kmp_plant *plant, const double *effort)
+/* Efforts that are none of the program. */
+static void add_efforts(kmp_plant *plant)
 {
-    if (!effort)
+    const double *effort = plant->system->force ? plant->effort : NULL;
+    plant->bias = plant->own_bias;
+    if (!effort && !plant->given)
         return;
     for (int i = 0; i < plant->n; i++)
-        plant->with_force[i] = plant->bias[i] - effort[i];
+        plant->with_force[i] = plant->own_bias[i] - (effort ? effort[i] : 0) - (plant->given ? plant->given[i] : 0);
     plant->bias = plant->with_force;
+}
+
+void kmp_plant_give(kmp_plant *plant, const double *effort)
+{
+    plant->given = effort;
+    add_efforts(plant);
 }
 
 /* C with the multipliers at hand, after jdqd. */
 static void run_pressed(kmp_plant *plant)
 {
     kmp_machine_set(plant->motion, KMP_IN_LAMBDA, plant->nu);
-    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_PRESSING);
-    plant->pressing = plant->bias + plant->n;
+    plant->own_bias = kmp_machine_run(plant->motion, KMP_STAGE_PRESSING);
+    plant->pressing = plant->own_bias + plant->n;
 }
 
 /* By M and C. */
-static void run_bias(kmp_plant *plant, const double *effort)
+static void run_bias(kmp_plant *plant)
 {
-    plant->bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
-    plant->jdqd = plant->nu ? plant->bias : plant->bias + plant->n;
+    plant->own_bias = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
+    plant->jdqd = plant->nu ? plant->own_bias : plant->own_bias + plant->n;
     if (plant->nu)
         run_pressed(plant);
-    add_effort(plant, effort);
+    add_efforts(plant);
 }
 
 void kmp_plant_bias_with(kmp_plant *plant, const double *nu)
 {
     memmove(plant->nu, nu, (size_t)plant->m * sizeof *nu);
     run_pressed(plant);
-    add_effort(plant, plant->system->force ? plant->effort : NULL);
+    add_efforts(plant);
 }
 
 void kmp_plant_bias(kmp_plant *plant, const double *qd)
@@ -318,7 +328,7 @@ void kmp_plant_bias(kmp_plant *plant, const double *qd)
         accelerate_bodies(plant, effort);
         return;
     }
-    run_bias(plant, effort);
+    run_bias(plant);
 }
 
 const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd)
@@ -344,6 +354,17 @@ void kmp_plant_dense_mass(const kmp_plant *plant, double *mass)
     memset(mass, 0, (size_t)(n * n) * sizeof *mass);
     for (int k = 0; k < p->count; k++)
         mass[p->row[k] + p->col[k] * n] = mass[p->col[k] + p->row[k] * n] = plant->mass[k];
+}
+
+void kmp_plant_add_mass_times(const kmp_plant *plant, const double *x, double *out)
+{
+    const kmp_pattern *m = &plant->system->mass;
+    for (int k = 0; k < m->count; k++) {
+        int i = m->row[k], j = m->col[k];
+        out[i] += plant->mass[k] * x[j];
+        if (i != j)
+            out[j] += plant->mass[k] * x[i];
+    }
 }
 
 double kmp_plant_potential(kmp_plant *plant, double t, const double *q)
@@ -422,7 +443,7 @@ double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)
     return sum;
 }
 
-static bool counts(const kmp_plant *plant, int row)
+bool kmp_plant_counts(const kmp_plant *plant, int row)
 {
     return !plant->left_out || !plant->left_out[row];
 }
@@ -431,7 +452,7 @@ double kmp_plant_residual(const kmp_plant *plant)
 {
     double worst = 0;
     for (int r = 0; r < plant->m; r++) {
-        if (!counts(plant, r))
+        if (!kmp_plant_counts(plant, r))
             continue;
         double open = fabs(plant->h[r]) / plant->system->row_scale[r];
         worst = open > worst ? open : worst;
@@ -456,7 +477,7 @@ double kmp_plant_rate_residual(const kmp_plant *plant, const double *qd)
         double rate = plant->h_t ? plant->h_t[r] : 0;
         for (; k < p->count && p->row[k] == r; k++)
             rate += plant->jacobian[k] * qd[p->col[k]];
-        if (counts(plant, r))
+        if (kmp_plant_counts(plant, r))
             worst = fmax(worst, fabs(rate) / plant->system->row_scale[r]);
     }
     return worst;

@@ -29,8 +29,12 @@ typedef struct kmp_plant {
     const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
     const double *drift;      /* m: J free_qdd + jdqd */
     const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all count */
+    const double *solved[2];  /* what implicit blocks solve for in conditions: of all, and of late ones, since the last
+                                 kmp_plant_all_changes */
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
-    double *with_force;       /* n: bias less the user's efforts */
+    const double *own_bias;   /* n: of the program alone */
+    const double *given;      /* n, not owned: efforts beside those of the model and the user's; NULL: none */
+    double *with_force;       /* n: bias less all efforts that are none of the program */
     double *effort;           /* n */
     double *nu;               /* m: multipliers that C was evaluated with (constraints/pressing.h); NULL: C has none */
     const double *pressing;   /* system->pressing.count values: dC/dlambda, with C */
@@ -55,6 +59,9 @@ void kmp_plant_take(kmp_plant *plant, bool by_bodies);
 void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
+
+/** Efforts beside the model's (n, not owned; NULL: none) in the last kmp_plant_bias and from now on, by M and C. */
+void kmp_plant_give(kmp_plant *plant, const double *effort);
 
 /** C anew with other multipliers, after kmp_plant_bias, of systems with forces that depend on them
  * (system->pressed_count). */
@@ -94,6 +101,9 @@ const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, cons
 void kmp_plant_dense_jacobian(const kmp_plant *plant, double *jacobian);
 void kmp_plant_dense_mass(const kmp_plant *plant, double *mass);
 
+/** out += M x. */
+void kmp_plant_add_mass_times(const kmp_plant *plant, const double *x, double *out);
+
 /** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 a closure) and
  * positions (3 a position output) at (t, q, lambda). */
 double kmp_plant_potential(kmp_plant *plant, double t, const double *q);
@@ -113,6 +123,9 @@ double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda);
 
 /** Kinetic energy qd' M qd / 2 of the last kmp_plant_mass. */
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
+
+/** Whether a row is to be met. */
+bool kmp_plant_counts(const kmp_plant *plant, int row);
 
 /** max |h| / row scale of the last kmp_plant_closure, of the rows that count. */
 double kmp_plant_residual(const kmp_plant *plant);

@@ -213,18 +213,6 @@ void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, do
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-/* out += M x from the triangle's entries. */
-static void add_mass_times(const kmp_plant *plant, const double *x, double *out)
-{
-    const kmp_pattern *m = &plant->system->mass;
-    for (int k = 0; k < m->count; k++) {
-        int i = m->row[k], j = m->col[k];
-        out[i] += plant->mass[k] * x[j];
-        if (i != j)
-            out[j] += plant->mass[k] * x[i];
-    }
-}
-
 /* a0 = (0; -Jv^-1 jdqd), force = C + M a0. */
 static void bias_force(kmp_reduction *red)
 {
@@ -236,7 +224,7 @@ static void bias_force(kmp_reduction *red)
         red->a0[red->part->v[i]] = red->dv[i];
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
     if (red->r > 0)
-        add_mass_times(red->plant, red->a0, red->force);
+        kmp_plant_add_mass_times(red->plant, red->a0, red->force);
 }
 
 /* On a tree X is 1, but for the order of coordinates: Mr = M. */
@@ -307,12 +295,12 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
     double *qdd = red->mx;
     memcpy(red->force, bias, (size_t)n * sizeof *red->force);
     if (!change)
-        add_mass_times(red->plant, red->a0, red->force);
+        kmp_plant_add_mass_times(red->plant, red->a0, red->force);
     kmp_reduction_project(red, red->force, red->answer);
     kmp_reduction_solve_mass(red, red->answer);
     memset(qdd, 0, (size_t)n * sizeof *qdd);
     spread(red, red->answer, qdd, qdd);
-    add_mass_times(red->plant, qdd, red->force);
+    kmp_plant_add_mass_times(red->plant, qdd, red->force);
     take_multipliers(red, lambda);
 }
 
@@ -322,7 +310,7 @@ static void answer_given(void *self, const double *bias, bool change, double *la
     kmp_reduction *red = self;
     memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
     if (!change)
-        add_mass_times(red->plant, red->mx, red->force);
+        kmp_plant_add_mass_times(red->plant, red->mx, red->force);
     take_multipliers(red, lambda);
 }
 
@@ -333,7 +321,7 @@ static int accelerate_pressed(kmp_reduction *red, double *udd)
     if (!kmp_press(red->plant, &answer))
         return fail(red->p, udd);
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    add_mass_times(red->plant, red->a0, red->force);
+    kmp_plant_add_mass_times(red->plant, red->a0, red->force);
     kmp_reduction_project(red, red->force, udd);
     kmp_reduction_solve_mass(red, udd);
     return 0;
@@ -350,7 +338,7 @@ static void reduce(kmp_reduction *red, double *udd)
     }
     memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
     for (int k = 0; k < p; k++) {
-        add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
+        kmp_plant_add_mass_times(red->plant, red->x + k * n, red->mx + k * n);
         udd[k] = -kmp_dot(n, red->x + k * n, red->force);
         for (int i = k; i < p; i++)
             red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
@@ -381,7 +369,7 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
         return;
     }
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    add_mass_times(red->plant, qdd, red->force);
+    kmp_plant_add_mass_times(red->plant, qdd, red->force);
     if (red->zeros) {
         kmp_zeros_project(red->zeros, red->x, red->force, out);
         for (int k = 0; k < red->p; k++)
@@ -413,7 +401,7 @@ void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *la
     if (red->r == 0)
         return;
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    add_mass_times(red->plant, qdd, red->force);
+    kmp_plant_add_mass_times(red->plant, qdd, red->force);
     take_multipliers(red, lambda);
 }
 
@@ -475,6 +463,39 @@ double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
             }
         }
     return worst;
+}
+
+double kmp_reduction_lever(kmp_reduction *red)
+{
+    const kempe_system *s = red->plant->system;
+    unsigned state = 1;
+    double most = 0;
+    for (int i = 0; i < red->r; i++) {
+        state = state * 1664525u + 1013904223u;
+        red->dv[i] = (state >> 31 ? 1 : -1) * s->row_scale[red->part->rows[i]];
+    }
+    if (red->r > 0)
+        kmp_block_solve(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        most = isfinite(red->dv[i]) ? fmax(most, fabs(red->dv[i]) / s->scale[red->part->v[i]]) : INFINITY;
+    return most;
+}
+
+double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out)
+{
+    const kempe_system *s = red->plant->system;
+    const kmp_pattern *j = &s->jacobian;
+    const double *x = red->x + k * red->n;
+    double most = 0;
+    for (int e = 0; e < j->count;) { /* row by row */
+        int row = j->row[e];
+        double slip = 0;
+        bool looked_at = red->row_of[row] < 0 && !(left_out && left_out[row]);
+        for (; e < j->count && j->row[e] == row; e++)
+            slip += looked_at ? red->plant->jacobian[e] * x[j->col[e]] : 0;
+        most = fmax(most, isfinite(slip) ? fabs(slip) / s->row_scale[row] : INFINITY);
+    }
+    return most;
 }
 
 /* -- counts ------------------------------------------------------------------------------------------ */

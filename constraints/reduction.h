@@ -86,6 +86,14 @@ void kmp_reduction_correction(kmp_reduction *red);
  * when corrections stop contracting or Jv is singular. */
 int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
 
+/** How far v goes, scaled, when each independent row opens by its scale, with signs of a fixed sequence: as large as
+ * one over the last pivot of the scaled Jv, but for rare luck. */
+double kmp_reduction_lever(kmp_reduction *red);
+
+/** How far dropped rows move with column k of X: the largest |J_r X_k| / row scale of those of the plant's last closure
+ * that are not left out (m; NULL: none is). */
+double kmp_reduction_slip(const kmp_reduction *red, int k, const bool *left_out);
+
 /** Arithmetic of one right-hand side beside the program: kmp_reduction_factor, _tangent, _rates, _accelerate; square
  * roots count as `other`. */
 kmp_counts kmp_reduction_count(const kmp_reduction *red);

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/pick.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>
@@ -127,18 +128,63 @@ static int factor_sparse(kmp_saddle *saddle)
     return kmp_sparse_factor(saddle->sparse, saddle->matrix);
 }
 
-/* Into x. */
-static void solve_whole(kmp_saddle *saddle, const double *force, const double *rows)
+/* Into x, where the right-hand side of M is. */
+static void solve_whole(kmp_saddle *saddle, const double *rows)
 {
     int n = saddle->n;
-    for (int i = 0; i < n; i++)
-        saddle->x[i] = force ? -force[i] : 0;
     for (int k = 0; k < saddle->r; k++)
         saddle->x[n + k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
     if (saddle->way == KMP_SADDLE_SPARSE)
         kmp_sparse_solve(saddle->sparse, 1, saddle->x);
     else
         kmp_lu_solve(n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
+}
+
+/* -- rows of its own --------------------------------------------------------------------------------- */
+
+/* All of them at first. */
+static bool allocate_own(kmp_saddle *saddle)
+{
+    int n = saddle->plant->n, m = saddle->plant->m;
+    saddle->own = KMP_NEW(kmp_partition, 1);
+    saddle->scaled = KMP_NEW(double, m *n);
+    saddle->largest = KMP_NEW(double, n);
+    saddle->pivots = KMP_NEW(double, m + n);
+    saddle->row = KMP_NEW(int, m);
+    saddle->col = KMP_NEW(int, n);
+    if (!saddle->own || !saddle->scaled || !saddle->largest || !saddle->pivots || !saddle->row || !saddle->col)
+        return false;
+    *saddle->own = (kmp_partition){.n = n, .m = m, .r = m, .rows = KMP_NEW(int, m)};
+    for (int i = 0; saddle->own->rows && i < m; i++)
+        saddle->own->rows[i] = i;
+    return saddle->own->rows;
+}
+
+/* Those that are independent at the plant's last closure. */
+static void choose_rows(kmp_saddle *saddle)
+{
+    const kempe_system *s = saddle->plant->system;
+    int m = s->m;
+    memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
+    for (int e = 0; e < s->jacobian.count; e++) {
+        int r = s->jacobian.row[e], k = s->jacobian.col[e];
+        saddle->scaled[r + k * m] = saddle->plant->jacobian[e] * s->scale[k] / s->row_scale[r];
+    }
+    kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
+    int rank = kmp_partition_rank(s, saddle->pivots);
+    double undecided = KMP_CLOSED_DECIDED * kmp_plant_residual(saddle->plant) * (rank > 0 ? saddle->pivots[0] : 0);
+    while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
+        rank--;
+    if (saddle->out) {
+        for (int i = 0; i < m; i++)
+            saddle->out[saddle->row[i]] = i >= rank;
+        return;
+    }
+    saddle->r = saddle->own->r = rank;
+    for (int i = 0; i < m; i++) {
+        saddle->own->rows[i] = saddle->row[i];
+        saddle->position[saddle->row[i]] = i < rank ? i : -1;
+    }
 }
 
 /* -- by articulated bodies ---------------------------------------------------------------------------- */
@@ -156,14 +202,12 @@ static int factor_mobility(kmp_saddle *saddle)
     return kmp_cholesky_factor(r, saddle->matrix);
 }
 
-/* From y (NULL: zero) and b + J y. */
-static void solve_by_bodies(kmp_saddle *saddle, const double *y, const double *rows)
+/* From y in x, and b + J y. */
+static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 {
     const kmp_plant *plant = saddle->plant;
     const kmp_pattern *compliance = &plant->system->compliance;
     double *x = saddle->x, *a = x + saddle->n;
-    for (int i = 0; i < saddle->n; i++)
-        x[i] = y ? y[i] : 0;
     for (int k = 0; k < saddle->r; k++)
         a[k] = -rows[saddle->part->rows[k]];
     kmp_cholesky_solve(saddle->r, saddle->matrix, a);
@@ -197,15 +241,12 @@ static int factor_truncated(kmp_saddle *saddle)
     return 0;
 }
 
-static void solve_truncated(kmp_saddle *saddle, const double *force, const double *rows)
+static void solve_truncated(kmp_saddle *saddle, const double *rows)
 {
     int n = saddle->n, r = saddle->r, kept = saddle->kept;
     const double *triangle = saddle->triangle;
     double *x = saddle->x, *z = x + n;
-    for (int i = 0; i < n; i++)
-        x[i] = force ? -force[i] : 0;
-    if (force)
-        kmp_cholesky_forward(n, saddle->matrix, x);
+    kmp_cholesky_forward(n, saddle->matrix, x);
     for (int k = 0; k < kept; k++) {
         int row = saddle->pivot[k];
         double s = (rows ? -rows[saddle->part->rows[row]] : 0) - kmp_dot(n, saddle->full + row * n, x);
@@ -246,18 +287,23 @@ static bool allocate_out(kmp_saddle *saddle)
     return saddle->out && saddle->entry_row && saddle->entry_col && saddle->entry && saddle->order;
 }
 
-static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part, kmp_saddle_way way, bool by_out)
+static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way way)
 {
+    const kempe_system *s = saddle->plant->system;
     int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : way == KMP_SADDLE_TRUNCATED ? n : n + r;
-    int entries = 2 * (plant->system->mass.count + plant->system->jacobian.count) + (by_out ? r : 0);
-    *saddle = (kmp_saddle){.plant = plant, .part = part, .n = n, .r = r, .way = way};
-    if ((by_out && !allocate_out(saddle)) || (way == KMP_SADDLE_TRUNCATED && !allocate_truncated(saddle)))
-        return false;
+    int entries = 2 * (s->mass.count + s->jacobian.count) + r;
+    saddle->part = part;
+    saddle->n = n;
+    saddle->r = r;
+    saddle->way = way;
     saddle->matrix = KMP_NEW(double, way == KMP_SADDLE_SPARSE ? entries : size * size);
     saddle->x = KMP_NEW(double, n + r);
     saddle->pivot = KMP_NEW(int, n + r);
     saddle->position = KMP_NEW(int, part->m);
-    if (!saddle->matrix || !saddle->x || !saddle->pivot || !saddle->position)
+    if (way == KMP_SADDLE_SPARSE && saddle->own)
+        saddle->out = KMP_NEW(bool, r);
+    if (!saddle->matrix || !saddle->x || !saddle->pivot || !saddle->position ||
+        (way == KMP_SADDLE_SPARSE && saddle->own && !saddle->out))
         return false;
     for (int k = 0; k < part->m; k++)
         saddle->position[k] = -1;
@@ -266,23 +312,47 @@ static bool init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part
     return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
 }
 
+/* Whether it is worth while to be sparse. */
+static bool is_large(const kempe_system *s, int size)
+{
+    return size > SPARSE_FROM && 2 * (s->mass.count + s->jacobian.count) < (long)size * size / SPARSE_BELOW;
+}
+
+bool kmp_saddle_has_row(const kmp_saddle *saddle, int row)
+{
+    return saddle->position[row] >= 0 && !is_out(saddle, saddle->position[row]);
+}
+
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
 {
-    int size = part->n + part->r, entries = 2 * (plant->system->mass.count + plant->system->jacobian.count);
-    bool large = size > SPARSE_FROM && entries < (long)size * size / SPARSE_BELOW;
+    bool large = is_large(plant->system, part->n + part->r);
     kmp_saddle_way way = plant->by_bodies ? KMP_SADDLE_BY_BODIES : large ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
-    return init(saddle, plant, part, way, false);
+    *saddle = (kmp_saddle){.plant = plant};
+    return init(saddle, part, way);
 }
 
 bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
 {
     bool large = kmp_pick_is_large(part->m, part->n, plant->system->jacobian.count);
-    return init(saddle, plant, part, large ? KMP_SADDLE_SPARSE : KMP_SADDLE_TRUNCATED, large);
+    *saddle = (kmp_saddle){.plant = plant, .r = part->r, .n = part->n};
+    if (large)
+        return allocate_out(saddle) && init(saddle, part, KMP_SADDLE_SPARSE);
+    return allocate_truncated(saddle) && init(saddle, part, KMP_SADDLE_TRUNCATED);
+}
+
+bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
+{
+    kmp_saddle_way way = is_large(plant->system, plant->n + plant->m) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+    *saddle = (kmp_saddle){.plant = plant, .rank = rank};
+    return allocate_own(saddle) && init(saddle, saddle->own, way);
 }
 
 void kmp_saddle_free(kmp_saddle *saddle)
 {
-    void *arrays[] = {saddle->matrix, saddle->x,        saddle->pivot,     saddle->position,  saddle->out,  saddle->a,
+    if (saddle->own)
+        kmp_free(saddle->own->rows);
+    void *arrays[] = {saddle->own,    saddle->scaled,   saddle->largest,   saddle->pivots,    saddle->row,  saddle->col,
+                      saddle->matrix, saddle->x,        saddle->pivot,     saddle->position,  saddle->out,  saddle->a,
                       saddle->full,   saddle->triangle, saddle->entry_row, saddle->entry_col, saddle->entry};
     kmp_sparse_free(saddle->sparse);
     kmp_order_free(saddle->order);
@@ -294,6 +364,8 @@ void kmp_saddle_free(kmp_saddle *saddle)
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
+    if (saddle->own)
+        choose_rows(saddle);
     switch (saddle->way) {
     case KMP_SADDLE_BY_BODIES:
         return factor_mobility(saddle);
@@ -311,15 +383,22 @@ double kmp_saddle_operations(const kmp_saddle *saddle)
     return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
 }
 
-/* x and the multipliers behind it, of f (NULL: zero) and b (NULL: zero); by bodies of y and b + J y. */
-static void solve(kmp_saddle *saddle, const double *force, const double *rows)
+/* x and the multipliers behind it, from the right-hand side of M in x, by bodies y, and b (NULL: zero), by bodies
+ * b + J y. */
+static void solve(kmp_saddle *saddle, const double *rows)
 {
     if (saddle->way == KMP_SADDLE_BY_BODIES)
-        solve_by_bodies(saddle, force, rows);
+        solve_by_bodies(saddle, rows);
     else if (saddle->way == KMP_SADDLE_TRUNCATED)
-        solve_truncated(saddle, force, rows);
+        solve_truncated(saddle, rows);
     else
-        solve_whole(saddle, force, rows);
+        solve_whole(saddle, rows);
+}
+
+static void put_force(kmp_saddle *saddle, const double *force)
+{
+    for (int i = 0; i < saddle->n; i++)
+        saddle->x[i] = force ? -force[i] : 0;
 }
 
 /* Multipliers of the independent rows among all. */
@@ -331,11 +410,22 @@ static void take_multipliers(const kmp_saddle *saddle, double *lambda)
         lambda[saddle->part->rows[by_place ? saddle->pivot[k] : k]] = saddle->x[saddle->n + k];
 }
 
+void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a)
+{
+    put_force(saddle, f);
+    solve(saddle, b);
+    if (x)
+        memcpy(x, saddle->x, (size_t)saddle->n * sizeof *x);
+    if (a)
+        take_multipliers(saddle, a);
+}
+
 /* For forces that depend on multipliers. */
 static void multipliers(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_saddle *saddle = self;
-    solve(saddle, bias, change ? NULL : saddle->plant->jdqd);
+    put_force(saddle, bias);
+    solve(saddle, change ? NULL : saddle->plant->jdqd);
     take_multipliers(saddle, lambda);
 }
 
@@ -351,7 +441,11 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
         return;
     }
     bool by_bodies = saddle->way == KMP_SADDLE_BY_BODIES;
-    solve(saddle, by_bodies ? plant->free_qdd : plant->bias, by_bodies ? plant->drift : plant->jdqd);
+    if (by_bodies)
+        memcpy(saddle->x, plant->free_qdd, (size_t)saddle->n * sizeof *qdd);
+    else
+        put_force(saddle, plant->bias);
+    solve(saddle, by_bodies ? plant->drift : plant->jdqd);
     memcpy(qdd, saddle->x, (size_t)saddle->n * sizeof *qdd);
     if (lambda)
         take_multipliers(saddle, lambda);
@@ -359,8 +453,7 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
 
 void kmp_saddle_correction(kmp_saddle *saddle, const double *violation, double *dx)
 {
-    solve(saddle, NULL, violation);
-    memcpy(dx, saddle->x, (size_t)saddle->n * sizeof *dx);
+    kmp_saddle_solve(saddle, NULL, violation, dx, NULL);
 }
 
 static int place(void *self, double t, const double *q)

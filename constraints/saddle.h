@@ -13,7 +13,10 @@
  *
  *     L' x = y + Q z,      y = -L^-1 f,      R' z = P'(-b - A' y),      a = P R^-1 z.
  *
- * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps. */
+ * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps.
+ *
+ * Of any state, where no choice was made, the independent rows are those that complete pivoting of the scaled J finds
+ * there. */
 #ifndef KMP_CONSTRAINTS_SADDLE_H
 #define KMP_CONSTRAINTS_SADDLE_H
 
@@ -48,6 +51,11 @@ typedef struct kmp_saddle {
     kmp_order *order;            /* when large */
     int *entry_row, *entry_col;  /* of the scaled J */
     double *entry;
+
+    int rank;           /* that is kept beside closed states; -1: that of each state */
+    kmp_partition *own; /* the rows at hand, when they are chosen at each state: all of them when sparse */
+    double *scaled, *largest, *pivots;
+    int *row, *col;
 } kmp_saddle;
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
@@ -56,11 +64,22 @@ void kmp_saddle_free(kmp_saddle *saddle);
 /** To leave out by `eps`, 0 at first, whatever the size. */
 bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 
+/** For any states, with rows of its own: dense or sparse. `rank` (-1: not known) is that of closed states: beside them
+ * rows that are redundant look weakly independent, and count only when |h| leaves no doubt. */
+bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank);
+
+/** Whether a row counts at the last factorisation. */
+bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
+
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
 
 /** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);
+
+/** x (n) and a (m; zero for dropped rows; NULL: not wanted) of f (n; NULL: zero) and b (m; NULL: zero). Not by bodies.
+ */
+void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a);
 
 /** qdd and lambda (m; zero for dropped rows; NULL: not wanted) from the plant's last bias, which forces that depend on
  * multipliers bring to them (constraints/pressing.h): not finite where that fails. */

@@ -84,6 +84,9 @@
 #define KMP_GROWTH_WISH 1e4
 /** Beyond this a fixed u is given up: errors of u reach v multiplied by it. */
 #define KMP_GROWTH_LIMIT 1e3
+/** How far v goes, scaled, for rows that open by their scale: beyond, the last pivot of Jv may be none, and the rank is
+ * decided anew. */
+#define KMP_GROWTH_LEVER 1e6
 /** From here on a step that became too small is put down to the choice of u. */
 #define KMP_GROWTH_EXPLAINS 20.0
 

@@ -1,33 +1,36 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public workspace: a plant, dense copies of its values, and one dense saddle system [D -J'; J 0] on the rows that
- * are independent at the state at hand (complete pivoting of the scaled J), with D = M for accelerations and D = the
- * geometric metric for closing. */
+/* The public workspace. It evaluates as runs do, and accelerates as they do: on the independent rows and coordinates of
+ * the start, wherever these are good, otherwise by the saddle system on rows of the state at hand. Closing is by least
+ * moves. */
 #include "base/memory.h"
+#include "constraints/assemble.h"
+#include "constraints/least_change.h"
 #include "constraints/pressing.h"
+#include "constraints/reduction.h"
+#include "constraints/saddle.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense.h"
 #include <kempe/workspace.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 100 };
+enum { MAX_CORRECTIONS = 100 };
 
 struct kempe_workspace {
     const kempe_system *system;
     kmp_plant *plant;
-    int n, m, rank;
-    double *q, *qd;       /* n: of the last evaluation */
-    double *mass, *bias;  /* n x n, n */
-    double *h, *jdqd;     /* m */
-    double *jacobian;     /* m x n */
-    double *scaled;       /* m x n */
-    double *matrix, *rhs; /* of the saddle system: (n + m)^2, n + m */
-    double *pivots;       /* min(m, n) */
-    double *trial;        /* n: q while closing, then qd */
-    int *row, *col, *pivot;
-    double kinetic, potential;
-    const double *given; /* efforts of forward dynamics; NULL: none */
+    kmp_saddle saddle;
+    kmp_least_change least;
+    int n, m;
+    bool chosen;        /* the start can be assembled: */
+    kmp_partition part; /* its choice */
+    kmp_reduction red;
+    double t, *q, *qd;                         /* n: of the last evaluation; dense copies of its values: */
+    double *mass, *bias, *h, *jdqd, *jacobian; /* n x n, n, m, m, m x n */
+    double *trial;                             /* n: q while closing */
+    double *answer;                            /* n + m: accelerations and multipliers, or shares */
+    double *row;                               /* n, or m: a row of J, or rates of the rows */
+    bool *hold;                                /* n */
     char message[400];
 };
 
@@ -37,10 +40,12 @@ static kempe_status fail(kempe_workspace *ws, const char *sentence, double x)
     return KEMPE_E_FAILED;
 }
 
-static kempe_status missing(kempe_workspace *ws, const char *name)
+/* false: it is NULL. */
+static bool given(kempe_workspace *ws, const char *name, const void *argument)
 {
-    (void)snprintf(ws->message, sizeof ws->message, KMP_MISSING, name);
-    return KEMPE_E_ARGUMENT;
+    if (!argument)
+        (void)snprintf(ws->message, sizeof ws->message, KMP_MISSING, name);
+    return argument;
 }
 
 /* -- new and free ------------------------------------------------------------------------------------ */
@@ -48,23 +53,35 @@ static kempe_status missing(kempe_workspace *ws, const char *name)
 static bool allocate(kempe_workspace *ws)
 {
     size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    ws->q = KMP_NEW(double, n);
-    ws->qd = KMP_NEW(double, n);
     ws->mass = KMP_NEW(double, n *n);
     ws->bias = KMP_NEW(double, n);
     ws->h = KMP_NEW(double, m);
     ws->jdqd = KMP_NEW(double, m);
     ws->jacobian = KMP_NEW(double, m *n);
-    ws->scaled = KMP_NEW(double, m *n);
-    ws->matrix = KMP_NEW(double, (n + m) * (n + m));
-    ws->rhs = KMP_NEW(double, n + m);
-    ws->pivots = KMP_NEW(double, m < n ? m : n);
+    ws->q = KMP_NEW(double, n);
+    ws->qd = KMP_NEW(double, n);
     ws->trial = KMP_NEW(double, n);
-    ws->row = KMP_NEW(int, m);
-    ws->col = KMP_NEW(int, n);
-    ws->pivot = KMP_NEW(int, n + m);
-    return ws->q && ws->qd && ws->mass && ws->bias && ws->h && ws->jdqd && ws->jacobian && ws->scaled && ws->matrix &&
-           ws->rhs && ws->pivots && ws->trial && ws->row && ws->col && ws->pivot;
+    ws->answer = KMP_NEW(double, n + m);
+    ws->row = KMP_NEW(double, n + m);
+    ws->hold = KMP_NEW(bool, n);
+    return ws->mass && ws->bias && ws->h && ws->jdqd && ws->jacobian && ws->q && ws->qd && ws->trial && ws->answer &&
+           ws->row && ws->hold;
+}
+
+/* Rows and coordinates of the start; none where it cannot be assembled, or where a force depends on multipliers. */
+static kempe_status choose(kempe_workspace *ws)
+{
+    kempe_context *context = ws->system->context;
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assemble(ws->system, &a);
+    if (status == KEMPE_OK && !a->inner_q) {
+        kmp_plant_closure(ws->plant, 0, a->q);
+        status = kmp_partition_init(&ws->part, ws->system, ws->plant->jacobian, NULL, 0);
+        ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->plant, &ws->part) == KEMPE_OK;
+    }
+    kempe_assembly_free(a);
+    kmp_context_clear(context);
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
@@ -77,8 +94,10 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     ws->system = system;
     ws->n = system->n;
     ws->m = system->m;
-    ws->plant = kmp_plant_new(system, "tape");
-    if (!ws->plant || !allocate(ws)) {
+    ws->plant = kmp_plant_new(system, kmp_backend_default());
+    if (!ws->plant || !allocate(ws) || choose(ws) != KEMPE_OK ||
+        !kmp_saddle_init_anywhere(&ws->saddle, ws->plant, ws->chosen ? ws->part.r : -1) ||
+        !kmp_least_change_init(&ws->least, ws->plant)) {
         kempe_workspace_free(ws);
         return kmp_fail_memory(system->context);
     }
@@ -90,10 +109,14 @@ void kempe_workspace_free(kempe_workspace *ws)
 {
     if (!ws)
         return;
-    void *arrays[] = {ws->q,      ws->qd,  ws->mass,   ws->bias,  ws->h,   ws->jdqd, ws->jacobian, ws->scaled,
-                      ws->matrix, ws->rhs, ws->pivots, ws->trial, ws->row, ws->col,  ws->pivot};
+    void *arrays[] = {ws->mass, ws->bias, ws->h,     ws->jdqd, ws->jacobian, ws->q,
+                      ws->qd,   ws->row,  ws->trial, ws->hold, ws->answer};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
+    kmp_reduction_free(&ws->red);
+    kmp_partition_free(&ws->part);
+    kmp_saddle_free(&ws->saddle);
+    kmp_least_change_free(&ws->least);
     kmp_plant_free(ws->plant);
     kmp_free(ws);
 }
@@ -109,8 +132,9 @@ static bool all_finite(int n, const double *x)
 }
 
 /* q and qd are kept: `qd` may be NULL, and both may be outputs of the caller. */
-static void keep_state(kempe_workspace *ws, const double *q, const double *qd)
+static void keep_state(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
+    ws->t = t;
     memmove(ws->q, q, (size_t)ws->n * sizeof *q);
     if (qd)
         memmove(ws->qd, qd, (size_t)ws->n * sizeof *qd);
@@ -118,34 +142,37 @@ static void keep_state(kempe_workspace *ws, const double *q, const double *qd)
         memset(ws->qd, 0, (size_t)ws->n * sizeof *ws->qd);
 }
 
-/* h and J at (t, q). */
-static void evaluate_closure(kempe_workspace *ws, double t, const double *q)
+static void copy(kempe_workspace *ws)
 {
-    kmp_plant_closure(ws->plant, t, q);
-    memcpy(ws->h, ws->plant->h, (size_t)ws->m * sizeof *ws->h);
-    kmp_plant_dense_jacobian(ws->plant, ws->jacobian);
+    const kmp_plant *plant = ws->plant;
+    kmp_plant_dense_mass(plant, ws->mass);
+    kmp_plant_dense_jacobian(plant, ws->jacobian);
+    memcpy(ws->bias, plant->bias, (size_t)ws->n * sizeof *ws->bias);
+    memcpy(ws->h, plant->h, (size_t)ws->m * sizeof *ws->h);
+    memcpy(ws->jdqd, plant->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
+}
+
+static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
+{
+    kmp_plant *plant = ws->plant;
+    const kempe_system *s = ws->system;
+    ws->message[0] = '\0';
+    keep_state(ws, t, q, qd);
+    kmp_plant_closure(plant, t, ws->q);
+    kmp_plant_mass(plant);
+    kmp_press_forget(plant);
+    kmp_plant_bias(plant, ws->qd);
+    copy(ws);
+    if (all_finite(s->mass.count, plant->mass) && all_finite(ws->n, plant->bias) && all_finite(ws->m, plant->h) &&
+        all_finite(s->jacobian.count, plant->jacobian) && all_finite(ws->m, plant->jdqd))
+        return KEMPE_OK;
+    return fail(ws, "the equations are not finite at t = %.9g", t);
 }
 
 kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!q)
-        return missing(ws, "q");
-    ws->message[0] = '\0';
-    keep_state(ws, q, qd);
-    evaluate_closure(ws, t, ws->q);
-    kmp_plant_mass(ws->plant);
-    kmp_press_forget(ws->plant);
-    kmp_plant_bias(ws->plant, ws->qd);
-    kmp_plant_dense_mass(ws->plant, ws->mass);
-    memcpy(ws->bias, ws->plant->bias, (size_t)ws->n * sizeof *ws->bias);
-    memcpy(ws->jdqd, ws->plant->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
-    ws->kinetic = kmp_plant_kinetic(ws->plant, ws->qd);
-    ws->potential = kmp_plant_potential(ws->plant, t, ws->q);
-    if (all_finite(ws->n * ws->n, ws->mass) && all_finite(ws->n, ws->bias) && all_finite(ws->m, ws->h) &&
-        all_finite(ws->m * ws->n, ws->jacobian) && all_finite(ws->m, ws->jdqd))
-        return KEMPE_OK;
-    return fail(ws, "the equations are not finite at t = %.9g", t);
+    return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
 }
 
 const char *kempe_workspace_message(const kempe_workspace *workspace)
@@ -187,51 +214,13 @@ const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
 double kempe_workspace_kinetic(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NAN);
-    return workspace->kinetic;
+    return workspace->plant->mass ? kmp_plant_kinetic(workspace->plant, workspace->qd) : 0;
 }
 
 double kempe_workspace_potential(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NAN);
-    return workspace->potential;
-}
-
-/* -- the saddle system ------------------------------------------------------------------------------- */
-
-/* The rows that are independent on the columns that may move, `rank` of them at the head of `row`. */
-static void choose_rows(kempe_workspace *ws, const int *hold)
-{
-    const kempe_system *s = ws->system;
-    int n = ws->n, m = ws->m, most = m < n ? m : n;
-    for (int k = 0; k < n; k++)
-        for (int r = 0; r < m; r++)
-            ws->scaled[r + k * m] = hold && hold[k] ? 0 : ws->jacobian[r + k * m] * s->scale[k] / s->row_scale[r];
-    ws->rank = 0;
-    if (most == 0)
-        return;
-    kmp_lu_complete(m, n, ws->scaled, NULL, ws->row, ws->col, ws->pivots);
-    while (ws->rank < most && ws->pivots[ws->rank] > KMP_RANK_OPEN * ws->pivots[0])
-        ws->rank++;
-}
-
-/* Factors [D -J'; J 0]; D is M, or NULL for the metric of the coordinate scales. Held columns of J are left out. */
-static bool factor(kempe_workspace *ws, const double *mass, const int *hold)
-{
-    int n = ws->n, m = ws->m, size;
-    choose_rows(ws, hold);
-    size = n + ws->rank;
-    memset(ws->matrix, 0, (size_t)(size * size) * sizeof *ws->matrix);
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; mass && i < n; i++)
-            ws->matrix[i + k * size] = mass[i + k * n];
-        if (!mass)
-            ws->matrix[k + k * size] = 1 / (ws->system->scale[k] * ws->system->scale[k]);
-        for (int r = 0; r < ws->rank && !(hold && hold[k]); r++) {
-            ws->matrix[n + r + k * size] = ws->jacobian[ws->row[r] + k * m];
-            ws->matrix[k + (n + r) * size] = -ws->jacobian[ws->row[r] + k * m];
-        }
-    }
-    return kmp_lu_factor(size, ws->matrix, ws->pivot) == 0;
+    return workspace->plant->mass ? kmp_plant_potential(workspace->plant, workspace->t, workspace->q) : 0;
 }
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
@@ -240,57 +229,27 @@ kempe_status kempe_inverse_dynamics(kempe_workspace *ws, double t, const double 
                                     double *Q)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!q)
-        return missing(ws, "q");
-    if (!qd)
-        return missing(ws, "qd");
-    if (!qdd)
-        return missing(ws, "qdd");
-    if (!Q)
-        return missing(ws, "Q");
-    kempe_status status = kempe_eval(ws, t, q, qd);
+    if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
+        return KEMPE_E_ARGUMENT;
+    kempe_status status = evaluate(ws, t, q, qd);
     if (status != KEMPE_OK)
         return status;
-    for (int i = 0; i < ws->n; i++) {
-        ws->trial[i] = ws->bias[i];
-        for (int k = 0; k < ws->n; k++)
-            ws->trial[i] += ws->mass[i + k * ws->n] * qdd[k];
-    }
-    memcpy(Q, ws->trial, (size_t)ws->n * sizeof *Q);
+    memcpy(ws->answer, ws->plant->bias, (size_t)ws->n * sizeof *Q);
+    kmp_plant_add_mass_times(ws->plant, qdd, ws->answer);
+    memcpy(Q, ws->answer, (size_t)ws->n * sizeof *Q);
     return KEMPE_OK;
 }
 
-/* With the factors at hand, into rhs; `change`: of C alone. */
-static void solve(kempe_workspace *ws, const double *bias, bool change)
+/* Shares of the kept rows in dropped row r, as multipliers: M x - J' a = -J_r', J x = 0. */
+static const double *find_shares(kempe_workspace *ws, int r)
 {
-    for (int i = 0; i < ws->n; i++)
-        ws->rhs[i] = (ws->given && !change ? ws->given[i] : 0) - bias[i];
-    for (int r = 0; r < ws->rank; r++)
-        ws->rhs[ws->n + r] = change ? 0 : -ws->jdqd[ws->row[r]];
-    kmp_lu_solve(ws->n + ws->rank, ws->matrix, ws->pivot, 1, ws->rhs);
-}
-
-static void take_multipliers(const kempe_workspace *ws, double *lambda)
-{
-    memset(lambda, 0, (size_t)ws->m * sizeof *lambda);
-    for (int r = 0; r < ws->rank; r++)
-        lambda[ws->row[r]] = ws->rhs[ws->n + r];
-}
-
-/* For forces that depend on multipliers. */
-static void multipliers(void *self, const double *bias, bool change, double *lambda)
-{
-    solve(self, bias, change);
-    take_multipliers(self, lambda);
-}
-
-/* Shares of the kept rows in dropped row r, as multipliers in rhs: M x - J' a = -J_r', J x = 0. */
-static void find_shares(kempe_workspace *ws, int r)
-{
-    memset(ws->rhs, 0, (size_t)(ws->n + ws->rank) * sizeof *ws->rhs);
-    for (int k = 0; k < ws->n; k++)
-        ws->rhs[k] = -ws->jacobian[r + k * ws->m];
-    kmp_lu_solve(ws->n + ws->rank, ws->matrix, ws->pivot, 1, ws->rhs);
+    const kmp_pattern *jac = &ws->system->jacobian;
+    memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
+    for (int e = 0; e < jac->count; e++)
+        if (jac->row[e] == r)
+            ws->row[jac->col[e]] = ws->plant->jacobian[e];
+    kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->answer);
+    return ws->answer;
 }
 
 /* A row whose multiplier a force depends on and which others are made from, or that is dropped itself: -1 when there is
@@ -298,27 +257,22 @@ static void find_shares(kempe_workspace *ws, int r)
 static int find_shared(kempe_workspace *ws)
 {
     const kempe_system *s = ws->system;
-    for (int d = ws->rank; s->pressed_count > 0 && d < ws->m; d++) {
-        int dropped = ws->row[d];
-        find_shares(ws, dropped);
+    for (int r = 0; s->pressed_count > 0 && r < ws->m; r++) {
+        if (kmp_saddle_has_row(&ws->saddle, r))
+            continue;
+        const double *share = find_shares(ws, r);
         for (int k = 0; k < s->pressed_count; k++) {
             int row = s->pressed[k];
-            double share = row == dropped;
-            for (int i = 0; i < ws->rank; i++)
-                if (ws->row[i] == row)
-                    share = ws->rhs[ws->n + i] * s->row_scale[row] / s->row_scale[dropped];
-            if (fabs(share) > KMP_RANK_OPEN)
+            if (row == r || fabs(share[row]) * s->row_scale[row] > KMP_RANK_SHARED * s->row_scale[r])
                 return row;
         }
     }
     return -1;
 }
 
-static kempe_status fail_shared(kempe_workspace *ws, int row)
+static kempe_status fail_of_row(kempe_workspace *ws, const char *sentence, int row, double x)
 {
-    (void)snprintf(ws->message, sizeof ws->message,
-                   "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
-                   ws->system->row_names[row]);
+    (void)snprintf(ws->message, sizeof ws->message, sentence, ws->system->row_names[row], x);
     return KEMPE_E_FAILED;
 }
 
@@ -331,104 +285,99 @@ static kempe_status fail_unsettled(kempe_workspace *ws)
     return KEMPE_E_FAILED;
 }
 
+/* Whether each dropped row goes along with the motions that the others allow, as far as open loops let it. */
+static bool drops_rightly(const kempe_workspace *ws)
+{
+    const kempe_system *s = ws->system;
+    double most = fmax(KMP_RANK_NOT_REDUNDANT, KMP_CLOSED_DECIDED * kmp_plant_residual(ws->plant));
+    for (int k = 0; ws->part.r < ws->m && k < ws->part.p; k++)
+        if (!(kmp_reduction_slip(&ws->red, k, NULL) * s->scale[ws->part.u[k]] <= most))
+            return false;
+    return true;
+}
+
+/* Accelerations and multipliers on the choice of the start, into `answer`. false: it is no good here. */
+static bool by_partition(kempe_workspace *ws)
+{
+    int v, u;
+    double *udd = ws->row;
+    if (!ws->chosen || ws->system->pressed_count > 0 || kmp_reduction_factor(&ws->red))
+        return false;
+    kmp_reduction_tangent(&ws->red);
+    if (!(kmp_reduction_lever(&ws->red) <= KMP_GROWTH_LEVER) ||
+        !(kmp_reduction_growth(&ws->red, &v, &u) <= KMP_EXCHANGE_WISH) || !drops_rightly(ws) ||
+        kmp_reduction_accelerate(&ws->red, udd))
+        return false;
+    kmp_reduction_accelerations(&ws->red, udd, ws->answer);
+    kmp_reduction_multipliers(&ws->red, ws->answer, ws->answer + ws->n);
+    return all_finite(ws->n + ws->m, ws->answer);
+}
+
+static kempe_status by_saddle(kempe_workspace *ws)
+{
+    double *a = ws->answer, t = ws->t;
+    if (kmp_saddle_factor(&ws->saddle))
+        return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
+    int shared = find_shared(ws);
+    if (shared >= 0)
+        return fail_of_row(
+            ws, "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
+            shared, 0);
+    kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
+    if (kmp_is_unsettled(ws->plant))
+        return fail_unsettled(ws);
+    return all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
+}
+
 kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
                                     double *qdd, double *lambda)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!q)
-        return missing(ws, "q");
-    if (!qd)
-        return missing(ws, "qd");
-    if (!qdd)
-        return missing(ws, "qdd");
+    if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
+        return KEMPE_E_ARGUMENT;
     int n = ws->n;
-    kempe_status status = kempe_eval(ws, t, q, qd);
+    kempe_status status = evaluate(ws, t, q, qd);
     if (status != KEMPE_OK)
         return status;
-    if (!factor(ws, ws->mass, NULL))
-        return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
-    const kmp_answer answer = {ws, multipliers};
-    int shared = find_shared(ws);
-    if (shared >= 0)
-        return fail_shared(ws, shared);
-    ws->given = Q;
-    if (!kmp_press(ws->plant, &answer))
-        return fail_unsettled(ws);
+    kmp_plant_give(ws->plant, Q);
+    status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
+    kmp_plant_give(ws->plant, NULL);
+    if (status != KEMPE_OK)
+        return status;
     memcpy(ws->bias, ws->plant->bias, (size_t)n * sizeof *ws->bias);
-    solve(ws, ws->bias, false);
-    if (!all_finite(n + ws->rank, ws->rhs))
-        return fail(ws, "the accelerations are not finite at t = %.9g", t);
-    memcpy(qdd, ws->rhs, (size_t)n * sizeof *qdd);
-    if (!lambda)
-        return KEMPE_OK;
-    take_multipliers(ws, lambda);
+    memcpy(qdd, ws->answer, (size_t)n * sizeof *qdd);
+    if (lambda)
+        memcpy(lambda, ws->answer + n, (size_t)ws->m * sizeof *lambda);
     return KEMPE_OK;
 }
 
 /* -- closing ----------------------------------------------------------------------------------------- */
 
-/* The least dx with J dx = -violation on the independent rows, in rhs; its largest component, scaled. */
-static double correction(kempe_workspace *ws, const double *violation, const int *hold)
+/* The row that is open widest, of x by rows. */
+static int widest(const kempe_workspace *ws, const double *x)
 {
-    double longest = 0;
-    if (!factor(ws, NULL, hold))
-        return INFINITY;
-    memset(ws->rhs, 0, (size_t)ws->n * sizeof *ws->rhs);
-    for (int r = 0; r < ws->rank; r++)
-        ws->rhs[ws->n + r] = -violation[ws->row[r]];
-    kmp_lu_solve(ws->n + ws->rank, ws->matrix, ws->pivot, 1, ws->rhs);
-    for (int k = 0; k < ws->n; k++)
-        longest = fmax(longest, isfinite(ws->rhs[k]) ? fabs(ws->rhs[k]) / ws->system->scale[k] : INFINITY);
-    return longest;
+    const double *scale = ws->system->row_scale;
+    int row = 0;
+    for (int r = 1; r < ws->m; r++)
+        if (!(fabs(x[r]) / scale[r] <= fabs(x[row]) / scale[row]))
+            row = r;
+    return row;
 }
 
-/* Newton's method of least change, long steps cut; q in `trial`. Returns scaled |h|. */
-static double close_q(kempe_workspace *ws, double t, const int *hold)
+static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, double *qd)
 {
-    double best = INFINITY;
-    for (int k = 0; k < MAX_ITERATIONS; k++) {
-        evaluate_closure(ws, t, ws->trial);
-        double residual = kmp_plant_residual(ws->plant);
-        if (!isfinite(residual) || (residual <= KMP_CLOSED_PUBLIC && residual >= best) || residual == 0)
-            return residual;
-        best = residual;
-        double longest = correction(ws, ws->h, hold),
-               cut = longest > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / longest : 1;
-        if (!isfinite(longest))
-            return residual;
-        for (int i = 0; i < ws->n; i++)
-            ws->trial[i] += cut * ws->rhs[i];
-    }
-    return best;
-}
-
-/* J qd + h_t in jdqd. */
-static void rate_violation(kempe_workspace *ws, const double *qd)
-{
-    for (int r = 0; r < ws->m; r++) {
-        ws->jdqd[r] = ws->plant->h_t ? ws->plant->h_t[r] : 0;
-        for (int k = 0; k < ws->n; k++)
-            ws->jdqd[r] += ws->jacobian[r + k * ws->m] * qd[k];
-    }
-}
-
-/* Two passes, the second against rounding; `qd` is corrected only when that is possible. */
-static kempe_status close_rates(kempe_workspace *ws, double *qd, const int *hold)
-{
-    double size = 1;
+    double size = 1, *rate = ws->row;
     memcpy(ws->qd, qd, (size_t)ws->n * sizeof *qd);
-    for (int pass = 0; pass < 2; pass++) {
-        rate_violation(ws, ws->qd);
-        if (!isfinite(correction(ws, ws->jdqd, hold)))
-            break;
-        for (int i = 0; i < ws->n; i++)
-            ws->qd[i] += ws->rhs[i];
-    }
+    kmp_close_rates(closer, rate, ws->qd);
     for (int i = 0; i < ws->n; i++)
         size = fmax(size, fabs(ws->qd[i]) / ws->system->scale[i]);
-    double left = kmp_plant_rate_residual(ws->plant, ws->qd);
-    if (!(left <= 1e-9 * size))
-        return fail(ws, "the rates cannot be made consistent: |J qd| stays at %.3g (scaled)", left);
+    kmp_plant_rates(ws->plant, ws->qd, rate);
+    int row = widest(ws, rate);
+    double left = fabs(rate[row]) / ws->system->row_scale[row];
+    if (!(left <= KMP_CLOSED_RATES * size))
+        return fail_of_row(ws,
+                           "the rates cannot be made consistent: of closure row '%s' J qd + h_t stays at %.3g (scaled)",
+                           row, left);
     memcpy(qd, ws->qd, (size_t)ws->n * sizeof *qd);
     return KEMPE_OK;
 }
@@ -436,14 +385,23 @@ static kempe_status close_rates(kempe_workspace *ws, double *qd, const int *hold
 kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!q)
-        return missing(ws, "q");
+    if (!given(ws, "q", q))
+        return KEMPE_E_ARGUMENT;
+    const kmp_closer closer = kmp_least_change_closer(&ws->least);
+    const kmp_close_rule rule = kmp_least_change_rule(MAX_CORRECTIONS);
     ws->message[0] = '\0';
+    if (ws->m == 0)
+        return KEMPE_OK;
+    for (int k = 0; hold && k < ws->n; k++)
+        ws->hold[k] = hold[k];
+    ws->least.hold = hold ? ws->hold : NULL;
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
-    double residual = close_q(ws, t, hold);
-    if (!(residual <= KMP_CLOSED_PUBLIC))
-        return fail(ws, "the loops cannot be closed from here: |h| stays at %.3g (scaled)", residual);
-    kempe_status status = qd ? close_rates(ws, qd, hold) : KEMPE_OK;
+    if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
+        int row = widest(ws, ws->plant->h);
+        return fail_of_row(ws, "the loops cannot be closed from here: closure row '%s' stays open by %.3g (scaled)",
+                           row, fabs(ws->plant->h[row]) / ws->system->row_scale[row]);
+    }
+    kempe_status status = qd ? close_rates(ws, &closer, qd) : KEMPE_OK;
     if (status == KEMPE_OK)
         memcpy(q, ws->trial, (size_t)ws->n * sizeof *q);
     return status;

@@ -21,6 +21,12 @@ bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_
  */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
 
+/** For a run that checks another one: each step is looked at in more places. */
+void kmp_crossing_look_closely(kmp_crossing *crossing);
+
+/** What was seen at the end of the last step no longer holds: accelerations are others. */
+void kmp_crossing_forget(kmp_crossing *crossing);
+
 /** The condition that ends the run at what was found last, -1: none does. */
 int kmp_crossing_end(const kmp_crossing *crossing);
 

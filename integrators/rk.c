@@ -192,8 +192,9 @@ int kmp_rk_step(kmp_rk *s)
 
 int kmp_rk_dense(kmp_rk *s, double t, double *y)
 {
-    if (!(s->t > s->t_old)) { /* no step yet, or the last one failed */
-        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+    bool none = !(s->t > s->t_old); /* no step yet, or the last one failed */
+    if (none || t == s->t_old) {
+        memcpy(y, none ? s->y : s->y_old, (size_t)s->ode.n * sizeof *y);
         return KMP_GO;
     }
     int said = s->dense_ready ? KMP_GO : s->method->prepare_dense(s);

@@ -41,7 +41,7 @@ static kempe_status attend(kmp_runner *run)
 
 static kempe_status begin(kmp_runner *run)
 {
-    kempe_status status = run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->spec.t_end,
+    kempe_status status = run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->stop,
                                            kmp_runner_first_step(run));
     if (status == KEMPE_OK && run->crossing) {
         status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
@@ -69,6 +69,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
+    run->stop = spec->t_end;
     run->own.context = system->context;
     run->journal = spec->journal ? spec->journal : &run->own;
     run->work = spec->work_start;
@@ -161,12 +162,25 @@ kempe_status kmp_runner_step(kmp_runner *run)
         if (status == KEMPE_E_FAILED && !run->in_zone)
             status = kmp_runner_rescue(run, t);
     }
+    if (status == KEMPE_OK && run->kind->t(run->solver) < run->stop)
+        run->pace = 0;
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
     if (status != KEMPE_OK)
         return kmp_runner_give_up(
             run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);
     return attend(run);
+}
+
+kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
+{
+    run->stop = stop;
+    run->anew = true;
+    if (t == kmp_runner_t(run))
+        return KEMPE_OK;
+    run->at_event = false;
+    kempe_status status = kmp_runner_begin_anew(run, t);
+    return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
 }
 
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,

@@ -24,6 +24,7 @@ typedef struct kmp_run_spec {
     int u_count;
     bool fixed_u;                     /* no exchanges: the run ends where u goes bad */
     const char *change_points;        /* a word of change_points.def */
+    bool closely;                     /* it checks another run: conditions are looked at in more places */
     double limit_s;                   /* of the processor: a run that needs more is given up; 0: none */
     long max_steps;                   /* tried, rejected ones too; 0: as bound.h says; -1: no bound */
     kmp_journal *journal;             /* what happens on the way; NULL: told to the log alone */
@@ -72,6 +73,10 @@ void kmp_runner_free(kmp_runner *runner);
 
 /** One accepted step towards t_end. KEMPE_E_FAILED and KEMPE_STOPPED: the report says why. */
 kempe_status kmp_runner_step(kmp_runner *runner);
+
+/** What the equations read from outside (kempe_system_set_force) may have changed at t, within the last step: what lies
+ * beyond t is forgotten, the integrator begins anew there, and no step goes beyond `stop`. */
+kempe_status kmp_runner_cut(kmp_runner *runner, double t, double stop);
 
 /** Ends of the last step; equal at the start. */
 double kmp_runner_t(const kmp_runner *runner);

@@ -36,6 +36,9 @@ struct kmp_runner {
     kmp_crossing *crossing; /* NULL when the model has no conditions */
     bool at_event;
     double event_t;       /* where the last step ends when at_event */
+    double stop;          /* no step goes beyond; spec.t_end unless the caller says (kmp_runner_cut) */
+    bool anew;            /* the next step begins the integrator anew: what equations read from outside may differ */
+    double pace;          /* the step that was proposed where steps that end at `stop` are shorter; 0: they are not */
     double *y, *yp;       /* at a row; yp for a DAE only */
     double *qdd, *lambda; /* at the start */
     double *moved;        /* 3 n + m: a row, where closures that move do work */
@@ -79,6 +82,9 @@ double kmp_runner_first_step(const kmp_runner *run);
 
 /** What the last step, which ended at t, calls for: an event passed, another road, other unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);
+
+/** Begins the integrator anew at t within the last step, a one-step method with the step it had. */
+kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
 
 /** Takes the step that could not be made: an implicit integrator from a state made consistent; the reduced road, when
  * nobody asked for it, gives way to the projected one. */

@@ -179,6 +179,6 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     center(run, t, q, qd, run->qdd);
     if (!resume(run, t))
         return kmp_runner_take_up(run, t, run->in_zone, work, h);
-    return run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
-                            run->kind->corrects ? fmin(h, run->spec.t_end - t) : kmp_runner_first_step(run));
+    return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
+                            run->kind->corrects ? fmin(h, run->stop - t) : kmp_runner_first_step(run));
 }

@@ -38,6 +38,9 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
 {
     double *q = run->state, *qd = q + run->s->n;
+    if (run->road->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+                            run->road->keep(run->road, t, run->y) != KMP_GO))
+        return KEMPE_E_FAILED;
     release_road(run);
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
@@ -53,7 +56,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     run->work_t = t;
     if (status != KEMPE_OK)
         return status;
-    return run->kind->start(run->solver, t, run->road->y, run->road->yp, run->spec.t_end,
+    return run->kind->start(run->solver, t, run->road->y, run->road->yp, run->stop,
                             run->kind->corrects ? first_step : kmp_runner_first_step(run));
 }
 
@@ -61,8 +64,6 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    if (status == KEMPE_OK && run->road->keep && run->road->keep(run->road, t, run->y) != KMP_GO)
-        status = KEMPE_E_FAILED;
     return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
 }
 
@@ -190,7 +191,7 @@ static kempe_status renew(kmp_runner *run, double t)
         return KEMPE_OK;
     case KMP_CHANGED:
         h = run->kind->next ? run->kind->next(run->solver) : h;
-        return run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
+        return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
                                 run->kind->corrects ? h : kmp_runner_first_step(run));
     default:
         return KEMPE_E_FAILED;
@@ -237,7 +238,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     if (-energy > run->spec.rtol * before)
         kmp_journal_note(run->journal, "impact", t, before, after,
                          "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
-    return kmp_runner_take_up(run, t, false, work + energy, fmin(h, run->spec.t_end - t));
+    return kmp_runner_take_up(run, t, false, work + energy, fmin(h, run->stop - t));
 }
 
 /* What a condition says that ends the run. */
@@ -269,10 +270,33 @@ static kempe_status pass_event(kmp_runner *run, double t)
     }
     kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
     if (status == KEMPE_OK)
-        status = run->kind->start(run->solver, t, run->y, run->yp, run->spec.t_end,
-                                  run->kind->corrects ? fmin(h, run->spec.t_end - t) : kmp_runner_first_step(run));
+        status = run->kind->start(run->solver, t, run->y, run->yp, run->stop,
+                                  run->kind->corrects ? fmin(h, run->stop - t) : kmp_runner_first_step(run));
     run->at_event = status != KEMPE_OK;
     return status;
+}
+
+/* The step that a one-step method had, that of before if the last ones were cut short. */
+static double step_it_had(const kmp_runner *run, double t)
+{
+    double last = t - kmp_runner_t_old(run);
+    return fmax(run->kind->next ? run->kind->next(run->solver) : last, run->pace);
+}
+
+kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
+{
+    double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
+    kempe_status status = kmp_runner_inner_row(run, t, q, qd, run->qdd, run->lambda, &work);
+    if (status != KEMPE_OK)
+        return status;
+    if (run->road->resume(run->road, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
+        return KEMPE_E_FAILED;
+    if (run->crossing)
+        kmp_crossing_forget(run->crossing);
+    run->anew = false;
+    run->pace = h;
+    return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
+                            run->kind->corrects ? fmin(h, run->stop - t) : kmp_runner_first_step(run));
 }
 
 kempe_status kmp_runner_change(kmp_runner *run, double t)
@@ -285,7 +309,9 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
         status = watch_margin(run, t);
     if (status == KEMPE_OK)
         status = watch_bodies(run, t);
-    return status == KEMPE_OK ? renew(run, t) : status;
+    if (status == KEMPE_OK)
+        status = renew(run, t);
+    return status == KEMPE_OK && run->anew ? kmp_runner_begin_anew(run, t) : status;
 }
 
 /* Whether the projected road may go on: nobody asked for this one, and the integrator fits both. */

@@ -199,6 +199,8 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
                                                                               : kmp_fail_memory(run->s->context);
     run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver,
                                      run->spec.t_end - run->spec.t_start, run->journal);
+    if (run->crossing && run->spec.closely)
+        kmp_crossing_look_closely(run->crossing);
     return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 

@@ -23,8 +23,9 @@ extern "C" {
 
 /** Adds your generalized efforts (n; N m or N, zero when called) to the right side at (t, q, qd): with the expressions
  *  of the model, one more way to say a force. Returns 0, or not 0 when it cannot be evaluated there: the step is then
- *  tried smaller. It must be smooth and a function of its arguments alone; it is called from every thread that works
- *  on the system. Where derivatives are wanted (the dae road, stiff integrators) they are taken by differences. */
+ *  tried smaller. It must be smooth and a function of its arguments alone, but for what changes between calls of a
+ *  stepper (kempe/stepper.h); it is called from every thread that works on the system. Where derivatives are wanted
+ * (the dae road, stiff integrators) they are taken by differences. */
 typedef int kempe_force_fn(void *user, double t, const double *q, const double *qd, double *effort);
 
 /** To be called before anything works on the system; NULL takes the force away. */

@@ -13,6 +13,12 @@
  *
  * The steps are the integrator's, chosen by its error control, and the same whatever is asked: kempe_simulate gives
  * the same numbers. A stepper belongs to the thread of its context.
+ *
+ * Inputs. A force by a function of yours (kempe/extend.h) may read what you set between calls, as a controller or a
+ * sampled signal does. Such a value acts from where the stepper stands: with such a force each call begins the
+ * integrator anew there and makes no step beyond the time asked for. One-step methods go on with the step they had; a
+ * multistep method (adams, bdf, ida) begins again at order one, which many short calls make slow. A force that depends
+ * on t, q and qd alone needs none of that: kempe_stepper_keep_inputs.
  */
 #ifndef KEMPE_STEPPER_H
 #define KEMPE_STEPPER_H
@@ -43,6 +49,10 @@ KEMPE_API kempe_status kempe_stepper_step(kempe_stepper *stepper);
 /** Goes to t (s), not back and not beyond t_end (KEMPE_E_ARGUMENT): as many steps as it takes, the state at t from the
  *  last one's polynomial, its loops closed. */
 KEMPE_API kempe_status kempe_stepper_advance(kempe_stepper *stepper, double t);
+
+/** keep = 1: what the force by a function reads beside t, q and qd stays the same from here on, and the steps are again
+ * those of kempe_simulate. 0, at first: it may change between calls. */
+KEMPE_API void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep);
 
 /** Where it stands: s; q, qd, qdd (n values) and lambda (row_count of the system), owned by the stepper and overwritten
  *  by the next step. */

@@ -20,6 +20,7 @@ typedef struct kept_mark {
 } kept_mark;
 
 typedef struct adjoint {
+    kmp_arena arena;
     kmp_varied *v;
     const kmp_forward *ask;
     const kmp_target *target;
@@ -81,9 +82,9 @@ static int keep_step(void *user, double from, double to, int (*at)(void *motion,
     return 0;
 }
 
-static void *copy_of(const void *from, size_t count, size_t size)
+static void *copy_of(adjoint *a, const void *from, size_t count, size_t size)
 {
-    void *to = kmp_calloc(count, size);
+    void *to = kmp_arena_alloc(&a->arena, count, size);
     if (to && count > 0)
         memcpy(to, from, count * size);
     return to;
@@ -105,11 +106,11 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     *kept = (kept_mark){.t = mark->t,
                         .condition = mark->condition,
                         .first_step = a->steps,
-                        .u = copy_of(mark->u, p, sizeof(int)),
-                        .q = copy_of(mark->q, (size_t)a->n, sizeof(double)),
-                        .y = copy_of(mark->y, 2 * p, sizeof(double)),
-                        .mode = copy_of(mark->mode, conditions, sizeof(double))};
-    return !kept->u || !kept->q || !kept->y || !kept->mode;
+                        .u = copy_of(a, mark->u, p, sizeof(int)),
+                        .q = copy_of(a, mark->q, (size_t)a->n, sizeof(double)),
+                        .y = copy_of(a, mark->y, 2 * p, sizeof(double)),
+                        .mode = copy_of(a, mark->mode, conditions, sizeof(double))};
+    return a->arena.failed;
 }
 
 /* u and ud at t within step k, by the barycentric formula. */
@@ -344,7 +345,7 @@ static kempe_status all_back(adjoint *a, double h)
 {
     const int *next_u = a->v->linear.part.u;
     int high = a->steps;
-    int *behind = copy_of(next_u, (size_t)a->p, sizeof(int));
+    int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
     kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
     for (int k = a->marks - 1; status == KEMPE_OK && k >= 0; k--) {
         const kept_mark *mark = &a->mark[k];
@@ -354,7 +355,6 @@ static kempe_status all_back(adjoint *a, double h)
             status = mark->condition < 0 ? pass_exchange(a, mark, behind) : pass_condition(a, mark);
         memcpy(behind, mark->u, (size_t)a->p * sizeof *behind);
     }
-    kmp_free(behind);
     return status == KEMPE_OK ? come_back(a, 0, high, &h) : status;
 }
 
@@ -362,40 +362,33 @@ static kempe_status all_back(adjoint *a, double h)
 
 static bool make_room(adjoint *a)
 {
+    kmp_arena *room = &a->arena;
     size_t n = (size_t)a->n, m = (size_t)a->m, p = (size_t)a->p;
     a->size = 2 * a->p + a->count;
-    a->y = KMP_NEW(double, a->size);
-    a->atol = KMP_NEW(double, a->size);
-    a->state = KMP_NEW(double, 2 * p);
-    a->wq = KMP_NEW(double, n);
-    a->wqd = KMP_NEW(double, n);
-    a->wqdd = KMP_NEW(double, n);
-    a->wlambda = KMP_NEW(double, m);
-    a->w = KMP_NEW(double, n);
-    a->wu = KMP_NEW(double, p);
-    a->unit = KMP_NEW(double, a->v->system->events.count);
-    a->back = (kmp_changes_weight){KMP_NEW(double, p), KMP_NEW(double, p), KMP_NEW(double, p), KMP_NEW(double, m),
-                                   KMP_NEW(double, m), KMP_NEW(double, m), KMP_NEW(double, n)};
+    a->y = KMP_ARENA_NEW(room, double, a->size);
+    a->atol = KMP_ARENA_NEW(room, double, a->size);
+    a->state = KMP_ARENA_NEW(room, double, 2 * p);
+    a->wq = KMP_ARENA_NEW(room, double, n);
+    a->wqd = KMP_ARENA_NEW(room, double, n);
+    a->wqdd = KMP_ARENA_NEW(room, double, n);
+    a->wlambda = KMP_ARENA_NEW(room, double, m);
+    a->w = KMP_ARENA_NEW(room, double, n);
+    a->wu = KMP_ARENA_NEW(room, double, p);
+    a->unit = KMP_ARENA_NEW(room, double, a->v->system->events.count);
+    a->back = (kmp_changes_weight){KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, p),
+                                   KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, m),
+                                   KMP_ARENA_NEW(room, double, m), KMP_ARENA_NEW(room, double, m),
+                                   KMP_ARENA_NEW(room, double, n)};
     a->ode =
         (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
-    return a->y && a->atol && a->state && a->wq && a->wqd && a->wqdd && a->wlambda && a->w && a->wu && a->unit &&
-           a->back.u && a->back.ud && a->back.udd && a->back.h && a->back.rate && a->back.curve && a->back.force;
+    return !room->failed;
 }
 
 static void free_all(adjoint *a)
 {
-    kmp_free(a->end_u);
-    double *rooms[] = {a->end_q,   a->from,     a->values,  a->y,         a->atol,       a->state,     a->wq,
-                       a->wqd,     a->wqdd,     a->wlambda, a->w,         a->wu,         a->unit,      a->back.u,
-                       a->back.ud, a->back.udd, a->back.h,  a->back.rate, a->back.curve, a->back.force};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    for (int k = 0; k < a->marks; k++) {
-        kmp_free(a->mark[k].u);
-        kmp_free(a->mark[k].q);
-        kmp_free(a->mark[k].y);
-        kmp_free(a->mark[k].mode);
-    }
+    kmp_arena_free(&a->arena);
+    kmp_free(a->from);
+    kmp_free(a->values);
     kmp_free(a->mark);
     if (a->solver)
         a->kind->release(a->solver);
@@ -435,8 +428,7 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     return KEMPE_OK;
 }
 
-static kempe_status run_back(adjoint *a, const double *start_q, const double *start_qd, int *start_u,
-                             kmp_adjoint_report *report)
+static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
 {
     kempe_context *context = a->v->system->context;
     double rate_scale = report->forward.run.rate_scale;
@@ -456,12 +448,12 @@ static kempe_status run_back(adjoint *a, const double *start_q, const double *st
         status = all_back(a, a->kind->implicit ? fmin(1e-3 / rate_scale, a->ask->spec->t_end) : 0);
     if (status != KEMPE_OK)
         return status;
-    memcpy(start_u, a->v->linear.part.u, (size_t)a->p * sizeof *start_u);
+    const int *u = a->v->linear.part.u;
     for (int k = 0; k < a->count; k++) {
+        const double *q = a->ask->start_q + k * a->n, *qd = a->ask->start_qd + k * a->n;
         a->gradient[k] = a->y[2 * a->p + k];
         for (int i = 0; i < a->p; i++)
-            a->gradient[k] +=
-                a->y[i] * start_q[k * a->n + start_u[i]] + a->y[a->p + i] * start_qd[k * a->n + start_u[i]];
+            a->gradient[k] += a->y[i] * q[u[i]] + a->y[a->p + i] * qd[u[i]];
     }
     kmp_solver_work work = a->kind->work(a->solver);
     report->steps = work.steps;
@@ -480,36 +472,28 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                  .n = varied->n,
                  .m = varied->m,
                  .count = varied->count,
-                 .gradient = gradient,
-                 .end_q = KMP_NEW(double, varied->n),
-                 .end_u = KMP_NEW(int, varied->n)};
-    size_t slopes = (size_t)varied->n * (size_t)varied->count;
-    double *start = KMP_NEW(double, 2 * slopes);
-    int *start_u = KMP_NEW(int, varied->n);
+                 .gradient = gradient};
     kmp_run_spec spec = *ask->spec;
-    kmp_forward motion = {.spec = &spec, .alone = true, .integrand = integral ? target : NULL};
     *report = (kmp_adjoint_report){0};
-    if (varied->system->pressed_count > 0) {
-        free_all(&a);
-        kmp_free(start);
-        kmp_free(start_u);
+    if (varied->system->pressed_count > 0)
         return kmp_refuse_pressed(varied->system, "the adjoint method");
-    }
     spec.time_count = 0;
-    motion.start_q = start;
-    motion.start_qd = start ? start + slopes : NULL;
-    motion.watch = (kmp_varied_watch){.user = &a, .step = keep_step, .mark = keep_mark};
+    const kmp_forward motion = {.spec = &spec,
+                                .alone = true,
+                                .integrand = integral ? target : NULL,
+                                .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
+                                .watch = {.user = &a, .step = keep_step, .mark = keep_mark}};
     a.ask = &motion;
-    kempe_status status = start && start_u && a.end_q && a.end_u
-                              ? kmp_forward_run(varied, &motion, sizes, NULL, &report->forward)
-                              : kmp_fail_memory(varied->system->context);
+    a.end_q = KMP_ARENA_NEW(&a.arena, double, a.n);
+    a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
+    kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
+                                         : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
     if (status == KEMPE_OK) {
-        status = run_back(&a, start, start + slopes, start_u, report);
+        status = run_back(&a, report);
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
             report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }
     free_all(&a);
-    kmp_free(start);
-    kmp_free(start_u);
     return status;
 }

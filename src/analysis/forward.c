@@ -6,6 +6,7 @@
  * the integrator that leaps over such places (integrators/leap.h): u and what is smooth with it goes straight on. A
  * parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt over. */
 #include "analysis/forward.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/tolerances.h"
@@ -26,6 +27,7 @@
 
 typedef struct forward {
     kmp_road road; /* first */
+    kmp_arena arena;
     kmp_varied *v;
     kmp_plant *own; /* of v, while the runner's is lent */
     const kmp_forward *ask;
@@ -531,6 +533,7 @@ static int pass(forward *f, int k, const double *mode, double t, double *y)
     if (come_to(f, t, y) != KMP_GO)
         return fail_at(f, "the motion cannot go on behind the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
+    f->t = NAN; /* the place is that before */
     return tell_mark(f, t, k);
 }
 
@@ -729,6 +732,8 @@ static int keep(kmp_road *road, double t, const double *y)
 {
     forward *f = (forward *)road;
     memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
+    if (f->t >= t)
+        return KMP_GO; /* charts have changed, and the place with them */
     keep_old(f, y);
     return spread(f, t, y);
 }
@@ -833,28 +838,27 @@ static const kmp_road_kind varied_road = {
 
 static bool make_room(forward *f)
 {
-    size_t n = (size_t)f->n, m = (size_t)f->m, count = (size_t)f->v->count, many = count ? count : 1;
-    size_t conditions = (size_t)f->system->events.count, shown = (size_t)f->v->slopes->shown;
-    size_t charts = chart_bytes(f) / sizeof(double);
+    kmp_arena *a = &f->arena;
+    size_t n = (size_t)f->n, slopes = n * (size_t)f->v->count, conditions = (size_t)f->system->events.count;
     const struct {
         double **to;
         size_t size;
     } rooms[] = {{&f->q, n},
                  {&f->qd, n},
-                 {&f->dq, n * many},
-                 {&f->dqd, n * many},
-                 {&f->dqdd, n * many},
-                 {&f->dlambda, m * many},
-                 {&f->dshown, shown * many},
-                 {&f->swing, count},
-                 {&f->unit, count},
+                 {&f->dq, slopes},
+                 {&f->dqd, slopes},
+                 {&f->dqdd, slopes},
+                 {&f->dlambda, (size_t)f->m * (size_t)f->v->count},
+                 {&f->dshown, (size_t)f->v->slopes->shown * (size_t)f->v->count},
+                 {&f->swing, (size_t)f->v->count},
+                 {&f->unit, (size_t)f->v->count},
                  {&f->mode, conditions},
                  {&f->new_mode, conditions},
                  {&f->next_mode, conditions},
                  {&f->changes, conditions},
                  {&f->along, conditions},
-                 {&f->chart, charts},
-                 {&f->new_chart, charts},
+                 {&f->chart, chart_bytes(f) / sizeof(double)},
+                 {&f->new_chart, chart_bytes(f) / sizeof(double)},
                  {&f->su, n},
                  {&f->sud, n},
                  {&f->ud, n},
@@ -862,28 +866,16 @@ static bool make_room(forward *f)
                  {&f->old_y, 2 * n},
                  {&f->matrix, 2 * n * n},
                  {&f->tail, (size_t)f->integrals}};
-    bool ok = true;
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        ok = (*rooms[k].to = KMP_NEW(double, rooms[k].size)) && ok;
-    f->signs = KMP_NEW(int, n);
-    f->signs_now = KMP_NEW(int, n);
-    f->old_u = KMP_NEW(int, n);
-    f->every = KMP_NEW(int, n);
-    for (int i = 0; f->every && i < f->n; i++)
+        *rooms[k].to = KMP_ARENA_NEW(a, double, rooms[k].size);
+    f->signs = KMP_ARENA_NEW(a, int, n);
+    f->signs_now = KMP_ARENA_NEW(a, int, n);
+    f->old_u = KMP_ARENA_NEW(a, int, n);
+    f->every = KMP_ARENA_NEW(a, int, n);
+    f->cause = KMP_ARENA_NEW(a, bool, conditions);
+    for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
-    f->cause = KMP_NEW(bool, conditions);
-    return ok && f->signs && f->signs_now && f->old_u && f->every && f->cause;
-}
-
-static void free_all(forward *f)
-{
-    void *rooms[] = {f->q,     f->qd,        f->dq,   f->dqd,      f->dqdd,      f->dlambda, f->dshown,
-                     f->swing, f->unit,      f->mode, f->new_mode, f->next_mode, f->changes, f->along,
-                     f->chart, f->new_chart, f->tail, f->signs,    f->signs_now, f->old_u,   f->every,
-                     f->cause, f->su,        f->sud,  f->ud,       f->matrix,    f->old_y,   f->before};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    kmp_text_free(&f->road.reason);
+    return !a->failed;
 }
 
 /* The start and its slopes into the place. */
@@ -948,7 +940,8 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const d
     kempe_status status = run(&f, report);
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
         integral[k] = f.tail[1 + k];
-    free_all(&f);
+    kmp_text_free(&f.road.reason);
+    kmp_arena_free(&f.arena);
     varied->linear.plain = false;
     return status;
 }

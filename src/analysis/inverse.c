@@ -104,22 +104,10 @@ static kempe_status choose(kmp_inverse *v)
 /* Whether a dropped row of a loop goes along with the motions that the others allow. */
 static bool rows_are_redundant(const kmp_inverse *v)
 {
-    const kempe_system *s = v->system;
-    const kmp_pattern *j = &s->jacobian;
-    for (int e = 0; e < j->count;) {
-        int row = j->row[e], end = e;
-        while (end < j->count && j->row[end] == row)
-            end++;
-        bool dropped = v->red.row_of[row] < 0 && !v->left_out[row];
-        for (int k = 0; dropped && k < v->p; k++) {
-            double slip = 0;
-            for (int i = e; i < end; i++)
-                slip += v->plant->jacobian[i] * v->red.x[j->col[i] + k * v->n];
-            if (!(fabs(slip) * s->scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT * s->row_scale[row]))
-                return false;
-        }
-        e = end;
-    }
+    const double *scale = v->system->scale;
+    for (int k = 0; v->part.r < v->m && k < v->p; k++)
+        if (!(kmp_reduction_slip(&v->red, k, v->left_out) * scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT))
+            return false;
     return true;
 }
 

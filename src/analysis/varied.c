@@ -15,16 +15,17 @@ static size_t part_size(const kmp_varied *v)
 
 static bool make_room(kmp_varied *v)
 {
-    int n = v->n;
-    v->part = KMP_NEW(double, (size_t)v->count *part_size(v));
-    v->q = KMP_NEW(double, n);
-    v->anchor_q = KMP_NEW(double, n);
-    v->anchor_x = KMP_NEW(double, (size_t)n *(size_t)n);
-    v->anchor_drift = KMP_NEW(double, n);
-    v->udd = KMP_NEW(double, n);
-    v->residual = KMP_NEW(double, n);
-    v->shown = KMP_NEW(double, v->slopes->shown);
-    return v->part && v->q && v->anchor_q && v->anchor_x && v->anchor_drift && v->udd && v->residual && v->shown;
+    kmp_arena *a = &v->arena;
+    size_t n = (size_t)v->n;
+    v->part = KMP_ARENA_NEW(a, double, (size_t)v->count *part_size(v));
+    v->q = KMP_ARENA_NEW(a, double, n);
+    v->anchor_q = KMP_ARENA_NEW(a, double, n);
+    v->anchor_x = KMP_ARENA_NEW(a, double, n *n);
+    v->anchor_drift = KMP_ARENA_NEW(a, double, n);
+    v->udd = KMP_ARENA_NEW(a, double, n);
+    v->residual = KMP_ARENA_NEW(a, double, n);
+    v->shown = KMP_ARENA_NEW(a, double, v->slopes->shown);
+    return !a->failed;
 }
 
 kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes)
@@ -42,10 +43,7 @@ void kmp_varied_free(kmp_varied *varied)
 {
     if (varied->linear.system)
         kmp_linear_free(&varied->linear);
-    double *rooms[] = {varied->part,         varied->q,   varied->anchor_q, varied->anchor_x,
-                       varied->anchor_drift, varied->udd, varied->residual, varied->shown};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&varied->arena);
     *varied = (kmp_varied){0};
 }
 

@@ -10,11 +10,13 @@
 
 #include "analysis/linear.h"
 #include "analysis/slopes.h"
+#include "base/arena.h"
 #include "integrators/ode.h"
 
 /** The change that each parameter makes of the equations: `count` times h, rate, curve (m) and force (n). */
 typedef struct kmp_varied {
     const kempe_system *system;
+    kmp_arena arena;
     kmp_linear linear;
     kmp_slopes *slopes; /* not owned */
     int n, m, count;

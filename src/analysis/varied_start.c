@@ -21,6 +21,7 @@
 
 typedef struct beginning {
     kmp_varied *v;
+    kmp_arena arena;
     const kempe_assembly *a;
     int n, m, held, *hold;
     bool *free;                    /* n: rates that are corrected */
@@ -32,28 +33,20 @@ typedef struct beginning {
 
 static bool make_room(beginning *b)
 {
+    kmp_arena *a = &b->arena;
     size_t n = (size_t)b->n, m = (size_t)b->m;
-    b->hold = KMP_NEW(int, n);
-    b->free = KMP_NEW(bool, n);
-    b->jacobian = KMP_NEW(double, m *n);
-    b->scaled = KMP_NEW(double, m *n);
-    b->mu = KMP_NEW(double, m);
-    b->right = KMP_NEW(double, m + n);
-    b->x = KMP_NEW(double, n);
-    b->zero = KMP_NEW(double, n + m);
-    b->with = KMP_NEW(double, (size_t)b->v->count *n);
-    b->without = KMP_NEW(double, 3 * m + n);
-    b->pulled = KMP_NEW(double, n);
-    return b->hold && b->free && b->jacobian && b->scaled && b->mu && b->right && b->x && b->zero && b->with &&
-           b->without && b->pulled;
-}
-
-static void free_room(beginning *b)
-{
-    void *rooms[] = {b->hold, b->free, b->jacobian, b->scaled,  b->mu,    b->right,
-                     b->x,    b->zero, b->with,     b->without, b->pulled};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    b->hold = KMP_ARENA_NEW(a, int, n);
+    b->free = KMP_ARENA_NEW(a, bool, n);
+    b->jacobian = KMP_ARENA_NEW(a, double, m *n);
+    b->scaled = KMP_ARENA_NEW(a, double, m *n);
+    b->mu = KMP_ARENA_NEW(a, double, m);
+    b->right = KMP_ARENA_NEW(a, double, m + n);
+    b->x = KMP_ARENA_NEW(a, double, n);
+    b->zero = KMP_ARENA_NEW(a, double, n + m);
+    b->with = KMP_ARENA_NEW(a, double, (size_t)b->v->count *n);
+    b->without = KMP_ARENA_NEW(a, double, 3 * m + n);
+    b->pulled = KMP_ARENA_NEW(a, double, n);
+    return !a->failed;
 }
 
 /* -- positions --------------------------------------------------------------------------------------- */
@@ -320,7 +313,7 @@ kempe_status kmp_varied_start(kmp_varied *varied, double *q, double *qd, double 
         memcpy(q, a->q, (size_t)varied->n * sizeof *q);
         memcpy(qd, a->qd, (size_t)varied->n * sizeof *qd);
     }
-    free_room(&b);
+    kmp_arena_free(&b.arena);
     kempe_assembly_free(a);
     return status;
 }

@@ -204,6 +204,53 @@ static bool is_by_rates(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & 1u << KMP_IN_QD;
 }
 
+/* Marks what the references need, and says in how many nodes of it a block is solved. */
+static int mark_solved(const kmp_graph *g, int count, const kmp_ref *out, bool *needed)
+{
+    int solved = 0;
+    for (int k = 0; k < count; k++)
+        needed[kmp_id(out[k])] = true;
+    for (uint32_t i = kmp_graph_count(g); i-- > 0;) {
+        const kmp_node *node = kmp_graph_node(g, i);
+        const kmp_ref operand[3] = {node->a, node->b, node->c};
+        solved += needed[i] && node->op == KMP_OP_IMPLICIT;
+        for (int k = 0; needed[i] && k < kmp_op_arity((kmp_op)node->op); k++)
+            needed[kmp_id(operand[k])] = true;
+    }
+    return solved;
+}
+
+/* Adds what implicit blocks solve for to both groups. NULL: no memory. */
+static kmp_ref *add_solved(const kmp_graph *g, const kmp_ref *const group[2], int counts[2])
+{
+    int total = counts[0] + counts[1], nodes = (int)kmp_graph_count(g);
+    bool *needed = KMP_NEW(bool, nodes);
+    int solved = needed ? mark_solved(g, total, group[0], needed) : 0;
+    kmp_ref *out = needed ? KMP_NEW(kmp_ref, total + solved) : NULL;
+    for (int late = 0, at = 0; out && late < 2; late++) {
+        memcpy(out + at, group[late], (size_t)counts[late] * sizeof *out);
+        at += counts[late];
+        for (int i = 0; i < nodes; i++) {
+            kmp_ref value = (kmp_ref)i << 1;
+            if (!needed[i] || kmp_graph_node(g, (uint32_t)i)->op != KMP_OP_IMPLICIT || is_late(g, value) != late)
+                continue;
+            out[at++] = value;
+            counts[late]++;
+        }
+    }
+    kmp_free(needed);
+    return out;
+}
+
+static bool make_changes_program(kempe_system *s, kmp_graph *g, const kmp_ref *const group[2], int counts[2])
+{
+    kmp_ref *all = add_solved(g, group, counts);
+    const kmp_ref *with[2] = {all, all ? all + counts[0] : NULL};
+    s->changes = all ? kmp_program_new(g, 2, counts, with) : NULL;
+    kmp_free(all);
+    return s->changes;
+}
+
 /* All conditions are known when the other programs have been derived; the equations at hand have all laws and rows. */
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
@@ -218,7 +265,6 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         kmp_condition *condition = &s->events.condition[k];
         known = kmp_tree_event(&eq->tree, k, &out[k]);
         condition->late = condition->ends && is_late(eq->graph, out[k]);
-        s->changes_late = s->changes_late || condition->late;
         s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
@@ -227,8 +273,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         s->event_text[k] = text_of_event(s->model, condition);
         ok = s->event_text[k];
     }
-    if (ok && known)
-        s->changes = kmp_program_new(eq->graph, 2, counts, group);
+    ok = ok && known ? make_changes_program(s, eq->graph, group, counts) : ok;
     kmp_free(out);
     if (!known)
         return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is not among those of its law");

@@ -58,10 +58,10 @@ struct kempe_system {
     kmp_program *articulated; /* motion by articulated bodies; NULL: runs take M and C */
     kmp_events events;        /* conditions: inputs KMP_IN_MODE of all programs */
     kmp_program *changes;     /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2:
-                               * those, at qdd and lambda too; NULL without conditions */
+                               * those, at qdd and lambda too; NULL without conditions. Each stage then has what of the
+                               * conditions implicit blocks solve for */
     kmp_program *goals;       /* of points that goals are about (dynamics/goals.h); NULL without them */
     bool changes_by_rates;    /* they depend on qd, or on more */
-    bool changes_late;        /* some of stage 2 */
     char **event_text;        /* events.count: "'motor': q(A) < 0.2" */
     int chart_count;          /* joints with inputs KMP_IN_CHART, nine each */
     int *chart_first;         /* their first rotations */

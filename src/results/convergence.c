@@ -122,6 +122,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kmp_run_report report = {0};
     (void)count, (void)which;
     other.journal = NULL; /* the first run's */
+    other.closely = true; /* no event is missed by both for the same reason */
     other.rtol = rtol;
     other.atol *= rtol / b->spec->rtol;
     b->row = b->table->rows - b->spec->time_count;

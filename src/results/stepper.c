@@ -11,7 +11,8 @@ struct kempe_stepper {
     kmp_runner *runner;
     kmp_run_spec spec;
     int *u;
-    double t;
+    double t, stop;     /* it stands; no step goes beyond */
+    bool keeps;         /* what the user's force reads from outside stays */
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     char *reason;
 };
@@ -51,6 +52,7 @@ static kempe_status begin(kempe_stepper *s)
     if (!s->row || !s->next)
         return kmp_fail_memory(s->system->context);
     kempe_status status = kmp_runner_new(s->system, &s->spec, NULL, &s->runner);
+    s->stop = s->spec.t_end;
     if (status == KEMPE_OK)
         status = stand_at(s, 0);
     return s->runner ? settle(s, status) : status;
@@ -89,6 +91,22 @@ void kempe_stepper_free(kempe_stepper *stepper)
     kmp_free(stepper);
 }
 
+void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
+{
+    stepper->keeps = keep;
+}
+
+/* Inputs may have changed since the last call: they count from here on, and none later before it has been told. */
+static kempe_status follow_inputs(kempe_stepper *s, double until)
+{
+    bool changing = s->system->force && !s->keeps;
+    double stop = changing ? until : s->spec.t_end;
+    if (!changing && stop == s->stop)
+        return KEMPE_OK;
+    s->stop = stop;
+    return kmp_runner_cut(s->runner, s->t, stop);
+}
+
 kempe_status kempe_stepper_step(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");
@@ -96,7 +114,8 @@ kempe_status kempe_stepper_step(kempe_stepper *s)
     kmp_context_begin(s->system->context);
     if (s->t >= s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the run ends at t_end = %g s", s->spec.t_end);
-    if (s->t >= kmp_runner_t(s->runner))
+    status = follow_inputs(s, s->spec.t_end);
+    if (status == KEMPE_OK && s->t >= kmp_runner_t(s->runner))
         status = kmp_runner_step(s->runner);
     kempe_status stood = status == KEMPE_OK || status == KEMPE_STOPPED ? stand_at(s, kmp_runner_t(s->runner)) : status;
     return settle(s, stood == KEMPE_OK ? status : stood);
@@ -110,6 +129,8 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
     if (!(t >= s->t) || t > s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
+    if (t > s->t)
+        status = follow_inputs(s, t);
     while (status == KEMPE_OK && kmp_runner_t(s->runner) < t)
         status = kmp_runner_step(s->runner);
     kempe_status stood = status == KEMPE_OK            ? stand_at(s, t)

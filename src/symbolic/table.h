@@ -36,6 +36,9 @@ bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
 /** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
  *  the range that x is in: no state, no allocation. */
 double kmp_table_value(const kmp_table *table, int derivative, double x);
+/** What it stays within, or its derivative of a given order does, while x is within [from, to]. */
+void kmp_table_bounds(const kmp_table *table, int derivative, double from, double to, double *low, double *high);
+
 /** The same of n, a multiple of four, each times `sign`, to the bit: first the pieces that they are in, which serve all
  *  derivatives. */
 void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece);

@@ -137,6 +137,203 @@ static void interrupted(void)
     scene_free(&s);
 }
 
+/* -- inputs ------------------------------------------------------------------------------------------ */
+
+typedef struct road_name {
+    const char *road, *form, *integrator;
+} road_name;
+
+static const road_name roads[] = {
+    {"reduced", "carried", "dop853"}, {"reduced", "carried", "dopri5"},
+    {"reduced", "carried", "erk"},    {"reduced", "closed", "adams"},
+    {"reduced", "closed", "bdf"},     {"reduced", "closed", "dirk"},
+    {"reduced", "closed", "radau5"},  {"reduced", "closed", "radau9"},
+    {"projected", NULL, "dop853"},    {"dae", "ah", "ida"},
+};
+enum { ROADS = sizeof roads / sizeof *roads };
+
+static int push(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    (void)t, (void)q, (void)qd;
+    effort[0] += *(const double *)user;
+    return 0;
+}
+
+static kempe_run settings_of(const road_name *way, double t_end)
+{
+    kempe_run run = settings(way->road);
+    run.form = way->form;
+    run.integrator = way->integrator;
+    run.t_end = t_end;
+    return run;
+}
+
+static kempe_model *wheel_new(kempe_context *context)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_new(context, "wheel", &model) == KEMPE_OK);
+    kempe_body_def body = kempe_body_default("wheel");
+    body.joint = "A";
+    body.at = "ground";
+    body.mass = kempe_value(1);
+    body.inertia[2] = kempe_value(1);
+    CHECK(kempe_model_add_body(model, &body) == KEMPE_OK);
+    CHECK(kempe_model_finish(model) == KEMPE_OK);
+    return model;
+}
+
+/* 1 N m from 1 s to 2 s on an inertia of 1 kg m2, at rest before: 1 rad/s from there on. */
+static void sampled_torque(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = wheel_new(context);
+    kempe_system *system = NULL;
+    double torque = 0;
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    kempe_system_set_force(system, push, &torque);
+    for (int w = 0; w < ROADS; w++) {
+        kempe_stepper *stepper = NULL;
+        kempe_run run = settings_of(&roads[w], 4);
+        torque = 0;
+        CHECK(kempe_stepper_new(system, &run, &stepper) == KEMPE_OK);
+        double error = stepper ? 0 : INFINITY;
+        for (int k = 1; k <= 80 && stepper; k++) {
+            double t = 0.05 * k;
+            torque = k > 20 && k <= 40 ? 1 : 0;
+            CHECK(kempe_stepper_advance(stepper, t) == KEMPE_OK);
+            error = fmax(error, fabs(kempe_stepper_qd(stepper)[0] - fmin(fmax(t - 1, 0), 1)));
+        }
+        printf("  %-9s %-8s %-7s error %.1e\n", roads[w].road, roads[w].form ? roads[w].form : "", roads[w].integrator,
+               error);
+        CHECK(error < 1e-6);
+        kempe_stepper_free(stepper);
+    }
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* The largest difference of q between a run by the model and rows; those of a stepper whose input is the torque, at the
+ * same times. */
+static double off_by_model(const kempe_system *system, const kempe_run *run, const kempe_trajectory *exact)
+{
+    kempe_trajectory *trajectory = NULL;
+    double error = 0;
+    CHECK(kempe_simulate(system, run, &trajectory) == KEMPE_OK);
+    for (int k = 0; k <= ROWS && trajectory; k++)
+        for (int i = 0; i < N; i++)
+            error = fmax(error, fabs(kempe_trajectory_q(trajectory, k)[i] - kempe_trajectory_q(exact, k)[i]));
+    kempe_trajectory_free(trajectory);
+    return error;
+}
+
+static double off_by_input(const kempe_system *system, const kempe_run *run, const kempe_trajectory *exact,
+                           double *torque)
+{
+    static const double value[4] = {0.2, 5, -3, -3};
+    kempe_stepper *stepper = NULL;
+    double error = 0;
+    *torque = value[0];
+    CHECK(kempe_stepper_new(system, run, &stepper) == KEMPE_OK);
+    for (int k = 1; k <= ROWS && stepper; k++) {
+        *torque = value[4 * (k - 1) / ROWS];
+        CHECK(kempe_stepper_advance(stepper, kempe_trajectory_time(exact, k)) == KEMPE_OK);
+        for (int i = 0; i < N; i++)
+            error = fmax(error, fabs(kempe_stepper_q(stepper)[i] - kempe_trajectory_q(exact, k)[i]));
+    }
+    kempe_stepper_free(stepper);
+    return error;
+}
+
+/* The torque of the four-bar in three parts, by conditions of the model and by inputs: on every road the same motion,
+ * to a few times the error of that road. Multistep methods err more, for each call they begin at order one. */
+static void sampled_torque_on_a_loop(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *said = four_bar_new(context, "if(t < 0.25, 0.2, if(t < 0.5, 5, -3))");
+    kempe_model *bare = four_bar_new(context, NULL);
+    kempe_system *by_model = NULL, *by_input = NULL;
+    double torque = 0;
+    CHECK(kempe_system_new(said, &by_model) == KEMPE_OK && kempe_system_new(bare, &by_input) == KEMPE_OK);
+    kempe_system_set_force(by_input, push, &torque);
+    kempe_run run = settings_of(&roads[0], 1);
+    kempe_trajectory *exact = NULL;
+    run.rtol = 1e-12;
+    CHECK(kempe_simulate(by_model, &run, &exact) == KEMPE_OK);
+    for (int w = 0; w < ROADS && exact; w++) {
+        run = settings_of(&roads[w], 1);
+        double model = off_by_model(by_model, &run, exact), input = off_by_input(by_input, &run, exact, &torque);
+        printf("  %-9s %-8s %-7s error by the model %.1e, by inputs %.1e\n", roads[w].road,
+               roads[w].form ? roads[w].form : "", roads[w].integrator, model, input);
+        CHECK(input < 10 * model + 10 * run.rtol);
+    }
+    kempe_trajectory_free(exact);
+    kempe_system_free(by_model);
+    kempe_system_free(by_input);
+    kempe_model_free(said);
+    kempe_model_free(bare);
+    kempe_context_free(context);
+}
+
+/* An input that is set between single steps acts in the next one. */
+static void an_input_acts_in_the_next_step(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = wheel_new(context);
+    kempe_system *system = NULL;
+    kempe_stepper *stepper = NULL;
+    double torque = 0, impulse = 0;
+    kempe_run run = settings(NULL);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    kempe_system_set_force(system, push, &torque);
+    CHECK(kempe_stepper_new(system, &run, &stepper) == KEMPE_OK);
+    for (int k = 0; stepper && kempe_stepper_t(stepper) < run.t_end && k < 1000; k++) {
+        double t = kempe_stepper_t(stepper);
+        torque = k % 3;
+        CHECK(kempe_stepper_step(stepper) == KEMPE_OK);
+        impulse += torque * (kempe_stepper_t(stepper) - t);
+        CHECK_NEAR(kempe_stepper_qd(stepper)[0], impulse, 1e-12);
+    }
+    kempe_stepper_free(stepper);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+/* A force that reads nothing else takes the steps of kempe_simulate, also after inputs that changed; beyond them they
+ * cost less than three evaluations a call. */
+static void inputs_that_are_kept(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = four_bar_new(context, NULL);
+    kempe_system *system = NULL;
+    kempe_trajectory *trajectory = NULL;
+    kempe_stepper *kept = NULL, *sampled = NULL;
+    double torque = 0.2;
+    kempe_run run = settings(NULL);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    kempe_system_set_force(system, push, &torque);
+    CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
+    CHECK(kempe_stepper_new(system, &run, &kept) == KEMPE_OK);
+    CHECK(kempe_stepper_new(system, &run, &sampled) == KEMPE_OK);
+    kempe_stepper_keep_inputs(kept, 1);
+    for (int k = 0; k <= ROWS && kept && sampled && trajectory; k++) {
+        CHECK(kempe_stepper_advance(kept, kempe_trajectory_time(trajectory, k)) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(sampled, kempe_trajectory_time(trajectory, k)) == KEMPE_OK);
+        check_row(kept, trajectory, k);
+    }
+    kempe_work a = kempe_stepper_work(kept), b = kempe_stepper_work(sampled);
+    printf("  kept: %ld steps, %ld evaluations; sampled in %d calls: %ld steps, %ld evaluations\n", a.steps, a.rhs,
+           ROWS, b.steps, b.rhs);
+    CHECK(b.steps <= a.steps + ROWS);
+    kempe_stepper_free(kept);
+    kempe_stepper_free(sampled);
+    kempe_trajectory_free(trajectory);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 int main(void)
 {
     TEST(reduced);
@@ -145,5 +342,9 @@ int main(void)
     TEST(single_steps);
     TEST(refused);
     TEST(interrupted);
+    TEST(sampled_torque);
+    TEST(sampled_torque_on_a_loop);
+    TEST(an_input_acts_in_the_next_step);
+    TEST(inputs_that_are_kept);
     return check_report();
 }

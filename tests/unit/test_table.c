@@ -107,6 +107,26 @@ static void test_sine(void)
     kmp_table_free(t);
 }
 
+/* No value or derivative between two places, beyond the ends or not, lies outside; a straight line's are its ends. */
+static void test_bounds(void)
+{
+    kmp_table *t[2] = {sampled(KMP_TABLE_CUBIC, KNOTS, cubic), sampled(KMP_TABLE_LINEAR, KNOTS, cubic)};
+    for (int i = 0; i < 2000; i++) {
+        double from = between(-2, 2), to = from + between(0, i % 2 ? 0.2 : 2), low, high;
+        int derivative = i % 4;
+        for (int m = 0; m < 2; m++) {
+            kmp_table_bounds(t[m], derivative, from, to, &low, &high);
+            for (int k = 0; k <= 50; k++) {
+                double y = kmp_table_value(t[m], derivative, from + (to - from) * k / 50);
+                CHECK(y >= low - 1e-12 && y <= high + 1e-12);
+            }
+        }
+        CHECK(high - low <= fabs(to - from) * 40 || derivative > 0);
+    }
+    kmp_table_free(t[0]);
+    kmp_table_free(t[1]);
+}
+
 /* The same piece as by a search among all knots, to the bit: knots near and far from each other, points on knots,
  * beside them and anywhere, beyond the ends and none; each for itself and some together, turned round as well. */
 static void check_pieces(const kmp_table *t)
@@ -230,6 +250,7 @@ int main(void)
     TEST(test_linear);
     TEST(test_ends);
     TEST(test_sine);
+    TEST(test_bounds);
     TEST(test_pieces);
     TEST(test_graph_tables);
     TEST(test_program_tables);

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The public workspace: microseconds of a call at closed states beside the start, each call at another state than the
+ * one before. */
+#include "bench.h"
+#include <kempe/workspace.h>
+#include <math.h>
+#include <string.h>
+
+enum { STATES = 16, SAMPLES = 9 };
+
+typedef struct scene {
+    bench b;
+    kempe_workspace *ws;
+    int n;
+    double *q, *qd, *beside; /* STATES x n; q a little off the closures */
+    double *qdd, *Q, *lambda, *x;
+} scene;
+
+typedef void call_fn(scene *s, int k);
+
+static void check(const scene *s, kempe_status status)
+{
+    if (status == KEMPE_OK)
+        return;
+    fprintf(stderr, "%s\n", kempe_workspace_message(s->ws));
+    exit(1);
+}
+
+static void evaluate(scene *s, int k)
+{
+    check(s, kempe_eval(s->ws, 0, s->q + k * s->n, s->qd + k * s->n));
+}
+
+static void forward(scene *s, int k)
+{
+    check(s, kempe_forward_dynamics(s->ws, 0, s->q + k * s->n, s->qd + k * s->n, NULL, s->qdd, s->lambda));
+}
+
+static void inverse(scene *s, int k)
+{
+    check(s, kempe_inverse_dynamics(s->ws, 0, s->q + k * s->n, s->qd + k * s->n, s->qd, s->Q));
+}
+
+static void close_loops(scene *s, int k)
+{
+    memcpy(s->x, s->beside + k * s->n, (size_t)s->n * sizeof *s->x);
+    check(s, kempe_close(s->ws, 0, s->x, NULL, NULL));
+}
+
+/* us of a call: the median of samples of some milliseconds. */
+static double time_of(scene *s, call_fn *call)
+{
+    double sample[SAMPLES];
+    int times = STATES;
+    for (int i = 0; i < SAMPLES; i++) {
+        double took = 0;
+        for (int done = 0;; times *= 2) {
+            double from = bench_now();
+            for (done = 0; done < times; done++)
+                call(s, done % STATES);
+            took = bench_now() - from;
+            if (took > 2e-3)
+                break;
+        }
+        sample[i] = 1e6 * took / times;
+    }
+    return bench_median(SAMPLES, sample);
+}
+
+/* Closed states beside the start, with rates. */
+static void find_states(scene *s)
+{
+    kempe_assembly *a = NULL;
+    if (kempe_assemble(s->b.system, &a) != KEMPE_OK) {
+        fprintf(stderr, "%s\n", kempe_context_message(s->b.context));
+        exit(1);
+    }
+    for (int k = 0; k < STATES; k++) {
+        double *q = s->q + k * s->n, *qd = s->qd + k * s->n;
+        for (int i = 0; i < s->n; i++) {
+            q[i] = kempe_assembly_q(a)[i] + 0.002 * sin(k + i) * s->b.system->scale[i];
+            qd[i] = kempe_assembly_qd(a)[i] + 0.1 * cos(k + i) * s->b.system->scale[i];
+        }
+        check(s, kempe_close(s->ws, 0, q, qd, NULL));
+        for (int i = 0; i < s->n; i++)
+            s->beside[k * s->n + i] = q[i] + 1e-3 * cos(k - i) * s->b.system->scale[i];
+    }
+    kempe_assembly_free(a);
+}
+
+static double *room(int count)
+{
+    double *x = calloc((size_t)count + 1, sizeof *x);
+    if (!x)
+        exit(1);
+    return x;
+}
+
+static void show(const char *name)
+{
+    char path[200];
+    (void)snprintf(path, sizeof path, "examples/%s.yaml", name);
+    scene s = {.b = bench_load(path)};
+    if (kempe_workspace_new(s.b.system, &s.ws) != KEMPE_OK)
+        exit(1);
+    s.n = s.b.system->n;
+    double **all[] = {&s.q, &s.qd, &s.beside, &s.qdd, &s.Q, &s.x};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        *all[k] = room(STATES * s.n);
+    s.lambda = room(s.b.system->m);
+    find_states(&s);
+    printf("%-24s %4d %4d %12.3f %12.3f %12.3f %12.3f\n", name, s.n, s.b.system->m, time_of(&s, evaluate),
+           time_of(&s, forward), time_of(&s, inverse), time_of(&s, close_loops));
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        free(*all[k]);
+    free(s.lambda);
+    kempe_workspace_free(s.ws);
+    bench_free(&s.b);
+}
+
+int main(void)
+{
+    printf("microseconds of a call\n%-24s %4s %4s %12s %12s %12s %12s\n", "model", "n", "m", "evaluation", "forward",
+           "inverse", "closing");
+    show("four_bar/four_bar");
+    show("andrews/andrews");
+    show("bennett/bennett");
+    show("stewart/stewart");
+    show("double_wishbone/double_wishbone");
+    show("limousine/limousine");
+    show("n_four_bar/n_four_bar_40");
+    return 0;
+}

@@ -1,0 +1,475 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/bounds.h"
+#include "base/memory.h"
+#include "symbolic/table.h"
+#include <math.h>
+#include <string.h>
+
+struct kmp_bounds {
+    const kmp_program *program;
+    int inputs, first;   /* values: constants, inputs from `inputs` on, instructions from `first` on */
+    int *order;          /* instructions that known outputs need */
+    int constant, count; /* of these: that depend on parameters alone, all */
+    bool *known;         /* an output */
+    bool *given;         /* likewise: something given counts for it */
+    kmp_bound *value;
+};
+
+static const kmp_bound anything = {-INFINITY, INFINITY, -INFINITY, INFINITY};
+static const double half_turn = 3.14159265358979323846;
+
+/* -- making one -------------------------------------------------------------------------------------- */
+
+/* The instruction behind an output; NULL: it is an input or a number. */
+static const kmp_instruction *behind(const kmp_bounds *b, int k)
+{
+    int i = (int)(b->program->output[k] >> 1) - b->first;
+    return i >= 0 ? &b->program->instruction[i] : NULL;
+}
+
+bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k)
+{
+    const kmp_instruction *in = behind(bounds, k);
+    return in && in->op == KMP_OP_IMPLICIT;
+}
+
+/* What is known of a value: whether it can be bounded, and whether something given counts for it. */
+typedef struct knowledge {
+    bool known, given, needed;
+} knowledge;
+
+static void find_known(const kmp_bounds *b, knowledge *value)
+{
+    const kmp_program *p = b->program;
+    for (int i = 0; i < b->first; i++)
+        value[i].known = true;
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (kmp_bounds_is_solved(b, k))
+            value[p->output[k] >> 1] = (knowledge){.known = true, .given = true};
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        knowledge *now = &value[b->first + i];
+        if (in->op == KMP_OP_IMPLICIT)
+            continue;
+        now->known = in->op != KMP_OP_LIST;
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            const knowledge *operand = &value[kmp_instruction_operand(in, k) >> 1];
+            now->known = now->known && operand->known;
+            now->given = now->given || operand->given;
+        }
+    }
+}
+
+/* What known outputs need, in order. */
+static void find_order(kmp_bounds *b, knowledge *value)
+{
+    const kmp_program *p = b->program;
+    for (int k = 0; k < p->outputs[p->stages]; k++) {
+        knowledge *out = &value[p->output[k] >> 1];
+        b->known[k] = out->known;
+        b->given[k] = out->given;
+        out->needed = out->needed || out->known;
+    }
+    for (int i = p->code[p->stages]; i-- > 0;) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; value[b->first + i].needed && in->op != KMP_OP_IMPLICIT && k < kmp_op_arity((kmp_op)in->op);
+             k++)
+            value[kmp_instruction_operand(in, k) >> 1].needed = true;
+    }
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        if (!value[b->first + i].needed || p->instruction[i].op == KMP_OP_IMPLICIT)
+            continue;
+        b->constant += i < p->code[1];
+        b->order[b->count++] = i;
+    }
+}
+
+kmp_bounds *kmp_bounds_new(const kmp_program *program)
+{
+    kmp_bounds *r = KMP_NEW(kmp_bounds, 1);
+    if (!r)
+        return NULL;
+    int operations = program->code[program->stages];
+    *r = (kmp_bounds){.program = program, .inputs = program->constant_count};
+    r->first = r->inputs + program->input_count;
+    int values = r->first + operations;
+    knowledge *marks = KMP_NEW(knowledge, values);
+    r->order = KMP_NEW(int, operations);
+    r->known = KMP_NEW(bool, program->outputs[program->stages]);
+    r->given = KMP_NEW(bool, program->outputs[program->stages]);
+    r->value = KMP_NEW(kmp_bound, values);
+    bool ok = marks && r->order && r->known && r->given && r->value;
+    if (ok) {
+        find_known(r, marks);
+        find_order(r, marks);
+        for (int k = 0; k < program->constant_count; k++)
+            r->value[k] = (kmp_bound){program->constant[k], program->constant[k], 0, 0};
+    }
+    kmp_free(marks);
+    if (!ok)
+        kmp_bounds_free(r);
+    return ok ? r : NULL;
+}
+
+void kmp_bounds_free(kmp_bounds *bounds)
+{
+    if (!bounds)
+        return;
+    kmp_free(bounds->order);
+    kmp_free(bounds->known);
+    kmp_free(bounds->given);
+    kmp_free(bounds->value);
+    kmp_free(bounds);
+}
+
+bool kmp_bounds_know(const kmp_bounds *bounds, int k)
+{
+    return bounds->known[k];
+}
+
+bool kmp_bounds_need(const kmp_bounds *bounds, int k)
+{
+    return bounds->given[k];
+}
+
+void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound)
+{
+    bounds->value[bounds->inputs + k] = bound;
+}
+
+/* -- intervals --------------------------------------------------------------------------------------- */
+
+typedef struct span {
+    double low, high;
+} span;
+
+static const span whole = {-INFINITY, INFINITY};
+
+/* Bounds that are no numbers bound nothing. */
+static span checked(double low, double high)
+{
+    return low <= high ? (span){low, high} : whole;
+}
+
+static double times(double a, double b)
+{
+    return a == 0 || b == 0 ? 0 : a * b;
+}
+
+static span product(span a, span b)
+{
+    double ll = times(a.low, b.low), lh = times(a.low, b.high), hl = times(a.high, b.low), hh = times(a.high, b.high);
+    return checked(fmin(fmin(ll, lh), fmin(hl, hh)), fmax(fmax(ll, lh), fmax(hl, hh)));
+}
+
+static span sum(span a, span b)
+{
+    return checked(a.low + b.low, a.high + b.high);
+}
+
+static span scaled(span a, double by)
+{
+    return product(a, (span){by, by});
+}
+
+static span hull(span a, span b)
+{
+    return checked(fmin(a.low, b.low), fmax(a.high, b.high));
+}
+
+static bool holds(span a, double x)
+{
+    return a.low <= x && x <= a.high;
+}
+
+static span inverse(span a)
+{
+    return holds(a, 0) || !(a.low <= a.high) ? whole : checked(1 / a.high, 1 / a.low);
+}
+
+static span square(span a)
+{
+    double low = a.low * a.low, high = a.high * a.high;
+    return checked(holds(a, 0) ? 0 : fmin(low, high), fmax(low, high));
+}
+
+static span value_of(kmp_bound a)
+{
+    return (span){a.low, a.high};
+}
+
+static span rate_of(kmp_bound a)
+{
+    return (span){a.down, a.up};
+}
+
+static kmp_bound joined(span value, span rate)
+{
+    return (kmp_bound){value.low, value.high, rate.low, rate.high};
+}
+
+/* -- functions of one variable ------------------------------------------------------------------------ */
+
+/* Whether a + 2 pi k lies in the span for some k. */
+static bool meets(span x, double a)
+{
+    return a + 2 * half_turn * ceil((x.low - a) / (2 * half_turn)) <= x.high;
+}
+
+static span sine(span x)
+{
+    if (!(x.high - x.low < 2 * half_turn))
+        return (span){-1, 1};
+    double a = sin(x.low), b = sin(x.high);
+    return checked(meets(x, -half_turn / 2) ? -1 : fmin(a, b), meets(x, half_turn / 2) ? 1 : fmax(a, b));
+}
+
+static span cosine(span x)
+{
+    return sine((span){x.low + half_turn / 2, x.high + half_turn / 2});
+}
+
+/* That grows with x. */
+static span growing(double (*f)(double x), span x)
+{
+    return checked(f(x.low), f(x.high));
+}
+
+static span hyperbolic_cosine(span x)
+{
+    double a = cosh(x.low), b = cosh(x.high);
+    return checked(holds(x, 0) ? 1 : fmin(a, b), fmax(a, b));
+}
+
+/* sqrt(1 - x^2) */
+static span circle(span x)
+{
+    span rest = sum((span){1, 1}, scaled(square(x), -1));
+    return rest.low >= 0 ? growing(sqrt, rest) : (span){0, 1};
+}
+
+static span magnitude(span x)
+{
+    double a = fabs(x.low), b = fabs(x.high);
+    return checked(holds(x, 0) ? 0 : fmin(a, b), fmax(a, b));
+}
+
+static span sign_of(span x)
+{
+    return (span){x.low > 0 ? 1 : x.low == 0 ? 0 : -1, x.high < 0 ? -1 : x.high == 0 ? 0 : 1};
+}
+
+/* The value and the derivative by x. false: not known here. */
+static bool function(kmp_op op, span x, span *f, span *slope)
+{
+    const span one = {1, 1};
+    switch (op) {
+    case KMP_OP_SIN:
+        *f = sine(x);
+        *slope = cosine(x);
+        return true;
+    case KMP_OP_COS:
+        *f = cosine(x);
+        *slope = scaled(sine(x), -1);
+        return true;
+    case KMP_OP_SQRT:
+        *f = x.low >= 0 ? growing(sqrt, x) : whole;
+        *slope = x.low > 0 ? scaled(inverse(*f), 0.5) : (span){0, INFINITY};
+        return x.low >= 0;
+    case KMP_OP_EXP:
+        *f = *slope = growing(exp, x);
+        return true;
+    case KMP_OP_LOG:
+        *f = x.low > 0 ? growing(log, x) : whole;
+        *slope = inverse(x);
+        return x.low > 0;
+    case KMP_OP_SINH:
+        *f = growing(sinh, x);
+        *slope = hyperbolic_cosine(x);
+        return true;
+    case KMP_OP_COSH:
+        *f = hyperbolic_cosine(x);
+        *slope = growing(sinh, x);
+        return true;
+    case KMP_OP_TANH:
+        *f = growing(tanh, x);
+        *slope = sum(one, scaled(square(*f), -1));
+        return true;
+    case KMP_OP_ASIN:
+        *f = growing(asin, x);
+        *slope = inverse(circle(x));
+        return x.low >= -1 && x.high <= 1;
+    case KMP_OP_ACOS:
+        *f = checked(acos(x.high), acos(x.low));
+        *slope = scaled(inverse(circle(x)), -1);
+        return x.low >= -1 && x.high <= 1;
+    case KMP_OP_ATAN:
+        *f = growing(atan, x);
+        *slope = inverse(sum(one, square(x)));
+        return true;
+    case KMP_OP_ABS:
+        *f = magnitude(x);
+        *slope = sign_of(x);
+        return true;
+    case KMP_OP_SIGN:
+        *f = sign_of(x);
+        *slope = f->low == f->high ? (span){0, 0} : whole;
+        return true;
+    default:
+        return false;
+    }
+}
+
+static kmp_bound one_variable(kmp_op op, kmp_bound x)
+{
+    span f, slope;
+    if (!function(op, value_of(x), &f, &slope))
+        return anything;
+    return joined(f, product(slope, rate_of(x)));
+}
+
+/* -- functions of several ----------------------------------------------------------------------------- */
+
+static kmp_bound divided(kmp_bound x, kmp_bound y)
+{
+    span by = inverse(value_of(y)), f = product(value_of(x), by);
+    return joined(f, product(sum(rate_of(x), scaled(product(f, rate_of(y)), -1)), by));
+}
+
+static kmp_bound multiplied(kmp_bound x, kmp_bound y, bool same, double sign)
+{
+    if (same)
+        return joined(scaled(square(value_of(x)), sign), scaled(product(value_of(x), rate_of(x)), 2 * sign));
+    return joined(product(value_of(x), value_of(y)),
+                  sum(product(rate_of(x), value_of(y)), product(value_of(x), rate_of(y))));
+}
+
+/* x^y of x > 0, or at 0 with a fixed y > 0. */
+static kmp_bound power(kmp_bound x, kmp_bound y)
+{
+    span at = value_of(x), by = value_of(y);
+    bool fixed = y.low == y.high && y.low > 0;
+    if (!(x.low > 0 || (x.low >= 0 && fixed)))
+        return anything;
+    if (fixed) {
+        span slope = y.low >= 1 || x.low > 0 ? hull((span){pow(x.low, y.low - 1), pow(x.low, y.low - 1)},
+                                                    (span){pow(x.high, y.low - 1), pow(x.high, y.low - 1)})
+                                             : whole;
+        return joined(checked(pow(x.low, y.low), pow(x.high, y.low)), product(scaled(slope, y.low), rate_of(x)));
+    }
+    span logarithm = growing(log, at), f = growing(exp, product(by, logarithm));
+    span rate = sum(product(rate_of(y), logarithm), product(product(by, inverse(at)), rate_of(x)));
+    return joined(f, product(f, rate));
+}
+
+/* The angle of (y, x), y first, whose values lie at corners but where the cut is met. */
+static kmp_bound angle(kmp_bound y, kmp_bound x)
+{
+    span by_y = square(value_of(y)), by_x = square(value_of(x)), f = {-half_turn, half_turn};
+    if (holds(value_of(y), 0) && x.low <= 0)
+        return joined(f, whole);
+    double a = atan2(y.low, x.low), b = atan2(y.low, x.high), c = atan2(y.high, x.low), d = atan2(y.high, x.high);
+    f = checked(fmin(fmin(a, b), fmin(c, d)), fmax(fmax(a, b), fmax(c, d)));
+    span along = sum(product(value_of(x), rate_of(y)), scaled(product(value_of(y), rate_of(x)), -1));
+    return joined(f, product(along, inverse(sum(by_y, by_x))));
+}
+
+static kmp_bound negative(kmp_bound a)
+{
+    return (kmp_bound){-a.high, -a.low, -a.up, -a.down};
+}
+
+static kmp_bound least(kmp_bound x, kmp_bound y)
+{
+    if (x.high < y.low)
+        return x;
+    if (y.high < x.low)
+        return y;
+    return joined(checked(fmin(x.low, y.low), fmin(x.high, y.high)), hull(rate_of(x), rate_of(y)));
+}
+
+static kmp_bound less(kmp_bound x, kmp_bound y)
+{
+    if (x.high < y.low)
+        return (kmp_bound){1, 1, 0, 0};
+    if (x.low >= y.high)
+        return (kmp_bound){0, 0, 0, 0};
+    return (kmp_bound){0, 1, -INFINITY, INFINITY};
+}
+
+/* y where x is not zero, z where it is: a jump has no rate. */
+static kmp_bound selected(kmp_bound x, kmp_bound y, kmp_bound z)
+{
+    if (!holds(value_of(x), 0))
+        return y;
+    if (x.low == 0 && x.high == 0)
+        return z;
+    return joined(hull(value_of(y), value_of(z)), whole);
+}
+
+static kmp_bound looked_up(const kmp_table *table, int derivative, kmp_bound x)
+{
+    span f, slope;
+    if (!(x.high - x.low < INFINITY))
+        return anything;
+    kmp_table_bounds(table, derivative, x.low, x.high, &f.low, &f.high);
+    kmp_table_bounds(table, derivative + 1, x.low, x.high, &slope.low, &slope.high);
+    bool jumps = derivative >= (kmp_table_degree(table) + 1) / 2 && f.low < f.high; /* at knots, or at the ends */
+    return joined(f, jumps ? whole : product(slope, rate_of(x)));
+}
+
+/* -- a program --------------------------------------------------------------------------------------- */
+
+static kmp_bound of(const kmp_bound *value, uint32_t operand)
+{
+    return operand & 1 ? negative(value[operand >> 1]) : value[operand >> 1];
+}
+
+static kmp_bound evaluated(const kmp_program *p, const kmp_instruction *in, const kmp_bound *v)
+{
+    int arity = kmp_op_arity((kmp_op)in->op);
+    kmp_bound x = of(v, in->a), y = arity > 1 ? of(v, in->b) : x, z = arity > 2 ? of(v, in->c) : x;
+    switch ((kmp_op)in->op) {
+    case KMP_OP_ADD:
+        return joined(sum(value_of(x), value_of(y)), sum(rate_of(x), rate_of(y)));
+    case KMP_OP_MUL:
+        return multiplied(x, y, in->a >> 1 == in->b >> 1, in->a == in->b ? 1 : -1);
+    case KMP_OP_DIV:
+        return divided(x, y);
+    case KMP_OP_POW:
+        return power(x, y);
+    case KMP_OP_ATAN2:
+        return angle(x, y);
+    case KMP_OP_MIN:
+        return least(x, y);
+    case KMP_OP_MAX:
+        return negative(least(negative(x), negative(y)));
+    case KMP_OP_LESS:
+        return less(x, y);
+    case KMP_OP_SELECT:
+        return selected(x, y, z);
+    case KMP_OP_TABLE:
+        return looked_up(p->table[in->b], (int)in->c, x);
+    default:
+        return one_variable((kmp_op)in->op, x);
+    }
+}
+
+void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound)
+{
+    uint32_t operand = bounds->program->output[k];
+    bounds->value[operand >> 1] = operand & 1 ? negative(bound) : bound;
+}
+
+void kmp_bounds_run(kmp_bounds *r, bool constants)
+{
+    for (int k = constants ? 0 : r->constant; k < r->count; k++) {
+        int i = r->order[k];
+        r->value[r->first + i] = evaluated(r->program, &r->program->instruction[i], r->value);
+    }
+}
+
+kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k)
+{
+    return bounds->known[k] ? of(bounds->value, bounds->program->output[k]) : anything;
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/bracket.h"
+#include <math.h>
+
+enum { MOST_POINTS = 200 };
+
+kmp_bracket kmp_bracket_of(double near, double f_near, double far, double f_far)
+{
+    return (kmp_bracket){.near = near, .f_near = f_near, .far = far, .f_far = f_far, .width = 2 * fabs(far - near)};
+}
+
+/* Each third point halves it, unless it is a quarter of what it was three points ago. */
+static bool is_slow(const kmp_bracket *b)
+{
+    return b->points % 3 == 2 && fabs(b->far - b->near) > b->width / 4;
+}
+
+bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *x)
+{
+    double way = b->far - b->near, part = b->f_near / (b->f_near - b->f_far), edge = 0.5 * tolerance / fabs(way);
+    if (!(fabs(way) > tolerance) || b->points >= MOST_POINTS)
+        return false;
+    part = is_slow(b) || !(part >= 0 && part <= 1) ? 0.5 : part;
+    *x = b->near + way * fmin(fmax(part, edge), 1 - edge);
+    return true;
+}
+
+void kmp_bracket_take(kmp_bracket *b, double x, double f, bool beyond)
+{
+    if (b->points++ % 3 == 2)
+        b->width = fabs(b->far - b->near);
+    if (beyond) {
+        b->far = x;
+        b->f_far = f;
+        b->f_near *= b->side < 0 ? 0.5 : 1;
+        b->side = -1;
+    } else {
+        b->near = x;
+        b->f_near = f;
+        b->f_far *= b->side > 0 ? 0.5 : 1;
+        b->side = 1;
+    }
+}
