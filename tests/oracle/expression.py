@@ -170,7 +170,8 @@ class Parser:
         self.take("(")
         if word in ("q", "qd", "lambda"):
             what = self.reference()
-            return {"q": lambda env: env.q(what), "qd": lambda env: env.qd(what), "lambda": lambda env: env.multiplier(what)}[word]
+            return {"q": lambda env: env.q(what), "qd": lambda env: env.qd(what),
+                    "lambda": lambda env: env.multiplier(what)}[word]
         if word == "if":
             return self.condition()
         arguments = [self.sum()]
