@@ -440,21 +440,34 @@ static void given_rates(work *w)
     }
 }
 
+static double fastest(const work *w)
+{
+    double size = 0;
+    for (int k = 0; k < w->n; k++)
+        size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
+    for (int r = 0; w->plant->h_t && r < w->m; r++)
+        size = fmax(size, fabs(w->plant->h_t[r]) / w->s->row_scale[r]);
+    return size;
+}
+
 /* Given rates are kept when the closures allow it. */
 static void make_rates(work *w)
 {
-    double size = 0;
+    bool given = false;
     given_rates(w);
     for (int k = 0; k < w->n; k++)
-        size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
+        given = given || w->fixed[k];
     if (w->m == 0)
         return;
     evaluate(w, w->a->q);
-    if (correct_rates(w, w->fixed) <= 1e-9 * size)
-        return;
-    w->a->rates_changed = true;
-    given_rates(w);
-    (void)correct_rates(w, NULL);
+    double size = fastest(w), left = correct_rates(w, w->fixed);
+    if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
+        w->a->rates_changed = true;
+        given_rates(w);
+        left = correct_rates(w, NULL);
+    }
+    size = fmax(size, fastest(w));
+    w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
 }
 
 /* -- the verdict ------------------------------------------------------------------------------------- */

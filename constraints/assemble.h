@@ -13,6 +13,7 @@ struct kempe_assembly {
     double gap;      /* widest gap of a closure, m */
     bool closed;
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
+    double rates_left;  /* what prescribed motions ask for and the closures do not allow: of the fastest scaled rate */
     int iterations;     /* of Gauss-Newton and Newton */
     int newton;         /* of these, by KINSOL */
     double *gaps;       /* gap of each closure, m, in the order of the model */
@@ -35,6 +36,12 @@ typedef struct kmp_guess {
 
 /** The same from any guess; whether it closed is in the assembly, without a complaint. Errors: memory alone. */
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);
+
+/** Whether the rate of coordinate k was given and could not be kept. */
+bool kmp_assembly_changed_rate(const kempe_assembly *assembly, int k);
+
+/** Says so of each, a sentence a line. */
+void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *assembly);
 
 /** An empty one; NULL when there is no memory. */
 kempe_assembly *kmp_assembly_new(const kempe_system *system);

@@ -2,8 +2,10 @@
 /* What an assembly is to its caller: made, told about where it stays open, freed. */
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "constraints/tolerances.h"
 #include "model/model_print.h"
 #include <math.h>
+#include <string.h>
 
 enum { PUSHES = 4, MOST_NAMED = 5 };
 
@@ -90,6 +92,41 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     return NULL;
 }
 
+bool kmp_assembly_changed_rate(const kempe_assembly *a, int k)
+{
+    const kmp_start *start = &a->system->model->start;
+    double given = start->qd[k].value, size = 0;
+    for (int i = 0; i < a->system->n; i++)
+        size = fmax(size, fabs(start->qd[i].value) / a->system->scale[i]);
+    return a->rates_changed && start->qd_given[k] &&
+           fabs(a->qd[k] - given) > KMP_CLOSED_RATES * size * a->system->scale[k];
+}
+
+void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    for (int k = 0; k < a->system->n; k++)
+        if (kmp_assembly_changed_rate(a, k))
+            kmp_text_printf(
+                text,
+                "start: the rate of '%s' becomes %.6g %s, not the given %.6g: the given rates contradict the "
+                "closures\n",
+                model->motions[k].name, a->qd[k], model->motions[k].rotation ? "rad/s" : "m/s",
+                model->start.qd[k].value);
+}
+
+/* Whatever is computed from this start says so. */
+static kempe_status warn_of_rates(const kempe_assembly *a)
+{
+    kmp_text lines = {0};
+    kmp_assembly_put_rates(&lines, a);
+    for (const char *at = lines.s ? lines.s : ""; *at; at += strcspn(at, "\n") + 1)
+        kmp_log(a->system->context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(at, "\n"), at);
+    kempe_status status = lines.failed ? kmp_fail_memory(a->system->context) : KEMPE_OK;
+    kmp_text_free(&lines);
+    return status;
+}
+
 kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
 {
     KMP_WANTED(NULL, system, "system");
@@ -108,6 +145,9 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     *assembly = a;
     if (!a->closed)
         return complain_open(a);
+    status = warn_of_rates(a);
+    if (status != KEMPE_OK)
+        return status;
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }
 

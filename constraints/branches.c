@@ -259,6 +259,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     kempe_status status = kempe_assemble(system, &b->assembly);
     if (status == KEMPE_OK)
         status = find(b, seed);
+    b->warnings = kmp_context_warnings(system->context);
     if (status != KEMPE_OK) {
         kempe_branches_free(b);
         return status;
@@ -272,6 +273,7 @@ void kempe_branches_free(kempe_branches *branches)
     if (!branches)
         return;
     kempe_assembly_free(branches->assembly);
+    kmp_free(branches->warnings);
     kmp_arena_free(&branches->arena);
     kmp_free(branches);
 }

@@ -25,6 +25,7 @@ struct kempe_branches {
     kmp_branch branch[KMP_MOST_BRANCHES];
     int count; /* branch[0] is the model's; the others by sign, then by q */
     kmp_arena arena;
+    char *warnings; /* of the computation, one a line */
 };
 
 #endif

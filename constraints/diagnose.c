@@ -1,8 +1,47 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/diagnose.h"
 #include "base/memory.h"
+#include "constraints/massless.h"
 #include "constraints/plant.h"
 #include <string.h>
+
+/* Rank without the rows of drives that move. */
+static kempe_status count_driven(kempe_check *check, const kmp_plant *plant)
+{
+    const kempe_system *s = check->system;
+    kmp_partition free = {0};
+    double *j = KMP_NEW(double, s->jacobian.count);
+    kempe_status status = j ? KEMPE_OK : kmp_fail_memory(s->context);
+    bool any = false;
+    for (int e = 0; j && e < s->jacobian.count; e++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[s->jacobian.row[e]].closure];
+        bool drives = kmp_closure_is_drive(closure) && closure->function;
+        any = any || drives;
+        j[e] = drives ? 0 : plant->jacobian[e];
+    }
+    if (status == KEMPE_OK && any) {
+        status = kmp_partition_init(&free, s, j, NULL, 0);
+        check->driven = status == KEMPE_OK ? check->part.r - free.r : 0;
+        kmp_partition_free(&free);
+    }
+    kmp_free(j);
+    return status;
+}
+
+/* What every run would end with. */
+static kempe_status foresee(kempe_check *check, kmp_plant *plant, const double *q)
+{
+    kmp_text why = {0};
+    kempe_status status = kmp_foresee_massless(plant, &check->part, 0, q, &why);
+    if (why.s) {
+        check->undetermined = kmp_arena_strdup(&check->arena, why.s);
+        kmp_log(check->system->context, KEMPE_LOG_WARNING, "%s", why.s);
+        status = check->undetermined ? status : kmp_fail_memory(check->system->context);
+    }
+    kmp_text_free(&why);
+    kmp_plant_closure(plant, 0, q);
+    return status;
+}
 
 /* Rank and choice at the assembled configuration, then the examination. */
 static kempe_status examine(kempe_check *check)
@@ -20,6 +59,10 @@ static kempe_status examine(kempe_check *check)
         kmp_plant_closure(plant, 0, q);
         status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.u, s->model->run.u_count);
     }
+    if (status == KEMPE_OK)
+        status = count_driven(check, plant);
+    if (status == KEMPE_OK)
+        status = foresee(check, plant, q);
     if (status == KEMPE_OK)
         status = kmp_doctor_examine(&check->doctor, plant, q, &check->part, &check->arena);
     kmp_plant_free(plant);
@@ -55,7 +98,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, check, "check");
-    kmp_context_clear(system->context);
+    kmp_context_begin(system->context);
     kempe_check *c = KMP_NEW(kempe_check, 1);
     if (!c)
         return kmp_fail_memory(system->context);
@@ -64,6 +107,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     c->loop_count = system->model->closure_count;
     unsigned long failures = kmp_memory_failures();
     kempe_status status = diagnose(c);
+    c->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         status = KEMPE_E_MEMORY; /* whatever was complained of on the way */
     if (status != KEMPE_OK && !(status == KEMPE_E_FAILED && !c->assembled)) {
@@ -81,5 +125,6 @@ void kempe_check_free(kempe_check *check)
     kempe_assembly_free(check->assembly);
     kmp_partition_free(&check->part);
     kmp_arena_free(&check->arena);
+    kmp_free(check->warnings);
     kmp_free(check);
 }

@@ -60,34 +60,36 @@ static int largest(const kmp_reduction *red, const double *s)
     return most;
 }
 
-static kempe_status name(const kmp_reduction *red, const double *s)
+static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->plant->system->model;
     int motion = largest(red, s);
     const kmp_body *body = &model->bodies[model->motions[motion].body];
-    return kmp_fail(red->plant->system->context, KEMPE_E_FAILED,
+    kmp_text_printf(why,
                     "the accelerations are not determined: the motion of '%s' carries no mass; give body '%s', or one "
                     "that moves with it, a mass or an inertia",
                     model->motions[motion].name, body->name);
 }
 
-static kempe_status search(kmp_reduction *red)
+/* found: nothing is said of a reduced mass that is regular. */
+static bool search(kmp_reduction *red, bool found, kmp_text *why)
 {
     int n = red->n, p = red->p;
     double *work = KMP_NEW(double, n *n + p * p + 3 * p);
     int *order = KMP_NEW(int, 2 * p);
-    kempe_status status = KEMPE_E_MEMORY;
-    if (work && order) {
+    bool made = work && order;
+    if (made) {
         double *mr = work + n * n, *pivot = mr + p * p;
         kmp_reduction_tangent(red);
         kmp_plant_dense_mass(red->plant, work);
         reduced_mass(red, work, mr);
         null_vector(p, mr, order, order + p, pivot, pivot + p, pivot + 2 * p);
-        status = name(red, pivot + 2 * p);
+        if (found || !(pivot[p - 1] > 4 * p * DBL_EPSILON * pivot[0]))
+            name(red, pivot + 2 * p, why);
     }
     kmp_free(work);
     kmp_free(order);
-    return status == KEMPE_E_MEMORY ? kmp_fail_memory(red->plant->system->context) : status;
+    return made && !why->failed;
 }
 
 /* Angles that are no coordinates where they are; KEMPE_OK when that is not the trouble. */
@@ -103,20 +105,35 @@ static kempe_status blame_angles(const kmp_plant *plant, const double *q)
     return status;
 }
 
-kempe_status kmp_explain_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q)
+static kempe_status look(kmp_plant *plant, const kmp_partition *part, double t, const double *q, bool found,
+                         kmp_text *why)
 {
     kmp_reduction red = {0};
+    kempe_status status = kmp_reduction_init(&red, plant, part);
+    kmp_plant_closure(plant, t, q);
+    kmp_plant_mass(plant);
+    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !search(&red, found, why))
+        status = kmp_fail_memory(plant->system->context);
+    kmp_reduction_free(&red);
+    return status;
+}
+
+kempe_status kmp_explain_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q)
+{
+    kmp_text why = {0};
     if (blame_angles(plant, q) != KEMPE_OK)
         return KEMPE_E_FAILED;
     if (part->p == 0)
         return kmp_fail(plant->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
-    kempe_status status = kmp_reduction_init(&red, plant, part);
-    kmp_plant_closure(plant, t, q);
-    kmp_plant_mass(plant);
-    if (status == KEMPE_OK && kmp_reduction_factor(&red))
-        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
+    kempe_status status = look(plant, part, t, q, true, &why);
     if (status == KEMPE_OK)
-        status = search(&red);
-    kmp_reduction_free(&red);
+        status = kmp_fail(plant->system->context, KEMPE_E_FAILED, "%s",
+                          why.s ? why.s : "the closures do not determine the accelerations");
+    kmp_text_free(&why);
     return status;
+}
+
+kempe_status kmp_foresee_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q, kmp_text *why)
+{
+    return part->p > 0 ? look(plant, part, t, q, false, why) : KEMPE_OK;
 }

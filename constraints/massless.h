@@ -10,4 +10,9 @@
  * (t, q), a closed configuration; KEMPE_E_MEMORY. */
 kempe_status kmp_explain_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q);
 
+/** The same sentence in `why` where the reduced mass is singular to rounding; nothing where it is regular. KEMPE_OK,
+ * KEMPE_E_MEMORY. */
+kempe_status kmp_foresee_massless(kmp_plant *plant, const kmp_partition *part, double t, const double *q,
+                                  kmp_text *why);
+
 #endif

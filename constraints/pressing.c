@@ -311,3 +311,34 @@ kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part)
     kmp_reduction_free(&red);
     return status;
 }
+
+static void mark_shared(kmp_reduction *red, int dropped, bool *shared)
+{
+    shared[dropped] = true;
+    shares_of(red, dropped, red->dv);
+    for (int i = 0; i < red->r; i++)
+        if (share_of(red, red->part->rows[i], dropped) > KMP_RANK_SHARED)
+            shared[red->part->rows[i]] = true;
+}
+
+kempe_status kmp_find_shared(kmp_plant *plant, double t, const double *q, bool *shared, int *count)
+{
+    const kempe_system *s = plant->system;
+    kmp_reduction red = {0};
+    kmp_partition part = {0};
+    *count = 0;
+    memset(shared, 0, (size_t)s->m * sizeof *shared);
+    kmp_plant_closure(plant, t, q);
+    kempe_status status = s->m > 0 ? kmp_partition_init(&part, s, plant->jacobian, NULL, 0) : KEMPE_OK;
+    if (status == KEMPE_OK && part.r < part.m) {
+        status = kmp_reduction_init(&red, plant, &part);
+        bool good = status == KEMPE_OK && (part.r == 0 || !kmp_reduction_factor(&red));
+        for (int k = 0; good && k < part.m - part.r; k++)
+            mark_shared(&red, part.redundant[k], shared);
+        kmp_reduction_free(&red);
+    }
+    for (int r = 0; r < s->m; r++)
+        *count += shared[r];
+    kmp_partition_free(&part);
+    return status;
+}

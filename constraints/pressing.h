@@ -38,6 +38,10 @@ kempe_status kmp_fail_unsettled(const kmp_plant *plant);
  *  closure. */
 kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part);
 
+/** shared (m): the rows whose multipliers redundant rows leave open at (t, q), a closed configuration; count: how many.
+ *  Where the rank is not that of the rows it says so of none. KEMPE_E_MEMORY. */
+kempe_status kmp_find_shared(kmp_plant *plant, double t, const double *q, bool *shared, int *count);
+
 /** What a plant keeps for it. NULL: no memory. */
 struct kmp_press_work *kmp_press_work_new(const kempe_system *system);
 void kmp_press_work_free(struct kmp_press_work *work);

@@ -23,6 +23,7 @@ typedef struct kmp_ensemble_result {
     kempe_status status; /* KEMPE_OK, KEMPE_STOPPED, KEMPE_E_FAILED; KEMPE_E_INPUT: the model cannot have such values */
     char *reason;        /* NULL: there is none; freed with kmp_free */
     bool alone;          /* by a run of its own */
+    bool rates_changed;  /* its start rates were given and could not be kept */
     const char *why;     /* it was not done in a lane; NULL: it was, or nothing was to be done */
     double t;
     long steps, rejected, refused, rhs, exchanges;

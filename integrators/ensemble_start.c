@@ -166,6 +166,7 @@ kempe_status kmp_instance_start(kmp_ensemble *e, int i)
     kmp_plant_renew_parameters(e->plant);
     status = kempe_assemble(e->s, &a);
     if (status == KEMPE_OK) {
+        e->results[i].rates_changed = a->rates_changed;
         memcpy(e->state, kempe_assembly_q(a), (size_t)e->n * sizeof(double));
         memcpy(e->state + e->n, kempe_assembly_qd(a), (size_t)e->n * sizeof(double));
         status = enter(e, i, e->state, e->state + e->n);
@@ -298,6 +299,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
                                     .reason = report.reason,
                                     .alone = true,
                                     .why = result->why,
+                                    .rates_changed = result->rates_changed,
                                     .t = report.t,
                                     .steps = report.steps,
                                     .rejected = report.rejected,
@@ -347,6 +349,7 @@ kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
     kmp_plant_renew_parameters(e->plant);
     status = kempe_assemble(e->s, &a);
     if (status == KEMPE_OK) {
+        e->results[i].rates_changed = a->rates_changed;
         measure_start(e, i, a);
         status = kmp_runner_new(e->s, &e->spec, a, &run);
     }

@@ -495,6 +495,29 @@ static int row_of_rates(reduced *d, double t, const double *y, double *qd, doubl
     return KMP_GO;
 }
 
+/* Which row stays open, and by how much. */
+static void explain_open(reduced *d, double t)
+{
+    const kmp_partition *part = &d->part;
+    int worst = 0;
+    double most = -1;
+    for (int r = 0; r < part->m; r++) {
+        double open = fabs(d->plant->h[r]) / d->s->row_scale[r];
+        if (!(open <= most)) {
+            most = open;
+            worst = r;
+        }
+    }
+    kmp_text_printf(
+        &d->road.reason,
+        "the closures could not be solved at the output time t = %.9g: row '%s' stays open by %.2g (scaled)", t,
+        part->m > 0 ? d->s->row_names[worst] : "", most);
+    for (int k = 0; k < part->m - part->r; k++)
+        if (part->redundant[k] == worst)
+            kmp_text_put(&d->road.reason, ". It is redundant, and does not agree with the other rows to rounding: give "
+                                          "the model's numbers more digits, or leave the row out");
+}
+
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
@@ -507,7 +530,7 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     else
         predict_v(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
-        kmp_text_printf(&road->reason, "the closures could not be solved at the output time t = %.9g", t);
+        explain_open(d, t);
         return KMP_HALT;
     }
     memcpy(q, d->q, (size_t)d->n * sizeof *q);

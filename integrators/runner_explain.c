@@ -2,6 +2,7 @@
 /* Why a run ended, in a sentence. */
 #include "base/memory.h"
 #include "constraints/angles.h"
+#include "constraints/not_finite.h"
 #include "constraints/pressing.h"
 #include "integrators/runner.h"
 
@@ -102,6 +103,11 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     const double *begin = run->state; /* nothing has moved yet */
     if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
+    if (t == run->spec.t_start && begin && run->plant &&
+        kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
+        name_unknowns(run, text);
+        return false;
+    }
     bool locks = explain_lock(run, text, t);
     if (!locks && run->road && run->road->reason.length)
         kmp_text_put(text, run->road->reason.s);

@@ -246,6 +246,11 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         status = look_at_margin(run, q);
     if (status != KEMPE_OK)
         return status;
+    if (run->part.p == 0 && !run->s->rheonomic)
+        kmp_log(
+            run->s->context, KEMPE_LOG_WARNING,
+            "nothing can move: the closures leave no degree of freedom and none of them moves in time; 'kempe check' "
+            "says which rows hold it");
     if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(
             run->s->context, KEMPE_LOG_WARNING,

@@ -4,30 +4,24 @@
  * many vectors is one pass. Loops are cloned by width as those of sines are (src/backend/sincos.c). What stands here
  * takes the place of SUNDIALS' own function; the others stay. */
 #include "integrators/vector.h"
+#include "base/clones.h"
 
 #include <math.h>
 #include <stddef.h>
-
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
 
 enum { LANES = 8 };
 
 /* -- loops -------------------------------------------------------------------------------------------- */
 
 /* z = a x + b y; z may be x or y */
-CLONES static void sum(ptrdiff_t n, double a, const double *x, double b, const double *y, double *z)
+KMP_CLONES static void sum(ptrdiff_t n, double a, const double *x, double b, const double *y, double *z)
 {
     for (ptrdiff_t i = 0; i < n; i++)
         z[i] = a * x[i] + b * y[i];
 }
 
 /* z = a x; z may be x */
-CLONES static void scale(ptrdiff_t n, double a, const double *x, double *z)
+KMP_CLONES static void scale(ptrdiff_t n, double a, const double *x, double *z)
 {
     for (ptrdiff_t i = 0; i < n; i++)
         z[i] = a * x[i];
@@ -44,7 +38,7 @@ static double square(double x, double w)
 }
 
 /* Sum of the squares of x w. */
-CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
+KMP_CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
 {
     double part[LANES] = {0};
     ptrdiff_t whole = n - n % LANES;
@@ -57,7 +51,7 @@ CLONES static double squares(ptrdiff_t n, const double *x, const double *w)
 }
 
 /* Of those where `mask` is positive. */
-CLONES static double squares_where(ptrdiff_t n, const double *x, const double *w, const double *mask)
+KMP_CLONES static double squares_where(ptrdiff_t n, const double *x, const double *w, const double *mask)
 {
     double part[LANES] = {0};
     ptrdiff_t whole = n - n % LANES;
@@ -70,7 +64,7 @@ CLONES static double squares_where(ptrdiff_t n, const double *x, const double *w
 }
 
 /* z = sum of a[k] x[k] over count >= 1 vectors; z may be any of them */
-CLONES static void combination(ptrdiff_t n, int count, const double *a, const double *const *x, double *z)
+KMP_CLONES static void combination(ptrdiff_t n, int count, const double *a, const double *const *x, double *z)
 {
     ptrdiff_t whole = n - n % LANES;
     for (ptrdiff_t i = 0; i < whole; i += LANES) {

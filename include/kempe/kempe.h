@@ -109,6 +109,10 @@ KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *
                                             int count, kempe_model **model);
 KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
                                                  const kempe_setting *settings, int count, kempe_model **model);
+
+/** A number as a model file may have it, without parameters: "3", "20 ms", "1/25 s". *value is in `unit`; one without a
+ *  unit is so, too. KEMPE_E_ARGUMENT: no such number, or one of something else. */
+KEMPE_API kempe_status kempe_number_read(kempe_context *context, const char *text, const char *unit, double *value);
 KEMPE_API void kempe_model_free(kempe_model *model);
 KEMPE_API const char *kempe_model_name(const kempe_model *model);
 

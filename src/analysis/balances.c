@@ -313,6 +313,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     kempe_status status = read_ask(e, ask);
     if (status == KEMPE_OK)
         status = find(e, ask);
+    e->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_OK)
         *equilibrium = e;
     else
@@ -325,6 +326,7 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
     if (!equilibrium)
         return;
     kmp_exchange_free(equilibrium->exchange);
+    kmp_free(equilibrium->warnings);
     kmp_free(equilibrium->rates);
     kmp_arena_free(&equilibrium->arena);
     kmp_free(equilibrium);

@@ -34,6 +34,7 @@ struct kempe_equilibrium {
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;
     kmp_arena arena;
+    char *warnings; /* of the computation, one a line */
 };
 
 /** Finds others from random starts: evenly over all angles, and translations within some characteristic lengths, the

@@ -321,6 +321,7 @@ kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_con
         status = run(&j, ask);
     release(&j);
     t->status = status;
+    t->warnings = kmp_context_warnings(system->context);
     t->cpu_s = kmp_cpu_now() - begun;
     if (status >= 0)
         *table = t;
@@ -336,7 +337,7 @@ void kempe_contact_table_free(kempe_contact_table *t)
     kempe_system_free(t->system);
     kmp_variant_free(t->variant);
     kmp_ranges_free(&t->over);
-    void *rooms[] = {t->reason, t->lead, t->hold, t->rates, t->value, t->q, t->qd, t->first, t->patch};
+    void *rooms[] = {t->reason, t->lead, t->hold, t->rates, t->value, t->q, t->qd, t->first, t->patch, t->warnings};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     kmp_free(t);

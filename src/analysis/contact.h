@@ -20,7 +20,8 @@ struct kempe_contact_table {
     kmp_variant *variant; /* what varies, and the outputs of wheels */
     kempe_system *system; /* of the variant */
     kempe_status status;
-    char *reason; /* NULL: none */
+    char *reason;   /* NULL: none */
+    char *warnings; /* of the computation, one a line */
     kmp_ranges over;
     kmp_contact_lead *lead;
     int parameter_count;

@@ -15,6 +15,8 @@
 
 enum { MOST_HALVINGS = 14, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
 
+#define NOTHING 1e-9 /* a column of Kr, in parts of its largest entry: of what nothing depends on */
+enum { MOST_TOLD = 12 };
 #define NEAR          0.003 /* Newton's step from which KINSOL goes on, rad or characteristic lengths */
 #define NEARER        0.01
 #define STILL         1e-6 /* Newton's step at an equilibrium */
@@ -76,14 +78,45 @@ static int place_in_u(const kmp_linear *l, int coordinate)
     return -1;
 }
 
+/* Whether nothing depends on where u[k] is, and some force on its rate: it may go on steadily. After
+ * kmp_linear_matrices. */
+static bool may_go_on(const kmp_linear *l, int k)
+{
+    double most = 0, own = 0;
+    for (int column = 0; column < l->p; column++)
+        for (int row = 0; row < l->p; row++) {
+            double size = fabs(l->stiffness[row + column * l->p]) * l->system->scale[l->part.u[row]] *
+                          l->system->scale[l->part.u[column]];
+            most = fmax(most, size);
+            own = column == k ? fmax(own, size) : own;
+        }
+    return own <= NOTHING * most && l->damping[k + k * l->p] > 0;
+}
+
+/* Which coordinates may, all of them: where one runs away the others do. */
+static void tell_steady(const kmp_linear *l, kmp_text *text)
+{
+    int count = 0;
+    for (int k = 0; k < l->p; k++)
+        if (may_go_on(l, k) && count++ < MOST_TOLD)
+            kmp_text_printf(text, "%s%s", count > 1 ? ", " : ". Forces depend on the rates, and not on the places, of ",
+                            l->system->model->motions[l->part.u[k]].name);
+    if (count > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", count - MOST_TOLD);
+    if (count > 0)
+        kmp_text_put(text,
+                     ": they may go on steadily. Give their rates (--rates 'NAME=RATE,..'), and let them be unknown "
+                     "where nothing fixes them (--free 'qd(NAME),..')");
+}
+
 /* Who pulls at the start along the coordinate u[k], which has gone so far since. */
 static kempe_status complain_runaway(kmp_way *w, int k, double far)
 {
-    const kmp_linear *l = w->l;
+    kmp_linear *l = w->l;
     int coordinate = l->part.u[k], place = -1;
     const kmp_motion *motion = &l->system->model->motions[coordinate];
     kmp_load_path path = {0};
-    kmp_text pulls = {0};
+    kmp_text pulls = {0}, steady = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
         place = place_in_u(l, coordinate);
     kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
@@ -92,11 +125,17 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     if (place >= 0 && path.count > 0)
         kmp_text_put(&pulls, "; along it pull, at the start: ");
     kmp_load_path_tell(&pulls, l, place, &path);
+    if (place >= 0) {
+        kmp_linear_matrices(l);
+        if (may_go_on(l, place))
+            tell_steady(l, &steady);
+    }
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
                    "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s; no spring, stop or closure "
-                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
+                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead%s",
                    motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
-                   pulls.s ? pulls.s : "");
+                   pulls.s ? pulls.s : "", steady.s ? steady.s : "");
+    kmp_text_free(&steady);
     kmp_load_path_free(&path);
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;

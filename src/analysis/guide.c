@@ -152,7 +152,7 @@ static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *
 static kempe_status choose_among_given(kmp_guide *g, int *u, int *count)
 {
     const kempe_system *s = g->system;
-    int n = g->n, m = g->m, most = m < n ? m : n, rank = 0, missing = 0;
+    int n = g->n, m = g->m, most = m < n ? m : n, rank, missing = 0;
     double *a = KMP_NEW(double, m *n), *pivots = KMP_NEW(double, most + 1);
     int *row = KMP_NEW(int, m), *col = KMP_NEW(int, n), *fixed = KMP_NEW(int, n);
     bool ok = a && pivots && row && col && fixed;
@@ -166,8 +166,7 @@ static kempe_status choose_among_given(kmp_guide *g, int *u, int *count)
     }
     if (ok && most > 0)
         kmp_lu_complete(m, n, a, fixed, row, col, pivots);
-    while (ok && rank < most && pivots[rank] > KMP_RANK * pivots[0])
-        rank++;
+    rank = ok ? kmp_partition_rank(s, pivots) : 0;
     *count = 0;
     for (int k = rank; ok && k < n; k++)
         if (g->given[col[k]])

@@ -467,6 +467,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = finish(&j, run(&j, ask));
     kmp_text_free(&j.reason);
     k->cpu_s = kmp_cpu_now() - begin;
+    k->warnings = kmp_context_warnings(system->context);
     if (status >= 0 || (status == KEMPE_E_FAILED && has_something(k)))
         *kinematics = k;
     else
@@ -478,6 +479,7 @@ void kempe_kinematics_free(kempe_kinematics *k)
 {
     if (!k)
         return;
+    kmp_free(k->warnings);
     for (int c = 0; k->column && c < k->width; c++)
         kmp_free(k->column[c].name);
     for (int d = 0; d < KMP_MOST_DEAD; d++) {

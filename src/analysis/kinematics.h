@@ -21,7 +21,8 @@ typedef struct kmp_shown_column {
 struct kempe_kinematics {
     const kempe_system *system;
     kempe_status status;
-    char *reason; /* NULL: none */
+    char *reason;   /* NULL: none */
+    char *warnings; /* of the computation, one a line */
     int lead_count, driven;
     kmp_lead *lead; /* what is driven, then what is held */
     int first;      /* the first that moves */

@@ -6,13 +6,16 @@
 #include <limits.h>
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <string.h>
 
 struct kempe_context {
     kmp_text message;
     kempe_log_fn *log;
     void *user;
     bool quiet;
-    int complaints; /* since the message was cleared */
+    int complaints;    /* since the message was cleared */
+    kmp_text warnings; /* of the computation at hand, one a line */
+    int warning_count;
     atomic_int interrupt;
 };
 
@@ -49,6 +52,7 @@ void kempe_context_free(kempe_context *context)
     if (!context)
         return;
     kmp_text_free(&context->message);
+    kmp_text_free(&context->warnings);
     kmp_free(context);
 }
 
@@ -87,6 +91,8 @@ void kmp_context_begin(kempe_context *context)
     int taken = TAKEN;
     (void)atomic_compare_exchange_strong_explicit(&context->interrupt, &taken, NONE, memory_order_relaxed,
                                                   memory_order_relaxed);
+    kmp_text_free(&context->warnings);
+    context->warning_count = 0;
     kmp_context_clear(context);
 }
 
@@ -164,9 +170,31 @@ void kmp_context_quiet(kempe_context *context, bool quiet)
     context->quiet = quiet;
 }
 
+char *kmp_context_warnings(const kempe_context *context)
+{
+    return kmp_strdup(context->warnings.s ? context->warnings.s : "");
+}
+
+/* Whether it is new: a start that is assembled twice is warned of once. */
+static bool keep_warning(kempe_context *context, const char *line)
+{
+    size_t length = strlen(line);
+    const char *at = context->warnings.s ? context->warnings.s : "";
+    for (; *at; at += strcspn(at, "\n") + 1)
+        if (strncmp(at, line, length) == 0 && at[length] == '\n')
+            return false;
+    if (context->warning_count >= KMP_MOST_WARNINGS)
+        return false;
+    context->warning_count++;
+    kmp_text_printf(&context->warnings, "%s\n",
+                    context->warning_count < KMP_MOST_WARNINGS ? line : "there are more warnings, which are left out");
+    return true;
+}
+
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 {
-    if (!context->log || (context->quiet && level != KEMPE_LOG_PROGRESS))
+    bool kept = level == KEMPE_LOG_WARNING;
+    if ((!context->log && !kept) || (context->quiet && level != KEMPE_LOG_PROGRESS))
         return;
     kmp_text line = {0};
     va_list arguments;
@@ -174,7 +202,7 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
     kmp_text_vprintf(&line, format, arguments);
     va_end(arguments);
     flatten(&line, 0);
-    if (!line.failed)
+    if (!line.failed && (level != KEMPE_LOG_WARNING || keep_warning(context, line.s)) && context->log)
         context->log(context->user, level, line.s);
     kmp_text_free(&line);
 }

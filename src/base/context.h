@@ -51,6 +51,11 @@ int kmp_context_complaints(const kempe_context *context);
 /** While quiet nothing but progress is logged. */
 void kmp_context_quiet(kempe_context *context, bool quiet);
 
+/** Warnings since the computation began, one a line, each once and no more than KMP_MOST_WARNINGS; "" when there are
+ * none. To be freed with kmp_free; NULL: no memory. */
+enum { KMP_MOST_WARNINGS = 100 };
+char *kmp_context_warnings(const kempe_context *context);
+
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /** Whether the computation at hand is to end; it stays so until the next one begins. */

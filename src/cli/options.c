@@ -9,7 +9,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef enum option_kind { OPTION_FLAG, OPTION_TEXT, OPTION_NUMBER, OPTION_WHOLE, OPTION_SETTING } option_kind;
+/* The last ones are files, and what they are by the ends of their names. */
+typedef enum option_kind {
+    OPTION_FLAG,
+    OPTION_TEXT,
+    OPTION_NUMBER,
+    OPTION_TIME,
+    OPTION_WHOLE,
+    OPTION_SETTING,
+    OPTION_CSV,
+    OPTION_TABLE,
+    OPTION_NPZ,
+    OPTION_SVG,
+    OPTION_PAGE,
+    OPTION_KINDS
+} option_kind;
+
+static const char *const endings[OPTION_KINDS] = {[OPTION_CSV] = ".csv",
+                                                  [OPTION_TABLE] = ".csv, .npz",
+                                                  [OPTION_NPZ] = ".npz",
+                                                  [OPTION_SVG] = ".svg",
+                                                  [OPTION_PAGE] = ".html, .htm"};
 
 typedef struct option {
     unsigned commands;
@@ -46,8 +66,8 @@ static const option options[] = {
      "of the first one driven, rad/s or m/s (default: 1)"},
     {CLI_KINEMATICS, "backend", 0, OPTION_TEXT, AT(kinematics.backend), "NAME",
      "what evaluates the equations: native (default), tape"},
-    {CLI_KINEMATICS, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the rows as CSV"},
-    {CLI_KINEMATICS, "svg", 0, OPTION_TEXT, AT(svg), "FILE", "draw the paths of the position outputs"},
+    {CLI_KINEMATICS, "output", 'o', OPTION_CSV, AT(output), "FILE", "write the rows as CSV"},
+    {CLI_KINEMATICS, "svg", 0, OPTION_SVG, AT(svg), "FILE", "draw the paths of the position outputs"},
     {CLI_CONTACT, "over", 0, OPTION_TEXT, AT(contact.over), "NAME=A:B:N,..",
      "coordinates, or parameters, that go from A to B together"},
     {CLI_CONTACT, "hold", 0, OPTION_TEXT, AT(contact.hold), "NAME,..", "coordinates that stay as assembled"},
@@ -58,8 +78,8 @@ static const option options[] = {
     {CLI_CONTACT, "points", 0, OPTION_WHOLE, AT(points), "N", "values (default: 21)"},
     {CLI_CONTACT, "backend", 0, OPTION_TEXT, AT(contact.backend), "NAME",
      "what evaluates the equations: native (default), tape"},
-    {CLI_CONTACT, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the table as CSV"},
-    {CLI_CONTACT, "svg", 0, OPTION_TEXT, AT(svg), "FILE", "draw it"},
+    {CLI_CONTACT, "output", 'o', OPTION_CSV, AT(output), "FILE", "write the table as CSV"},
+    {CLI_CONTACT, "svg", 0, OPTION_SVG, AT(svg), "FILE", "draw it"},
     {CLI_INVERSE, "actuators", 0, OPTION_TEXT, AT(inverse.actuators), "NAME,..",
      "coordinates that are actuated (default: those that drives move)"},
     {CLI_INVERSE, "motion", 0, OPTION_TEXT, AT(inverse.motion), "CSV",
@@ -67,11 +87,11 @@ static const option options[] = {
     {CLI_INVERSE, "weights", 0, OPTION_TEXT, AT(inverse.weights), "NAME=W,..",
      "of efforts, where there are more actuators than freedoms"},
     {CLI_INVERSE, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..", "of the start: coordinates that are not accelerated"},
-    {CLI_INVERSE, "t-end", 0, OPTION_NUMBER, AT(run.t_end), "T", "end of the motion, s"},
-    {CLI_INVERSE, "every", 0, OPTION_NUMBER, AT(run.every), "T", "time between rows, s (default: the table's rows)"},
+    {CLI_INVERSE, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the motion, s"},
+    {CLI_INVERSE, "every", 0, OPTION_TIME, AT(run.every), "T", "time between rows, s (default: the table's rows)"},
     {CLI_INVERSE, "backend", 0, OPTION_TEXT, AT(run.backend), "NAME",
      "what evaluates the equations: native (default), tape"},
-    {CLI_INVERSE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write a row an instant as CSV"},
+    {CLI_INVERSE, "output", 'o', OPTION_CSV, AT(output), "FILE", "write a row an instant as CSV"},
     {CLI_SIMULATE, "road", 0, OPTION_TEXT, AT(run.road), "NAME", "reduced, dae or projected"},
     {CLI_SIMULATE, "form", 0, OPTION_TEXT, AT(run.form), "NAME",
      "form of the road's equations (reduced: carried, closed)"},
@@ -86,9 +106,8 @@ static const option options[] = {
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "rtol", 0, OPTION_NUMBER, AT(run.rtol), "X", "relative tolerance"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "atol", 0, OPTION_NUMBER, AT(run.atol), "X",
      "absolute tolerance of an angle (default: rtol)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "t-end", 0, OPTION_NUMBER, AT(run.t_end), "T", "end of the run, s"},
-    {CLI_SIMULATE | CLI_SENSITIVITY, "every", 0, OPTION_NUMBER, AT(run.every), "T",
-     "time between rows of the table, s"},
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "t-end", 0, OPTION_TIME, AT(run.t_end), "T", "end of the run, s"},
+    {CLI_SIMULATE | CLI_SENSITIVITY, "every", 0, OPTION_TIME, AT(run.every), "T", "time between rows of the table, s"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..",
      "independent coordinates to begin with"},
     {CLI_SIMULATE, "fixed-u", 0, OPTION_FLAG, AT(fixed_u), NULL, "keep them: fail where they go bad, do not exchange"},
@@ -104,7 +123,7 @@ static const option options[] = {
     {CLI_SIMULATE, "checkpoint", 0, OPTION_TEXT, AT(run.checkpoint), "FILE",
      "leave the rows there every 10 s and at the end"},
     {CLI_SIMULATE, "resume", 0, OPTION_TEXT, AT(run.resume), "FILE", "go on from a checkpoint"},
-    {CLI_SIMULATE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the trajectory: CSV, or .npz for NumPy"},
+    {CLI_SIMULATE, "output", 'o', OPTION_TABLE, AT(output), "FILE", "write the trajectory: CSV, or .npz for NumPy"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, "dynamics", 0, OPTION_TEXT, AT(dynamics), "NAME",
      "how they are written: auto, composite, plain, ner, articulated"},
     {CLI_ENSEMBLE, "values", 0, OPTION_TEXT, AT(values), "CSV",
@@ -115,7 +134,7 @@ static const option options[] = {
     {CLI_ENSEMBLE, "seed", 0, OPTION_WHOLE, AT(seed), "N", "other ones"},
     {CLI_ENSEMBLE, "lanes", 0, OPTION_WHOLE, AT(lanes), "N", "instances side by side, 1 to 8 (default: the best)"},
     {CLI_ENSEMBLE, "alone", 0, OPTION_FLAG, AT(alone), NULL, "no lanes: a run for each instance"},
-    {CLI_ENSEMBLE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write a row an instance as CSV"},
+    {CLI_ENSEMBLE, "output", 'o', OPTION_CSV, AT(output), "FILE", "write a row an instance as CSV"},
     {CLI_SENSITIVITY, "of", 0, OPTION_TEXT, AT(sensitivity.of), "WORD",
      "what is differentiated: trajectory (default), equilibrium, modes, reactions"},
     {CLI_SENSITIVITY, "parameters", 0, OPTION_TEXT, AT(sensitivity.parameters), "NAME,..",
@@ -129,7 +148,7 @@ static const option options[] = {
     {CLI_SENSITIVITY, "integral", 0, OPTION_FLAG, AT(integral), NULL, "of the outputs integrated over time"},
     {CLI_SENSITIVITY, "integrator", 0, OPTION_TEXT, AT(run.integrator), "NAME",
      "dop853 (default), dopri5, radau5, radau9 or erk"},
-    {CLI_SENSITIVITY, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write all rows as CSV"},
+    {CLI_SENSITIVITY, "output", 'o', OPTION_CSV, AT(output), "FILE", "write all rows as CSV"},
     {CLI_LINEARIZE | CLI_RESPONSE, "at", 0, OPTION_TEXT, AT(at), "STATE",
      "equilibrium (default), 'equilibrium NAME=RATE,..': a steady motion, start"},
     {CLI_LINEARIZE | CLI_RESPONSE, "inputs", 0, OPTION_TEXT, AT(inputs), "NAME,..",
@@ -137,12 +156,12 @@ static const option options[] = {
     {CLI_LINEARIZE | CLI_RESPONSE, "outputs", 0, OPTION_TEXT, AT(outputs), "NAME,..",
      "as the model's outputs, or a component: 'position(BODY.POINT).x'"},
     {CLI_LINEARIZE | CLI_RESPONSE, "u", 0, OPTION_TEXT, AT(run.u), "NAME,..", "independent coordinates"},
-    {CLI_LINEARIZE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write matrices and names for NumPy (.npz)"},
+    {CLI_LINEARIZE, "output", 'o', OPTION_NPZ, AT(output), "FILE", "write matrices and names for NumPy (.npz)"},
     {CLI_RESPONSE, "frequencies", 0, OPTION_TEXT, AT(frequencies), "A:B[:N]",
      "Hz (default: decades around the model's own)"},
     {CLI_RESPONSE, "linear", 0, OPTION_FLAG, AT(linear), NULL, "in even steps (default: in even ratios)"},
-    {CLI_RESPONSE, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write amplitudes and phases as CSV"},
-    {CLI_RESPONSE, "svg", 0, OPTION_TEXT, AT(svg), "FILE", "draw amplitudes and phases"},
+    {CLI_RESPONSE, "output", 'o', OPTION_CSV, AT(output), "FILE", "write amplitudes and phases as CSV"},
+    {CLI_RESPONSE, "svg", 0, OPTION_SVG, AT(svg), "FILE", "draw amplitudes and phases"},
     {CLI_MODES, "at", 0, OPTION_TEXT, AT(modes.at), "STATE",
      "equilibrium (default), 'equilibrium NAME=RATE,..': a steady motion, start"},
     {CLI_MODES, "rates", 0, OPTION_TEXT, AT(modes.rates), "NAME=V,..",
@@ -152,10 +171,10 @@ static const option options[] = {
      "follow the modes while a parameter, q.NAME or qd.NAME of the start varies"},
     {CLI_MODES, "orders", 0, OPTION_TEXT, AT(modes.orders), "X,..",
      "lines in the picture: frequency = X times what varies / (2 pi)"},
-    {CLI_MODES, "output", 'o', OPTION_TEXT, AT(output), "FILE", "write the modes, or what varied, as CSV"},
-    {CLI_MODES, "svg", 0, OPTION_TEXT, AT(svg), "FILE",
+    {CLI_MODES, "output", 'o', OPTION_CSV, AT(output), "FILE", "write the modes, or what varied, as CSV"},
+    {CLI_MODES, "svg", 0, OPTION_SVG, AT(svg), "FILE",
      "draw what varied: eigenvalues in the plane, frequencies over the value"},
-    {CLI_MODES, "report", 0, OPTION_TEXT, AT(report), "FILE",
+    {CLI_MODES, "report", 0, OPTION_PAGE, AT(report), "FILE",
      "write one page of HTML: the mechanism moving along each mode"},
     {CLI_COMPARE, "rtol", 0, OPTION_TEXT, AT(compare.rtols), "X,..", "relative tolerances"},
     {CLI_COMPARE, "roads", 0, OPTION_TEXT, AT(compare.roads), "NAME,..", "roads (default: all)"},
@@ -164,11 +183,11 @@ static const option options[] = {
      "integrators (default: the standard ones; for a stiff model all implicit ones too)"},
     {CLI_COMPARE, "reference", 0, OPTION_TEXT, AT(compare.reference), "CSV",
      "reference (default: made from several roads and integrators)"},
-    {CLI_COMPARE, "t-end", 0, OPTION_NUMBER, AT(compare.t_end), "T", "end of every run, s"},
+    {CLI_COMPARE, "t-end", 0, OPTION_TIME, AT(compare.t_end), "T", "end of every run, s"},
     {CLI_COMPARE, "budget", 0, OPTION_NUMBER, AT(compare.budget_s), "S",
      "processor time for all runs together, s (default: 60)"},
-    {CLI_COMPARE, "csv", 0, OPTION_TEXT, AT(csv), "FILE", "write the table as CSV"},
-    {CLI_COMPARE, "report", 0, OPTION_TEXT, AT(report), "FILE",
+    {CLI_COMPARE, "csv", 0, OPTION_CSV, AT(csv), "FILE", "write the table as CSV"},
+    {CLI_COMPARE, "report", 0, OPTION_PAGE, AT(report), "FILE",
      "write one page of HTML: verdict, plots, the mechanism moving"},
     {CLI_SHOW, "model", 0, OPTION_FLAG, AT(show_model), NULL, "the model as Kempe understood it"},
     {CLI_SHOW, "equations", 0, OPTION_FLAG, AT(show_equations), NULL, "M, C, h, J, jdqd as assignments"},
@@ -305,6 +324,35 @@ static bool store_number(const option *o, const char *text, double *value)
     return true;
 }
 
+/* "3", "20 ms" */
+static bool store_time(const option *o, const char *text, double *value)
+{
+    kempe_context *context = kempe_context_new();
+    double x = 0;
+    bool good = context && kempe_number_read(context, text, "s", &x) == KEMPE_OK && x > 0;
+    if (!context)
+        cli_complain("out of memory");
+    else if (!good)
+        cli_complain("--%s needs a positive time in s, as 3 or '20 ms', not '%s'", o->name, text);
+    kempe_context_free(context);
+    if (good)
+        *value = x;
+    return good;
+}
+
+/* A name without an ending is taken as the first kind of file, a device by it. */
+static bool has_ending(const option *o, const char *path)
+{
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.'), *at = endings[o->kind];
+    while (dot && at && *at) {
+        size_t length = strcspn(at, ",");
+        if (strlen(dot) == length && strncmp(dot, at, length) == 0)
+            return true;
+        at += length + (at[length] ? 2 : 0);
+    }
+    return !dot || !endings[o->kind];
+}
+
 /* The name is cut off at the sign, in place. */
 static bool store_setting(char *text, cli_settings *settings)
 {
@@ -327,8 +375,14 @@ static bool store(const option *o, char *text, cli_settings *settings)
     char *place = (char *)settings + o->offset;
     if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE)
         return store_number(o, text, (double *)(void *)place);
+    if (o->kind == OPTION_TIME)
+        return store_time(o, text, (double *)(void *)place);
     if (o->kind == OPTION_SETTING)
         return store_setting(text, settings);
+    if (!has_ending(o, text)) {
+        cli_complain("--%s writes files of these kinds: %s, not '%s'", o->name, endings[o->kind], text);
+        return false;
+    }
     *(const char **)(void *)place = text;
     return true;
 }

@@ -64,6 +64,12 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
         return kmp_fail_memory(eq->context);
     if (!moves && fabs(gap) <= ROUNDING * size)
         return KEMPE_OK;
+    if (moves)
+        return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+                            closure->place.column,
+                            "closure '%s' cannot be met at all times: its component %s depends on t alone, no "
+                            "coordinate moves it; let it depend on one",
+                            closure->name, component_name(closure, component));
     return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
                         "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
                         "move one of its points",

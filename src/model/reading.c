@@ -111,7 +111,8 @@ const char *kmp_read_word(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     if (node->kind == KMP_YAML_SCALAR && node->text[0])
         return node->text;
-    kmp_reader_complain(r, node->place, "%s must be a word, not %s", what, kind_name(node));
+    kmp_reader_complain(r, node->place, "%s must be a word, not %s", what,
+                        node->kind == KMP_YAML_SCALAR ? "an empty one" : kind_name(node));
     return NULL;
 }
 

@@ -28,6 +28,7 @@ struct kempe_batch {
     kmp_convergence *again; /* count */
     double rtol, atol, t_end, cpu_s;
     kmp_ensemble_work work;
+    char *warnings; /* of the computation, one a line */
 };
 
 /* -- running ----------------------------------------------------------------------------------------- */
@@ -62,6 +63,7 @@ void kempe_batch_free(kempe_batch *batch)
 {
     if (!batch)
         return;
+    kmp_free(batch->warnings);
     for (int k = 0; batch->results && k < batch->count; k++)
         kmp_free(batch->results[k].reason);
     kmp_free(batch->results);
@@ -95,6 +97,20 @@ static int count_of(const kempe_batch *b, const char *word)
     for (int k = 0; k < b->count; k++)
         count += strcmp(kempe_batch_status(b, k), word) == 0;
     return count;
+}
+
+/* What each start would have said by itself. */
+static void warn_of_rates(const kempe_batch *b)
+{
+    int changed = 0, first = -1;
+    for (int k = 0; k < b->count; k++)
+        if (b->results[k].rates_changed && ++changed == 1)
+            first = k;
+    if (changed > 0)
+        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
+                "start: the given rates contradict the closures in %d of %d instances, first in number %d: other rates "
+                "are taken there",
+                changed, b->count, first + 1);
 }
 
 /* -- whether they hold ------------------------------------------------------------------------------- */
@@ -221,6 +237,7 @@ static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lane
     b->t_end = spec->t_end;
     if (status != KEMPE_OK)
         return status;
+    warn_of_rates(b);
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
     if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance came to its end; the first: %s",
@@ -250,6 +267,7 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run *run, int lan
         kempe_batch_free(b);
         return status;
     }
+    b->warnings = kmp_context_warnings(context);
     *batch = b;
     return b->status;
 }
@@ -440,7 +458,7 @@ static void put_json(const kempe_batch *b, kmp_text *text)
     totals s = sum_up(b);
     int failing;
     kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance came to its end",
-                   system->build_s);
+                   system->build_s, b->warnings);
     kmp_json_whole(&json, "count", b->count);
     kmp_json_whole(&json, "ok", s.ok);
     kmp_json_whole(&json, "stopped", s.stopped);

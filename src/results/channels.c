@@ -313,6 +313,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
 void kmp_channels_free(kmp_channels *channels)
 {
     kmp_channels *c = channels;
+    kmp_free(c->warnings);
     kmp_transfer_free(&c->transfer);
     kmp_slopes_free(c->slopes);
     if (c->linear.system)

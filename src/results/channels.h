@@ -31,6 +31,7 @@ typedef struct kmp_channels {
     bool goes_on;                     /* rests, but for rates that change no force */
     double residual;                  /* of the state held still, relative: how far it is from equilibrium */
     double build_s;                   /* CPU time of what was derived */
+    char *warnings;                   /* of the computation, one a line */
 } kmp_channels;
 
 /** Derives, takes the state and evaluates. Outputs, when none are asked for: those of the model where there are inputs,

@@ -6,19 +6,30 @@
 #include <math.h>
 #include <string.h>
 
-/* The model's own text stands for it: 64-bit FNV-1a (Fowler, Noll, Vo). */
-kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
+/* 64-bit FNV-1a (Fowler, Noll, Vo): any one byte that differs changes it. */
+static uint64_t hash_of(const char *s, size_t length)
 {
     uint64_t hash = 0xcbf29ce484222325u;
+    for (size_t i = 0; i < length; i++)
+        hash = (hash ^ (unsigned char)s[i]) * 0x100000001b3u;
+    return hash;
+}
+
+void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length)
+{
+    kmp_text_printf(text, "# end, %016" PRIx64 "\n", hash_of(s, length));
+}
+
+/* The model's own text, with the values of its parameters, stands for it. */
+kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
+{
     char *model = NULL;
     kempe_status status = kempe_model_print(system->model, KEMPE_JSON, &model);
     if (status != KEMPE_OK)
         return status;
-    for (const char *s = model; *s; s++)
-        hash = (hash ^ (unsigned char)*s) * 0x100000001b3u;
+    kmp_text_printf(text, "# kempe checkpoint 2, model %s, %016" PRIx64 "\nt,work", kempe_model_name(system->model),
+                    hash_of(model, strlen(model)));
     kempe_text_free(model);
-    kmp_text_printf(text, "# kempe checkpoint 1, model %s, %016" PRIx64 "\nt,work", kempe_model_name(system->model),
-                    hash);
     for (kmp_quantity k = KMP_QUANTITY_Q; k < KMP_QUANTITIES; k++)
         for (int i = 0; i < kmp_quantity_size(system, k); i++)
             kmp_text_printf(text, ",%s.%s", kmp_quantity_prefix(k), kmp_quantity_name(system, k, i));
@@ -47,6 +58,8 @@ kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples 
     kempe_status status = kmp_checkpoint_head(system, &text);
     for (int row = 0; status == KEMPE_OK && row < samples->rows; row++)
         print_row(system, samples, row, &text);
+    if (status == KEMPE_OK && !text.failed)
+        kmp_checkpoint_end(&text, text.s, text.length);
     if (status == KEMPE_OK)
         status = kmp_file_write(system->context, path, &text);
     kmp_text_free(&text);
@@ -96,6 +109,29 @@ static kempe_status read_rows(const kempe_system *system, const char *path, cons
     return KEMPE_OK;
 }
 
+/* Cuts the last line off, which must be the sum of the rest. */
+static kempe_status check_end(const kempe_system *system, const char *path, char *text, size_t length)
+{
+    size_t at = length > 0 ? length - 1 : 0;
+    int line = 1;
+    kmp_text end = {0};
+    while (at > 0 && text[at - 1] != '\n')
+        at--;
+    for (size_t i = 0; i < at; i++)
+        line += text[i] == '\n';
+    kmp_checkpoint_end(&end, text, at);
+    bool whole =
+        !end.failed && strlen(text) == length && end.length == length - at && memcmp(end.s, text + at, end.length) == 0;
+    kempe_status status = end.failed ? kmp_fail_memory(system->context)
+                          : whole    ? KEMPE_OK
+                                     : kmp_complain(system->context, path, line, 1,
+                                                    "the checkpoint is damaged: its last line is not the sum of what "
+                                                       "stands before it; go on from another one");
+    text[at] = '\0';
+    kmp_text_free(&end);
+    return status;
+}
+
 static kempe_status read_text(const kempe_system *system, const char *path, const char *text, kmp_samples *samples)
 {
     kmp_text head = {0};
@@ -103,7 +139,7 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
     kempe_status status = row ? kmp_checkpoint_head(system, &head) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK && (head.failed || !head.s))
         status = kmp_fail_memory(system->context);
-    if (status == KEMPE_OK && strncmp(text, "# kempe checkpoint 1,", 21) != 0)
+    if (status == KEMPE_OK && strncmp(text, "# kempe checkpoint 2,", 21) != 0)
         status = kmp_complain(system->context, path, 1, 1, "this is no checkpoint of a run");
     else if (status == KEMPE_OK && head.s && strncmp(text, head.s, head.length) != 0)
         status = kmp_complain(
@@ -126,7 +162,9 @@ kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, k
     if (status != KEMPE_OK)
         return status;
     kmp_samples_init(&read, system->n, system->m);
-    status = read_text(system, path, text, &read);
+    status = strncmp(text, "# kempe checkpoint 2,", 21) == 0 ? check_end(system, path, text, length) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = read_text(system, path, text, &read);
     kmp_free(text);
     if (status == KEMPE_OK) {
         kmp_samples_free(samples);

@@ -2,6 +2,7 @@
 /* Comparing: every chosen way at every tolerance from one assembled start, judged at the reference's times. */
 #include "results/compare.h"
 #include "base/memory.h"
+#include "constraints/pressing.h"
 #include "results/times.h"
 #include <math.h>
 #include <string.h>
@@ -9,6 +10,8 @@
 /* Of the processor, s, for all runs when nobody says, and the part of it that may go into the reference. */
 #define BUDGET         60.0
 #define REFERENCE_PART 0.4
+/* Rows of runs whose time counts, less one. */
+#define FEW 10
 
 kempe_compare_run kempe_compare_run_default(void)
 {
@@ -58,6 +61,7 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
         return status;
     kmp_reference_limit(&j->reference, c->t_end);
     c->has_reference = true;
+    j->reference.shared = c->shared;
     kmp_free(c->source);
     c->source = kmp_strdup(base_name(path));
     return c->source ? KEMPE_OK : kmp_fail_memory(j->context);
@@ -105,6 +109,27 @@ static void take_ways(kmp_compare_job *j)
     j->choice.ways = NULL;
 }
 
+/* Which multipliers redundant rows leave open: nothing can be said of their errors, and that is said. */
+static kempe_status find_shared(kmp_compare_job *j)
+{
+    kempe_comparison *c = j->comparison;
+    const double *q = j->start->inner_q ? j->start->inner_q : j->start->q;
+    int count = 0;
+    c->shared = KMP_NEW(bool, c->system->m);
+    if (!c->shared)
+        return kmp_fail_memory(j->context);
+    if (j->start->chart)
+        kmp_plant_set_charts(j->plant, j->start->chart);
+    kempe_status status = kmp_find_shared(j->plant, 0, q, c->shared, &count);
+    if (status == KEMPE_OK && count > 0 &&
+        !kmp_sentences_add(&c->warnings,
+                           "%d of %d multipliers are not unique, since rows are redundant: their errors are left out "
+                           "('kempe check' names them)",
+                           count, c->system->m))
+        status = kmp_fail_memory(j->context);
+    return status;
+}
+
 /* The options are judged before anything is computed. */
 static kempe_status prepare(kmp_compare_job *j, const kempe_compare_run *options)
 {
@@ -120,12 +145,17 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_run *options
         status = widen(j, options);
     take_ways(j);
     if (status == KEMPE_OK)
+        status = find_shared(j);
+    if (status == KEMPE_OK)
         status = use_reference(j, options->reference);
     if (status != KEMPE_OK)
         return status;
     kmp_context_clear(j->context);
-    if (!kmp_times_init(&j->times, c->t_end, c->t_end, c->has_reference ? &j->reference : NULL))
-        status = kmp_fail_memory(j->context);
+    if (!kmp_times_init(&j->times, c->t_end, c->t_end, c->has_reference ? &j->reference : NULL) ||
+        !kmp_times_init(&j->few, c->t_end / FEW, c->t_end, NULL))
+        return kmp_fail_memory(j->context);
+    for (int k = 0; c->has_reference && k < j->reference.rows; k++)
+        c->instants += j->reference.t[k] <= c->until;
     return status;
 }
 
@@ -136,6 +166,7 @@ static void release(kmp_compare_job *j)
     kmp_plant_free(j->plant);
     kmp_reference_free(&j->reference);
     kmp_times_free(&j->times);
+    kmp_times_free(&j->few);
 }
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
@@ -159,6 +190,17 @@ static kempe_status judge(kmp_compare_job *j)
     return status == KEMPE_OK ? kmp_compare_advise(c) : status;
 }
 
+/* Of the start. */
+static kempe_status repeat_warnings(kmp_compare_job *j)
+{
+    char *lines = kmp_context_warnings(j->context);
+    bool ok = lines;
+    for (const char *at = lines; ok && *at; at += strcspn(at, "\n") + 1)
+        ok = kmp_sentences_add(&j->comparison->warnings, "%.*s", (int)strcspn(at, "\n"), at);
+    kmp_free(lines);
+    return ok ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
 kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *options, kempe_comparison **comparison)
 {
     KMP_WANTED(NULL, system, "system");
@@ -173,6 +215,8 @@ kempe_status kempe_compare(const kempe_system *system, const kempe_compare_run *
     j.comparison->advice = (kmp_advice){.run = -1, .level = NAN};
     j.comparison->source = kmp_strdup("none");
     kempe_status status = j.comparison->source ? prepare(&j, options) : kmp_fail_memory(j.context);
+    if (status == KEMPE_OK)
+        status = repeat_warnings(&j);
     if (status == KEMPE_OK)
         status = judge(&j);
     if (status == KEMPE_OK)
@@ -203,5 +247,6 @@ void kempe_comparison_free(kempe_comparison *comparison)
     kmp_free(comparison->source);
     kmp_free(comparison->reason);
     kmp_free(comparison->ways);
+    kmp_free(comparison->shared);
     kmp_free(comparison);
 }

@@ -72,6 +72,8 @@ struct kempe_comparison {
     double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when not known */
     int source_count;                   /* of an own reference */
     kmp_source sources[KMP_MOST_SOURCES];
+    int instants;         /* at which errors are judged, of the whole time; 0: there is no reference */
+    bool *shared;         /* m: multipliers that redundant rows leave open, which are not judged */
     double amplification; /* of a small change of the start, at worst, in q; NaN when not known */
     double until;         /* errors are judged up to this time */
     double t_end, budget_s;
@@ -101,9 +103,10 @@ typedef struct kmp_compare_job {
     kempe_assembly *start;
     kmp_plant *plant;
     kmp_reference reference;
-    kmp_times times;
-    double left_s; /* of the processor, for what is still to be run */
-    bool quiet;    /* what the runs say is said: the first one speaks for all */
+    kmp_times times; /* of rows that are judged */
+    kmp_times few;   /* of rows in runs whose time counts */
+    double left_s;   /* of the processor, for what is still to be run */
+    bool quiet;      /* what the runs say is said: the first one speaks for all */
 } kmp_compare_job;
 
 /** Runs a way once, given up after limit_s; its time is taken from what is left. The rows are put into `table` in place

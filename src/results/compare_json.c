@@ -23,6 +23,7 @@ static void json_reference(kmp_json *json, const kempe_comparison *c)
     kmp_json_number(json, "uncertainty_qd", c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN);
     kmp_json_number(json, "uncertainty_lambda", c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN);
     kmp_json_number(json, "until", c->has_reference ? c->until : NAN);
+    kmp_json_whole(json, "instants", c->instants);
     kmp_json_number(json, "amplification", c->amplification);
     kmp_json_array(json, "runs");
     for (int k = 0; k < c->source_count; k++)
@@ -125,7 +126,7 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
 void kmp_compare_json(kmp_text *text, const kempe_comparison *c)
 {
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, c->status, c->reason, c->system->build_s);
+    kmp_print_head(&j, c->system, c->status, c->reason, c->system->build_s, NULL);
     json_reference(&j, c);
     kmp_json_number(&j, "t_end", c->t_end);
     kmp_json_array(&j, "runs");

@@ -53,12 +53,19 @@ static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
     kmp_text_put(text, "; what is below ten times that is left blank\n");
 }
 
+static void show_instants(kmp_text *text, const kempe_comparison *c)
+{
+    kmp_text_printf(text, "errors: the largest at %d instants; of lambda in parts of the largest load\n", c->instants);
+}
+
 static void show_head(kmp_text *text, const kempe_comparison *c)
 {
     kmp_text_printf(text, "%s, 0 to %g s\n", c->system->model->name, c->t_end);
     show_wrapped(text, "reference: ", c->source);
     if (c->has_reference)
         show_uncertainty(text, c);
+    if (c->has_reference)
+        show_instants(text, c);
 }
 
 /* -- runs -------------------------------------------------------------------------------------------- */

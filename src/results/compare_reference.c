@@ -9,7 +9,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { ROWS = 10, MOST_CUT = 2 };
+/* Instants at which errors are judged, one within each of so many equal parts, at places that no period of a motion
+ * meets. Of eight examples eleven even instants saw 0.36 to 1 of the largest error, 100 of these 0.75, 400 of them 0.82
+ * and mostly more than 0.95. Where the reference ends early is looked for at every STRIDE-th. */
+enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
 
 static const kmp_source rows[] = {
 #define KMP_SOURCE(road, form, integrator) {road, form, integrator, 0, 0, 0},
@@ -21,6 +24,8 @@ static const kmp_source rows[] = {
 static const double tight[] = {1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7};
 
 enum { TIGHT = sizeof tight / sizeof *tight };
+
+#define GOLDEN 0.6180339887498949 /* (sqrt(5) - 1) / 2 */
 
 /* A way is tried at this one first. Its time grows by at most GROWTH for a tenth of the tolerance with high orders:
  * what would take too long by that is not begun. */
@@ -131,6 +136,7 @@ static kempe_status differ(const maker *m, const kmp_samples *table, const kmp_s
     kmp_reference reference;
     if (!kmp_reference_from_table(&reference, other))
         return kmp_fail_memory(m->job->context);
+    reference.shared = m->comparison->shared;
     kmp_verdict_errors(table, m->system, &reference, until, difference);
     kmp_reference_free(&reference);
     return KEMPE_OK;
@@ -271,7 +277,7 @@ static kempe_status choose_until(maker *m, double until)
 static kempe_status choose(maker *m)
 {
     kempe_status status = choose_until(m, INFINITY);
-    return status == KEMPE_OK && m->sources[m->first].said.own > LOST ? choose_until(m, m->at[1]) : status;
+    return status == KEMPE_OK && m->sources[m->first].said.own > LOST ? choose_until(m, m->at[STRIDE]) : status;
 }
 
 static void take_least(double *least, const double *difference)
@@ -331,7 +337,7 @@ static kempe_status keep_good(maker *m, double *at_end, double *bound)
         return status;
     }
     for (int k = 0; k < KEPT && !c->has_reference; k++)
-        for (int row = ROWS - 1; row > 0 && status == KEMPE_OK && !c->has_reference; row--) {
+        for (int row = ROWS - STRIDE; row > 0 && status == KEMPE_OK && !c->has_reference; row -= STRIDE) {
             status = judge(m, m->at[row]);
             c->has_reference = status == KEMPE_OK && c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
             c->until = m->at[row];
@@ -438,6 +444,7 @@ static kempe_status settle(maker *m, double at_end, double bound)
         return KEMPE_OK;
     if (!kmp_reference_from_table(&m->job->reference, &m->sources[m->first].table))
         return kmp_fail_memory(m->job->context);
+    m->job->reference.shared = c->shared;
     kmp_reference_limit(&m->job->reference, c->until);
     return KEMPE_OK;
 }
@@ -450,7 +457,7 @@ kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s)
     m.times = (kmp_times){ROWS + 1, m.at};
     m.least_left_s = job->left_s - budget_s;
     for (int k = 0; k <= ROWS; k++)
-        m.at[k] = k == ROWS ? c->t_end : c->t_end * k / ROWS;
+        m.at[k] = k == ROWS ? c->t_end : c->t_end * (k + fmod(k * GOLDEN, 1)) / ROWS;
     for (int k = 0; k < KMP_QUANTITIES; k++)
         c->uncertainty[k] = NAN;
     kmp_samples_init(&m.moved, c->system->n, c->system->m);

@@ -14,6 +14,8 @@ enum { MOST_REPEATS = 5, SOME_REPEATS = 3 };
 #define HOPELESS  100.0
 #define FREE      0.25
 #define MOST_PART 0.125
+/* Rows beside right-hand sides whose time may be neglected. */
+#define ROW_PART 0.02
 
 /* -- one run ----------------------------------------------------------------------------------------- */
 
@@ -58,17 +60,22 @@ static double median(int count, double *x)
     return x[count / 2];
 }
 
-/* The repeats do the same to the last bit: only their time counts. */
-static kempe_status time_run(kmp_compare_job *j, kmp_compared *run, kmp_samples *table)
+/* The repeats take the same steps, and only their time counts: rows that are judged take time, which nobody asked for.
+ * Of a long run it is nothing, unless there are as many rows as right-hand sides. */
+static kempe_status time_run(kmp_compare_job *j, kmp_compared *run)
 {
     double first = run->report.cpu_s, cpu_s[MOST_REPEATS] = {first};
-    int count = 1, wanted = first < SHORT ? MOST_REPEATS : first < NOT_LONG ? SOME_REPEATS : 1;
+    bool many = j->times.count > ROW_PART * (double)run->report.rhs;
+    int wanted = first < SHORT ? MOST_REPEATS : first < NOT_LONG ? SOME_REPEATS : 1, count = wanted == 1 && !many;
+    kmp_samples rows;
     kempe_status status = KEMPE_OK;
+    kmp_samples_init(&rows, j->comparison->system->n, j->comparison->system->m);
     while (count < wanted && status == KEMPE_OK) {
         kmp_free(run->report.reason);
-        status = kmp_compare_once(j, run->way, run->rtol, &j->times, 0, table, &run->report);
+        status = kmp_compare_once(j, run->way, run->rtol, &j->few, 0, &rows, &run->report);
         cpu_s[count++] = run->report.cpu_s;
     }
+    kmp_samples_free(&rows);
     run->cpu_s = median(count, cpu_s);
     return status;
 }
@@ -92,7 +99,7 @@ static kempe_status run_one(kmp_compare_job *j, kmp_compared *run, double limit_
     bool cut = run->report.cut;
     if (status == KEMPE_OK) {
         run->verdict = kmp_verdict_of(table, j->plant, j->comparison->has_reference ? &j->reference : NULL);
-        status = time_run(j, run, table);
+        status = time_run(j, run);
     }
     if (!kmp_compare_has_result(status))
         return status;
@@ -173,6 +180,7 @@ static kempe_status compare_before(grid *g, int way, int run)
     if (g->before_run[way] >= 0) {
         if (!kmp_reference_from_table(&tighter, &g->table))
             return kmp_fail_memory(g->job->context);
+        tighter.shared = c->shared;
         kmp_verdict_errors(&g->before[way], c->system, &tighter, INFINITY, error);
         c->runs[g->before_run[way]].apart = error[KMP_QUANTITY_Q];
         kmp_reference_free(&tighter);

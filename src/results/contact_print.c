@@ -153,7 +153,7 @@ static void put_row(kmp_json *json, const kempe_contact_table *t, int row)
 static void show_json(kmp_text *text, const kempe_contact_table *t)
 {
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s);
+    kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
     kmp_json_string(&json, "over", t->over.range[0].name);
     kmp_json_string(&json, "unit", unit_of(t));
     kmp_json_string(&json, "law", t->has_law ? kempe_contact_law_name(t->law) : NULL);

@@ -71,10 +71,10 @@ void kempe_inverse_free(kempe_inverse *inverse)
 {
     if (!inverse)
         return;
-    void *rooms[] = {inverse->reason,  inverse->source,   inverse->loop,     inverse->actuator, inverse->weight,
-                     inverse->t,       inverse->q,        inverse->qd,       inverse->qdd,      inverse->tau,
-                     inverse->power,   inverse->lambda,   inverse->reaction, inverse->left_u,   inverse->left,
-                     inverse->start_u, inverse->redundant};
+    void *rooms[] = {inverse->reason,  inverse->source,    inverse->loop,     inverse->actuator, inverse->weight,
+                     inverse->t,       inverse->q,         inverse->qd,       inverse->qdd,      inverse->tau,
+                     inverse->power,   inverse->lambda,    inverse->reaction, inverse->left_u,   inverse->left,
+                     inverse->start_u, inverse->redundant, inverse->warnings};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     kmp_free(inverse);
@@ -596,6 +596,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_a
     if (ready)
         status = run(&j);
     release(&j);
+    j.r->warnings = kmp_context_warnings(j.context);
     if (ready && has_result(status))
         *inverse = j.r;
     else

@@ -18,7 +18,8 @@ typedef struct kmp_inverse_summary {
 struct kempe_inverse {
     const kempe_system *system;
     kempe_status status;
-    char *reason; /* "" when ok */
+    char *reason;   /* "" when ok */
+    char *warnings; /* of the computation, one a line */
     kmp_inverse_motion motion;
     char *source; /* the table's path; NULL: none */
     int n, m, loops, a;

@@ -319,7 +319,7 @@ static void json_rows(kmp_json *json, const kempe_inverse *r)
 static void json(kmp_text *text, const kempe_inverse *r)
 {
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, r->system, r->status, r->reason, r->build_s);
+    kmp_print_head(&j, r->system, r->status, r->reason, r->build_s, r->warnings);
     json_motion(&j, r);
     json_kind(&j, r);
     json_actuators(&j, r);

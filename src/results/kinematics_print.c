@@ -238,7 +238,7 @@ static void json_left_out(kmp_json *j, const kempe_model *model)
 static void json_all(kmp_text *text, const kempe_kinematics *k)
 {
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s);
+    kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s, k->warnings);
     json_leads(&j, k);
     kmp_json_whole(&j, "rows", k->count);
     kmp_json_whole(&j, "rows_asked", k->asked);

@@ -59,6 +59,7 @@ kempe_status kempe_linearize(const kempe_system *system, const kempe_linearize_a
     kempe_status status = kmp_channels_init(&l->channels, system, &asked);
     if (status == KEMPE_OK)
         status = make_first_order(l);
+    l->channels.warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_OK)
         *linearization = l;
     else

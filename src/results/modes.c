@@ -181,6 +181,7 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_ask *
     m->system = system;
     kempe_status status = make(m, ask);
     m->status = status;
+    m->warnings = kmp_context_warnings(system->context);
     m->cpu_s = kmp_cpu_now() - begin;
     if (status == KEMPE_OK || (status == KEMPE_STOPPED && m->reason))
         *modes = m;
@@ -201,6 +202,7 @@ void kempe_modes_free(kempe_modes *modes)
     kmp_free(modes->q);
     kmp_free(modes->qd);
     kmp_free(modes->name);
+    kmp_free(modes->warnings);
     kmp_free(modes->reason);
     kmp_free(modes);
 }

@@ -13,7 +13,8 @@ enum { KMP_MOST_ORDERS = 16 };
 struct kempe_modes {
     const kempe_system *system;
     kempe_status status;
-    char *reason; /* of KEMPE_STOPPED; NULL: none */
+    char *reason;   /* of KEMPE_STOPPED; NULL: none */
+    char *warnings; /* of the computation, one a line */
     int *wish;
     kmp_steady *rates; /* asked for; n of them would be all */
     int rate_count;

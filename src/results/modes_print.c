@@ -272,7 +272,7 @@ static void json_all(kmp_text *text, const kempe_modes *m)
     const kmp_spectrum *s = &m->modes.spectrum;
     kmp_text verdict = {0};
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, m->system, m->status, m->reason, m->system->build_s);
+    kmp_print_head(&j, m->system, m->status, m->reason, m->system->build_s, m->warnings);
     kmp_json_string(&j, "at", m->station->state->equilibrium ? "equilibrium" : "start");
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);

@@ -8,13 +8,29 @@ const char *kmp_status_word(kempe_status status)
     return status == KEMPE_OK ? "ok" : status == KEMPE_STOPPED ? "stopped" : "failed";
 }
 
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s)
+static void print_lines(kmp_json *json, const char *key, const char *lines)
+{
+    kmp_text line = {0};
+    kmp_json_array(json, key);
+    for (; *lines; lines += strcspn(lines, "\n") + 1) {
+        kmp_text_printf(&line, "%.*s", (int)strcspn(lines, "\n"), lines);
+        kmp_json_string(json, NULL, line.s ? line.s : "");
+        json->text->failed = json->text->failed || line.failed;
+        kmp_text_free(&line);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
+                    const char *warnings)
 {
     kmp_json_object(json, NULL);
     kmp_json_string(json, "model", system->model->name);
     kmp_json_string(json, "status", kmp_status_word(status));
     kmp_json_string(json, "reason", reason ? reason : "");
     kmp_json_number(json, "build_s", build_s);
+    if (warnings)
+        print_lines(json, "warnings", warnings);
 }
 
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,

@@ -11,9 +11,10 @@
 /** "ok", "stopped" or "failed". */
 const char *kmp_status_word(kempe_status status);
 
-/** Opens the outermost object: model, status, reason, build_s. */
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason,
-                    double build_s);
+/** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
+ * NULL: the object has them elsewhere. */
+void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
+                    const char *warnings);
 
 /** An object of named numbers: entries of `quantity`. */
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,

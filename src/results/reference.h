@@ -10,6 +10,7 @@ typedef struct kmp_reference {
     int rows;
     double *t;                     /* ascending, >= 0 */
     double *value[KMP_QUANTITIES]; /* rows x n (or m); NaN where not given */
+    const bool *shared; /* m, not its own: multipliers that redundant rows leave open, not judged; NULL: none */
 } kmp_reference;
 
 /** KEMPE_E_IO, or KEMPE_E_INPUT with file:line:column for each mistake (unknown column with the nearest known name, a

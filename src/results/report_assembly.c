@@ -107,8 +107,18 @@ static void show_assembly(kmp_text *text, const kempe_assembly *a)
         kmp_print_cell(text, 0, 2, a->goals.slope);
         kmp_text_put(text, "\n");
     }
-    if (a->rates_changed)
-        kmp_text_put(text, "note      the rates given contradict the closures: they were corrected\n");
+    kmp_text changed = {0};
+    kmp_assembly_put_rates(&changed, a);
+    for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)
+        kmp_text_printf(text, "note      %.*s\n", (int)strcspn(at, "\n"), at);
+    text->failed = text->failed || changed.failed;
+    kmp_text_free(&changed);
+    if (a->rates_left > 0)
+        kmp_text_printf(
+            text,
+            "note      prescribed motions ask for rates that the closures do not allow here: %.2g of them is "
+            "left over\n",
+            a->rates_left);
 }
 
 static void json_goals(kmp_json *j, const kempe_assembly *a)
@@ -141,13 +151,36 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
     kmp_json_end(j);
 }
 
+/* Rates that were given and could not be kept. */
+static void json_rates(kmp_json *j, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    kmp_json_object(j, "rates_changed");
+    for (int k = 0; k < a->system->n; k++) {
+        if (!kmp_assembly_changed_rate(a, k))
+            continue;
+        kmp_json_object(j, model->motions[k].name);
+        kmp_json_number(j, "given", model->start.qd[k].value);
+        kmp_json_number(j, "taken", a->qd[k]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+    kmp_json_number(j, "rates_left", a->rates_left);
+}
+
 static void json_assembly(kmp_text *text, const kempe_assembly *a, const char *reason)
 {
     const kempe_model *model = a->system->model;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason, a->system->build_s);
+    kmp_text warnings = {0};
+    kmp_text_put(&warnings, "");
+    kmp_assembly_put_rates(&warnings, a);
+    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason, a->system->build_s, warnings.s);
+    text->failed = text->failed || warnings.failed;
+    kmp_text_free(&warnings);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
+    json_rates(&j, a);
     kmp_json_number(&j, "residual", a->residual);
     kmp_json_number(&j, "gap", a->gap);
     kmp_json_array(&j, "culprits");

@@ -54,7 +54,7 @@ static void show_branches(kmp_text *text, const kempe_branches *b)
 static void json_branches(kmp_text *text, const kempe_branches *b)
 {
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, b->system, KEMPE_OK, "", b->system->build_s);
+    kmp_print_head(&j, b->system, KEMPE_OK, "", b->system->build_s, b->warnings);
     kmp_json_array(&j, "kept");
     for (int k = 0; k < b->system->n; k++)
         if (b->kept[k])

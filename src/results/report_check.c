@@ -43,7 +43,15 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
                     part->m == 1 ? "" : "s", part->r);
     if (vanished > 0)
         kmp_text_printf(text, "  %-21s(%d more vanish identically, as out-of-plane rows do)\n", "", vanished);
-    kmp_text_printf(text, "  degrees of freedom   %d\n", part->p);
+    kmp_text_printf(text,
+                    check->driven > 0 ? "  degrees of freedom   %d free, %d driven\n" : "  degrees of freedom   %d\n",
+                    part->p, check->driven);
+    if (part->p == 0) {
+        label(text, "");
+        kmp_text_put(text, check->system->rheonomic ? "all motion is prescribed\n" : "nothing can move\n");
+    }
+    if (check->undetermined)
+        kmp_text_printf(text, "  %-21s%s\n", "no run is possible", check->undetermined);
     sentence(text, check, "", kmp_check_mobility);
     sentence(text, check, "", kmp_check_second);
     if (check->doctor.ran && check->doctor.margin > 0 && check->doctor.margin < 1e-4) {

@@ -43,6 +43,8 @@ static void json_partition(kmp_json *json, const kempe_check *check)
     const kmp_partition *part = &check->part;
     kmp_json_whole(json, "rank", part->r);
     kmp_json_whole(json, "dof", part->p);
+    kmp_json_whole(json, "driven", check->driven);
+    kmp_json_string(json, "undetermined", check->undetermined);
     json_rows(json, "redundant", check, part->m - part->r, part->redundant);
     kmp_print_coordinates(json, "u", check->system, part->p, part->u);
     kmp_print_coordinates(json, "v", check->system, part->r, part->v);
@@ -75,6 +77,7 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
     const kmp_doctor *d = &check->doctor;
     kmp_json_object(json, "mobility");
     kmp_json_whole(json, "dof", check->part.p);
+    kmp_json_whole(json, "driven", check->driven);
     kmp_json_whole(json, "counted", check->part.n - check->part.m);
     kmp_json_number(json, "generic_dof",
                     d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN);
@@ -247,7 +250,7 @@ void kmp_check_json(kmp_text *text, const kempe_check *check)
 {
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, check->system, check->assembled ? KEMPE_OK : KEMPE_E_FAILED, check->reason,
-                   check->system->build_s);
+                   check->system->build_s, check->warnings);
     if (check->assembled)
         json_assembled(&j, check);
     else

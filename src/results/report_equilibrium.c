@@ -161,7 +161,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
 static void json_equilibrium(kmp_text *text, const kempe_equilibrium *e)
 {
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, e->system, KEMPE_OK, "", e->system->build_s);
+    kmp_print_head(&j, e->system, KEMPE_OK, "", e->system->build_s, e->warnings);
     json_balance(&j, e, &e->balance[0]);
     kmp_json_whole(&j, "count", e->count);
     kmp_json_whole(&j, "starts", e->starts);

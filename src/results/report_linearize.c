@@ -87,7 +87,7 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
 {
     const kmp_channels *c = &l->channels;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s);
+    kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_json_string(&j, "state", c->goes_on ? "steady" : c->rests ? "rests" : "moves");
     kmp_json_number(&j, "residual", c->residual);

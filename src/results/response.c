@@ -170,6 +170,7 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
     if (!r)
         return kmp_fail_memory(system->context);
     kempe_status status = make(r, system, ask);
+    r->channels.warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_OK)
         *response = r;
     else

@@ -176,6 +176,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
     s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived) - s->again_s;
     s->ask = NULL;
+    s->warnings = kmp_context_warnings(s->context);
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
     if (s->status != KEMPE_OK && !partly) {
         status = s->status;
@@ -209,6 +210,7 @@ void kempe_sensitivity_free(kempe_sensitivity *s)
     kmp_free(s->at);
     kmp_free(s->value);
     kmp_free(s->slope);
+    kmp_free(s->warnings);
     kmp_free(s->reason);
     kmp_free(s->note);
     kmp_free(s->again_name);

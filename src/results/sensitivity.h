@@ -28,8 +28,9 @@ struct kempe_sensitivity {
     int rows, room;
     double *at, *value, *slope; /* rows; rows x columns; rows x columns x count */
     kempe_status status;
-    char *reason; /* "" when ok */
-    char *note;   /* what is to be said beside the numbers; NULL: nothing */
+    char *reason;   /* "" when ok */
+    char *warnings; /* of the computation, one a line */
+    char *note;     /* what is to be said beside the numbers; NULL: nothing */
     const char *method, *integrator;
     double rtol, atol, t_end; /* 0: none */
     kempe_slope_work work;

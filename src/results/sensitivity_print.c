@@ -124,7 +124,7 @@ static void put_work(kmp_json *json, const kempe_sensitivity *s)
 static void put_json(const kempe_sensitivity *s, kmp_text *text)
 {
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, s->system, s->status, s->reason, s->build_s);
+    kmp_print_head(&json, s->system, s->status, s->reason, s->build_s, s->warnings);
     kmp_json_string(&json, "of", s->kind->name);
     if (s->t_end > 0)
         put_work(&json, s);

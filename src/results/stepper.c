@@ -93,7 +93,8 @@ void kempe_stepper_free(kempe_stepper *stepper)
 
 void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
 {
-    stepper->keeps = keep;
+    if (stepper)
+        stepper->keeps = keep;
 }
 
 /* Inputs may have changed since the last call: they count from here on, and none later before it has been told. */

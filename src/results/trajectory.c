@@ -2,6 +2,7 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "results/trajectory.h"
 #include "base/memory.h"
+#include "constraints/pressing.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include "results/checkpoint.h"
@@ -216,9 +217,9 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
 {
     if (!trajectory)
         return;
-    char *names[] = {trajectory->road,   trajectory->form,          trajectory->integrator,
-                     trajectory->linear, trajectory->change_points, trajectory->backend,
-                     trajectory->source, trajectory->reason,        trajectory->report.reason};
+    char *names[] = {trajectory->road,          trajectory->form,    trajectory->integrator, trajectory->linear,
+                     trajectory->change_points, trajectory->backend, trajectory->source,     trajectory->reason,
+                     trajectory->report.reason, trajectory->warnings};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         kmp_free(names[k]);
     kmp_journal_free(&trajectory->journal);
@@ -283,16 +284,36 @@ static void warn_of_verdict(const kempe_trajectory *t)
                 t->verdict.drift_rel);
 }
 
-static kempe_status judge(kempe_trajectory *t, const job *j)
+/* Multipliers that redundant rows leave open have no error. */
+static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_plant *plant, bool **shared)
 {
+    int count;
+    *shared = KMP_NEW(bool, t->system->m);
+    if (!*shared)
+        return kmp_fail_memory(j->context);
+    if (t->table.rows == 0)
+        return KEMPE_OK;
+    kempe_status status = kmp_find_shared(plant, kmp_samples_time(&t->table, 0),
+                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), *shared, &count);
+    j->reference.shared = *shared;
+    return status;
+}
+
+static kempe_status judge(kempe_trajectory *t, job *j)
+{
+    bool *shared = NULL;
     kmp_plant *plant = kmp_plant_new(t->system, t->backend);
     if (!plant)
         return KEMPE_E_MEMORY;
-    t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
+    kempe_status status = j->has_reference ? leave_out_shared(t, j, plant, &shared) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        t->verdict = kmp_verdict_of(&t->table, plant, j->has_reference ? &j->reference : NULL);
+    j->reference.shared = NULL;
+    kmp_free(shared);
     warn_of_verdict(t);
     judge_last_row(t, plant);
     kmp_plant_free(plant);
-    return KEMPE_OK;
+    return status;
 }
 
 static bool has_result(kempe_status status)
@@ -361,6 +382,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     status = judged == KEMPE_OK ? status : judged;
     if (status == KEMPE_OK && !j->run->once)
         status = run_again(t, j);
+    t->warnings = kmp_context_warnings(j->context);
     if (has_result(status))
         *trajectory = t;
     else

@@ -11,6 +11,7 @@ struct kempe_trajectory {
     const kempe_system *system;
     kempe_status status;
     char *reason;                                      /* "" when ok */
+    char *warnings;                                    /* of the computation, one a line */
     char *road, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
     char *change_points;
     double rtol, atol, t_end;

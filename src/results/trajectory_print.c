@@ -271,7 +271,7 @@ static void json_notes(kmp_json *json, const kmp_journal *journal)
 static void json(kmp_text *text, const kempe_trajectory *t)
 {
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, t->system, t->status, t->reason, t->system->build_s + t->report.build_s);
+    kmp_print_head(&j, t->system, t->status, t->reason, t->system->build_s + t->report.build_s, t->warnings);
     json_settings(&j, t);
     json_state(&j, t);
     kmp_print_verdict(&j, &t->verdict);

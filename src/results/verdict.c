@@ -62,6 +62,33 @@ static void compare_entries(double *error, int count, const double *x, const dou
     }
 }
 
+/* What a multiplier does along the size of its row, J. */
+static double effort(const kempe_system *system, const kmp_reference *reference, int row, double lambda)
+{
+    return reference->shared && reference->shared[row] ? NAN : fabs(lambda) * system->row_scale[row];
+}
+
+/* The largest of the reference: forces that are small beside it are not held against themselves. 0: there is none. */
+static double load_of(const kempe_system *system, const kmp_reference *reference)
+{
+    const double *lambda = reference->value[KMP_QUANTITY_LAMBDA];
+    double load = 0;
+    for (int row = 0; lambda && row < reference->rows; row++)
+        for (int k = 0; k < system->m; k++)
+            load = fmax(load, effort(system, reference, k, lambda[(size_t)row * (size_t)system->m + (size_t)k]));
+    return load;
+}
+
+static void compare_loads(double *error, const kempe_system *system, const kmp_reference *reference, const double *x,
+                          const double *ref, double load)
+{
+    for (int k = 0; k < system->m; k++) {
+        double e = effort(system, reference, k, x[k] - ref[k]) / (load > 0 ? load : 1);
+        if (!isnan(ref[k]) && !(reference->shared && reference->shared[k]))
+            *error = isnan(*error) ? e : larger(*error, e);
+    }
+}
+
 static bool same(double a, double b)
 {
     return a <= b && a >= b;
@@ -89,12 +116,9 @@ static void use_words_of(const kempe_system *system, const double *ref, double *
 static void compare_row(double *error, const kmp_samples *table, int row, const kmp_reference *reference, int r,
                         const double *values)
 {
-    for (int k = 0; k < KMP_QUANTITIES; k++) {
-        int width = k == KMP_QUANTITY_LAMBDA ? table->m : table->n;
-        const double *x = values && k != KMP_QUANTITY_LAMBDA ? values + (ptrdiff_t)k * table->n
-                                                             : kmp_samples_get(table, (kmp_quantity)k, row);
-        if (width > 0)
-            compare_entries(&error[k], width, x, reference->value[k] + (size_t)r * (size_t)width);
+    for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
+        const double *x = values ? values + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);
+        compare_entries(&error[k], table->n, x, reference->value[k] + (size_t)r * (size_t)table->n);
     }
 }
 
@@ -102,7 +126,8 @@ static void compare_row(double *error, const kmp_samples *table, int row, const 
 static void compare_rows(double *error, const kmp_samples *table, const kmp_reference *reference, double until,
                          const kempe_system *system, double *room)
 {
-    size_t n = (size_t)table->n;
+    size_t n = (size_t)table->n, m = (size_t)table->m;
+    double load = load_of(system, reference);
     for (int row = 0, r = 0; row < table->rows; row++) {
         double t = kmp_samples_time(table, row);
         while (r < reference->rows && reference->t[r] < t)
@@ -114,6 +139,10 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
         compare_row(error, table, row, reference, r, room);
+        if (m > 0)
+            compare_loads(&error[KMP_QUANTITY_LAMBDA], system, reference,
+                          kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row),
+                          reference->value[KMP_QUANTITY_LAMBDA] + (size_t)r * m, load);
     }
 }
 

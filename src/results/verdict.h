@@ -10,7 +10,8 @@ typedef struct kmp_verdict {
     double h_max, hdot_max;       /* largest scaled residual of h and of J qd + h_t */
     double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy), or
                                      1e-9 of the potential's value when that is more: rounding of a state at rest */
-    double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, 1); NaN where the reference has nothing to say */
+    double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, 1), of multipliers over the largest of the reference,
+                                     each times the size of its row; NaN where the reference has nothing to say */
 } kmp_verdict;
 
 /** Nothing known: all NaN. */

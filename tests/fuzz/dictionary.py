@@ -74,7 +74,7 @@ def program():
 
 
 FORMATS = {"expression": expression, "model": model, "mbs": mbs, "reference": columns,
-           "checkpoint": lambda: ["# kempe checkpoint 1, model ", "\n", ",", ",0", "\n0.2,"], "program": program, "values": values}
+           "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": program, "values": values}
 
 
 def quoted(word):

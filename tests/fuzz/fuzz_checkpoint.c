@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Checkpoints of a four-bar. An input has the rows, before which the lines of the head are put; one that begins with
+/* Checkpoints of a four-bar. An input has the rows, before which the lines of the head are put, and the last line after
+ * them; one that begins with
  * `#` is the whole file. */
 #include "base/memory.h"
 #include "fuzz.h"
@@ -40,12 +41,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         read_file(data, size);
         return 0;
     }
-    uint8_t *whole = kmp_calloc(head.length + size, 1);
+    char *whole = kmp_calloc(head.length + size + 64, 1);
+    kmp_text end = {0};
     fuzz_promise(whole, "there is memory");
     memcpy(whole, head.s, head.length);
     if (size > 0)
         memcpy(whole + head.length, data, size);
-    read_file(whole, head.length + size);
+    kmp_checkpoint_end(&end, whole, head.length + size);
+    fuzz_promise(!end.failed && end.length <= 64, "a short line ends a checkpoint");
+    memcpy(whole + head.length + size, end.s, end.length);
+    read_file((const uint8_t *)whole, head.length + size + end.length);
+    kmp_text_free(&end);
     kmp_free(whole);
     return 0;
 }

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A checkpoint is taken whole or not at all: any byte of it that is changed, left out or put in makes it no
+ * checkpoint, and so does every other length. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "loaded.h"
+#include "results/checkpoint.h"
+#include <stdlib.h>
+#include <unistd.h>
+
+static char path[] = "/tmp/kempe_checkpoint_XXXXXX";
+
+/* The file of a short run. */
+static char *make(const loaded *l, size_t *length)
+{
+    kempe_run run = {.t_end = 0.01, .once = 1, .checkpoint = path};
+    kempe_trajectory *t = NULL;
+    char *text = NULL;
+    CHECK(kempe_simulate(l->system, &run, &t) == KEMPE_OK);
+    kempe_trajectory_free(t);
+    CHECK(kmp_file_read(l->context, path, &text, length) == KEMPE_OK);
+    return text;
+}
+
+static kempe_status take(const loaded *l, const char *text, size_t length, int *rows)
+{
+    kmp_samples samples;
+    FILE *file = fopen(path, "wb");
+    CHECK(file && fwrite(text, 1, length, file) == length && fclose(file) == 0);
+    kmp_samples_init(&samples, l->system->n, l->system->m);
+    kempe_status status = kmp_checkpoint_read(l->system, path, &samples);
+    *rows = samples.rows;
+    kmp_samples_free(&samples);
+    return status;
+}
+
+static void a_whole_one_is_read(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    size_t length = 0;
+    int rows = 0;
+    char *text = make(&l, &length);
+    CHECK(take(&l, text, length, &rows) == KEMPE_OK && rows == 2);
+    kmp_free(text);
+    unload(&l);
+}
+
+static void no_byte_may_differ(void)
+{
+    static const unsigned char changes[] = {0x01, 0x20};
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    size_t length = 0;
+    int rows = 0;
+    char *text = make(&l, &length), *other = malloc(length + 2);
+    for (size_t at = 0; at < length; at++) {
+        for (size_t k = 0; k < sizeof changes; k++) {
+            memcpy(other, text, length);
+            other[at] = (char)((unsigned char)other[at] ^ changes[k]);
+            CHECK(take(&l, other, length, &rows) == KEMPE_E_INPUT && rows == 0);
+        }
+        memcpy(other, text, at);
+        memcpy(other + at, text + at + 1, length - at - 1);
+        CHECK(take(&l, other, length - 1, &rows) == KEMPE_E_INPUT && rows == 0);
+        other[at] = '0';
+        memcpy(other + at + 1, text + at, length - at);
+        CHECK(take(&l, other, length + 1, &rows) == KEMPE_E_INPUT && rows == 0);
+        CHECK(take(&l, text, at, &rows) == KEMPE_E_INPUT && rows == 0);
+    }
+    memcpy(other, text, length);
+    memcpy(other + length, "\n", 1);
+    CHECK(take(&l, other, length + 1, &rows) == KEMPE_E_INPUT);
+    free(other);
+    kmp_free(text);
+    unload(&l);
+}
+
+/* The same names, another length. */
+static void it_belongs_to_its_parameters(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml"),
+           longer = load_set("examples/four_bar/four_bar.yaml", &(kempe_setting){"coupler_mass", "2"}, 1);
+    size_t length = 0;
+    int rows = 0;
+    char *text = make(&l, &length);
+    CHECK(take(&longer, text, length, &rows) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(longer.context), "another model"));
+    kmp_free(text);
+    unload(&longer);
+    unload(&l);
+}
+
+int main(void)
+{
+    int file = mkstemp(path);
+    CHECK(file >= 0 && close(file) == 0);
+    TEST(a_whole_one_is_read);
+    TEST(no_byte_may_differ);
+    TEST(it_belongs_to_its_parameters);
+    (void)unlink(path);
+    return check_report();
+}
