@@ -419,6 +419,7 @@ const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
 const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
                               const double *lambda)
 {
+    visit(plant, &t, q, qd);
     kmp_machine_set(plant->judge, KMP_IN_QD, qd);
     kmp_machine_set(plant->judge, KMP_IN_QDD, qdd);
     (void)kmp_plant_reactions(plant, t, q, lambda);

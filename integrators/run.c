@@ -271,8 +271,10 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
 
 static kempe_status tell_step(kmp_runner *run)
 {
-    bool failed = run->spec.step && run->spec.step(run->spec.user, run, kmp_runner_t_old(run), kmp_runner_t(run));
-    return failed ? kmp_fail_memory(run->s->context) : KEMPE_OK;
+    double t = kmp_runner_t(run);
+    if (!run->spec.step || !run->spec.step(run->spec.user, run, kmp_runner_t_old(run), t))
+        return KEMPE_OK;
+    return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be interpolated", t);
 }
 
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)

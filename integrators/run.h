@@ -9,7 +9,8 @@
 
 typedef struct kmp_runner kmp_runner;
 
-/** An accepted step between two times, cut where a condition changes. Nonzero ends the run with KEMPE_E_MEMORY. */
+/** An accepted step between two times, cut where a condition changes. Nonzero ends the run: there is no memory, or the
+ * state cannot be had. */
 typedef int kmp_step_fn(void *user, kmp_runner *runner, double from, double to);
 
 typedef struct kmp_run_spec {
@@ -89,7 +90,7 @@ bool kmp_runner_ended(const kmp_runner *runner);
 kempe_status kmp_runner_row(kmp_runner *runner, double t, double *q, double *qd, double *qdd, double *lambda,
                             double *work);
 
-/** The unknowns of the road at a time within the last step, valid until the next call; NULL: no memory. */
+/** The unknowns of the road at a time within the last step, valid until the next call; NULL: they cannot be had. */
 const double *kmp_runner_unknowns(kmp_runner *runner, double t);
 
 /** The state of affairs; reason (may be NULL) is to be freed by the caller. */

@@ -2,9 +2,8 @@
 /* Constraint: an expression of the coordinates and time stays zero. */
 #include "constraints/kinds/kind.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    *frame = 0;
     h[0] = kmp_tree_expression(tree, closure->function);
 }
 

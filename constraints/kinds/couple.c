@@ -3,11 +3,10 @@
  * factor is the effort on its coordinate. */
 #include "constraints/kinds/kind.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
     const kmp_number *start = tree->model->start.q;
-    *frame = 0;
     h[0] = closure->constant ? kmp_neg(kmp_tree_number(tree, closure->constant)) : KMP_ZERO;
     for (int k = 0; k < closure->term_count; k++) {
         const kmp_term *term = &closure->terms[k];

@@ -2,10 +2,9 @@
 /* Drive: a coordinate is a given function of time. h = q - f(t); lambda is the drive's effort on the coordinate. */
 #include "constraints/kinds/kind.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    *frame = 0;
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), kmp_tree_expression(tree, closure->function));
 }
 

@@ -15,11 +15,11 @@ typedef struct kmp_closure_kind {
                        * length; KMP_KIND_POWER_OF_COORDINATE: 0 for a rotation, 1 for a translation;
                        * KMP_KIND_POWER_GIVEN: what the closure says */
 
-    /** h, in the axes of link `*frame`. */
-    void (*residual)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame);
+    /** h; rows that are components, in the axes of the nearest common ancestor of the points' bodies. */
+    void (*residual)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h);
 
     /** The force (of what is not between points: its effort and two zeros) on the second point's body at that point,
-     * axes of the same link, from one multiplier a declared row (zero for a dropped one). The first point's body
+     * axes of the same ancestor, from one multiplier a declared row (zero for a dropped one). The first point's body
      * carries its opposite. */
     kmp_vec (*reaction)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
 

@@ -2,11 +2,10 @@
 /* Lock: a coordinate keeps its start value; lambda is the effort on it. */
 #include "constraints/kinds/kind.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
     kmp_ref start = kmp_tree_number(tree, &tree->model->start.q[closure->motion]);
-    *frame = 0;
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), start);
 }
 

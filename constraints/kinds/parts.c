@@ -7,6 +7,19 @@ int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
     return kmp_tree_common(tree, kmp_point_link(tree, closure->point[0]), kmp_point_link(tree, closure->point[1]));
 }
 
+/* A body that carries another one has the smaller number. */
+kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v)
+{
+    const kempe_model *model = tree->model;
+    int i = model->points[closure->point[0]].body, k = model->points[closure->point[1]].body;
+    while (i != k)
+        if (i > k)
+            i = model->bodies[i].parent;
+        else
+            k = model->bodies[k].parent;
+    return kmp_body_vector_back(tree, i, v);
+}
+
 /* a and b of a unit vector e: coordinate axes when it is one. */
 static void across(const double e[3], double a[3], double b[3])
 {
@@ -37,7 +50,7 @@ static kmp_vec sum(kmp_graph *g, const kmp_ref *factor, kmp_vec u, kmp_vec v)
 
 /* -- points -------------------------------------------------------------------------------------- */
 
-static kmp_vec gap(const kmp_tree *tree, const kmp_closure *closure)
+kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure)
 {
     int frame;
     return kmp_point_difference(tree, closure->point[0], closure->point[1], &frame);
@@ -45,14 +58,14 @@ static kmp_vec gap(const kmp_tree *tree, const kmp_closure *closure)
 
 void kmp_part_ball(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    kmp_vec d = gap(tree, closure);
+    kmp_vec d = kmp_part_own(tree, closure, kmp_part_gap(tree, closure));
     for (int k = 0; k < 3; k++)
         h[k] = d.x[k];
 }
 
 void kmp_part_line(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    kmp_vec d = gap(tree, closure), axes[3];
+    kmp_vec d = kmp_part_gap(tree, closure), axes[3];
     kmp_part_axes(tree, closure, 0, axes);
     for (int k = 0; k < 2; k++)
         h[k] = kmp_vec_dot(tree->graph, axes[1 + k], d);
@@ -62,7 +75,7 @@ kmp_vec kmp_part_line_force(const kmp_tree *tree, const kmp_closure *closure, co
 {
     kmp_vec axes[3];
     kmp_part_axes(tree, closure, 0, axes);
-    return sum(tree->graph, lambda, axes[1], axes[2]);
+    return kmp_part_own(tree, closure, sum(tree->graph, lambda, axes[1], axes[2]));
 }
 
 /* -- directions ---------------------------------------------------------------------------------- */
@@ -81,7 +94,8 @@ kmp_vec kmp_part_parallel_moment(const kmp_tree *tree, const kmp_closure *closur
     kmp_vec first[3], second[3];
     kmp_part_axes(tree, closure, 0, first);
     kmp_part_axes(tree, closure, 1, second);
-    return kmp_vec_cross(tree->graph, second[0], sum(tree->graph, lambda, first[1], first[2]));
+    kmp_vec moment = kmp_vec_cross(tree->graph, second[0], sum(tree->graph, lambda, first[1], first[2]));
+    return kmp_part_own(tree, closure, moment);
 }
 
 static void point_axes(const kmp_tree *tree, const kmp_closure *closure, kmp_vec first[3], kmp_vec second[3])
@@ -114,5 +128,5 @@ kmp_vec kmp_part_aligned_moment(const kmp_tree *tree, const kmp_closure *closure
         kmp_ref half = kmp_mul(g, kmp_const(g, 0.5), lambda[k]);
         moment = kmp_vec_add(g, moment, kmp_vec_scale(g, half, kmp_vec_sub(g, a, b)));
     }
-    return moment;
+    return kmp_part_own(tree, closure, moment);
 }

@@ -9,8 +9,14 @@
 
 #include "constraints/kinds/kind.h"
 
-/** The link in whose axes a closure between two points is written. */
+/** The link of the nearest common ancestor of the two points' bodies: vectors between them are found in its axes. */
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure);
+
+/** d in its axes. */
+kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure);
+
+/** v of that link's axes in those of that body, which rows that are components, forces and moments have. */
+kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v);
 
 /** e, a, b on the body of point `side` (0 or 1), axes of the frame. */
 void kmp_part_axes(const kmp_tree *tree, const kmp_closure *closure, int side, kmp_vec axes[3]);

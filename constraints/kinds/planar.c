@@ -3,9 +3,9 @@
  * is the force along e1, 2 and 3 are moments across it. */
 #include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    kmp_vec axes[3], d = kmp_point_difference(tree, closure->point[0], closure->point[1], frame);
+    kmp_vec axes[3], d = kmp_part_gap(tree, closure);
     kmp_part_axes(tree, closure, 0, axes);
     h[0] = kmp_vec_dot(tree->graph, axes[0], d);
     kmp_part_parallel(tree, closure, h + 1);
@@ -15,7 +15,7 @@ static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const 
 {
     kmp_vec axes[3];
     kmp_part_axes(tree, closure, 0, axes);
-    return kmp_vec_scale(tree->graph, lambda[0], axes[0]);
+    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], axes[0]));
 }
 
 static kmp_vec moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)

@@ -6,14 +6,12 @@
 #include "symbolic/derivative.h"
 
 /* Q in the axes of P. */
-static int find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec axes[3], kmp_ref place[3])
+static void find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec axes[3], kmp_ref place[3])
 {
-    int frame;
-    kmp_vec d = kmp_point_difference(tree, closure->point[0], closure->point[1], &frame);
-    kmp_point_axes(tree, closure->point[0], frame, axes);
+    kmp_vec d = kmp_part_gap(tree, closure);
+    kmp_point_axes(tree, closure->point[0], kmp_part_frame(tree, closure), axes);
     for (int k = 0; k < 3; k++)
         place[k] = kmp_vec_dot(tree->graph, axes[k], d);
-    return frame;
 }
 
 static kmp_ref row_at(const kmp_tree *tree, const kmp_closure *closure, int row, const kmp_ref place[3])
@@ -25,11 +23,11 @@ static kmp_ref row_at(const kmp_tree *tree, const kmp_closure *closure, int row,
     return side ? kmp_sub(tree->graph, place[side], f) : f;
 }
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_vec axes[3];
     kmp_ref place[3];
-    *frame = find_place(tree, closure, axes, place);
+    find_place(tree, closure, axes, place);
     for (int k = 0; k < closure->curve_count; k++)
         h[k] = row_at(tree, closure, k, place);
 }
@@ -58,13 +56,13 @@ static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const 
     kmp_graph *g = tree->graph;
     kmp_vec axes[3], force = kmp_vec_zero();
     kmp_ref place[3];
-    (void)find_place(tree, closure, axes, place);
+    find_place(tree, closure, axes, place);
     for (int row = 0; row < closure->curve_count; row++)
         for (int k = 0; k < 3; k++) {
             kmp_ref along = kmp_mul(g, lambda[row], slope(tree, closure, row, k, place));
             force = kmp_vec_add(g, force, kmp_vec_scale(g, along, axes[k]));
         }
-    return force;
+    return kmp_part_own(tree, closure, force);
 }
 
 const kmp_closure_kind kmp_kind_point_on_curve = {

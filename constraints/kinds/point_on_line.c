@@ -2,9 +2,8 @@
 /* Point on line: Q stays on the line through P along e1. */
 #include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    *frame = kmp_part_frame(tree, closure);
     kmp_part_line(tree, closure, h);
 }
 

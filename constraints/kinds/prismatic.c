@@ -2,9 +2,8 @@
 /* Prismatic: Q stays on the line through P along e1, and the axes of the two points stay parallel (a cut slide). */
 #include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    *frame = kmp_part_frame(tree, closure);
     kmp_part_line(tree, closure, h);
     kmp_part_aligned(tree, closure, h + 2);
 }

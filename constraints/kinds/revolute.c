@@ -3,9 +3,8 @@
  * its moments across the axis. */
 #include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    *frame = kmp_part_frame(tree, closure);
     kmp_part_ball(tree, closure, h);
     kmp_part_parallel(tree, closure, h + 3);
 }

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rod: two points keep a distance, which may be a function of time. h = (d.d - L^2) / 2 with d = Q - P, smooth for
  * every d; lambda d is the force on Q's body. */
-#include "constraints/kinds/kind.h"
+#include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    kmp_vec d = kmp_point_difference(tree, closure->point[0], closure->point[1], frame);
+    kmp_vec d = kmp_part_gap(tree, closure);
     kmp_ref half = kmp_const(g, 0.5);
     kmp_ref length =
         closure->function ? kmp_tree_expression(tree, closure->function) : kmp_tree_number(tree, &closure->length);
@@ -15,9 +15,8 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
 
 static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
 {
-    int frame;
-    kmp_vec d = kmp_point_difference(tree, closure->point[0], closure->point[1], &frame);
-    return kmp_vec_scale(tree->graph, lambda[0], d);
+    kmp_vec d = kmp_part_gap(tree, closure);
+    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], d));
 }
 
 const kmp_closure_kind kmp_kind_rod = {"rod", 1, 2, residual, reaction, NULL, 0};

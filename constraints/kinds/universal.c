@@ -3,9 +3,8 @@
  * h4 = e1.e2. */
 #include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    *frame = kmp_part_frame(tree, closure);
     kmp_vec first[3], second[3];
     kmp_part_ball(tree, closure, h);
     kmp_part_axes(tree, closure, 0, first);
@@ -24,7 +23,8 @@ static kmp_vec moment(const kmp_tree *tree, const kmp_closure *closure, const km
     kmp_vec first[3], second[3];
     kmp_part_axes(tree, closure, 0, first);
     kmp_part_axes(tree, closure, 1, second);
-    return kmp_vec_scale(tree->graph, lambda[3], kmp_vec_cross(tree->graph, second[0], first[0]));
+    kmp_vec across = kmp_vec_cross(tree->graph, second[0], first[0]);
+    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[3], across));
 }
 
 const kmp_closure_kind kmp_kind_universal = {"universal", 4, 1, residual, reaction, moment, 1};

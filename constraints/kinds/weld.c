@@ -2,9 +2,8 @@
 /* Weld: the points coincide and their axes are parallel (a cut through a body). */
 #include "constraints/kinds/parts.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    *frame = kmp_part_frame(tree, closure);
     kmp_part_ball(tree, closure, h);
     kmp_part_aligned(tree, closure, h + 3);
 }

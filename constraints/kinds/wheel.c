@@ -3,12 +3,11 @@
 #include "constraints/kinds/kind.h"
 #include "wheel/patch.h"
 
-static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h, int *frame)
+static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     const kmp_wheel *wheel = &tree->model->wheels[closure->wheel];
     kmp_wheel_pose pose;
     kmp_patch patch;
-    *frame = 0;
     h[0] = KMP_ZERO;
     if (kmp_wheel_find(tree, wheel, &pose) && kmp_wheel_touch(tree, wheel, &pose, &patch))
         h[0] = patch.gap;

@@ -48,6 +48,9 @@ typedef struct kempe_contact_patch {
     double moment;    /* N m */
     double a, b;      /* semi-axes of Hertz's ellipse along and across, m */
     double by_law[2]; /* the force by the law that was asked for; NaN without one */
+    int one_ellipse;  /* 1: the patch is that ellipse, and the largest pressure is 3 normal / (2 pi a b); 0: it is not,
+                       * has  two lobes, say, and a and b are good for creep forces alone: pressures may be several times
+                       * those of the ellipse; -1: not known, of a rigid wheel or of what does not touch */
 } kempe_contact_patch;
 
 typedef struct kempe_contact_table kempe_contact_table;

@@ -22,6 +22,8 @@
 #define FOLDED 20.0
 /* Margin, of the usual one, below which it is put down to a change point. */
 #define CHANGE_POINT 0.02
+/* Margin at which a motion that is followed backwards later ends: only a change point has it. */
+#define PASSING 1e-4
 /* Nothing finer is to be had in a zone. */
 #define ZONE_RTOL 1e-9
 
@@ -353,6 +355,14 @@ static void turns(void *self, bool found)
     (void)self, (void)found;
 }
 
+static void say_change_point(forward *f, double t)
+{
+    kmp_text_printf(&f->road.reason,
+                    "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
+                    f->ask->alone ? "the adjoint method does not go through it, the forward method may"
+                                  : "parameters that move its closures have no derivative beyond");
+}
+
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
 /* It must not have jumped a dead centre of u; evaluated last. */
@@ -383,6 +393,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         if (crosses)
             return KMP_RETRY;
     }
+    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->margin, l->plant) < PASSING) {
+        say_change_point(f, t);
+        return KMP_HALT;
+    }
     int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
     if (said == KMP_GO && f->p > 0 && kmp_margin_too_deep(f->margin, l->plant, t))
         said = KMP_RETRY;
@@ -394,13 +408,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void explain(kmp_road *road)
 {
     forward *f = (forward *)road;
-    double t = f->v->anchor_t;
-    kmp_plant_closure(plant_of(f), t, f->v->anchor_q);
+    double t = f->v->anchor[0].t;
+    kmp_plant_closure(plant_of(f), t, f->v->anchor[0].q);
     if (f->zone || f->crossed || (f->growth < FOLDED && kmp_margin_at(f->margin, plant_of(f)) < CHANGE_POINT))
-        kmp_text_printf(&road->reason,
-                        "the mechanism comes to a change point near t = %.9g, where branches of it meet: %s", t,
-                        f->ask->alone ? "the adjoint method does not go through it, the forward method may"
-                                      : "parameters that move its closures have no derivative beyond");
+        say_change_point(f, t);
     else if (f->growth >= FOLDED)
         kmp_text_printf(&road->reason,
                         "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,

@@ -19,9 +19,11 @@ static bool make_room(kmp_varied *v)
     size_t n = (size_t)v->n;
     v->part = KMP_ARENA_NEW(a, double, (size_t)v->count *part_size(v));
     v->q = KMP_ARENA_NEW(a, double, n);
-    v->anchor_q = KMP_ARENA_NEW(a, double, n);
-    v->anchor_x = KMP_ARENA_NEW(a, double, n *n);
-    v->anchor_drift = KMP_ARENA_NEW(a, double, n);
+    for (int k = 0; k < 2; k++)
+        v->anchor[k] = (kmp_varied_place){.q = KMP_ARENA_NEW(a, double, n),
+                                          .x = KMP_ARENA_NEW(a, double, n *n),
+                                          .drift = KMP_ARENA_NEW(a, double, n),
+                                          .curve = KMP_ARENA_NEW(a, double, n)};
     v->udd = KMP_ARENA_NEW(a, double, n);
     v->residual = KMP_ARENA_NEW(a, double, n);
     v->shown = KMP_ARENA_NEW(a, double, v->slopes->shown);
@@ -49,13 +51,17 @@ void kmp_varied_free(kmp_varied *varied)
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
-/* An anchor without a tangent. */
+/* Anchors without a tangent. */
 static void stand_alone(kmp_varied *v, double t, const double *q)
 {
-    memcpy(v->anchor_q, q, (size_t)v->n * sizeof *q);
-    memset(v->anchor_x, 0, (size_t)(v->n * v->linear.p) * sizeof *q);
-    memset(v->anchor_drift, 0, (size_t)v->n * sizeof *q);
-    v->anchor_t = t;
+    for (int k = 0; k < 2; k++) {
+        kmp_varied_place *at = &v->anchor[k];
+        memcpy(at->q, q, (size_t)v->n * sizeof *q);
+        memset(at->x, 0, (size_t)(v->n * v->linear.p) * sizeof *q);
+        memset(at->drift, 0, (size_t)v->n * sizeof *q);
+        memset(at->curve, 0, (size_t)v->n * sizeof *q);
+        at->t = t;
+    }
 }
 
 kempe_status kmp_varied_choose(kmp_varied *varied, double t, const double *q, const double *qd, const int *wish,
@@ -83,22 +89,28 @@ kempe_status kmp_varied_take(kmp_varied *varied, double t, const double *q, kmp_
 void kmp_varied_anchor(kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
-    memcpy(varied->anchor_q, l->q, (size_t)varied->n * sizeof *l->q);
-    memcpy(varied->anchor_x, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
-    memcpy(varied->anchor_drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
-    varied->anchor_t = l->t;
+    kmp_varied_place *at = varied->anchor, last = at[0];
+    at[0] = at[1];
+    at[1] = last;
+    memcpy(at->q, l->q, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->x, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
+    memcpy(at->drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->curve, l->red.a0, (size_t)varied->n * sizeof *l->q);
+    at->t = l->t;
 }
 
-/* Along the tangent from the anchor. */
+/* Along the tangent, and what it bends by itself, from the nearer anchor. */
 static void predict(kmp_varied *v, double t, const double *u)
 {
     const kmp_partition *part = &v->linear.part;
+    const kmp_varied_place *at = &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)];
+    double tau = t - at->t;
     for (int i = 0; i < v->n; i++)
-        v->q[i] = v->anchor_q[i] + (t - v->anchor_t) * v->anchor_drift[i];
+        v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * at->curve[i]);
     for (int k = 0; k < part->p; k++) {
-        double du = u[k] - v->anchor_q[part->u[k]];
+        double du = u[k] - at->q[part->u[k]];
         for (int i = 0; i < v->n; i++)
-            v->q[i] += v->anchor_x[i + k * v->n] * du;
+            v->q[i] += at->x[i + k * v->n] * du;
     }
     for (int k = 0; k < part->p; k++)
         v->q[part->u[k]] = u[k];

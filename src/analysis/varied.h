@@ -13,6 +13,11 @@
 #include "base/arena.h"
 #include "integrators/ode.h"
 
+/** A state that positions are predicted from. */
+typedef struct kmp_varied_place {
+    double t, *q, *x, *drift, *curve; /* n, n x p, n, n: with q' = x u' + drift and q'' = x u'' + curve */
+} kmp_varied_place;
+
 /** The change that each parameter makes of the equations: `count` times h, rate, curve (m) and force (n). */
 typedef struct kmp_varied {
     const kempe_system *system;
@@ -20,12 +25,11 @@ typedef struct kmp_varied {
     kmp_linear linear;
     kmp_slopes *slopes; /* not owned */
     int n, m, count;
-    double *part;                               /* count x (3 m + n): since kmp_varied_parts */
-    double *q;                                  /* n: where closing begins */
-    double *anchor_q, *anchor_x, *anchor_drift; /* n, n x p, n: of the last kmp_varied_anchor */
-    double anchor_t;
-    double *udd, *residual; /* p; n: room */
-    double *shown;          /* of the slopes: room */
+    double *part;               /* count x (3 m + n): since kmp_varied_parts */
+    double *q;                  /* n: where closing begins */
+    kmp_varied_place anchor[2]; /* the last two of kmp_varied_anchor, the last one first */
+    double *udd, *residual;     /* p; n: room */
+    double *shown;              /* of the slopes: room */
 } kmp_varied;
 
 /** The slopes are of the same system and have its outputs. KEMPE_E_MEMORY. */

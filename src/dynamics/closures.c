@@ -94,12 +94,12 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
         kmp_ref h[KMP_KIND_MAX_ROWS];
-        int frame, kept = 0;
+        int kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
         if (loops_alone && kmp_closure_is_drive(closure))
             continue;
-        kind->residual(&eq->tree, closure, h, &frame);
+        kind->residual(&eq->tree, closure, h);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {

@@ -155,18 +155,25 @@ kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
     return v;
 }
 
-/* -- the tree ---------------------------------------------------------------------------------------- */
-
-/* A vector along axis k of a body's link, in the body's axes. */
-static kmp_vec link_axis(const kmp_tree *tree, int body, int k)
+/* The inverse of turning_vector. */
+static kmp_vec own_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
     kmp_mount *mount = &tree->mounts[body];
     kmp_link *link = &tree->links[mount->link];
-    kmp_vec e;
-    for (int i = 0; i < 3; i++)
-        e.x[i] = kmp_const(tree->graph, link->a[i][k]);
-    return apply(tree->graph, mount->r, true, apply_chart(tree->graph, link->after, true, e));
+    if (link->axis == 2 && link->a[2][2] != 1)
+        v = apply(tree->graph, link->a, false, v);
+    v = apply_chart(tree->graph, link->after, true, v);
+    return mount->turned ? apply(tree->graph, mount->r, true, v) : v;
 }
+
+kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v)
+{
+    const kmp_link *link = &tree->links[tree->mounts[body].link];
+    kmp_link_turn(tree, link, kmp_neg(link->lag), &v);
+    return own_vector(tree, body, v);
+}
+
+/* -- the tree ---------------------------------------------------------------------------------------- */
 
 /* A body's tensor in link axes: b' I b with v_body = b v_link, by columns. */
 static kmp_tensor body_inertia(const kmp_tree *tree, int body)
@@ -184,7 +191,7 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     if (is_identity(b) && !charted)
         return t;
     for (int k = 0; charted && k < 6; k++) {
-        kmp_vec ie = kmp_tensor_apply(tree->graph, t, link_axis(tree, body, column[k]));
+        kmp_vec ie = kmp_tensor_apply(tree->graph, t, own_vector(tree, body, kmp_vec_axis(KMP_ONE, column[k])));
         r.x[k] = turning_vector(tree, body, ie).x[row[k]];
     }
     for (int k = 0; !charted && k < 6; k++) {

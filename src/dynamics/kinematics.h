@@ -103,6 +103,7 @@ typedef struct kmp_tree {
     bool *solved;         /* of each: they are there */
     int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated where they stand */
+    bool settled;         /* no condition becomes an event any more: a new one is evaluated where it stands */
     kmp_noted *noted;     /* of the graph; there when `events` are */
     const int *row;       /* KMP_CLOSURE_ROWS a closure: the number of each declared row among those that are kept, -1
                            * for the others; not owned; NULL: none is known */
@@ -200,8 +201,10 @@ kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
 /** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory. */
 struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
 
-/** v of a body's axes in the axes of its link. */
+/** v of a body's axes in the axes of its link, and back: those differ where the joint's axis is oblique, the body hangs
+ *  by a point with axes, or it is welded. */
 kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v);
+kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v);
 
 /** A number for each coordinate, the same for rotations one behind the other about parallel axes; -1 for
  *  translations. */

@@ -51,11 +51,14 @@ static bool moves(const kmp_graph *g, kmp_ref value)
     return kmp_graph_node(g, kmp_id(value))->depends & ~(1u << KMP_IN_PARAMETER);
 }
 
-/* Whether an input may stand for it: not where multipliers decide, which change with the accelerations. */
-static bool can_stand(const kmp_tree *tree, kmp_ref less)
+/* Whether an input may stand for it: not where multipliers or accelerations decide. Once the events are settled only
+ * for one of them: a condition that no equation of motion has changes nothing there, and is evaluated at each row. */
+static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref less)
 {
+    const unsigned late = 1u << KMP_IN_LAMBDA | 1u << KMP_IN_QDD;
     unsigned depends = kmp_graph_node(tree->graph, kmp_id(less))->depends;
-    return tree->events && moves(tree->graph, less) && !(depends & 1u << KMP_IN_LAMBDA);
+    return tree->events && moves(tree->graph, less) && !(depends & late) &&
+           (!tree->settled || find(tree->events, of, number) >= 0);
 }
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
@@ -63,7 +66,7 @@ static bool can_stand(const kmp_tree *tree, kmp_ref less)
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_ref less = kmp_less(tree->graph, a, b);
-    if (!can_stand(tree, less))
+    if (!can_stand(tree, e, 0, less))
         return less;
     int k = find(tree->events, e, 0);
     if (k < 0)
@@ -120,7 +123,7 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
 {
     kmp_graph *g = tree->graph;
     kmp_ref less = kmp_less(g, difference, KMP_ZERO);
-    if (!can_stand(tree, less))
+    if (!can_stand(tree, of, number, less))
         return less;
     const kmp_condition condition = {.of = of, .number = number, .lag = lag, .advice = advice};
     va_list arguments;

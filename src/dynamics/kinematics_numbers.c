@@ -25,15 +25,38 @@ static double parameter_value(const kmp_tree *tree, int index)
     return tree->model->parameters[index].number.value;
 }
 
-/* An exact zero stays a zero: the zero pattern of the data is part of a program's identity. What varies has no value
- * yet. */
+/* Whether an expression follows from parameters that can be kept as symbols. An exact zero stays a zero: the zero
+ * pattern of the data is part of a program's identity. What shapes the equations is as it was read in all of them. */
+static bool follows(const kempe_model *model, const kmp_expr *e)
+{
+    if (!e)
+        return false;
+    if (e->kind == KMP_EXPR_PARAMETER) {
+        const kmp_parameter *p = &model->parameters[e->index];
+        return !p->shapes && (p->number.value != 0 || follows(model, p->number.expr));
+    }
+    return follows(model, e->a) || follows(model, e->b) || follows(model, e->c);
+}
+
+/* One that follows from others is no symbol of its own. What varies has no value yet. */
 static kmp_ref parameter(const kmp_tree *tree, int index)
 {
-    double value = parameter_value(tree, index);
-    if (tree->model->parameters[index].varies)
+    const kmp_parameter *p = &tree->model->parameters[index];
+    if (p->varies)
         return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
-    if (tree->keep == KMP_KEEP_NOTHING || value == 0)
-        return kmp_const(tree->graph, value);
+    if (tree->keep == KMP_KEEP_NOTHING || p->shapes)
+        return kmp_const(tree->graph, p->number.value);
+    if (follows(tree->model, p->number.expr))
+        return kmp_tree_expression(tree, p->number.expr);
+    return p->number.value == 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
+}
+
+static kmp_ref symbol(const kmp_tree *tree, int number, double value)
+{
+    int index = tree->model->parameter_count + number - 1;
+    if (value == 0)
+        return KMP_ZERO;
+    tree->symbols[index] = value;
     return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
 }
 
@@ -53,9 +76,24 @@ int kmp_tree_kept(const kmp_tree *tree, int closure, int k)
     return -1;
 }
 
+/* A law that is one number. */
+static bool is_symbol(const kmp_tree *tree, const kmp_expr *e)
+{
+    return e->symbol && tree->keep == KMP_KEEP_NUMBERS && !follows(tree->model, e);
+}
+
+/* Powers of what is a number whatever the parameters do are cheaper. */
+static bool has_variable_exponent(const kmp_tree *tree, const kmp_expr *e)
+{
+    bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
+    return kept || kmp_expr_varies(tree->model, e->b);
+}
+
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
+    if (is_symbol(tree, e))
+        return symbol(tree, e->symbol, constant_value(tree, e));
     switch (e->kind) {
     case KMP_EXPR_NUMBER:
         return kmp_const(g, e->value);
@@ -78,7 +116,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:
-        if (kmp_expr_varies(tree->model, e->b))
+        if (has_variable_exponent(tree, e))
             return kmp_binary(g, KMP_OP_POW, kmp_tree_expression(tree, e->a), kmp_tree_expression(tree, e->b));
         return kmp_power(g, kmp_tree_expression(tree, e->a), constant_value(tree, e->b));
     default:
@@ -122,17 +160,14 @@ static double constant_value(const kmp_tree *tree, const kmp_expr *e)
 
 kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number)
 {
-    if (number->expr && kmp_expr_varies(tree->model, number->expr))
-        return kmp_tree_expression(tree, number->expr);
-    if (tree->keep == KMP_KEEP_NOTHING || number->value == 0)
+    const kmp_expr *e = number->expr;
+    if (e && kmp_expr_varies(tree->model, e))
+        return kmp_tree_expression(tree, e);
+    if (tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e))
+        return kmp_tree_expression(tree, e);
+    if (tree->keep != KMP_KEEP_NUMBERS || !number->symbol)
         return kmp_const(tree->graph, number->value);
-    if (number->expr)
-        return kmp_tree_expression(tree, number->expr);
-    if (tree->keep == KMP_KEEP_PARAMETERS || !number->symbol)
-        return kmp_const(tree->graph, number->value);
-    int symbol = tree->model->parameter_count + number->symbol - 1;
-    tree->symbols[symbol] = number->value;
-    return kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)symbol);
+    return symbol(tree, number->symbol, number->value);
 }
 
 int kmp_tree_symbol_count(const kmp_tree *tree)

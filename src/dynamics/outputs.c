@@ -129,15 +129,16 @@ static bool show_contacts(kmp_equations *eq, int number)
         kmp_contact contact;
         ok = kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
         if (ok)
-            kmp_contact_values(&eq->tree, wheel, &contact, eq->shown + eq->shown_count);
+            kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
         eq->shown_count += KMP_CONTACT_SHOWN;
     }
     return ok;
 }
 
-bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
+/* In the order of the model, into eq->shown. */
+static bool derive_all(kmp_equations *eq, const kmp_forces *forces)
 {
-    bool ok = derive_until(&eq->tree);
+    bool ok = true;
     for (int o = 0; ok && o < eq->model->output_count; o++) {
         const kmp_output *output = &eq->model->outputs[o];
         kmp_vec x = kmp_vec_zero();
@@ -154,5 +155,16 @@ bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
             eq->position[3 * eq->position_count + k] = x.x[k];
         eq->position_count += output->kind == KMP_OUTPUT_POSITION;
     }
+    return ok;
+}
+
+/* What outputs alone have no event: it is evaluated at the state of each row. */
+bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
+{
+    if (!derive_until(&eq->tree))
+        return false;
+    eq->tree.settled = true;
+    bool ok = derive_all(eq, forces);
+    eq->tree.settled = false;
     return ok;
 }

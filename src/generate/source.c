@@ -200,6 +200,23 @@ static kempe_status derive(kmp_source *source, kmp_routine *r, const kmp_choice 
     return status;
 }
 
+/* Parameters of which p has no entry, because more than numbers depends on them. */
+static bool warn_of_shapes(const kempe_model *model)
+{
+    kmp_text names = {0};
+    for (int k = 0; k < model->parameter_count; k++)
+        if (model->parameters[k].shapes)
+            kmp_text_printf(&names, "%s%s", names.length > 0 ? ", " : "", model->parameters[k].name);
+    if (names.length > 0)
+        kmp_log(model->context, KEMPE_LOG_WARNING,
+                "these parameters also decide axes, tables or powers: they are written as numbers, and p has no entry "
+                "for them: %s",
+                names.s);
+    bool ok = !names.failed;
+    kmp_text_free(&names);
+    return ok;
+}
+
 /* Places in p, in the order of the symbols, for those that some routine needs. */
 static bool place_symbols(kmp_source *source)
 {
@@ -246,7 +263,7 @@ kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const
         status = kmp_fail_memory(model->context);
     for (; source->routines && source->count < choice.count && status == KEMPE_OK; source->count++)
         status = derive(source, &source->routines[source->count], &choice, &choice.chosen[source->count]);
-    if (status == KEMPE_OK && !place_symbols(source))
+    if (status == KEMPE_OK && (!place_symbols(source) || (source->parameters && !warn_of_shapes(model))))
         status = kmp_fail_memory(model->context);
     if (status != KEMPE_OK)
         kmp_source_free(source);

@@ -26,6 +26,15 @@ static bool in_vector(kmp_text *text, int symbol, const kmp_number v[3], const c
     return false;
 }
 
+/* A law that is one number. */
+static bool is_law(kmp_text *text, int symbol, const kmp_expr *law, const char *owner, const char *what)
+{
+    if (!law || law->symbol != symbol)
+        return false;
+    kmp_text_printf(text, "%s.%s", owner, what);
+    return true;
+}
+
 static bool in_body(kmp_text *text, int symbol, const kmp_body *body)
 {
     if (is_it(text, symbol, &body->mass, body->name, "mass") || in_vector(text, symbol, body->com, body->name, "com") ||
@@ -42,7 +51,10 @@ static bool in_body(kmp_text *text, int symbol, const kmp_body *body)
 static bool in_closure(kmp_text *text, int symbol, const kempe_model *model, const kmp_closure *closure)
 {
     if (is_it(text, symbol, &closure->length, closure->name, "length") ||
-        (closure->constant && is_it(text, symbol, closure->constant, closure->name, "equals")))
+        (closure->constant && is_it(text, symbol, closure->constant, closure->name, "equals")) ||
+        is_law(text, symbol, closure->function, closure->name, "function") ||
+        is_law(text, symbol, closure->curve[0], closure->name, "curve.1") ||
+        is_law(text, symbol, closure->curve[1], closure->name, "curve.2"))
         return true;
     for (int k = 0; k < closure->term_count; k++)
         if (is_it(text, symbol, &closure->terms[k].factor, closure->name,
@@ -60,7 +72,15 @@ static bool in_force(kmp_text *text, int symbol, const kmp_force *force)
                      ? in_vector(text, symbol, kmp_force_get(force, k), force->name, kmp_force_fields[k].key)
                      : is_it(text, symbol, kmp_force_get(force, k), force->name, kmp_force_fields[k].key))
             return true;
-    return false;
+    for (int k = 0; k < 3; k++)
+        if (is_law(text, symbol, force->vector[k], force->name, xyz[k]))
+            return true;
+    return is_law(text, symbol, force->effort, force->name, "effort");
+}
+
+static bool in_unknowns(kmp_text *text, int symbol, const kmp_unknowns *u)
+{
+    return u->count == 0 && is_law(text, symbol, u->zero[0], u->name, "value");
 }
 
 static bool in_start(kmp_text *text, int symbol, const kempe_model *model)
@@ -87,6 +107,8 @@ static bool find(kmp_text *text, int symbol, const kempe_model *model)
         found = in_closure(text, symbol, model, &model->closures[k]);
     for (int k = 0; k < model->force_count && !found; k++)
         found = in_force(text, symbol, &model->forces[k]);
+    for (int k = 0; k < model->unknowns_count && !found; k++)
+        found = in_unknowns(text, symbol, &model->unknowns[k]);
     return found || in_start(text, symbol, model);
 }
 

@@ -56,6 +56,7 @@ typedef struct kmp_expr {
     kmp_dimension unit; /* of a number */
     const kmp_named_table *table;
     const struct kmp_unknowns *unknowns;
+    int symbol; /* of a law that is constant, like that of a kmp_number */
     int column; /* where it stands; of an operation, its sign */
     const struct kmp_expr *a, *b, *c;
 } kmp_expr;

@@ -17,6 +17,8 @@ typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
     bool fixed;  /* something that is no number of the equations depends on it */
+    bool shapes; /* and that is part of them: axes, tables, what lies in sections of the model */
+    bool unused; /* nothing of the model depends on it, and the user was warned */
     bool varies; /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
 
@@ -157,7 +159,8 @@ typedef struct kmp_output {
 } kmp_output;
 
 typedef struct kmp_run_settings {
-    double t_end, rtol, atol, every;      /* 0 where not given */
+    double t_end, rtol, atol, every; /* 0 where not given */
+    kmp_place every_place;
     long max_steps;                       /* 0 where not given */
     const char *road, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;

@@ -61,13 +61,19 @@ static void set_column(double m[3][3], int k, const double v[3])
         m[i][k] = v[i] + 0.0;
 }
 
+/* An axis that is nearer to the opposite one than that, in rad, is turned there by half a turn about the next one. */
+#define OPPOSITE 1e-9
+
 void kmp_complete_axes(int k, const double axis[3], double m[3][3])
 {
     int i = (k + 1) % 3, j = (k + 2) % 3;
-    double c = 1 / (1 + fabs(axis[k])), u[3], w[3];
-    /* Rodrigues' turn of unit vector k onto the axis, or onto its opposite when that is nearer, takes unit vector i to
-     * u, which is perpendicular to both */
-    u[k] = axis[k] < 0 ? axis[i] : -axis[i];
+    double across = axis[i] * axis[i] + axis[j] * axis[j], along = fabs(axis[k]), u[3], w[3];
+    bool opposite = axis[k] < 0 && across < OPPOSITE * OPPOSITE;
+    /* Rodrigues' turn of unit vector k onto the axis takes unit vector i to u = i - c axis_i (k + axis),
+     * c = 1 / (1 + axis_k), here without a difference of nearly equal numbers. From the opposite of k on it is the turn
+     * of that one onto the axis. */
+    double c = axis[k] < 0 && !opposite ? (1 + along) / across : 1 / (1 + along);
+    u[k] = opposite ? axis[i] : -axis[i];
     u[i] = 1 - c * axis[i] * axis[i];
     u[j] = -c * axis[i] * axis[j];
     kmp_cross3(axis, u, w);

@@ -240,11 +240,12 @@ static kmp_number add_numbers(kmp_reader *r, kmp_number a, kmp_number b)
 {
     kmp_expr *sum = a.expr || b.expr ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 3) : NULL;
     if (sum) {
-        sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = a.value};
-        sum[1] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = b.value};
+        sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = a.value, .symbol = a.symbol};
+        sum[1] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = b.value, .symbol = b.symbol};
         sum[2] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a.expr ? a.expr : &sum[0], .b = b.expr ? b.expr : &sum[1]};
     }
-    return (kmp_number){.value = a.value + b.value, .expr = sum ? &sum[2] : NULL, .symbol = a.symbol};
+    return (kmp_number){
+        .value = a.value + b.value, .expr = sum ? &sum[2] : NULL, .symbol = a.symbol ? a.symbol : b.symbol};
 }
 
 static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])

@@ -106,9 +106,13 @@ static bool take_names(kmp_reader *r, const kmp_yaml *map)
     kempe_model *model = r->model;
     model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, map->count);
     r->parameter_known = KMP_ARENA_NEW(&r->scratch, bool, map->count);
+    r->parameter_used = KMP_ARENA_NEW(&r->scratch, bool, map->count);
+    r->parameter_shapes = KMP_ARENA_NEW(&r->scratch, bool, map->count);
+    r->parameter_fixed = KMP_ARENA_NEW(&r->scratch, bool, map->count);
     r->parameter_values = KMP_ARENA_NEW(&r->scratch, double, map->count);
     r->parameter_dimensions = KMP_ARENA_NEW(&r->scratch, kmp_dimension, map->count);
-    if (!model->parameters || !r->parameter_known || !r->parameter_values || !r->parameter_dimensions)
+    if (!model->parameters || !r->parameter_known || !r->parameter_used || !r->parameter_fixed ||
+        !r->parameter_shapes || !r->parameter_values || !r->parameter_dimensions)
         return false;
     for (int i = 0; i < map->count; i++) {
         const char *name = kmp_read_name(r, map->keys[i], "a parameter");

@@ -2,6 +2,7 @@
 /* Where a run starts and how it goes. */
 #include "model/limits.h"
 #include "model/reading.h"
+#include "model/rows.h"
 #include <math.h>
 #include <string.h>
 
@@ -79,11 +80,25 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, k
     kmp_number number;
     if (!node || !kmp_read_number(r, node, what, wanted, &number))
         return;
-    kmp_reader_fix(r, &number);
+    kmp_reader_fix_setting(r, &number);
     if (number.value > 0)
         *value = number.value;
     else
         kmp_reader_complain(r, node->place, "%s is %.6g: it must be positive", what, number.value);
+}
+
+static void read_every(kmp_reader *r, const kmp_yaml *map)
+{
+    kmp_run_settings *run = &r->model->run;
+    const kmp_yaml *node = kmp_yaml_get(map, "every");
+    kmp_text complaint = {0};
+    read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
+    if (!(run->every > 0))
+        return;
+    run->every_place = node->place;
+    if (!kmp_rows_fit(run->every, run->t_end, &complaint))
+        kmp_reader_complain(r, node->place, "%s", complaint.s ? complaint.s : "");
+    kmp_text_free(&complaint);
 }
 
 static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
@@ -175,7 +190,7 @@ void kmp_read_run(kmp_reader *r)
     read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);
     read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
     read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
-    read_positive(r, map, "every", KMP_DIM_TIME, &run->every);
+    read_every(r, map);
     read_max_steps(r, map);
     read_choice(r, map, "road", &run->road);
     read_choice(r, map, "form", &run->form);

@@ -171,7 +171,7 @@ static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_te
 /* What may stand in an expression beside parameters. */
 typedef enum symbols { CONSTANT, OF_TIME, OF_STATE, OF_LOADS, COMPARISON_OF_LOADS, OF_X, OF_PLACE } symbols;
 
-static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
+static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
 {
     if (kmp_context_complaints(r->context) > KMP_MOST_COMPLAINTS) /* no more would be said of it */
         return NULL;
@@ -204,6 +204,13 @@ static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *wh
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
         r->wrong = true;
+    return expr;
+}
+
+static const kmp_expr *parse(kmp_reader *r, const kmp_yaml *node, const char *what, symbols allowed)
+{
+    const kmp_expr *expr = parse_unused(r, node, what, allowed);
+    kmp_reader_use(r, expr);
     return expr;
 }
 
@@ -264,13 +271,13 @@ kmp_dimension kmp_effort_dimension(const kempe_model *model, int motion)
 
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    return parse(r, node, what, CONSTANT);
+    return parse_unused(r, node, what, CONSTANT);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
 {
     bool literal = expr->kind == KMP_EXPR_NUMBER || (expr->kind == KMP_EXPR_NEG && expr->a->kind == KMP_EXPR_NUMBER);
-    return (kmp_number){.value = value, .expr = literal ? NULL : expr};
+    return (kmp_number){.value = value, .expr = literal ? NULL : expr, .symbol = expr->symbol};
 }
 
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number)
@@ -299,23 +306,46 @@ bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     return good;
 }
 
-static void fix(kempe_model *model, const kmp_expr *expr)
+/* Sets the flags of the parameters in an expression, and of those that they follow from. */
+static void mark(const kempe_model *model, const kmp_expr *expr, bool *flags)
 {
     if (!expr)
         return;
     if (expr->kind != KMP_EXPR_PARAMETER) {
-        fix(model, expr->a);
-        fix(model, expr->b);
-        fix(model, expr->c);
-    } else if (!model->parameters[expr->index].fixed) {
-        model->parameters[expr->index].fixed = true;
-        fix(model, model->parameters[expr->index].number.expr);
+        mark(model, expr->a, flags);
+        mark(model, expr->b, flags);
+        mark(model, expr->c, flags);
+    } else if (!flags[expr->index]) {
+        flags[expr->index] = true;
+        mark(model, model->parameters[expr->index].number.expr, flags);
     }
+}
+
+void kmp_reader_use(kmp_reader *r, const kmp_expr *expr)
+{
+    mark(r->model, expr, r->parameter_used);
+}
+
+void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number)
+{
+    mark(r->model, number->expr, r->parameter_fixed);
 }
 
 void kmp_reader_fix(kmp_reader *r, const kmp_number *number)
 {
-    fix(r->model, number->expr);
+    kmp_reader_fix_setting(r, number);
+    mark(r->model, number->expr, r->parameter_shapes);
+}
+
+/* A constant law is a number of the model. */
+static const kmp_expr *name_constant(kmp_reader *r, const kmp_expr *expr)
+{
+    kmp_expr *named = kmp_expr_is_constant(expr) ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (!named)
+        return expr;
+    *named = *expr;
+    named->symbol = ++r->model->symbol_count;
+    return named;
 }
 
 /* What is constant must be finite, and what is known have the dimension. */
@@ -329,7 +359,7 @@ static const kmp_expr *read_variable(kmp_reader *r, const kmp_yaml *node, const 
         return NULL;
     if (expr && is_known(r, expr) && !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
         return NULL;
-    return expr;
+    return expr ? name_constant(r, expr) : NULL;
 }
 
 const kmp_expr *kmp_read_state(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted)
@@ -363,7 +393,7 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
     if (!check_finite(r, node, what, value))
         return NULL;
     *first = value;
-    return expr;
+    return name_constant(r, expr);
 }
 
 /* -- references ---------------------------------------------------------------------------------- */

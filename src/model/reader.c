@@ -73,6 +73,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_start(r);
     kmp_read_sensors(r);
     kmp_read_run(r);
+    kmp_settle_parameters(r);
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */

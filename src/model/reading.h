@@ -34,6 +34,9 @@ typedef struct kmp_reader {
     kmp_linkage *linkage;  /* NULL without joints between bodies */
     bool wrong;            /* something was complained of */
     bool *parameter_known; /* its value is good; what depends on others is passed over in silence */
+    bool *parameter_used;  /* something other than parameters depends on it */
+    bool *parameter_fixed; /* something that is no number of the equations does */
+    bool *parameter_shapes;
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
@@ -122,10 +125,15 @@ const kmp_yaml *kmp_read_required(kmp_reader *r, const kmp_yaml *map, const char
 bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number *number);
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
-/** Notes that parameters in the expression of a number decide what is no number of the equations. */
+/** Notes that something of the model depends on the parameters in an expression (NULL: on none). */
+void kmp_reader_use(kmp_reader *r, const kmp_expr *expr);
+
+/** Notes that parameters in the expression of a number decide what is no number of the equations: a setting of runs,
+ *  or something that shapes the equations. */
+void kmp_reader_fix_setting(kmp_reader *r, const kmp_number *number);
 void kmp_reader_fix(kmp_reader *r, const kmp_number *number);
 
-/** An expression of parameters, not valued; NULL after a complaint. */
+/** The expression of a parameter, over others; not valued, and no use of those. NULL after a complaint. */
 const kmp_expr *kmp_read_constant(kmp_reader *r, const kmp_yaml *node, const char *what);
 kmp_number kmp_number_of(const kmp_expr *expr, double value);
 
@@ -175,8 +183,8 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
  *  others follow (kmp_complete_axes). The columns of m are the three axes. */
 bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3]);
 
-/** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there, or of its opposite if that is nearer.
- */
+/** Right-handed axes whose k-th is `axis`: those of the shortest turn of k there; of the axis opposite to k, half a
+ * turn about the one that follows k. */
 void kmp_complete_axes(int k, const double axis[3], double m[3][3]);
 
 /** The axes a, b and c of a joint's chain as columns of m: of an axis a, or, where b counts, of a list of two. */
@@ -242,5 +250,9 @@ void kmp_read_goals(kmp_reader *r, const kmp_yaml *map); /* of the start, after 
 void kmp_read_sensors(kmp_reader *r);
 void kmp_read_run(kmp_reader *r);
 void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);
+
+/** Once everything has been read: says of each parameter of the model whether it is fixed and whether nothing uses it,
+ *  and warns of the latter. */
+void kmp_settle_parameters(kmp_reader *r);
 
 #endif

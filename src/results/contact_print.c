@@ -63,7 +63,7 @@ static void show_patch(kmp_text *text, const kempe_contact_table *t, const kempe
         put(text, shown[k]);
     for (int k = 0; t->has_law && k < 2; k++)
         put(text, p->by_law[k]);
-    kmp_text_put(text, "\n");
+    kmp_text_put(text, p->one_ellipse ? "\n" : "  no ellipse\n");
 }
 
 static void show_rows(kmp_text *text, const kempe_contact_table *t)
@@ -95,6 +95,16 @@ static void show_rows(kmp_text *text, const kempe_contact_table *t)
         }
 }
 
+static bool has_other_patches(const kempe_contact_table *t)
+{
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)
+                if (kempe_contact_table_patch(t, row, w, z)->one_ellipse == 0)
+                    return true;
+    return false;
+}
+
 static void show_all(kmp_text *text, const kempe_contact_table *t)
 {
     kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
@@ -109,6 +119,10 @@ static void show_all(kmp_text *text, const kempe_contact_table *t)
         text,
         "\nwheel, rail: lateral places, outwards, from the nominal radius and the track's middle; along, across:\n"
         "creepages of the wheel, forwards and to the left; forces and moment on the wheel\n");
+    if (has_other_patches(t))
+        kmp_text_put(
+            text, "no ellipse: the patch is not the one ellipse that a, b and the creep forces are of; pressures may "
+                  "be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -128,6 +142,10 @@ static void put_patch(kmp_json *json, const kempe_contact_table *t, const kempe_
     kmp_json_number(json, "moment", p->moment);
     kmp_json_number(json, "a", p->a);
     kmp_json_number(json, "b", p->b);
+    if (p->one_ellipse < 0)
+        kmp_json_string(json, "one_ellipse", NULL);
+    else
+        kmp_json_boolean(json, "one_ellipse", p->one_ellipse);
     if (t->has_law)
         kmp_json_numbers(json, "by_law", 2, p->by_law);
     kmp_json_end(json);
@@ -199,6 +217,7 @@ static void put_line(kmp_text *text, const kempe_contact_table *t, int row, int 
     kmp_text_number(text, t->value[row]);
     kmp_text_printf(text, ",%s,%d,%d", wheel_name(t, wheel), zone + 1, p->touches);
     put_cells(text, (int)(sizeof cells / sizeof *cells) - (t->has_law ? 0 : 2), cells);
+    kmp_text_put(text, p->one_ellipse < 0 ? "," : p->one_ellipse ? ",1" : ",0");
     kmp_text_put(text, "\n");
 }
 
@@ -212,7 +231,7 @@ kempe_status kempe_contact_table_write_csv(const kempe_contact_table *t, const c
                     "# %s: units m, rad, N, 1/m, N m; %s in %s\n%s,wheel,zone,touches,s,y,angle,radius,normal,slip.x,"
                     "slip.y,spin,force.x,force.y,moment,a,b%s\n",
                     t->system->model->name, t->over.range[0].name, *unit_of(t) ? unit_of(t) : "SI",
-                    t->over.range[0].name, t->has_law ? ",by_law.x,by_law.y" : "");
+                    t->over.range[0].name, t->has_law ? ",by_law.x,by_law.y,one_ellipse" : ",one_ellipse");
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
             for (int z = 0; z < kempe_contact_table_zone_count(t, w); z++)

@@ -33,6 +33,25 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status sta
         print_lines(json, "warnings", warnings);
 }
 
+void kmp_print_unused(kmp_text *text, const kempe_model *model)
+{
+    const char *before = "";
+    for (int k = 0; k < model->parameter_count; k++)
+        if (model->parameters[k].unused) {
+            kmp_text_printf(text, "%s%s", before, model->parameters[k].name);
+            before = ", ";
+        }
+}
+
+void kmp_print_unused_json(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "unused_parameters");
+    for (int k = 0; k < model->parameter_count; k++)
+        if (model->parameters[k].unused)
+            kmp_json_string(json, NULL, model->parameters[k].name);
+    kmp_json_end(json);
+}
+
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values)
 {

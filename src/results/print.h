@@ -16,6 +16,10 @@ const char *kmp_status_word(kempe_status status);
 void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
                     const char *warnings);
 
+/** Names of the parameters that nothing uses: "a, b" (nothing when there are none), and the array unused_parameters. */
+void kmp_print_unused(kmp_text *text, const kempe_model *model);
+void kmp_print_unused_json(kmp_json *json, const kempe_model *model);
+
 /** An object of named numbers: entries of `quantity`. */
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values);

@@ -33,6 +33,11 @@ static void sentence(kmp_text *text, const kempe_check *check, const char *word,
     kmp_text_free(&line);
 }
 
+static void write_unused(kmp_text *text, const kempe_check *check)
+{
+    kmp_print_unused(text, check->system->model);
+}
+
 static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
@@ -277,6 +282,7 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
 void kmp_check_text(kmp_text *text, const kempe_check *check)
 {
     kmp_text_printf(text, "%s\n", check->system->model->name);
+    sentence(text, check, "unused parameters", write_unused);
     if (!check->assembled) {
         show_cuts(text, check);
         show_obstacle(text, check);

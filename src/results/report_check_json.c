@@ -256,5 +256,6 @@ void kmp_check_json(kmp_text *text, const kempe_check *check)
     else
         json_obstacle(&j, check);
     json_cuts(&j, check->system->model);
+    kmp_print_unused_json(&j, check->system->model);
     kmp_json_end(&j);
 }

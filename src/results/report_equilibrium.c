@@ -42,7 +42,8 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
         return;
     for (int c = 0; c < model->closure_count; c++)
         width = (int)strlen(model->closures[c].name) > width ? (int)strlen(model->closures[c].name) : width;
-    kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, ground axes\n", width, "", "reaction x", "y", "z");
+    kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, axes of the nearest common ancestor\n", width, "",
+                    "reaction x", "y", "z");
     for (int c = 0; c < model->closure_count; c++)
         kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, model->closures[c].name, b->reaction[3 * c],
                         b->reaction[3 * c + 1], b->reaction[3 * c + 2]);

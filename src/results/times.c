@@ -7,19 +7,22 @@ enum { DEFAULT_ROWS = 200 };
 
 kempe_status kmp_times_spacing(const kempe_system *system, double asked, double t_end, double *every)
 {
-    double wished = system->model->run.every, best = asked > 0 ? asked : wished > 0 ? wished : t_end / DEFAULT_ROWS;
-    double rows = t_end / best;
-    *every = best;
-    if (rows <= KMP_MOST_ROWS)
+    const kempe_model *model = system->model;
+    const kmp_run_settings *run = &model->run;
+    kmp_text complaint = {0};
+    kempe_status status = KEMPE_OK;
+    *every = asked > 0 ? asked : run->every > 0 ? run->every : t_end / DEFAULT_ROWS;
+    if (kmp_rows_fit(*every, t_end, &complaint))
         return KEMPE_OK;
-    if (asked > 0)
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
-                        "every = %g s makes %.3g rows up to t_end = %g s, at most %d are kept; ask for fewer", asked,
-                        rows, t_end, KMP_MOST_ROWS);
-    *every *= ceil(rows / KMP_MOST_ROWS);
-    kmp_log(system->context, KEMPE_LOG_NOTE, "rows every %g s: more than %d up to t_end = %g s are not kept", *every,
-            KMP_MOST_ROWS, t_end);
-    return KEMPE_OK;
+    if (!complaint.s)
+        status = kmp_fail_memory(system->context);
+    else if (asked > 0)
+        status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s", complaint.s);
+    else
+        status = kmp_complain(system->context, model->files[run->every_place.file], run->every_place.line,
+                              run->every_place.column, "%s", complaint.s);
+    kmp_text_free(&complaint);
+    return status;
 }
 
 /* k steps of `every`, as a division where 1 / every is whole: 3 / 10 is 0.3, 3 * 0.1 is not. */
@@ -56,7 +59,7 @@ static void append_reference(kmp_times *times, double t, const double *before)
 
 bool kmp_times_init(kmp_times *times, double every, double t_end, const kmp_reference *reference)
 {
-    int rows = reference ? reference->rows : 0, grid = (int)fmin(t_end / every, KMP_MOST_ROWS);
+    int rows = reference ? reference->rows : 0, grid = (int)(t_end / every);
     *times = (kmp_times){.t = KMP_NEW(double, grid + rows + 3)};
     if (!times->t)
         return false;

@@ -3,17 +3,16 @@
 #ifndef KMP_RESULTS_TIMES_H
 #define KMP_RESULTS_TIMES_H
 
+#include "model/rows.h"
 #include "results/reference.h"
-
-enum { KMP_MOST_ROWS = 1000000 };
 
 typedef struct kmp_times {
     int count;
     double *t;
 } kmp_times;
 
-/** The time between rows up to t_end: `asked`, or 0 for the model's, or a two hundredth; the last two widened where
- * they make too many rows. KEMPE_E_ARGUMENT: what was asked for makes too many. */
+/** The time between rows up to t_end: `asked`, or 0 for the model's, or a two hundredth. Where it makes too many rows:
+ *  KEMPE_E_ARGUMENT of what was asked for, KEMPE_E_INPUT with the place of the model's. */
 kempe_status kmp_times_spacing(const kempe_system *system, double asked, double t_end, double *every);
 
 /** 0, every, 2 every ... t_end and the reference's times (NULL: none), ascending, none twice; a grid time within

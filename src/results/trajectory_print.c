@@ -102,6 +102,16 @@ static void show_error(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, "against %s\n", t->source);
 }
 
+static void show_unused(kmp_text *text, const kempe_model *model)
+{
+    kmp_text names = {0};
+    kmp_print_unused(&names, model);
+    if (names.length > 0)
+        kmp_text_printf(text, "unused    nothing of the model depends on these parameters: %s\n", names.s);
+    text->failed = text->failed || names.failed;
+    kmp_text_free(&names);
+}
+
 static const char *again_name(const kempe_trajectory *t)
 {
     return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
@@ -118,6 +128,7 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
     kmp_text_put(text, " of its size\n");
     show_error(text, t);
+    show_unused(text, t->system->model);
     kmp_convergence_show(text, &t->again, "q", again_name(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, refused %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
@@ -279,6 +290,7 @@ static void json(kmp_text *text, const kempe_trajectory *t)
     kmp_print_errors(&j, &t->verdict);
     kmp_convergence_json(&j, &t->again, again_name(t));
     kmp_print_work(&j, &t->report);
+    kmp_print_unused_json(&j, t->system->model);
     json_notes(&j, &t->journal);
     kmp_json_number(&j, "cpu_s", t->report.cpu_s);
     if (t->report.wall_s > 0)

@@ -66,19 +66,22 @@ bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
     return !kmp_graph_failed(g);
 }
 
-void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_contact *c, kmp_ref *value)
+void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_contact *c,
+                        kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_touch touch = touch_of(tree, wheel, &c->patch);
-    kmp_ref semi[2], pressed = kmp_less(g, KMP_ZERO, c->normal);
-    kmp_hertz_axes(g, &touch, c->normal, semi);
-    for (int k = 0; k < 2; k++)
-        semi[k] = kmp_select(g, pressed, semi[k], KMP_ZERO);
+    kmp_ref oval[3], pressed = kmp_less(g, KMP_ZERO, c->normal);
+    kmp_hertz_axes(g, &touch, c->normal, oval);
+    oval[2] = kmp_patch_fit(tree, wheel, pose, &c->patch);
+    for (int k = 0; k < 3; k++)
+        oval[k] = kmp_select(g, pressed, oval[k], KMP_ZERO);
     const kmp_ref shown[KMP_CONTACT_SHOWN] = {
         c->patch.s,      c->lateral,        kmp_unary(g, KMP_OP_ATAN, c->patch.slope),
         c->normal,       c->slip.along,     c->slip.across,
         c->slip.spin,    c->creep.force[0], c->creep.force[1],
-        c->creep.moment, semi[0],           semi[1]};
+        c->creep.moment, oval[0],           oval[1],
+        oval[2]};
     for (int k = 0; k < KMP_CONTACT_SHOWN; k++)
         value[k] = shown[k];
 }

@@ -22,7 +22,9 @@ bool kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
                        kmp_contact *contact);
 
 /** What an output shows of it (KMP_CONTACT_SHOWN values; names in model/output_table.c): place on wheel and track,
- * angle, N, creepages and spin, forces along and across, moment, semi-axes of the patch. */
-void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_contact *contact, kmp_ref *value);
+ * angle, N, creepages and spin, forces along and across, moment, semi-axes of the patch and how far it is one ellipse
+ * (kmp_patch_fit). */
+void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose,
+                        const kmp_contact *contact, kmp_ref *value);
 
 #endif

@@ -77,6 +77,18 @@ static kmp_ref curvature_across(const kmp_pair *p, kmp_ref s, kmp_ref slope, kmp
     return kmp_mul(g, half, kmp_add(g, x, root));
 }
 
+kmp_ref kmp_patch_fit(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch)
+{
+    kmp_pair p;
+    if (wheel->form == KMP_CONTACT_RIGID)
+        return KMP_ZERO;
+    if (!kmp_pair_of(tree, wheel, pose, &p)) {
+        kmp_graph_fail(tree->graph);
+        return KMP_ZERO;
+    }
+    return kmp_div(tree->graph, curvature_across(&p, patch->s, patch->slope, patch->along), patch->across);
+}
+
 /* -- in space ---------------------------------------------------------------------------------------- */
 
 static kmp_vec combine(kmp_graph *g, const kmp_vec axis[3], kmp_ref x, kmp_ref y, kmp_ref z)

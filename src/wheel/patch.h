@@ -38,6 +38,10 @@ bool kmp_wheel_patch(const kmp_tree *tree, const kmp_wheel *wheel, int zone, con
 /** The same of the zone that is nearest of all, by conditions of the wheel; its weight is 1. */
 bool kmp_wheel_touch(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, kmp_patch *patch);
 
+/** The curvature across at the place of an elastic wheel's patch over that of the patch, which is an average: 1 where
+ *  the gap is a parabola, and the patch one ellipse. Of a rigid wheel nothing is known of its patch: 0. */
+kmp_ref kmp_patch_fit(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch);
+
 /** What the wheel slips by there, over its rolling speed. */
 typedef struct kmp_slip {
     kmp_ref along, across, spin; /* spin in 1/m, over the rolling speed with its sign */

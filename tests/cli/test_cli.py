@@ -143,6 +143,50 @@ class Settings(Case):
             self.expect(3, "check", SLIDER_CRANK, "--set", word)
 
 
+    UNUSED = ("kempe: 1\nparameters: {a: 1, b: '2*a', c: 3, l: '2*c', m: 1}\n"
+              "include: [{file: sub.yaml, prefix: s_, set: {k: m, g: a}}]\n"
+              "bodies: {b: {joint: {revolute: z, at: ground}, mass: m, com: [l, 0, 0], inertia: {zz: 1}}}\n"
+              "run: {t_end: 0.1}\n")
+    SUB = ("kempe: 1\nparameters: {k: 1, g: 2, o: 3}\n"
+           "bodies: {d: {joint: {revolute: z, at: ground}, mass: k, com: [1, 0, 0], inertia: {zz: 1}}}\n")
+
+    def test_unused(self):
+        """Parameters that nothing uses are told, with their places, in every command and in the results."""
+        path = self.model(self.UNUSED)
+        (self.folder / "sub.yaml").write_text(self.SUB)
+
+        def warnings(*places):
+            return "".join(f"kempe: warning: {self.folder}/{place}\n" for place in places)
+
+        a, b = (f"model.yaml:2:{column}: nothing uses parameter '{name}'" for name, column in (("a", 14), ("b", 20)))
+        g = "model.yaml:3:55: nothing uses parameter 's_g': to set it where its file is included changes nothing"
+        for command in ("check", "assemble", "simulate", "show --model"):
+            self.assertEqual(self.expect(0, *command.split(), path).stderr, warnings(a, b, g))
+        self.assertIn("  unused parameters    a, b, s_g\n", self.expect(0, "check", path).stdout)
+        self.assertIn("unused    nothing of the model depends on these parameters: a, b, s_g\n",
+                      self.expect(0, "simulate", path).stdout)
+        for command in ("check", "simulate"):
+            self.assertEqual(self.object(0, command, path)["unused_parameters"], ["a", "b", "s_g"])
+            self.assertEqual(self.object(0, command, FOUR_BAR)["unused_parameters"], [])
+
+    def test_unused_set(self):
+        """To set in vain is told; what a setting displaces is no reason to warn of what it used."""
+        path = self.model(self.UNUSED)
+        (self.folder / "sub.yaml").write_text(self.SUB)
+        said = self.expect(0, "check", path, "--set", "b=7", "--set", "l=2", "--set", "s_o=1").stderr
+        self.assertIn("model.yaml:2:20: nothing uses parameter 'b': to set it changes nothing\n", said)
+        self.assertIn("sub.yaml:2:26: nothing uses parameter 's_o': to set it changes nothing\n", said)
+        self.assertNotIn("'c'", said)
+        said = self.expect(0, "check", path, "--set", "c=7", "--set", "l=2").stderr
+        self.assertIn("model.yaml:2:30: nothing uses parameter 'c': to set it changes nothing\n", said)
+        self.assertNotIn("'c'", self.expect(0, "check", path, "--set", "c=7").stderr)
+
+    def test_examples_use_their_parameters(self):
+        for path in sorted(ROOT.glob("examples/*/*.yaml")):
+            if path.name != "half_tram.yaml":  # a part of others
+                self.assertNotIn("nothing uses", self.expect(0, "show", "--model", path).stderr)
+
+
 class Equilibria(Case):
     """Where it rests: the keys of the object, options that go to the library, what is said where there is none."""
 
@@ -964,6 +1008,20 @@ class Simulate(Case):
         self.assertEqual(self.object(0, "simulate", model, "--change-points", "leap")["change_points"], "leap")
         self.assertIn("change_points ignore", self.expect(0, "show", model, "--model").stdout)
 
+    def test_too_many_rows(self):
+        """One rule and one sentence, whether the file or the command line asks for too many."""
+        head = "kempe: 1\nbodies:\n  a: {joint: {revolute: z, at: ground}, inertia: {zz: 1}}\n"
+        said = "every = 1e-12 s makes 1e+12 rows up to t_end = 1 s, at most 1000000 are kept; ask for fewer"
+        plain = self.model(head + "run: {t_end: 1}\n")
+        self.assertEqual(self.expect(3, "simulate", plain, "--every", "1e-12").stderr, f"kempe: {said}\n")
+        path = self.model(head + "run: {t_end: 1, every: 1e-12}\n")
+        for command in ("check", "simulate", "sensitivity"):
+            self.assertEqual(self.expect(2, command, path).stderr, f"{path}:4:24: {said}\n")
+        path = self.model(head + "run: {t_end: 1 ms, every: 1 us}\n")
+        self.expect(0, "simulate", path)
+        long = self.expect(2, "simulate", path, "--t-end", "10").stderr
+        self.assertEqual(long, f"{path}:4:27: {said.replace('1e-12', '1e-06').replace('1e+12', '1e+07').replace('= 1 s', '= 10 s')}\n")
+
     def test_csv(self):
         self.expect(0, *self.SHORT, "--every", 0.05, "-o", "out.csv")
         with open(self.folder / "out.csv", newline="") as file:
@@ -1144,7 +1202,7 @@ run: {t_end: 1}
         self.assertIn("the mechanism locks", found["reason"])
 
     def test_interrupt(self):
-        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e5", "--rtol", "1e-12")
+        self.interrupt("simulate", FOUR_BAR, "--t-end", "1e5", "--every", "1", "--rtol", "1e-12")
 
     def test_interrupt_without_result(self):
         """Where there is nothing to show yet the object and a sentence are there all the same."""

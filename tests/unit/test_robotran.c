@@ -229,7 +229,9 @@ static void what_is_passed_over(void)
                       "2 /tests/models/robotran.mbs: no force acts where the law is in user code: force point 'wind', "
                       "link 'coil'\n"
                       "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is "
-                      "more than zz + xx = 0.2; it is taken as given\n");
+                      "more than zz + xx = 0.2; it is taken as given\n"
+                      "2 /tests/models/robotran.mbs:81:7: nothing uses parameter 'coil_K'\n"
+                      "2 /tests/models/robotran.mbs:83:7: nothing uses parameter 'coil_rest_length'\n");
 }
 
 static void inside_another_model(void)

@@ -331,7 +331,7 @@ static void a_closed_guess_and_a_drive(void)
     check_trial(&(trial){.text = text,
                          .parameters = "r,speed",
                          .outputs = "qd(slider),lambda",
-                         .t_end = 0.7,
+                         .t_end = 0.93,
                          .within = 1e-9,
                          .first_step = 1e-3});
     free(text);

@@ -289,7 +289,7 @@ static void mirrored(void)
     if (!m || !derive(&d, m, KMP_SET_OUTPUT))
         return;
     /* along, across and out of the plane: what a mirror turns round */
-    static const int turned[KMP_CONTACT_SHOWN] = {0, 0, 0, 0, 0, 1, 1, 0, 1, 1, 0, 0};
+    static const int turned[KMP_CONTACT_SHOWN] = {0, 0, 0, 0, 0, 1, 1, 0, 1, 1, 0, 0, 0};
     int contacts = kmp_wheel_contacts(&m->wheels[0]), width = contacts * KMP_CONTACT_SHOWN;
     bool same = true, pressed = false;
     for (int k = 0; k < 10; k++) {

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Of every model of examples and tests whose equations can be written: C computes the bits of Kempe's tape and machine
+ * code for the same functions, and to rounding what the workspace gives, whose equations are derived all together. */
+#include "constraints/plant.h"
+#include "generate/emitted.h"
+#include "generate/models.h"
+
+/* Beside the largest entry of its array. */
+#define ROUNDING 1e-14
+
+static const kempe_generation generation = {.sets = "M_C,h_J,jdqd", .drives = 1, .language = "c"};
+
+typedef struct found {
+    int written, bits, others; /* models; those whose workspace has the same bits; other models */
+    double most;               /* by which an entry is off, beside the largest one of its array */
+} found;
+
+/* -- what the workspace gives -------------------------------------------------------------------------- */
+
+static double largest(int count, const double *x)
+{
+    double most = 1;
+    for (int k = 0; k < count; k++)
+        most = isfinite(x[k]) ? fmax(most, fabs(x[k])) : most;
+    return most;
+}
+
+/* M, C, h, J by rows, jdqd, as the functions give them. */
+static double *evaluate(kmp_plant *plant, const state *s, double *out)
+{
+    int n = plant->n, m = plant->m;
+    kmp_plant_closure(plant, s->t, s->q);
+    kmp_plant_mass(plant);
+    kmp_plant_bias(plant, s->qd);
+    kmp_plant_dense_mass(plant, out);
+    out += n * n;
+    memcpy(out, plant->bias, (size_t)n * sizeof *out);
+    out += n;
+    memcpy(out, plant->h, (size_t)m * sizeof *out);
+    out += m;
+    const kmp_pattern *p = &plant->system->jacobian;
+    memset(out, 0, (size_t)(m * n) * sizeof *out);
+    for (int k = 0; k < p->count; k++)
+        out[p->row[k] * n + p->col[k]] = plant->jacobian[k];
+    out += m * n;
+    memcpy(out, plant->jdqd, (size_t)m * sizeof *out);
+    return out + m;
+}
+
+/* How far two arrays are from each other, beside the largest entry. */
+static double distance(int count, const double *a, const double *b)
+{
+    double size = largest(count, b), most = 0;
+    for (int k = 0; k < count; k++)
+        most = isfinite(b[k]) ? fmax(most, fabs(a[k] - b[k]) / size) : most;
+    return most;
+}
+
+static void compare_workspace(const kempe_model *model, const char *path, int size, found *f)
+{
+    static double own[MOST_OUT];
+    kempe_system *system = NULL;
+    bool bits = true;
+    double most = 0;
+    if (kempe_system_new(model, &system) != KEMPE_OK)
+        return;
+    kmp_plant *plant = kmp_plant_new(system, "tape");
+    int n = system->n, m = system->m;
+    const int sizes[] = {n * n, n, m, m * n, m};
+    for (int s = 0; s < STATES; s++) {
+        CHECK(evaluate(plant, &states[s], own) - own == size);
+        const double *a = got[s], *b = own;
+        for (int k = 0; k < 5; a += sizes[k], b += sizes[k], k++)
+            most = fmax(most, distance(sizes[k], a, b));
+        for (int k = 0; k < size; k++)
+            bits = bits && same_bits(got[s][k], own[k]);
+    }
+    if (most > ROUNDING)
+        printf("%s: %.3g off what the workspace gives\n", path, most);
+    CHECK(most <= ROUNDING);
+    f->most = fmax(f->most, most);
+    f->bits += bits;
+    kmp_plant_free(plant);
+    kempe_system_free(system);
+}
+
+/* -- every model --------------------------------------------------------------------------------------- */
+
+static bool can_be_written(const kempe_model *model)
+{
+    kempe_code *code = NULL;
+    bool can = kempe_code_new(model, &generation, &code) == KEMPE_OK;
+    kempe_code_free(code);
+    return can;
+}
+
+static void try_model(const kempe_model *model, const char *path, found *f)
+{
+    kmp_source source;
+    if (!can_be_written(model) || kmp_source_init(&source, model, &generation) != KEMPE_OK) {
+        f->others++;
+        return;
+    }
+    int size = run_tapes(&source);
+    CHECK(size <= MOST_OUT && source.n <= MOST);
+    if (emit(model, &generation) && run_c(&source)) {
+        int wrong = count_wrong_bits(size);
+        if (wrong)
+            printf("%s: %d of %d entries differ\n", path, wrong, STATES * size);
+        CHECK(wrong == 0);
+        compare_workspace(model, path, size, f);
+        f->written++;
+    }
+    kmp_source_free(&source);
+}
+
+static void every_model(void)
+{
+    static char *paths[MOST_MODELS];
+    found f = {0};
+    int count = models_list(paths);
+    for (int k = 0; k < count; k++) {
+        kempe_model *model = NULL;
+        if (kempe_model_read(context, paths[k], &model) == KEMPE_OK)
+            try_model(model, paths[k], &f);
+        kempe_model_free(model);
+        kmp_free(paths[k]);
+    }
+    printf("  %d models: the bits of the tape; %d those of the workspace, the others %.2g off; %d cannot be written\n",
+           f.written, f.bits, f.most, f.others);
+    CHECK(f.written > 80);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    if (!mkdtemp(folder))
+        return 1;
+    choose_states();
+    TEST(every_model);
+    char command[128];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    CHECK(runs(command));
+    kempe_context_free(context);
+    return check_report();
+}
