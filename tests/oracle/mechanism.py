@@ -266,6 +266,8 @@ class Mechanism:
         cut = keys["cut"] == "yes" if "cut" in keys else scope.full(name) in self.told and kind != "screw"
         if cut:
             loop = {**{k: v for k, v in keys.items() if k in ("axis", "axes")}, CUTS.get(kind, kind): keys[kind]}
+            if kind == "planar" and "axes" in keys:
+                loop["axes"] = [keys["axes"][0]] * 2  # the second one is an axis across, of the joint alone
             self.closures.append(self.loop(scope, name, loop))
             return
         given = keys.get("axes", keys.get("axis", "z"))
