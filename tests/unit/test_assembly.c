@@ -266,6 +266,18 @@ static void rows_of_rounding_alone_move_nothing(void)
     }
 }
 
+/* The curve's value is constant where the joint keeps x: it merges with the place of the ground's point. */
+static void a_curve_whose_value_is_constant(void)
+{
+    loaded l = load_text("kempe: 1\nground: {points: {O: [0.1, 0.5312, 0.5]}}\nbodies:\n"
+                         "  b: {joint: {name: A, motions: [T3, -T2, R1], at: ground.O}, mass: 1,\n"
+                         "      inertia: {xx: 1, yy: 1, zz: 1}, points: {L: [0.3, 0.2, 0.1]}}\n"
+                         "tables: {f: {x: [-1, 0, 1, 2], y: [0, 0.2, 0.1, 0.4]}}\n"
+                         "loops: {K: {point_on_curve: [ground.O, b.L], table: f}}\n");
+    kempe_assembly_free(assembled(&l));
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(returns_to_the_printed_state);
@@ -277,5 +289,6 @@ int main(void)
     TEST(redundant_closures_assemble);
     TEST(rates_are_made_consistent);
     TEST(rows_of_rounding_alone_move_nothing);
+    TEST(a_curve_whose_value_is_constant);
     return check_report();
 }
