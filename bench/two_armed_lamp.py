@@ -36,10 +36,17 @@ run: {t_end: 3, every: 0.05, rtol: 1e-8}
 """
 
 
-def polar(dice, angles, lengths):
-    """A random vector of the plane as a complex number; the angle is drawn first."""
-    angle, length = dice.uniform(*angles), dice.uniform(*lengths)
-    return complex(length * math.cos(angle), length * math.sin(angle))
+class Drawer:
+    """Random vectors of the plane as complex numbers, each off by up to `off` either way."""
+
+    def __init__(self, seed, off):
+        self.dice, self.off, self.noise = random.Random(seed), off, random.Random(-1 - seed)
+
+    def polar(self, angles, lengths):
+        """The angle is drawn first."""
+        angle, length = self.dice.uniform(*angles), self.dice.uniform(*lengths)
+        off = complex(self.noise.uniform(-1, 1), self.noise.uniform(-1, 1)) * self.off
+        return complex(length * math.cos(angle), length * math.sin(angle)) + off
 
 
 class Writer:
@@ -58,22 +65,22 @@ class Writer:
                           points=", ".join(f"{k}: {self.point(p)}" for k, p in points.items()))
 
 
-def lamp(seed, digits=17):
-    """The model of a seed as text."""
-    dice = random.Random(seed)
+def lamp(seed, digits=17, off=0.0):
+    """The model of a seed as text. off: links that differ by up to so much, of parallelograms that stay exact."""
+    draw = Drawer(seed, off)
     a1 = complex(-0.3, 0)
-    a2 = a1 + polar(dice, (.3, 1.2), (.1, .3))
-    c = polar(dice, (2., 2.8), (.4, .7))
+    a2 = a1 + draw.polar((.3, 1.2), (.1, .3))
+    c = draw.polar((2., 2.8), (.4, .7))
     e1, e2 = a1 + c, a2 + c
-    e3 = e2 + polar(dice, (-2., -1.), (.1, .3))
-    d = polar(dice, (-1.6, -.9), (.7, 1.))
+    e3 = e2 + draw.polar((-2., -1.), (.1, .3))
+    d = draw.polar((-1.6, -.9), (.7, 1.))
     f2, f3 = e2 + d, e3 + d
     b1 = complex(0.5, 0)
-    b2 = b1 + polar(dice, (1.8, 2.8), (.1, .3))
-    e = polar(dice, (.3, 1.), (.4, .7))
+    b2 = b1 + draw.polar((1.8, 2.8), (.1, .3))
+    e = draw.polar((.3, 1.), (.4, .7))
     h1, h2 = b1 + e, b2 + e
-    h3 = h2 + polar(dice, (-2.2, -1.2), (.1, .3))
-    f = polar(dice, (-2.2, -1.6), (.7, 1.))
+    h3 = h2 + draw.polar((-2.2, -1.2), (.1, .3))
+    f = draw.polar((-2.2, -1.6), (.7, 1.))
     g2, g3 = h2 + f, h3 + f
     m = g2 - f2
     w = Writer(digits)

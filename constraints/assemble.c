@@ -12,13 +12,14 @@
 #include "constraints/kinsol.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "linalg/least.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 200, MAX_POLISH = 40 };
+enum { MAX_ITERATIONS = 200, MAX_POLISH = 40, MAX_CHOICES = 4 };
 #define SHORTEST_STEP   1e-8
 #define PUSH            0.3
 #define NEARLY_SINGULAR 0.1 /* determinant of the axes of a spherical joint */
@@ -51,14 +52,17 @@ typedef struct work {
     int *part_wish; /* n */
     kmp_partition part;
     bool has_part;
-    bool starved; /* a step found no memory */
+    bool starved;        /* a step found no memory */
+    int rank;            /* of J where the other rows stay open by rounding; -1: there are none */
+    double near;         /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
+    const bool *dropped; /* m: rows that are left alone; NULL: none */
 } work;
 
 static void evaluate(work *w, const double *q)
 {
     kmp_plant_closure(w->plant, 0, q);
     for (int r = 0; r < w->m; r++)
-        w->h[r] = w->plant->h[r] / w->s->row_scale[r];
+        w->h[r] = w->dropped && w->dropped[r] ? 0 : w->plant->h[r] / w->s->row_scale[r];
 }
 
 static double norm(int n, const double *x)
@@ -87,7 +91,7 @@ static void sparse_jacobian(work *w)
     for (int k = 0; k < w->free_count; k++)
         w->place[w->free[k]] = k;
     for (int e = 0; e < jac->count; e++)
-        if (w->place[jac->col[e]] >= 0) {
+        if (w->place[jac->col[e]] >= 0 && !(w->dropped && w->dropped[jac->row[e]])) {
             w->entry_row[nz] = jac->row[e];
             w->entry_col[nz] = w->place[jac->col[e]];
             w->entry[nz++] = w->plant->jacobian[e] * w->s->scale[jac->col[e]] / w->s->row_scale[jac->row[e]];
@@ -104,7 +108,9 @@ static void scaled_jacobian(work *w)
     kmp_plant_dense_jacobian(w->plant, w->jac);
     for (int k = 0; k < w->free_count; k++)
         for (int r = 0; r < w->m; r++)
-            w->scaled[r + k * w->m] = w->jac[r + w->free[k] * w->m] * w->s->scale[w->free[k]] / w->s->row_scale[r];
+            w->scaled[r + k * w->m] = w->dropped && w->dropped[r] ? 0
+                                                                  : w->jac[r + w->free[k] * w->m] *
+                                                                        w->s->scale[w->free[k]] / w->s->row_scale[r];
 }
 
 static void move(const work *w, const double *q, double factor, double *to)
@@ -201,7 +207,7 @@ static void descend(work *w)
 {
     double bound = KMP_LONGEST_CORRECTION;
     evaluate(w, w->a->q);
-    for (int k = 0; k < MAX_ITERATIONS && largest(w->m, w->h) > KMP_CLOSED_NEAR; k++) {
+    for (int k = 0; k < MAX_ITERATIONS && largest(w->m, w->h) > w->near; k++) {
         w->a->iterations++;
         if (!step_down(w, &bound))
             return;
@@ -225,7 +231,7 @@ static void from_afar(work *w)
     descend(w);
     double best = largest(w->m, w->h);
     memcpy(w->best, w->a->q, (size_t)w->n * sizeof *w->best);
-    for (int k = 0; k < w->guess->pushes && best > KMP_CLOSED_NEAR && w->free_count > 0; k++) {
+    for (int k = 0; k < w->guess->pushes && best > w->near && w->free_count > 0; k++) {
         push_aside(w, &state);
         descend(w);
         double now = largest(w->m, w->h);
@@ -334,6 +340,42 @@ static void polish(work *w)
     evaluate(w, w->a->q);
 }
 
+/* -- rounded numbers --------------------------------------------------------------------------------- */
+
+/* The rows to drop at the last evaluation, into `dropped`. false: there is no such choice. */
+static bool choose_rows(work *w, bool *dropped)
+{
+    kmp_partition part;
+    if (kmp_partition_of_rank(&part, w->s, w->plant->jacobian, w->rank, NULL, 0) != KEMPE_OK) {
+        kmp_context_clear(w->s->context);
+        return false;
+    }
+    memset(dropped, 0, (size_t)w->m * sizeof *dropped);
+    for (int k = 0; k < w->m - part.r; k++)
+        dropped[part.redundant[k]] = true;
+    kmp_partition_free(&part);
+    return true;
+}
+
+/* The independent rows closed, chosen anew until they stay the same. */
+static void close_independent(work *w)
+{
+    bool *before = KMP_NEW(bool, w->m), *dropped = w->a->dropped;
+    w->starved = w->starved || !before;
+    for (int pass = 0; before && pass < MAX_CHOICES; pass++) {
+        w->dropped = NULL;
+        evaluate(w, w->a->q);
+        memcpy(before, dropped, (size_t)w->m * sizeof *before);
+        if (!choose_rows(w, dropped) || (pass > 0 && memcmp(before, dropped, (size_t)w->m * sizeof *before) == 0))
+            break;
+        w->dropped = dropped;
+        polish(w);
+    }
+    w->dropped = dropped;
+    evaluate(w, w->a->q);
+    kmp_free(before);
+}
+
 /* -- spherical joints -------------------------------------------------------------------------------- */
 
 /* Those whose angles are nearly singular in the guess begin in the middle of another chart; one of which only some
@@ -411,7 +453,7 @@ static double correct_rates(work *w, const bool *fixed)
         scaled_jacobian(w);
         kmp_plant_rates(w->plant, qd, rate);
         for (int r = 0; r < w->m; r++)
-            rate[r] /= w->s->row_scale[r];
+            rate[r] = w->dropped && w->dropped[r] ? 0 : rate[r] / w->s->row_scale[r];
         if (pass == 2 || !damped_step(w, KMP_RANK_OPEN))
             break;
         move(w, qd, 1, w->trial);
@@ -478,11 +520,15 @@ static void judge(work *w)
     kempe_assembly *a = w->a;
     const kempe_model *model = w->s->model;
     a->residual = largest(w->m, w->h);
-    a->closed = a->residual <= KMP_CLOSED_ENOUGH;
     for (int r = 0; r < w->m; r++) {
         int c = w->s->rows[r].closure;
-        a->gaps[c] = hypot(a->gaps[c], w->h[r] * w->s->length);
+        a->open[r] = fabs(w->plant->h[r]) / w->s->row_scale[r];
+        a->gaps[c] = hypot(a->gaps[c], a->open[r] * w->s->length);
+        a->misfit = w->dropped && w->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
+        a->dropped_count += w->dropped && w->dropped[r];
     }
+    a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance;
+    w->starved = !kmp_partition_pivots(w->s, w->plant->jacobian, a->pivots) || w->starved;
     for (int c = 0; c < model->closure_count; c++) {
         a->gap = fmax(a->gap, a->gaps[c]);
         if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)
@@ -496,9 +542,13 @@ static void judge(work *w)
 
 /* -- all together ------------------------------------------------------------------------------------ */
 
-static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
+/* rank < 0: what the system has found. */
+static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, int rank, kempe_assembly *a)
 {
     *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
+    const kmp_rounding *rounding = kmp_rounding_of(s);
+    w->rank = rank < 0 && rounding ? rounding->rank : rank;
+    w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
     w->free = KMP_NEW(int, s->n);
     w->large = (long)s->m * s->n > DENSE_MOST;
     w->jac = KMP_NEW(double, w->large ? 0 : s->m * s->n);
@@ -553,6 +603,18 @@ static void work_free(work *w)
     kmp_free(w->fixed);
 }
 
+static void close_near(work *w)
+{
+    double open = largest(w->m, w->h);
+    if (w->rank >= 0 && open <= w->near) {
+        close_independent(w);
+        return;
+    }
+    if (open <= w->near && open > KMP_CLOSED_ENOUGH)
+        near_by(w);
+    polish(w);
+}
+
 /* A closed one goes along its branch to where the goals are nearest. false: no memory. */
 static bool seek_goals(work *w)
 {
@@ -564,7 +626,9 @@ static bool seek_goals(work *w)
     if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
         return false;
     w->a->iterations += goals->steps;
-    if (w->m > 0)
+    if (w->dropped)
+        close_independent(w);
+    else if (w->m > 0)
         polish(w);
     return kmp_goals_measure(w->s, w->a->q, goals);
 }
@@ -574,9 +638,7 @@ static bool assemble(work *w)
 {
     if (w->m > 0) {
         from_afar(w);
-        if (largest(w->m, w->h) <= KMP_CLOSED_NEAR && largest(w->m, w->h) > KMP_CLOSED_ENOUGH)
-            near_by(w);
-        polish(w);
+        close_near(w);
     }
     if (!seek_goals(w))
         return false;
@@ -587,11 +649,12 @@ static bool assemble(work *w)
     return !w->starved;
 }
 
-kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
+kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
+                                  kempe_assembly **assembly)
 {
     work w = {0};
     kempe_assembly *a = kmp_assembly_new(system);
-    if (!a || !work_init(&w, system, guess, a) || !assemble(&w)) {
+    if (!a || !work_init(&w, system, guess, rank, a) || !assemble(&w)) {
         work_free(&w);
         kempe_assembly_free(a);
         return kmp_fail_memory(system->context);
@@ -599,4 +662,9 @@ kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *gues
     work_free(&w);
     *assembly = a;
     return KEMPE_OK;
+}
+
+kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
+{
+    return kmp_assemble_of_rank(system, guess, -1, assembly);
 }

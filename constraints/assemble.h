@@ -12,6 +12,11 @@ struct kempe_assembly {
     double residual; /* max |h| / row scale */
     double gap;      /* widest gap of a closure, m */
     bool closed;
+    int dropped_count;  /* closed: rows that stay open because they say what others say but for rounding */
+    bool *dropped;      /* m: which */
+    double *open;       /* m: scaled |h| */
+    double *pivots;     /* m + n: of J there */
+    double misfit;      /* the widest of the dropped ones, scaled */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* what prescribed motions ask for and the closures do not allow: of the fastest scaled rate */
     int iterations;     /* of Gauss-Newton and Newton */
@@ -36,6 +41,16 @@ typedef struct kmp_guess {
 
 /** The same from any guess; whether it closed is in the assembly, without a complaint. Errors: memory alone. */
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);
+
+/** The rows of a closure that stay open by rounding, and by how much, as a sentence; nothing where there are none. */
+void kmp_assembly_put_misfit(kmp_text *text, const kempe_assembly *assembly, int closure);
+
+/** The same with the rank of J given, whose other rows stay open by rounding of the model's numbers. */
+kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
+                                  kempe_assembly **assembly);
+
+/** kempe_assemble without a complaint: whether it closed is in the assembly. */
+kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly);
 
 /** Whether the rate of coordinate k was given and could not be kept. */
 bool kmp_assembly_changed_rate(const kempe_assembly *assembly, int k);

@@ -2,6 +2,7 @@
 /* What an assembly is to its caller: made, told about where it stays open, freed. */
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "model/model_print.h"
 #include <math.h>
@@ -16,10 +17,22 @@ static void put_open(kmp_text *text, const char *before, const char *name, doubl
         kmp_text_printf(text, " (%.3g m)", gap);
 }
 
+/* The closure tolerance beside a gap, where it was asked for or could be meant. */
+static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
+{
+    if (!s->model->closure_tolerance_given && !(gap <= KMP_ROUNDING_WIDEST * s->closure_tolerance))
+        return;
+    if (gap > s->closure_tolerance)
+        kmp_text_printf(text, ", more than the closure_tolerance of %.3g m", s->closure_tolerance);
+    else
+        kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but no other closure says the same",
+                        s->closure_tolerance);
+}
+
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    kmp_text held = {0}, others = {0}, best = {0};
+    kmp_text held = {0}, others = {0}, best = {0}, tolerance = {0};
     for (int k = 0; k < model->motion_count; k++)
         if (model->start.hold[k])
             kmp_text_printf(&held, "%s%s", held.length ? ", " : " while holding ", model->motions[k].name);
@@ -30,9 +43,10 @@ static kempe_status complain_open(const kempe_assembly *a)
         kmp_text_printf(&others, " and %d more", a->culprit_count - MOST_NAMED - 1);
     const kmp_closure *worst = &model->closures[a->culprits[0]];
     double gap = a->gaps[a->culprits[0]];
+    put_tolerance(&tolerance, a->system, gap);
     if (isfinite(gap))
-        kmp_text_printf(&best, "at best a gap of %.4g m remains%s; check its lengths, or start", gap,
-                        others.s ? others.s : "");
+        kmp_text_printf(&best, "at best a gap of %.4g m remains%s%s; check its lengths, or start", gap,
+                        others.s ? others.s : "", tolerance.s ? tolerance.s : "");
     else
         kmp_text_put(&best, "its gap is not a number there; start");
     (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
@@ -41,6 +55,7 @@ static kempe_status complain_open(const kempe_assembly *a)
     kmp_text_free(&best);
     kmp_text_free(&held);
     kmp_text_free(&others);
+    kmp_text_free(&tolerance);
     return KEMPE_E_FAILED;
 }
 
@@ -86,10 +101,113 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     a->moved = KMP_NEW(double, s->n);
     a->gaps = KMP_NEW(double, closures);
     a->culprits = KMP_NEW(int, closures);
-    if (a->q && a->qd && a->moved && a->gaps && a->culprits && kmp_goals_init(&a->goals, s->model))
+    a->dropped = KMP_NEW(bool, s->m);
+    a->open = KMP_NEW(double, s->m);
+    a->pivots = KMP_NEW(double, s->m + s->n);
+    if (a->dropped && a->open && a->pivots && a->q && a->qd && a->moved && a->gaps && a->culprits &&
+        kmp_goals_init(&a->goals, s->model))
         return a;
     kempe_assembly_free(a);
     return NULL;
+}
+
+/* -- rounded numbers --------------------------------------------------------------------------------- */
+
+/* Pivots of J between rounding and those of an ordinary mechanism are asked about: how many are above `part` of the
+ * first. */
+static int count_pivots(const kempe_assembly *a, double part)
+{
+    int m = a->system->m, n = a->system->n, count = 0;
+    while (count < m && count < n && a->pivots[count] > part * a->pivots[0])
+        count++;
+    return count;
+}
+
+/* Whether the loops, as they say, do not close or do so with pivots that rounding may have made. */
+static bool is_doubtful(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    if (s->m == 0 || !(s->closure_tolerance > 0) || !(a->pivots[0] > KMP_RANK_FIRST))
+        return false;
+    if (a->closed)
+        return count_pivots(a, KMP_ROUNDING_WEAK) < count_pivots(a, KMP_ROUNDING_NOTHING);
+    return a->residual * s->length <= KMP_ROUNDING_WIDEST * s->closure_tolerance;
+}
+
+/* One assembly with that rank, kept in *found when it holds. */
+static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kempe_assembly **found)
+{
+    const kempe_system *s = strict->system;
+    kmp_guess as = {guess->q, guess->hold, guess->pushes, false};
+    kmp_rounding_trial trial = {.rank = rank, .tolerance = s->closure_tolerance / s->length};
+    kempe_assembly *a = NULL;
+    kempe_status status = kmp_assemble_of_rank(s, &as, rank, &a);
+    if (status != KEMPE_OK)
+        return status;
+    bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
+    trial.dropped = a->dropped;
+    if (a->closed && !same && !kmp_rounding_try(&trial, s, a->inner_q ? a->inner_q : a->q, a->chart))
+        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK && trial.holds) {
+        kmp_rounding_keep(s, &trial);
+        *found = a;
+        return KEMPE_OK;
+    }
+    kempe_assembly_free(a);
+    return status;
+}
+
+/* The smallest rank whose other rows stay within the tolerance wherever the mechanism goes, if there is one: *a is then
+ * the state with these rows open. */
+static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *guess, kempe_assembly **a)
+{
+    kempe_assembly *found = NULL;
+    kempe_status status = KEMPE_OK;
+    if (!is_doubtful(*a))
+        return KEMPE_OK;
+    int most = count_pivots(*a, KMP_ROUNDING_NOTHING);
+    for (int rank = count_pivots(*a, KMP_ROUNDING_WEAK); !found && status == KEMPE_OK && rank <= most; rank++)
+        if (rank < s->m)
+            status = try_rank(*a, guess, rank, &found);
+    if (!found || status != KEMPE_OK)
+        return status;
+    kempe_assembly_free(*a);
+    *a = found;
+    if (s->model->start.goal_count == 0)
+        return KEMPE_OK;
+    *a = NULL;
+    kempe_assembly_free(found);
+    return kmp_assemble_from(s, guess, a);
+}
+
+void kmp_assembly_put_misfit(kmp_text *text, const kempe_assembly *a, int closure)
+{
+    const kempe_system *s = a->system;
+    double most = 0;
+    int rows = 0;
+    for (int r = 0; r < s->m; r++)
+        if (a->dropped[r] && s->rows[r].closure == closure && a->open[r] > KMP_CLOSED_ENOUGH) {
+            kmp_text_printf(text, "%s%s", rows++ > 0 ? ", " : "closure rows ", s->row_names[r]);
+            most = fmax(most, a->open[r]);
+        }
+    if (rows > 0)
+        kmp_text_printf(text,
+                        " stay open by %.2g m: they say what others say but for rounding of the model's numbers "
+                        "(closure_tolerance %.2g m)",
+                        most * s->length, s->closure_tolerance);
+}
+
+/* What stays open, when this is the first to see it. */
+static void tell_misfits(const kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_text text = {0};
+        kmp_assembly_put_misfit(&text, a, c);
+        if (text.s && text.length > 0)
+            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
+        kmp_text_free(&text);
+    }
 }
 
 bool kmp_assembly_changed_rate(const kempe_assembly *a, int k)
@@ -127,24 +245,38 @@ static kempe_status warn_of_rates(const kempe_assembly *a)
     return status;
 }
 
-kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, assembly, "assembly");
     const kmp_start *start = &system->model->start;
     kempe_assembly *a = NULL;
-    kmp_context_clear(system->context);
     double *q = KMP_NEW(double, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
     kmp_guess guess = {q, start->hold, PUSHES, true};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK && !kmp_rounding_of(system))
+        status = look_for_rounding(system, &guess, &a);
     kmp_free(q);
-    if (!a)
+    if (status == KEMPE_OK)
+        *assembly = a;
+    else
+        kempe_assembly_free(a);
+    return status;
+}
+
+kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
+{
+    kempe_assembly *a = NULL;
+    bool known = kmp_rounding_of(system);
+    kmp_context_clear(system->context);
+    kempe_status status = kmp_assemble_start(system, &a);
+    if (status != KEMPE_OK)
         return status;
     *assembly = a;
     if (!a->closed)
         return complain_open(a);
+    if (!known)
+        tell_misfits(a);
     status = warn_of_rates(a);
     if (status != KEMPE_OK)
         return status;
@@ -163,6 +295,9 @@ void kempe_assembly_free(kempe_assembly *a)
     kmp_free(a->chart);
     kmp_free(a->gaps);
     kmp_free(a->culprits);
+    kmp_free(a->dropped);
+    kmp_free(a->open);
+    kmp_free(a->pivots);
     kmp_goals_free(&a->goals);
     kmp_free(a);
 }

@@ -30,6 +30,16 @@ static double noise(const kmp_closer *c, const double *x)
     return 16 * DBL_EPSILON * size;
 }
 
+static double residual(const kmp_closer *c)
+{
+    double worst = 0;
+    for (int k = 0; c->rows && k < c->row_count; k++) {
+        double open = kmp_plant_opening(c->plant, c->rows[k]);
+        worst = open <= worst ? worst : open;
+    }
+    return c->rows ? worst : kmp_plant_residual(c->plant);
+}
+
 double kmp_close_rounding(const kempe_system *system)
 {
     return fmax(KMP_CLOSED_STALLED, KMP_CLOSED_AFAR * system->reach / system->length);
@@ -48,10 +58,9 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
     while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->plant->h, c->dx)) {
         double size = measure(c, rule, &weighted);
         bool done = size <= floor_ || weighted <= rule->fraction ||
-                    ((!rule->led || size > 0.1 * last) && kmp_plant_residual(c->plant) <= KMP_CLOSED_ROUNDING);
+                    ((!rule->led || size > 0.1 * last) && residual(c) <= KMP_CLOSED_ROUNDING);
         bool stalled = !done && size > 0.9 * last;
-        out.closed = (done && !rule->least) ||
-                     ((done || stalled) && size < INFINITY && kmp_plant_residual(c->plant) <= rule->enough);
+        out.closed = (done && !rule->least) || ((done || stalled) && size < INFINITY && residual(c) <= rule->enough);
         out.first = out.corrections == 0 ? size : out.first;
         if (out.corrections > 0 && size > fmax(1e4 * floor_, rule->seen))
             out.ratio = fmax(out.ratio, size / last);

@@ -15,6 +15,8 @@ typedef struct kmp_closer {
     int count;           /* what is corrected */
     const int *at;       /* count: where it stands in x; NULL: from the first on */
     double *dx;          /* count: room */
+    const int *rows;     /* those that are solved for, whose |h| counts; NULL: all that are to be met */
+    int row_count;
     /** The plant's closure at (t, x) and what corrections take. 0; otherwise there are none. */
     int (*place)(void *self, double t, const double *x);
     /** dx with J dx = -violation (m values). false: there is none. */

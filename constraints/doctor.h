@@ -139,6 +139,9 @@ kempe_status kmp_doctor_examine(kmp_doctor *doctor, kmp_plant *plant, const doub
 /** Why this assembly stays open. */
 kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena);
 
+/** The longest distance of two joints or closure points on one body around a loop, m; 0 where nothing has any. */
+double kmp_loop_longest_side(const kempe_model *model, int closure);
+
 /* Its parts, in order. Memory failures are left to the arena. */
 void kmp_doctor_points(kmp_examination *x);
 void kmp_doctor_dependents(kmp_examination *x);

@@ -4,6 +4,7 @@
  * coordinate's rate changes sign it turns back (its dead centre), where the last pivot of J all but vanishes branches
  * meet (a change point); both are found to round-off. The way ends where it comes back to its beginning, in angles
  * modulo a full turn, or it is walked both ways. */
+#include "base/bracket.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor.h"
@@ -124,10 +125,10 @@ static void remember(way *w, int coordinate, const double *q, double margin)
     l->landmark[l->landmark_count++] = (kmp_landmark){coordinate, copy_q, margin};
 }
 
-/* Where the rate of coordinate k changes sign between here and next: regula falsi (Illinois) on the tangent. */
+/* Where the rate of coordinate k changes sign between here and next: on the tangent. */
 static void dead_centre(way *w, int k)
 {
-    double a = 0, b = w->next.arc - w->here.arc, fa = w->here.tangent[k], fb = w->next.tangent[k];
+    double b = w->next.arc - w->here.arc, fa = w->here.tangent[k], fb = w->next.tangent[k], x;
     for (int i = 0; i < 3; i++, b *= 1.02) { /* the start, come back to, is not quite at its arc */
         if (!stride(w, &w->here, b, &w->trial))
             return;
@@ -135,21 +136,14 @@ static void dead_centre(way *w, int k)
         if ((fa > 0) != (fb > 0))
             break;
     }
-    for (int i = 0; i < REFINE && fabs(b - a) > 1e-14 && fb != 0; i++) {
-        double c = b - fb * (b - a) / (fb - fa);
-        if (!stride(w, &w->here, c, &w->trial))
+    kmp_bracket bracket = kmp_bracket_of(0, fa, b, fb);
+    while (fb != 0 && kmp_bracket_next(&bracket, 1e-14, &x)) {
+        if (!stride(w, &w->here, x, &w->trial))
             return;
-        double fc = w->trial.tangent[k];
-        if (fabs(fc) < 1e-13)
+        double f = w->trial.tangent[k];
+        if (fabs(f) < 1e-13)
             break;
-        if ((fc > 0) == (fb > 0)) {
-            fa /= 2;
-        } else {
-            a = b;
-            fa = fb;
-        }
-        b = c;
-        fb = fc;
+        kmp_bracket_take(&bracket, x, f, (f > 0) == (fb > 0));
     }
     extend(&w->limits->swing[k], w->trial.q[k], true, w->x->system->scale[k]);
     remember(w, k, w->trial.q, 1);

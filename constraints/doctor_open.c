@@ -55,6 +55,7 @@ static bool try_releases(kmp_obstacle *o, const kempe_system *s, kmp_arena *aren
 typedef struct polygon {
     const kempe_model *model;
     double longest, sum;
+    bool slides;        /* some joint on the way does */
     int body, from, to; /* of the longest: points, -1 the origin */
 } polygon;
 
@@ -87,17 +88,14 @@ static bool turns_only(const kempe_model *model, int body)
     return true;
 }
 
-/* From point `at` of `body` up to `top`: the sides on the bodies on the way. *at is then a point of `top`. false: a
- * joint that slides. */
-static bool climb(polygon *p, int body, int top, int *at)
+/* From point `at` of `body` up to `top`: the sides on the bodies on the way. *at is then a point of `top`. */
+static void climb(polygon *p, int body, int top, int *at)
 {
     for (; body != top; body = p->model->bodies[body].parent) {
-        if (!turns_only(p->model, body))
-            return false;
+        p->slides = p->slides || !turns_only(p->model, body);
         add_side(p, body, p->model->bodies[body].to, *at);
         *at = p->model->bodies[body].at;
     }
-    return true;
 }
 
 /* Parents precede their children. */
@@ -109,6 +107,23 @@ static int common_ancestor(const kempe_model *model, int a, int b)
         else
             b = model->bodies[b].parent;
     return a;
+}
+
+static polygon polygon_of(const kempe_model *model, const kmp_closure *c)
+{
+    polygon p = {.model = model, .from = -1, .to = -1};
+    int at = c->point[0], bt = c->point[1];
+    int a = model->points[at].body, b = model->points[bt].body, top = common_ancestor(model, a, b);
+    climb(&p, a, top, &at);
+    climb(&p, b, top, &bt);
+    add_side(&p, top, at, bt);
+    return p;
+}
+
+double kmp_loop_longest_side(const kempe_model *model, int closure)
+{
+    const kmp_closure *c = &model->closures[closure];
+    return c->point[0] >= 0 && c->point[1] >= 0 ? polygon_of(model, c).longest : 0;
 }
 
 static const char *point_name(const kempe_model *model, int point)
@@ -132,12 +147,9 @@ static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
     bool rod = strcmp(c->kind, "rod") == 0;
     if (!(rod || joins_points(c)) || c->function)
         return false;
-    polygon p = {.model = model, .longest = 0, .body = 0, .from = -1, .to = -1};
-    int a = model->points[c->point[0]].body, b = model->points[c->point[1]].body, top = common_ancestor(model, a, b);
-    int at = c->point[0], bt = c->point[1];
-    if (!climb(&p, a, top, &at) || !climb(&p, b, top, &bt))
+    polygon p = polygon_of(model, c);
+    if (p.slides)
         return false;
-    add_side(&p, top, at, bt);
     double length = rod ? c->length.value : 0, others = p.sum - p.longest + length;
     *reach = (kmp_reach){closure,
                          p.longest,

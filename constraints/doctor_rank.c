@@ -4,13 +4,11 @@
  * scaled J; what may be left out, tried by the rank of what remains. */
 #include "base/memory.h"
 #include "constraints/doctor.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
-enum { TRIES = 5 };
-#define STEP      0.3 /* scaled, of the coordinate that moves most */
-#define MOVED     0.2 /* of the step: what must be left of it after closing */
 #define MOST_WORK 2e8 /* multiplications */
 
 const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
@@ -19,49 +17,6 @@ const double *kmp_doctor_jacobian(const kmp_examination *x, int k)
 }
 
 /* -- random configurations --------------------------------------------------------------------------- */
-
-/* A random direction of the tangent space, its largest entry one, to `way`. */
-static void random_tangent(kmp_walk *w, int count, unsigned *state, double *way)
-{
-    double most = 0;
-    memset(way, 0, (size_t)w->n * sizeof *way);
-    for (int c = 0; c < count; c++) {
-        double part = kmp_walk_random(state);
-        for (int k = 0; k < w->n; k++)
-            way[k] += part * w->basis[k + c * w->n];
-    }
-    for (int k = 0; k < w->n; k++)
-        most = fmax(most, fabs(way[k]));
-    for (int k = 0; k < w->n && most > 0; k++)
-        way[k] /= most;
-}
-
-static double distance(const kempe_system *s, const double *a, const double *b)
-{
-    double most = 0;
-    for (int k = 0; k < s->n; k++)
-        most = fmax(most, fabs(a[k] - b[k]) / s->scale[k]);
-    return most;
-}
-
-/* From `from` along a random tangent to `to`; false when closing always takes it back. */
-static bool wander(kmp_walk *w, const double *from, unsigned *state, double *way, double *to)
-{
-    kmp_walk_evaluate(w, from);
-    int count = w->n - kmp_walk_tangents(w, w->n);
-    double step = STEP;
-    for (int k = 0; k < TRIES && count > 0; k++, step *= 0.4) {
-        random_tangent(w, count, state, way);
-        for (int c = 0; c < w->n; c++)
-            to[c] = from[c] + step * way[c] * w->system->scale[c];
-        if (kmp_walk_close(w, to) && distance(w->system, to, from) > MOVED * step &&
-            distance(w->system, to, from) < 3 * step)
-            return true;
-        kmp_walk_evaluate(w, from);
-        count = w->n - kmp_walk_tangents(w, w->n);
-    }
-    return false;
-}
 
 /* The largest rank met, and how near to losing a row the mechanism is here. */
 static void compare_ranks(kmp_examination *x)
@@ -72,7 +27,8 @@ static void compare_ranks(kmp_examination *x)
     double most = 0;
     for (int k = 1; k <= x->point_count; k++) {
         memcpy(w->copy, kmp_doctor_jacobian(x, k), size * sizeof *w->copy);
-        int rank = kmp_null_space(w->m, w->n, w->copy, KMP_RANK_WALKED, w->n, w->basis, w->order, &w->last);
+        int rank = kmp_null_space(w->m, w->n, w->copy, kmp_rounding_zero(x->system, KMP_RANK_WALKED), w->n, w->basis,
+                                  w->order, &w->last);
         if (rank > d->generic_rank)
             most = 0;
         d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
@@ -104,7 +60,7 @@ void kmp_doctor_points(kmp_examination *x)
     const double *from = x->q;
     while (s->m > 0 && x->point_count < KMP_DOCTOR_POINTS) {
         double *to = x->points + n * (size_t)x->point_count;
-        if (!wander(w, from, &state, way, to))
+        if (!kmp_walk_wander(w, from, &state, way, to))
             break;
         from = to;
         memcpy(x->jacobians + size * (size_t)++x->point_count, w->jacobian, size * sizeof *w->jacobian);
@@ -135,7 +91,7 @@ static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int co
 static bool dependent_everywhere(const kmp_examination *x, const int *rows, int count)
 {
     for (int k = 1; k <= x->point_count; k++)
-        if (rank_of_rows(x, k, rows, count, KMP_RANK_WALKED) == count)
+        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK_WALKED)) == count)
             return false;
     return true;
 }
@@ -148,7 +104,7 @@ static void keep_set(kmp_examination *x, const double *member, kmp_dependent *se
     for (int r = 0; r < m; r++)
         most = fmax(most, fabs(member[r]));
     for (int r = 0; set->rows && r < m; r++)
-        if (fabs(member[r]) > KMP_RANK_MEMBER * most)
+        if (fabs(member[r]) > kmp_rounding_zero(x->system, KMP_RANK_MEMBER) * most)
             set->rows[set->count++] = r;
 }
 
@@ -204,8 +160,8 @@ void kmp_doctor_dependents(kmp_examination *x)
     if (all == 0 || !d->sets)
         return;
     if (x->point_count > 0)
-        add_sets(x, x->point_count, always, KMP_RANK_WALKED);
-    add_sets(x, 0, all - d->set_count, KMP_RANK);
+        add_sets(x, x->point_count, always, kmp_rounding_zero(x->system, KMP_RANK_WALKED));
+    add_sets(x, 0, all - d->set_count, kmp_rounding_zero(x->system, KMP_RANK));
     if (x->arena->failed)
         return;
     sort_sets(d->sets, d->set_count);
@@ -225,7 +181,7 @@ static bool rank_stays(const kmp_examination *x, const bool *out, int *rows)
     if (count < x->doctor->generic_rank)
         return false;
     for (int k = first; k >= last; k--)
-        if (rank_of_rows(x, k, rows, count, KMP_RANK_WALKED) < x->doctor->generic_rank)
+        if (rank_of_rows(x, k, rows, count, kmp_rounding_zero(x->system, KMP_RANK_WALKED)) < x->doctor->generic_rank)
             return false;
     return true;
 }

@@ -5,6 +5,8 @@
  * branches that cross here. */
 #include "base/memory.h"
 #include "constraints/doctor.h"
+#include "constraints/rounding.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
@@ -143,7 +145,8 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
     for (int r = 0; r < m; r++)
         for (int k = 0; k < n; k++)
             w->copy[k + r * n] = w->jacobian[r + k * m];
-    f->l = m - kmp_null_space(n, m, w->copy, 1e-10, rank, w->basis, w->order, &w->last);
+    f->l =
+        m - kmp_null_space(n, m, w->copy, kmp_rounding_zero(x->system, KMP_RANK), rank, w->basis, w->order, &w->last);
     f->left = KMP_ARENA_NEW(x->arena, double, m * f->l);
     f->form = KMP_ARENA_NEW(x->arena, double, f->l * f->pairs);
     if (!x->arena->failed)

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/doctor_walk.h"
 #include "base/memory.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_ITERATIONS = 40 };
+enum { MOST_ITERATIONS = 40, TRIES = 5 };
+#define STEP          0.3 /* scaled, of the coordinate that moves most */
+#define MOVED         0.2 /* of the step: what must be left of it after closing */
 #define LEAST_DAMPING 1e-12
 
 static int imax(int a, int b)
@@ -21,6 +24,8 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
         return NULL;
     int n = system->n, m = system->m, size = imax(n, m);
     *w = (kmp_walk){.system = system, .n = n, .m = m, .plant = kmp_plant_new(system, "tape")};
+    const kmp_rounding *rounding = kmp_rounding_of(system);
+    w->rank = rounding ? rounding->rank : -1;
     w->jacobian = KMP_NEW(double, m *n);
     w->h = KMP_NEW(double, m);
     w->copy = KMP_NEW(double, size *size);
@@ -29,7 +34,11 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     w->basis = KMP_NEW(double, size *size);
     w->trial = KMP_NEW(double, n);
     w->order = KMP_NEW(int, size);
-    if (w->plant && w->jacobian && w->h && w->copy && w->normal && w->right && w->basis && w->trial && w->order)
+    w->row_order = KMP_NEW(int, m);
+    w->pivots = KMP_NEW(double, m + n);
+    w->dropped = KMP_NEW(bool, m);
+    if (w->plant && w->jacobian && w->h && w->copy && w->normal && w->right && w->basis && w->trial && w->order &&
+        w->row_order && w->pivots && w->dropped)
         return w;
     kmp_walk_free(w);
     return NULL;
@@ -48,6 +57,9 @@ void kmp_walk_free(kmp_walk *w)
     kmp_free(w->basis);
     kmp_free(w->trial);
     kmp_free(w->order);
+    kmp_free(w->row_order);
+    kmp_free(w->pivots);
+    kmp_free(w->dropped);
     kmp_free(w);
 }
 
@@ -57,10 +69,11 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
     kmp_plant_closure(w->plant, 0, q);
     kmp_plant_dense_jacobian(w->plant, w->jacobian);
     for (int r = 0; r < w->m; r++)
-        w->h[r] = w->plant->h[r] / s->row_scale[r];
+        w->h[r] = w->excluded && w->excluded[r] ? 0 : w->plant->h[r] / s->row_scale[r];
     for (int k = 0; k < w->n; k++)
         for (int r = 0; r < w->m; r++)
-            w->jacobian[r + k * w->m] *= w->hold && w->hold[k] ? 0 : s->scale[k] / s->row_scale[r];
+            w->jacobian[r + k * w->m] *=
+                (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
 }
 
 static double largest(int count, const double *x)
@@ -107,10 +120,33 @@ static void correct(kmp_walk *w, double *q)
         q[k] -= factor * w->trial[k] * w->system->scale[k];
 }
 
-bool kmp_walk_close(kmp_walk *w, double *q)
+/* h and J at q of the rows that are not dropped. */
+static void evaluate_kept(kmp_walk *w, const double *q)
+{
+    kmp_walk_evaluate(w, q);
+    for (int r = 0; w->rank >= 0 && r < w->m; r++) {
+        w->h[r] = w->dropped[r] ? 0 : w->h[r];
+        for (int k = 0; w->dropped[r] && k < w->n; k++)
+            w->jacobian[r + k * w->m] = 0;
+    }
+}
+
+/* The rows that are independent where closing begins, whichever coordinates are held. */
+static void choose_rows(kmp_walk *w, const double *q)
+{
+    const bool *hold = w->hold;
+    w->hold = NULL;
+    kmp_walk_evaluate(w, q);
+    w->hold = hold;
+    kmp_walk_pivots(w, w->pivots);
+    for (int k = 0; k < w->m; k++)
+        w->dropped[w->row_order[k]] = k >= w->rank;
+}
+
+static bool close_kept(kmp_walk *w, double *q)
 {
     double before = INFINITY;
-    kmp_walk_evaluate(w, q);
+    evaluate_kept(w, q);
     for (int k = 0; k < MOST_ITERATIONS; k++) {
         double now = largest(w->m, w->h);
         if (!(now < INFINITY))
@@ -121,9 +157,19 @@ bool kmp_walk_close(kmp_walk *w, double *q)
             return false;
         before = now;
         correct(w, q);
-        kmp_walk_evaluate(w, q);
+        evaluate_kept(w, q);
     }
     return largest(w->m, w->h) <= KMP_CLOSED_ENOUGH;
+}
+
+bool kmp_walk_close(kmp_walk *w, double *q)
+{
+    if (w->rank >= 0)
+        choose_rows(w, q);
+    bool closed = close_kept(w, q);
+    if (w->rank >= 0)
+        kmp_walk_evaluate(w, q);
+    return closed;
 }
 
 /* -- null spaces ------------------------------------------------------------------------------------- */
@@ -207,7 +253,9 @@ int kmp_null_space(int rows, int cols, double *a, double tolerance, int most, do
 int kmp_walk_tangents(kmp_walk *w, int most)
 {
     memcpy(w->copy, w->jacobian, (size_t)(w->m * w->n) * sizeof *w->copy);
-    int rank = kmp_null_space(w->m, w->n, w->copy, KMP_RANK, most, w->basis, w->order, &w->last);
+    most = w->rank >= 0 && w->rank < most ? w->rank : most;
+    int rank =
+        kmp_null_space(w->m, w->n, w->copy, kmp_rounding_zero(w->system, KMP_RANK), most, w->basis, w->order, &w->last);
     for (int k = 0; k < w->n - rank; k++) {
         double sum = 0, *x = w->basis + k * w->n;
         for (int i = 0; i < w->n; i++)
@@ -222,4 +270,54 @@ double kmp_walk_random(unsigned *state)
 {
     *state = *state * 1664525u + 1013904223u;
     return (double)(*state >> 8) / (1 << 23) - 1;
+}
+
+void kmp_walk_pivots(kmp_walk *w, double *pivots)
+{
+    memcpy(w->copy, w->jacobian, (size_t)(w->m * w->n) * sizeof *w->copy);
+    kmp_lu_complete(w->m, w->n, w->copy, NULL, w->row_order, w->order, pivots);
+}
+
+/* -- random ways ------------------------------------------------------------------------------------- */
+
+/* A random direction of the tangent space, its largest entry one, to `way`. */
+static void random_tangent(kmp_walk *w, int count, unsigned *state, double *way)
+{
+    double most = 0;
+    memset(way, 0, (size_t)w->n * sizeof *way);
+    for (int c = 0; c < count; c++) {
+        double part = kmp_walk_random(state);
+        for (int k = 0; k < w->n; k++)
+            way[k] += part * w->basis[k + c * w->n];
+    }
+    for (int k = 0; k < w->n; k++)
+        most = fmax(most, fabs(way[k]));
+    for (int k = 0; k < w->n && most > 0; k++)
+        way[k] /= most;
+}
+
+double kmp_walk_distance(const kmp_walk *w, const double *a, const double *b)
+{
+    double most = 0;
+    for (int k = 0; k < w->n; k++)
+        most = fmax(most, fabs(a[k] - b[k]) / w->system->scale[k]);
+    return most;
+}
+
+bool kmp_walk_wander(kmp_walk *w, const double *from, unsigned *state, double *way, double *to)
+{
+    kmp_walk_evaluate(w, from);
+    int count = w->n - kmp_walk_tangents(w, w->n);
+    double step = STEP;
+    for (int k = 0; k < TRIES && count > 0; k++, step *= 0.4) {
+        random_tangent(w, count, state, way);
+        for (int c = 0; c < w->n; c++)
+            to[c] = from[c] + step * way[c] * w->system->scale[c];
+        if (kmp_walk_close(w, to) && kmp_walk_distance(w, to, from) > MOVED * step &&
+            kmp_walk_distance(w, to, from) < 3 * step)
+            return true;
+        kmp_walk_evaluate(w, from);
+        count = w->n - kmp_walk_tangents(w, w->n);
+    }
+    return false;
 }

@@ -11,8 +11,11 @@
 typedef struct kmp_walk {
     const kempe_system *system;
     kmp_plant *plant;
-    const bool *hold; /* n: coordinates that no correction moves; NULL: none */
+    const bool *hold;     /* n: coordinates that no correction moves; NULL: none */
+    const bool *excluded; /* m: rows that are as if they were not there; NULL: none */
     int n, m;
+    int rank;         /* of J, of a system whose numbers are rounded or of one that is tried as such; -1: by pivots */
+    bool *dropped;    /* m: rows that are dependent but for rounding, where kmp_walk_close is at work */
     double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
     double *h;        /* m, scaled */
     double last;      /* the last kept pivot of the last kmp_walk_tangents */
@@ -22,6 +25,8 @@ typedef struct kmp_walk {
     double *basis;    /* max(m, n)^2 */
     double *trial;    /* n */
     int *order;       /* max(m, n) */
+    int *row_order;   /* m */
+    double *pivots;   /* m + n */
 } kmp_walk;
 
 /** NULL: no memory. */
@@ -43,6 +48,16 @@ int kmp_walk_tangents(kmp_walk *walk, int most);
  *  first is a zero, and at most `most` are taken. Returns the rank; *last is the last pivot taken; order (cols) is work
  * space. */
 int kmp_null_space(int rows, int cols, double *a, double tolerance, int most, double *basis, int *order, double *last);
+
+/** Pivots of the last J, min(m, n) of them, with the rows that they stand in walk->row_order. */
+void kmp_walk_pivots(kmp_walk *walk, double *pivots);
+
+/** The largest difference of a coordinate, scaled. */
+double kmp_walk_distance(const kmp_walk *walk, const double *a, const double *b);
+
+/** From `from` (n) along a random tangent to `to`, closed; `way` (n): scratch. false when closing always takes it back.
+ */
+bool kmp_walk_wander(kmp_walk *walk, const double *from, unsigned *state, double *way, double *to);
 
 /** The next number of a fixed sequence, in -1 .. 1. */
 double kmp_walk_random(unsigned *state);

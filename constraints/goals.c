@@ -16,6 +16,7 @@
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor_walk.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goals.h"
 #include "linalg/dot.h"
@@ -189,7 +190,7 @@ static bool find_multipliers(search *w, const place *p)
             w->transposed[c + r * n] = w->walk->jacobian[r + c * m];
     for (int c = 0; c < n; c++)
         w->step[c] = w->hold[c] ? 0 : p->gradient[c];
-    return kmp_least_squares(n, m, w->transposed, w->step, KMP_RANK, w->multiplier) >= 0;
+    return kmp_least_squares(n, m, w->transposed, w->step, kmp_rounding_zero(w->s, KMP_RANK), w->multiplier) >= 0;
 }
 
 /* sum r_i d2 r_i - sum lambda_j d2 h_j along `sign` times w->rate, with the rates and times of moving closures in it.

@@ -2,231 +2,345 @@
 #include "constraints/margin.h"
 #include "base/memory.h"
 #include "constraints/pick.h"
-#include "linalg/dense.h"
+#include "constraints/tolerances.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
-/* What is usual near a change point. */
-#define USUAL 0.1
-/* It is near one only when elsewhere, at some configurations with all angles turned by up to TURN, that pivot is larger
- * by more than SMALL_HERE: lengths that differ by a thousand make small pivots everywhere. */
-#define TURN       0.5
-#define ELSEWHERE  5
-#define SMALL_HERE 0.1
-/* A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
-#define LOCKED 0.1
-#define FREED  0.2
-/* With more rows than this a quick look goes before the dense decomposition, which is called for when pivots have
- * fallen below this part of their usual size. */
-#define MANY_ROWS 24
-#define CALLS_FOR 0.4
+/* Passes of inverse iteration from the same vector everywhere, so that u turns evenly with the configuration. */
+enum { PASSES = 2 };
+/* The columns are chosen anew where some other one holds so many times more of w. */
+#define STALE 4.0
+/* Of conjugate gradients, relative. */
+#define GAP 1e-6
+/* z of two places is the same one above this cosine, either way. */
+#define SAME 0.5
+/* Turn of a free coordinate, rad or characteristic lengths, within which w shows its usual size. */
+#define TURN 0.2
+/* Other configurations that are looked at, with all coordinates turned by so much. */
+enum { ELSEWHERE = 5 };
+#define TURNED 0.5
+
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
-    int m = system->m, n = system->n,
-        large = kmp_pick_is_large(m, n, system->jacobian.count) ? system->jacobian.count : 0;
-    *margin = (kmp_margin){
-        .system = system, .r = part->r, .step_t = NAN, .usual = part->r > 0 ? part->pivots[part->r - 1] : 1};
-    margin->near = part->r > 0 && margin->usual < KMP_MARGIN_NEAR * part->pivots[0];
-    if (margin->near)
-        margin->usual = USUAL * part->pivots[0]; /* started near a change point: its own size says nothing */
-    margin->a = large ? NULL : KMP_NEW(double, m *n);
-    margin->order = large ? kmp_order_new(m, n) : NULL;
-    margin->row_order = large ? kmp_order_new(m, n) : NULL;
-    margin->entry_row = KMP_NEW(int, large);
-    margin->entry_col = KMP_NEW(int, large);
-    margin->pivots = KMP_NEW(double, m + n);
-    margin->largest = KMP_NEW(double, n);
-    margin->row = KMP_NEW(int, m);
-    margin->col = KMP_NEW(int, n);
-    margin->entry = KMP_NEW(int, system->jacobian.count);
-    margin->value = KMP_NEW(double, system->jacobian.count);
-    if ((large ? !margin->order || !margin->row_order : !margin->a) || !margin->entry_row || !margin->entry_col ||
-        !margin->pivots || !margin->largest || !margin->row || !margin->col || !margin->entry || !margin->value)
+    int m = system->m, n = system->n, r = part->r, entries = system->jacobian.count;
+    unsigned chance = 1;
+    *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
+    margin->weight = KMP_NEW(double, entries);
+    margin->place = KMP_NEW(int, m);
+    margin->column = KMP_NEW(int, n);
+    margin->entry = KMP_NEW(int, entries);
+    margin->value = KMP_NEW(double, entries);
+    margin->jacobian = KMP_NEW(double, entries);
+    margin->jacobian_stood = KMP_NEW(double, entries);
+    margin->signs = KMP_NEW(int, r);
+    margin->signs_stood = KMP_NEW(int, r);
+    margin->z = KMP_NEW(double, m);
+    margin->z_stood = KMP_NEW(double, m);
+    margin->begin = KMP_NEW(double, m);
+    margin->u = KMP_NEW(double, r);
+    margin->room = KMP_NEW(double, 4 * r);
+    margin->w = KMP_NEW(double, n);
+    margin->w_stood = KMP_NEW(double, n);
+    margin->t = KMP_NEW(double, (m - r) * r);
+    margin->t_stood = KMP_NEW(double, (m - r) * r);
+    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->signs ||
+        !margin->signs_stood || !margin->jacobian_stood || !margin->jacobian || !margin->z || !margin->z_stood ||
+        !margin->begin || !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->t ||
+        !margin->t_stood)
         return false;
-    margin->last = part->r > 0 ? part->pivots[part->r - 1] : 1;
-    for (int k = 0; k < m; k++)
-        margin->row[k] = k < part->r ? part->rows[k] : part->redundant[k - part->r];
-    for (int k = 0; k < n; k++)
-        margin->col[k] = k < part->r ? part->v[k] : part->u[k - part->r];
-    return true;
+    for (int e = 0; e < entries; e++)
+        margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
+    for (int k = 0; k < m; k++) { /* 0.5 .. 1 either way, always the same ones */
+        chance = chance * 1664525u + 1013904223u;
+        margin->begin[k] = ((double)chance / 4294967296.0 * 0.5 + 0.5) * (chance >> 7 & 1 ? 1 : -1);
+    }
+    return kmp_margin_choose(margin, part);
 }
 
 void kmp_margin_free(kmp_margin *margin)
 {
-    kmp_free(margin->a);
-    kmp_order_free(margin->order);
-    kmp_order_free(margin->row_order);
-    kmp_free(margin->entry_row);
-    kmp_free(margin->entry_col);
-    kmp_free(margin->pivots);
-    kmp_free(margin->largest);
-    kmp_free(margin->row);
-    kmp_free(margin->col);
+    void *arrays[] = {
+        margin->weight,   margin->place, margin->column,  margin->entry,          margin->value, margin->begin,
+        margin->u,        margin->room,  margin->w,       margin->w_stood,        margin->t,     margin->t_stood,
+        margin->jacobian, margin->z,     margin->z_stood, margin->jacobian_stood, margin->signs, margin->signs_stood};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        kmp_free(arrays[k]);
     kmp_block_free(margin->block);
-    kmp_free(margin->entry);
-    kmp_free(margin->value);
+    kmp_partition_free(&margin->part);
     *margin = (kmp_margin){0};
 }
 
-/* The least of that many pivots and one more; NaN when there is no memory. */
-static double pivot_of_entries(kmp_order *order, const kmp_entries *a, int which)
-{
-    const int *r, *c;
-    const double *pivots;
-    double largest, least;
-    if (!kmp_order_run(order, a, which + 1, &r, &c, &pivots))
-        return NAN;
-    kmp_order_extremes(pivots, which + 1, &largest, &least);
-    return least;
-}
-
-/* The given pivot of some rows (all when `rows` is NULL) of the scaled J; NaN when there is no memory. */
-static double pivot_of(kmp_margin *margin, const kmp_plant *plant, const int *rows, int count, int which)
-{
-    const kempe_system *s = margin->system;
-    int entries = 0;
-    if (margin->a)
-        memset(margin->a, 0, (size_t)(count * s->n) * sizeof *margin->a);
-    for (int e = 0, at = 0; e < s->jacobian.count; e++) { /* entries are row by row */
-        int row = s->jacobian.row[e], col = s->jacobian.col[e];
-        while (rows && at < count && rows[at] < row)
-            at++;
-        if (rows && (at == count || rows[at] != row))
-            continue;
-        double value = plant->jacobian[e] * s->scale[col] / s->row_scale[row];
-        if (margin->a) {
-            margin->a[(rows ? at : row) + col * count] = value;
-        } else {
-            margin->entry_row[entries] = rows ? at : row;
-            margin->entry_col[entries] = col;
-            margin->value[entries++] = value;
-        }
-    }
-    kmp_entries a = {count, s->n, entries, margin->entry_row, margin->entry_col, margin->value};
-    if (margin->a)
-        kmp_pivots_complete(count, s->n, margin->a, margin->largest, margin->row, margin->col, margin->pivots);
-    return margin->a ? margin->pivots[which] : pivot_of_entries(rows ? margin->row_order : margin->order, &a, which);
-}
-
-/* -1 .. 1, always the same ones. */
-static double chance(unsigned *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return (double)*state / 2147483648.0 - 1;
-}
-
-static void swap_down(double *x, int k)
-{
-    for (; k > 0 && x[k] < x[k - 1]; k--) {
-        double t = x[k];
-        x[k] = x[k - 1];
-        x[k - 1] = t;
-    }
-}
-
-bool kmp_margin_confirm(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
-{
-    const kempe_system *s = margin->system;
-    double pivot[ELSEWHERE], *other = margin->near ? KMP_NEW(double, s->n) : NULL;
-    unsigned state = 1;
-    bool lost = false;
-    if (!other)
-        return !margin->near;
-    for (int k = 0; k < ELSEWHERE; k++) {
-        for (int i = 0; i < s->n; i++) {
-            double turn = TURN * chance(&state);
-            other[i] = s->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
-        }
-        kmp_plant_closure(plant, t, other);
-        pivot[k] = pivot_of(margin, plant, NULL, s->m, margin->r - 1);
-        lost = lost || isnan(pivot[k]);
-        swap_down(pivot, k);
-    }
-    kmp_plant_closure(plant, t, q);
-    kmp_free(other);
-    if (lost)
-        return false;
-    margin->usual = fmin(margin->usual, pivot[ELSEWHERE / 2]);
-    margin->near = margin->last < SMALL_HERE * pivot[ELSEWHERE / 2];
-    if (!margin->near)
-        margin->usual = fmax(margin->usual, margin->last);
-    return true;
-}
-
-static double dense_margin(kmp_margin *margin, const kmp_plant *plant)
-{
-    margin->last = pivot_of(margin, plant, NULL, margin->system->m, margin->r - 1);
-    margin->usual = fmax(margin->usual, margin->last);
-    return margin->last / margin->usual;
-}
-
-/* -- the quick look ---------------------------------------------------------------------------------- */
-
-/* Smallest pivot of the block, 0 when singular. */
-static double quick_pivot(kmp_margin *margin, const kmp_plant *plant)
-{
-    const kempe_system *s = margin->system;
-    for (int k = 0; k < margin->count; k++) {
-        int e = margin->entry[k];
-        margin->value[k] = plant->jacobian[e] * s->scale[s->jacobian.col[e]] / s->row_scale[s->jacobian.row[e]];
-    }
-    return kmp_block_factor(margin->block, margin->value) ? 0 : kmp_block_smallest(margin->block);
-}
-
-/* Positions of 0 .. count - 1 among the first r of a permutation, -1 where behind them. */
-static void invert(int count, int r, const int *permutation, int *place)
-{
-    for (int k = 0; k < count; k++)
-        place[permutation[k]] = k < r ? k : -1;
-}
-
-/* The block of the last dense decomposition's pivots; none when there is no memory. */
-static void renew_block(kmp_margin *margin, const kmp_plant *plant)
+/* The block of the rows and columns in margin->part. */
+static bool renew_block(kmp_margin *margin)
 {
     const kmp_pattern *jac = &margin->system->jacobian;
-    int m = margin->system->m, n = margin->system->n, *at = KMP_NEW(int, m + n + 2 * jac->count);
+    const kmp_partition *part = &margin->part;
+    int *row = KMP_NEW(int, 2 * jac->count), count = 0;
     kmp_block_free(margin->block);
     margin->block = NULL;
-    margin->count = 0;
-    if (!at)
-        return;
-    int *row = at + m + n, *col = row + jac->count;
-    invert(m, margin->r, margin->row, at);
-    invert(n, margin->r, margin->col, at + m);
+    if (!row)
+        return false;
+    int *col = row + jac->count;
+    for (int k = 0; k < part->r; k++)
+        margin->place[part->rows[k]] = k;
+    for (int k = 0; k < part->m - part->r; k++)
+        margin->place[part->redundant[k]] = -1 - k;
+    for (int k = 0; k < part->p; k++)
+        margin->column[part->u[k]] = -1;
+    for (int k = 0; k < part->r; k++)
+        margin->column[part->v[k]] = k;
     for (int e = 0; e < jac->count; e++)
-        if (at[jac->row[e]] >= 0 && at[m + jac->col[e]] >= 0) {
-            row[margin->count] = at[jac->row[e]];
-            col[margin->count] = at[m + jac->col[e]];
-            margin->entry[margin->count++] = e;
+        if (margin->place[jac->row[e]] >= 0 && margin->column[jac->col[e]] >= 0) {
+            row[count] = margin->place[jac->row[e]];
+            col[count] = margin->column[jac->col[e]];
+            margin->entry[count++] = e;
         }
-    margin->block = kmp_block_new(margin->r, margin->count, row, col);
-    margin->quick_usual = margin->block ? quick_pivot(margin, plant) : 0;
-    kmp_free(at);
+    margin->count = count;
+    margin->pivot = 0;
+    margin->block = kmp_block_new(part->r, count, row, col);
+    kmp_free(row);
+    return margin->block;
 }
 
-static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
 {
-    if (!margin->block)
-        renew_block(margin, plant); /* of the start's partition, at the first step */
-    if (!margin->block)
-        return false;
-    double pivot = quick_pivot(margin, plant);
-    margin->quick_usual = fmax(margin->quick_usual, pivot);
-    return pivot > CALLS_FOR * margin->quick_usual;
+    kmp_partition_free(&margin->part);
+    margin->step_t = NAN;
+    return kmp_partition_copy(&margin->part, part) && (part->r == 0 || renew_block(margin));
+}
+
+/* -- u, w and T --------------------------------------------------------------------------------------- */
+
+/* out = G x, G = 1 + T'T: what a combination of the kept rows is worth in all rows. */
+static void add_dropped(const kmp_margin *margin, const double *x, double *out)
+{
+    int r = margin->r;
+    memcpy(out, x, (size_t)r * sizeof *out);
+    for (int d = 0; d < margin->part.m - r; d++) {
+        const double *t = margin->t + d * r;
+        double part = kmp_dot(r, t, x);
+        for (int k = 0; k < r; k++)
+            out[k] += part * t[k];
+    }
+}
+
+/* x = G^-1 b by conjugate gradients, of which there are few: G differs from 1 where dropped rows need much. */
+static void without_dropped(const kmp_margin *margin, const double *b, double *x)
+{
+    int r = margin->r;
+    double *g = margin->room, *p = g + r, *gap = p + r, size = kmp_dot(r, b, b), first = size;
+    memset(x, 0, (size_t)r * sizeof *x);
+    memcpy(gap, b, (size_t)r * sizeof *gap);
+    memcpy(p, b, (size_t)r * sizeof *p);
+    for (int pass = 0; pass < r && size > GAP * GAP * first; pass++) {
+        add_dropped(margin, p, g);
+        double step = size / kmp_dot(r, p, g), before = size;
+        for (int k = 0; k < r; k++) {
+            x[k] += step * p[k];
+            gap[k] -= step * g[k];
+        }
+        size = kmp_dot(r, gap, gap);
+        for (int k = 0; k < r; k++)
+            p[k] = gap[k] + size / before * p[k];
+    }
+}
+
+/* The combination z of all rows, |z| = 1, with the least |J'z|, as the one of the kept rows that gives the same: J'z =
+ * J_kept' u, z'z = u' G^-1 u. Begun with the same z everywhere, it turns evenly, whichever rows are kept. */
+static void find_u(kmp_margin *margin)
+{
+    int r = margin->r, dropped = margin->part.m - r;
+    double *u = margin->u, *a = margin->room + 3 * r;
+    for (int k = 0; k < r; k++)
+        u[k] = margin->begin[margin->part.rows[k]];
+    for (int k = 0; k < r * dropped; k++)
+        u[k % r] += margin->t[k] * margin->begin[margin->part.redundant[k / r]];
+    for (int pass = 0; pass <= PASSES; pass++) {
+        if (dropped > 0)
+            without_dropped(margin, u, a);
+        else
+            memcpy(a, u, (size_t)r * sizeof *a);
+        double size = sqrt(kmp_dot(r, u, a));
+        for (int k = 0; k < r; k++)
+            u[k] = (pass < PASSES ? a[k] : u[k]) / size;
+        if (pass < PASSES) {
+            kmp_block_solve(margin->block, 1, u);
+            kmp_block_solve_transposed(margin->block, 1, u);
+        }
+        for (int k = 0; pass == PASSES && k < r; k++)
+            a[k] /= size;
+    }
+    for (int k = 0; k < r; k++)
+        margin->z[margin->part.rows[k]] = a[k];
+    for (int d = 0; d < dropped; d++)
+        margin->z[margin->part.redundant[d]] = kmp_dot(r, margin->t + d * r, a);
+}
+
+/* w, and by how much more of it other columns hold than those of the block. */
+static double find_w(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    double inside = 0, outside = 0;
+    memset(margin->w, 0, (size_t)margin->system->n * sizeof *margin->w);
+    for (int e = 0; e < jac->count; e++) {
+        int row = margin->place[jac->row[e]];
+        if (row >= 0)
+            margin->w[jac->col[e]] += margin->jacobian[e] * margin->u[row];
+    }
+    for (int k = 0; k < margin->system->n; k++)
+        if (margin->column[k] >= 0)
+            inside = fmax(inside, fabs(margin->w[k]));
+        else
+            outside = fmax(outside, fabs(margin->w[k]));
+    return outside / inside;
+}
+
+static void find_t(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    int r = margin->r, dropped = margin->part.m - r;
+    margin->rows = 0;
+    if (dropped == 0)
+        return;
+    memset(margin->t, 0, (size_t)(r * dropped) * sizeof *margin->t);
+    for (int e = 0; e < jac->count; e++) {
+        int row = margin->place[jac->row[e]], col = margin->column[jac->col[e]];
+        if (row < 0 && col >= 0)
+            margin->t[col + (-1 - row) * r] = margin->jacobian[e];
+    }
+    kmp_block_solve_transposed(margin->block, dropped, margin->t);
+    for (int k = 0; k < r * dropped; k++)
+        if (!(fabs(margin->t[k]) <= margin->rows)) {
+            margin->rows = fabs(margin->t[k]);
+            margin->rows_at = k;
+        }
+}
+
+static void take(kmp_margin *margin, const kmp_plant *plant)
+{
+    for (int e = 0; e < margin->system->jacobian.count; e++)
+        margin->jacobian[e] = margin->weight[e] * plant->jacobian[e];
+}
+
+static bool factor(kmp_margin *margin)
+{
+    for (int k = 0; k < margin->count; k++)
+        margin->value[k] = margin->jacobian[margin->entry[k]];
+    return !kmp_block_factor(margin->block, margin->value);
+}
+
+/* All of the J taken; singular: a margin of zero. How stale its columns are. */
+static double measure(kmp_margin *margin)
+{
+    double stale = 0;
+    margin->last = 0;
+    margin->rows = INFINITY;
+    margin->quick = false;
+    if (factor(margin)) {
+        find_t(margin);
+        find_u(margin);
+        stale = find_w(margin);
+        margin->last = sqrt(kmp_dot(margin->system->n, margin->w, margin->w));
+    }
+    margin->last = isfinite(margin->last) ? margin->last : 0;
+    return margin->last > 0 ? stale : 0;
 }
 
 double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
 {
-    bool many = margin->a && margin->system->m > MANY_ROWS; /* a large J keeps its order of pivots */
     if (margin->r == 0)
         return 1;
-    margin->quick = many && margin->last > CALLS_FOR * margin->usual && looks_well(margin, plant);
-    if (margin->quick)
-        return margin->last / margin->usual;
-    double size = dense_margin(margin, plant);
-    if (many && size > CALLS_FOR)
-        renew_block(margin, plant);
-    return size;
+    take(margin, plant);
+    if (measure(margin) > STALE &&
+        kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
+        renew_block(margin))
+        (void)measure(margin);
+    margin->usual = fmax(margin->usual, margin->last);
+    if (!(margin->pivot > 0) && margin->last > 0) /* those of a new block, as they are usual */
+        margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
+    return margin->usual > 0 ? margin->last / margin->usual : 0;
+}
+
+/* -- the start ---------------------------------------------------------------------------------------- */
+
+/* The larger |w| when the k-th free coordinate turns by TURN either way and the others follow along the tangent. */
+static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
+{
+    const kempe_system *s = margin->system;
+    const kmp_pattern *jac = &s->jacobian;
+    int n = s->n, free = margin->part.u[k];
+    double *along = work, *other = work + n, most = 0;
+    kmp_plant_closure(plant, t, q);
+    take(margin, plant);
+    (void)measure(margin);
+    memset(along, 0, (size_t)margin->r * sizeof *along);
+    for (int e = 0; e < jac->count; e++)
+        if (jac->col[e] == free && margin->place[jac->row[e]] >= 0)
+            along[margin->place[jac->row[e]]] = -margin->jacobian[e];
+    kmp_block_solve(margin->block, 1, along);
+    for (int side = -1; side <= 1; side += 2) {
+        for (int i = 0; i < n; i++) {
+            int v = margin->column[i];
+            double turn = i == free ? TURN : v >= 0 ? TURN * along[v] : 0;
+            other[i] = q[i] + side * turn * s->scale[i];
+        }
+        kmp_plant_closure(plant, t, other);
+        take(margin, plant);
+        (void)measure(margin);
+        most = fmax(most, margin->last);
+    }
+    return most;
+}
+
+/* The middle one of |w| with all coordinates turned by up to TURNED, wherever that opens the closures: lengths that
+ * differ by a thousand make it small everywhere. */
+static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const double *q, double *other)
+{
+    double found[ELSEWHERE];
+    unsigned chance = 1;
+    for (int k = 0; k < ELSEWHERE; k++) {
+        for (int i = 0; i < margin->system->n; i++) {
+            chance = chance * 1664525u + 1013904223u;
+            double turn = TURNED * ((double)chance / 2147483648.0 - 1);
+            other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
+        }
+        kmp_plant_closure(plant, t, other);
+        take(margin, plant);
+        (void)measure(margin);
+        found[k] = margin->last;
+        for (int i = k; i > 0 && found[i] < found[i - 1]; i--) {
+            double more = found[i];
+            found[i] = found[i - 1];
+            found[i - 1] = more;
+        }
+    }
+    return found[ELSEWHERE / 2];
+}
+
+bool kmp_margin_begin(kmp_margin *margin, kmp_plant *plant, double t, const double *q)
+{
+    const kmp_partition *part = &margin->part;
+    if (margin->r == 0)
+        return true;
+    (void)kmp_margin_at(margin, plant);
+    double here = margin->last, most = here;
+    if (!margin->ignored && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0]) {
+        double *work = KMP_NEW(double, 2 * margin->system->n);
+        for (int k = 0; work && k < part->p; k++)
+            most = fmax(most, turned(margin, plant, t, q, k, work));
+        if (work)
+            most = fmax(here, fmin(most, elsewhere(margin, plant, t, q, work)));
+        kmp_free(work);
+        if (!work)
+            return false;
+        kmp_plant_closure(plant, t, q);
+        (void)kmp_margin_at(margin, plant);
+    }
+    margin->usual = most;
+    margin->near = here < KMP_MARGIN_NEAR * most;
+    kmp_margin_stand(margin);
+    return true;
 }
 
 void kmp_margin_ignore(kmp_margin *margin)
@@ -235,13 +349,108 @@ void kmp_margin_ignore(kmp_margin *margin)
     margin->near = false;
 }
 
-bool kmp_margin_too_deep(kmp_margin *margin, const kmp_plant *plant, double t)
+/* -- steps -------------------------------------------------------------------------------------------- */
+
+bool kmp_margin_unwatched(const kmp_margin *margin)
 {
-    if (margin->ignored)
+    return margin->r == 0 || (margin->ignored && margin->r == margin->part.m);
+}
+
+/* The line on which w moves from the last step's end to here: where it is nearest to zero, in lengths of the step from
+ * here, how near, and the cosine of the angle by which w has turned. */
+typedef struct line {
+    double before, when, closest, cosine; /* before: |w| at the last step's end */
+} line;
+
+static line line_of(const kmp_margin *margin)
+{
+    int n = margin->system->n;
+    double same = kmp_dot(margin->part.m, margin->z, margin->z_stood), sign = same < 0 ? -1 : 1;
+    double new = kmp_dot(n, margin->w, margin->w), both = sign *kmp_dot(n, margin->w, margin->w_stood),
+           old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
+    if (fabs(same) < SAME || !(moved > 0))
+        return (line){sqrt(old), INFINITY, sqrt(new), 1};
+    double along = (new - both) / moved;
+    return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new)};
+}
+
+/* Whether the kept rows have lost their rank on the way from the last step's end: T has gone through infinity. */
+static bool rows_lost(const kmp_margin *margin)
+{
+    double before = margin->t_stood[margin->rows_at], after = margin->t[margin->rows_at];
+    return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
+}
+
+/* Whether the line goes to zero as near as can be told, not past it. */
+static bool aims(const kmp_margin *margin, const line *l, double size, double aim)
+{
+    return l->closest < aim * margin->usual && l->closest < KMP_MARGIN_STEEP * size;
+}
+
+/* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a road may go
+ * that has found itself there. */
+static bool passes(const kmp_margin *margin)
+{
+    line l = line_of(margin);
+    if (l.cosine < KMP_MARGIN_TURNED && l.closest < KMP_MARGIN_PASSED * margin->usual)
+        return true;
+    return margin->last < KMP_MARGIN_DEEP * margin->usual && l.before > KMP_MARGIN_DEEP * margin->usual &&
+           l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
+}
+
+/* A quick look where no row is dropped: no pivot of the block has fallen far, none has changed its sign since the last
+ * step's end. Nothing is near then. */
+static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (margin->part.m > margin->r || !margin->stands || margin->refused || !(margin->pivot > 0))
         return false;
-    margin->step_margin = kmp_margin_at(margin, plant);
+    take(margin, plant);
+    double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
+    margin->pivot = fmax(margin->pivot, least);
+    kmp_block_take_signs(margin->block, margin->signs);
+    margin->quick =
+        least > KMP_MARGIN_CALLS * margin->pivot &&
+        memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) == 0;
+    return margin->quick;
+}
+
+static void exchange(double **a, double **b)
+{
+    double *t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Of the last step's end, which had a quick look alone, all of it. */
+static void catch_up(kmp_margin *margin)
+{
+    if (!margin->stands || margin->seen)
+        return;
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    (void)measure(margin);
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange(&margin->w, &margin->w_stood);
+    exchange(&margin->z, &margin->z_stood);
+    margin->seen = true;
+}
+
+bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
+{
+    if (kmp_margin_unwatched(margin))
+        return false;
     margin->step_t = t;
-    return margin->step_margin < KMP_MARGIN_DEEP;
+    if (looks_well(margin, plant))
+        return false;
+    catch_up(margin);
+    (void)kmp_margin_at(margin, plant);
+    if (!margin->stands)
+        return false;
+    if (margin->part.m > margin->r && rows_lost(margin))
+        return true;
+    if (margin->ignored || margin->part.p == 0 || t <= margin->clear_t || !passes(margin))
+        return false;
+    margin->refused = true;
+    return true;
 }
 
 bool kmp_margin_knows(const kmp_margin *margin, double t)
@@ -251,29 +460,105 @@ bool kmp_margin_knows(const kmp_margin *margin, double t)
 
 double kmp_margin_after_step(kmp_margin *margin, const kmp_plant *plant, double t)
 {
-    return kmp_margin_knows(margin, t) ? margin->step_margin : kmp_margin_at(margin, plant);
-}
-
-double kmp_margin_of_rows(kmp_margin *margin, const kmp_plant *plant, const kmp_partition *part)
-{
-    if (margin->r == part->m || margin->r == 0 || margin->quick)
-        return 1;
-    return pivot_of(margin, plant, part->rows, margin->r, margin->r - 1) / margin->last;
-}
-
-int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant)
-{
-    int m = margin->system->m, *rows, found = -1;
-    if (margin->r == 0 || !plant->h_t || dense_margin(margin, plant) > LOCKED || !(rows = KMP_NEW(int, m)))
-        return -1;
-    for (int row = 0; row < m && found < 0; row++) {
-        if (fabs(plant->h_t[row]) == 0)
-            continue;
-        for (int k = 0; k < m - 1; k++)
-            rows[k] = k + (k >= row);
-        if (margin->r == 1 || pivot_of(margin, plant, rows, m - 1, margin->r - 2) > FREED * margin->usual)
-            found = row;
+    if (!kmp_margin_knows(margin, t)) {
+        catch_up(margin);
+        return kmp_margin_at(margin, plant);
     }
-    kmp_free(rows);
+    return margin->quick ? 1 : margin->usual > 0 ? margin->last / margin->usual : 0;
+}
+
+bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
+{
+    if (!margin->stands || margin->quick || margin->ignored || margin->r == 0)
+        return false;
+    line l = line_of(margin);
+    bool soon = margin->refused || margin->last < KMP_ZONE_IN * margin->usual;
+    *when = l.when;
+    return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
+}
+
+double kmp_margin_when(const kmp_margin *margin)
+{
+    return line_of(margin).when;
+}
+
+void kmp_margin_stand(kmp_margin *margin)
+{
+    if (margin->r == 0)
+        return;
+    kmp_block_take_signs(margin->block, margin->signs_stood);
+    exchange(&margin->jacobian, &margin->jacobian_stood);
+    exchange(&margin->w, &margin->w_stood);
+    exchange(&margin->z, &margin->z_stood);
+    exchange(&margin->t, &margin->t_stood);
+    margin->seen = !margin->quick;
+    margin->refused = false;
+    margin->stands = true;
+}
+
+/* -- rows --------------------------------------------------------------------------------------------- */
+
+static void swap(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
+static void sort(int *x, int count)
+{
+    for (int i = 1; i < count; i++)
+        for (int k = i; k > 0 && x[k] < x[k - 1]; k--)
+            swap(&x[k], &x[k - 1]);
+}
+
+/* Each exchange multiplies |det Jv| by more than KMP_ROWS_OUT, so that they end. */
+bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
+{
+    kmp_partition *part = &margin->part;
+    (void)kmp_margin_at(margin, plant);
+    for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
+        swap(&part->rows[margin->rows_at % part->r], &part->redundant[margin->rows_at / part->r]);
+        sort(part->rows, part->r);
+        sort(part->redundant, part->m - part->r);
+        if (!renew_block(margin))
+            return false;
+        (void)kmp_margin_at(margin, plant);
+    }
+    margin->step_t = NAN;
+    kmp_margin_stand(margin);
+    return true;
+}
+
+/* -- locks -------------------------------------------------------------------------------------------- */
+
+/* The least of the first `which` pivots of the rows other than `without`; NaN when there is no memory. */
+static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, int without, int which)
+{
+    const kempe_system *s = margin->system;
+    const kmp_pattern *jac = &s->jacobian;
+    double *pivots = KMP_NEW(double, s->m + s->n), found = NAN;
+    kmp_pick c;
+    if (kmp_pick_init(&c, s->m, s->n, jac->count, !kmp_pick_is_large(s->m, s->n, jac->count)) && pivots) {
+        for (int e = 0; e < jac->count; e++)
+            kmp_pick_add(&c, jac->row[e], jac->col[e],
+                         jac->row[e] == without ? 0 : margin->weight[e] * plant->jacobian[e]);
+        if (kmp_pick_pivot(&c, NULL, pivots))
+            found = which > 0 ? pivots[which - 1] : INFINITY;
+    }
+    kmp_pick_free(&c);
+    kmp_free(pivots);
+    return found;
+}
+
+int kmp_margin_lock(kmp_margin *margin, const kmp_plant *plant, bool been)
+{
+    int m = margin->system->m, found = -1;
+    if (margin->r == 0 || !plant->h_t || (kmp_margin_at(margin, plant) > KMP_MARGIN_LOCKED && !been))
+        return -1;
+    for (int row = 0; row < m && found < 0; row++)
+        if (fabs(plant->h_t[row]) > 0 &&
+            pivot_without(margin, plant, row, margin->r - 1) > KMP_MARGIN_FREED * margin->usual)
+            found = row;
     return found;
 }

@@ -6,22 +6,22 @@
 #include "constraints/angles.h"
 #include "constraints/reduction.h"
 #include "linalg/dense.h"
+#include "linalg/dot.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* Mr, unfactored, in scales of u: column-major, p x p. */
-static void reduced_mass(const kmp_reduction *red, const double *mass, double *mr)
+/* Mr, unfactored, in scales of u: column-major, p x p; mx: n. */
+static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
 {
     int n = red->n, p = red->p;
     const double *scale = red->plant->system->scale;
-    memset(mr, 0, (size_t)(p * p) * sizeof *mr);
-    for (int k = 0; k < p; k++)
-        for (int j = 0; j < n; j++)
-            for (int l = 0; l < n; l++)
-                for (int i = 0; i < p; i++)
-                    mr[i + k * p] += red->x[j + i * n] * mass[j + l * n] * red->x[l + k * n] * scale[red->part->u[i]] *
-                                     scale[red->part->u[k]];
+    for (int k = 0; k < p; k++) {
+        memset(mx, 0, (size_t)n * sizeof *mx);
+        kmp_plant_add_mass_times(red->plant, red->x + k * n, mx);
+        for (int i = 0; i < p; i++)
+            mr[i + k * p] = kmp_dot(n, red->x + i * n, mx) * scale[red->part->u[i]] * scale[red->part->u[k]];
+    }
 }
 
 /* s (p) with a s = 0 as far as the least pivot goes; a is destroyed. row, col, pivot, y: p. */
@@ -75,13 +75,12 @@ static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 static bool search(kmp_reduction *red, bool found, kmp_text *why)
 {
     int n = red->n, p = red->p;
-    double *work = KMP_NEW(double, n *n + p * p + 3 * p);
+    double *work = KMP_NEW(double, n + p * p + 3 * p);
     int *order = KMP_NEW(int, 2 * p);
     bool made = work && order;
     if (made) {
-        double *mr = work + n * n, *pivot = mr + p * p;
+        double *mr = work + n, *pivot = mr + p * p;
         kmp_reduction_tangent(red);
-        kmp_plant_dense_mass(red->plant, work);
         reduced_mass(red, work, mr);
         null_vector(p, mr, order, order + p, pivot, pivot + p, pivot + 2 * p);
         if (found || !(pivot[p - 1] > 4 * p * DBL_EPSILON * pivot[0]))

@@ -2,14 +2,18 @@
 #include "constraints/partition.h"
 #include "base/memory.h"
 #include "constraints/pick.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include <stdlib.h>
 #include <string.h>
 
 int kmp_partition_rank(const kempe_system *s, const double *pivots)
 {
+    const kmp_rounding *rounding = kmp_rounding_of(s);
     int r = 0, most = s->m < s->n ? s->m : s->n;
-    while (r < most && pivots[0] > KMP_RANK_FIRST && pivots[r] > KMP_RANK * pivots[0])
+    double zero = kmp_rounding_zero(s, KMP_RANK);
+    most = rounding && rounding->rank < most ? rounding->rank : most;
+    while (r < most && pivots[0] > KMP_RANK_FIRST && pivots[r] > zero * pivots[0])
         r++;
     return r;
 }
@@ -168,6 +172,20 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
     if (status != KEMPE_OK)
         kmp_partition_free(part);
     return status;
+}
+
+bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots)
+{
+    kmp_pick c;
+    bool ok = choice_init(&c, system, jacobian) && kmp_pick_pivot(&c, NULL, pivots);
+    kmp_pick_free(&c);
+    return ok;
+}
+
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from)
+{
+    memcpy(part->rows, from->rows, (size_t)from->r * sizeof *part->rows);
+    memcpy(part->redundant, from->redundant, (size_t)(from->m - from->r) * sizeof *part->redundant);
 }
 
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)

@@ -30,7 +30,14 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
  * redundant look weakly independent. */
 kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
                                    const int *wish, int wish_count);
+
+/** The pivots alone: min(m, n) of them. false: no memory. */
+bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots);
+
 void kmp_partition_free(kmp_partition *part);
+
+/** Other independent rows, as many, of a partition of the same system. */
+void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
 
 /** The rank that the pivots of complete pivoting of the scaled J (min(m, n) of them) say, of a closed configuration:
  * decided here for all that is computed. */

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/pressing.h"
+#include "constraints/rounding.h"
 #include <math.h>
 #include <string.h>
 
@@ -30,7 +31,8 @@ static void follow(kmp_plant *plant)
         bool same = true;
         const double *change = kmp_machine_run(plant->changes, 1);
         for (int k = 0; k < count; k++) {
-            double mode = change[k] < 0 && !plant->system->events.condition[k].ends ? 1 : 0;
+            const kmp_condition *condition = &plant->system->events.condition[k];
+            double mode = change[k] < 0 && !condition->ends && !condition->kink ? 1 : 0;
             same = same && mode == plant->mode[k];
             plant->mode[k] = mode;
         }
@@ -99,7 +101,13 @@ void kmp_plant_thaw(kmp_plant *plant)
 
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds)
 {
-    plant->mode[condition] = holds ? 1 : 0;
+    plant->mode[condition] = holds && !plant->system->events.condition[condition].kink ? 1 : 0;
+    set_modes(plant);
+}
+
+void kmp_plant_set_kink(kmp_plant *plant, int condition, int side)
+{
+    plant->mode[condition] = side;
     set_modes(plant);
 }
 
@@ -177,12 +185,14 @@ kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend,
                              .m = system->m,
                              .q = KMP_NEW(double, system->n),
                              .with_force = KMP_NEW(double, system->n),
-                             .effort = KMP_NEW(double, system->n)};
+                             .effort = KMP_NEW(double, system->n),
+                             .dropped = KMP_NEW(bool, system->m)};
     if (plant) {
         plant->shared.team = team;
         plant->backend = team ? &plant->shared : b;
     }
-    if (!plant || !plant->q || !plant->with_force || !plant->effort || !prepare(plant, plant->backend)) {
+    if (!plant || !plant->q || !plant->with_force || !plant->effort || !plant->dropped ||
+        !prepare(plant, plant->backend)) {
         kmp_plant_free(plant);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -227,6 +237,7 @@ void kmp_plant_free(kmp_plant *plant)
     kmp_free(plant->q);
     kmp_free(plant->with_force);
     kmp_free(plant->effort);
+    kmp_free(plant->dropped);
     kmp_free(plant->nu);
     kmp_press_work_free(plant->press);
     kmp_free(plant);
@@ -446,7 +457,48 @@ double kmp_plant_kinetic(const kmp_plant *plant, const double *qd)
 
 bool kmp_plant_counts(const kmp_plant *plant, int row)
 {
-    return !plant->left_out || !plant->left_out[row];
+    return !plant->dropped[row] && (!plant->left_out || !plant->left_out[row]);
+}
+
+void kmp_plant_drop(kmp_plant *plant, int count, const int *rows)
+{
+    if (!kmp_rounding_of(plant->system))
+        return;
+    memset(plant->dropped, 0, (size_t)plant->m * sizeof *plant->dropped);
+    for (int k = 0; k < count; k++)
+        plant->dropped[rows[k]] = true;
+}
+
+void kmp_plant_drop_widest(kmp_plant *plant)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(plant->system);
+    if (!rounding)
+        return;
+    memset(plant->dropped, 0, (size_t)plant->m * sizeof *plant->dropped);
+    for (int k = rounding->rank; k < plant->m; k++) {
+        int widest = -1;
+        for (int r = 0; r < plant->m; r++)
+            if (!plant->dropped[r] && (widest < 0 || kmp_plant_opening(plant, r) > kmp_plant_opening(plant, widest)))
+                widest = r;
+        plant->dropped[widest] = true;
+    }
+}
+
+double kmp_plant_opening(const kmp_plant *plant, int row)
+{
+    return fabs(plant->h[row]) / plant->system->row_scale[row];
+}
+
+double kmp_plant_misfit(const kmp_plant *plant, int *row)
+{
+    double widest = 0;
+    *row = -1;
+    for (int r = 0; r < plant->m; r++)
+        if (plant->dropped[r] && !(plant->left_out && plant->left_out[r]) && !(kmp_plant_opening(plant, r) <= widest)) {
+            widest = kmp_plant_opening(plant, r);
+            *row = r;
+        }
+    return widest;
 }
 
 double kmp_plant_residual(const kmp_plant *plant)

@@ -15,7 +15,7 @@ typedef struct kmp_plant {
     bool by_bodies;     /* `motion` is the second */
     double *chart;      /* of the system's spherical joints: nine numbers each, 1 at first */
     long chart_version; /* how often they have changed */
-    double *mode;       /* the conditions (1 or 0) */
+    double *mode;       /* the conditions (1 or 0), branches of kinks */
     bool frozen;        /* they stay as they are; otherwise they follow the state */
     int n, m;
     const double *h;          /* m; these four since the last kmp_plant_closure */
@@ -29,6 +29,7 @@ typedef struct kmp_plant {
     const double *free_qdd;   /* n: accelerations without closure forces, since kmp_plant_bias */
     const double *drift;      /* m: J free_qdd + jdqd */
     const bool *left_out;     /* m, not owned: rows that need not be met; NULL: all count */
+    bool *dropped;            /* m: rows that rounded numbers leave open: they need not be met either */
     const double *solved[2];  /* what implicit blocks solve for in conditions: of all, and of late ones, since the last
                                  kmp_plant_all_changes */
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
@@ -75,6 +76,11 @@ void kmp_plant_renew_parameters(kmp_plant *plant);
 void kmp_plant_lend_closure(kmp_plant *plant, double t, const double *q, const double *h, const double *jacobian,
                             const double *h_t);
 
+/** Of a system whose numbers are rounded the rows that a choice drops, or that are open widest at the last
+ * kmp_plant_closure: nothing closes them, so that they no longer count as open (kmp_plant_misfit does). */
+void kmp_plant_drop(kmp_plant *plant, int count, const int *rows);
+void kmp_plant_drop_widest(kmp_plant *plant);
+
 /** Sets the charts of the spherical joints (constraints/charts.h); what was evaluated before no longer holds. */
 void kmp_plant_set_charts(kmp_plant *plant, const double *chart);
 
@@ -92,6 +98,9 @@ void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const do
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);
 void kmp_plant_thaw(kmp_plant *plant);
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds);
+
+/** Which branch of a kink counts (kmp_tree_kink); 0, until it is set, whichever does. kmp_plant_set_mode leaves it. */
+void kmp_plant_set_kink(kmp_plant *plant, int condition, int side);
 
 /** The user's efforts at (t, q, qd), owned by the plant, not finite where they cannot be evaluated; NULL: there are
  * none. */
@@ -124,6 +133,10 @@ double kmp_plant_drive_power(const kmp_plant *plant, const double *lambda);
 /** Kinetic energy qd' M qd / 2 of the last kmp_plant_mass. */
 double kmp_plant_kinetic(const kmp_plant *plant, const double *qd);
 
+/** |h| / row scale of a row at the last kmp_plant_closure; the widest of the dropped ones and which, -1: none is open.
+ */
+double kmp_plant_opening(const kmp_plant *plant, int row);
+double kmp_plant_misfit(const kmp_plant *plant, int *row);
 /** Whether a row is to be met. */
 bool kmp_plant_counts(const kmp_plant *plant, int row);
 

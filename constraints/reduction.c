@@ -96,6 +96,8 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     }
     ok = ok && split(red);
     if (ok)
+        kmp_plant_drop(plant, part->m - part->r, part->redundant);
+    if (ok)
         return KEMPE_OK;
     kmp_reduction_free(red);
     if (kmp_memory_failures() != failures)
@@ -440,6 +442,8 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
                                .count = red->r,
                                .at = red->part->v,
                                .dx = red->dv,
+                               .rows = red->part->rows,
+                               .row_count = red->r,
                                .place = place,
                                .correct = correct};
     const kmp_close_rule rule = {

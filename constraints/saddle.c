@@ -309,6 +309,7 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way w
         saddle->position[k] = -1;
     for (int k = 0; k < r; k++)
         saddle->position[part->rows[k]] = k;
+    kmp_plant_drop(saddle->plant, part->m - part->r, part->redundant);
     return way != KMP_SADDLE_SPARSE || make_sparse(saddle, entries);
 }
 

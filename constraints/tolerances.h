@@ -31,6 +31,16 @@
 /** A block of the scaled Jv whose least pivot is below this part of its largest has no sign. */
 #define KMP_RANK_SIGN 1e-9
 
+/* -- rounded numbers: pivots of the scaled J, over the first ------------------------------------------- */
+
+/** A pivot below this one may be of rounding: drawings of four digits make pivots of 1e-3. Whether it is, finite
+ * motions tell (constraints/rounding.h). */
+#define KMP_ROUNDING_WEAK 1e-2
+/** A pivot below this one is zero, whatever the drawing. */
+#define KMP_ROUNDING_NOTHING 1e-12
+/** Loops that stay open by more than so many tolerances are not tried. */
+#define KMP_ROUNDING_WIDEST 10
+
 /* -- closures: scaled |h|, the largest row ------------------------------------------------------------- */
 
 /** Rounding alone: nothing is gained by a correction. */
@@ -62,6 +72,11 @@
 #define KMP_LONGEST_CORRECTION 0.5
 /** A closure correction beyond this many error weights refuses a step. */
 #define KMP_CORRECTION_LIMIT 1.0
+/** The same of v carried along where rows are dropped: with each choice of rows the motion off the closures is another
+ * one, and the error estimate of a step sees less of it. Errors are 2 to 4 times as large with 1. */
+#define KMP_CORRECTION_REDUNDANT 1e-2
+/** Scaled corrections below this are held against KMP_CORRECTION_LIMIT alone: rounding of h makes some of them. */
+#define KMP_CORRECTION_ROUNDING 1e-13
 /** Newton in an evaluation stops at this fraction of the error weights. */
 #define KMP_CORRECTION_IN_STAGE 1e-2
 
@@ -90,16 +105,38 @@
 /** From here on a step that became too small is put down to the choice of u. */
 #define KMP_GROWTH_EXPLAINS 20.0
 
-/* -- margins: the last pivot, over its usual size ------------------------------------------------------ */
+/* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */
 
-/** The margin at which a run enters the zone about a change point, and at which it leaves it again; a next step may be
- * longer than the last one by KMP_GROWING. */
+/** The margin below which a run enters the zone about a change point that lies straight ahead, and at which it leaves
+ * it again; a next step of an ensemble's lane may be longer than the last one by KMP_GROWING. */
 #define KMP_ZONE_IN  0.15
 #define KMP_ZONE_OUT 0.2
 #define KMP_GROWING  1.5
-/** The last pivot of the independent rows over that of all rows: others are taken, and a step goes too far. */
-#define KMP_ROWS_OUT   0.2
-#define KMP_ROWS_LOST  0.05
-#define KMP_ROWS_SWEEP 0.3
+/** What is left of the margin where the line ahead comes nearest to zero, below which it leads to a change point; and
+ * the same as a part of what the margin is now, so that small margins alone are no alarm. Mechanisms that only pass by
+ * at one or some hundredths are resolved by steps as they are. */
+#define KMP_MARGIN_AIM   1e-2
+#define KMP_MARGIN_STEEP 0.3
+/** Where J is then evaluated on the way, a margin that makes it a change point. */
+#define KMP_MARGIN_THERE 2e-3
+/** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
+#define KMP_MARGIN_DEEP 0.1
+/** Least pivots above this part of their usual size call for nothing more. */
+#define KMP_MARGIN_CALLS 0.4
+/** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */
+#define KMP_MARGIN_TURNED -0.5
+#define KMP_MARGIN_PASSED 0.3
+/** A last pivot of the start below this part of the first is looked at; it is near a change point when its margin is below
+ * this part of that at configurations turned by a little along the closures. */
+#define KMP_MARGIN_LOOK 1e-2
+#define KMP_MARGIN_NEAR 0.04
+/** A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */
+#define KMP_MARGIN_LOCKED 0.1
+#define KMP_MARGIN_FREED  0.2
+/** What dropped rows need of kept ones, |T|: beyond this they change places, each time making |det Jv| larger by as
+ * much, and a step that ends beyond LOST goes too far. */
+#define KMP_ROWS_OUT   1.5
+#define KMP_ROWS_LOST  30.0
+#define KMP_ROWS_SWEEP 3.0
 
 #endif

@@ -14,8 +14,9 @@ static bool has_reached(const kmp_bound *bound, long tried, double t, double t_e
 {
     if (tried < bound->most || !(t < t_end))
         return false;
-    kmp_text_printf(why, "the bound of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
-                    t_end);
+    if (why)
+        kmp_text_printf(why, "the bound of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
+                        t_end);
     return true;
 }
 
@@ -30,8 +31,8 @@ bool kmp_bound_passed(kmp_bound *bound, long tried, double t, double t_end, kmp_
     bound->has_looked = true;
     bound->seen = tried;
     bound->seen_t = t;
-    if (!slow)
-        return false;
+    if (!slow || !why)
+        return slow;
     kmp_text_printf(
         why,
         "too much work: at t = %.9g s the last %.0f steps gained %.3g s. To reach t_end = %.9g s would take "

@@ -48,20 +48,35 @@ struct kmp_crossing {
     double *last;   /* time of the last change of each condition */
     double *most;   /* the largest value of each since then, of what was looked at */
     int *repeats;
-    bool stuck;     /* one changed back and forth */
-    bool *stays;    /* of each condition: it is not looked at until the next event */
-    double instant; /* of the run: nothing that moves does so in less */
+    double kink;     /* part of the largest value of a kink beside which it is held; 0: none is */
+    double *largest; /* value of each condition so far, at ends of steps */
+    bool stuck;      /* one changed back and forth */
+    bool *stays;     /* of each condition: it is not looked at until the next event */
+    double instant;  /* of the run: nothing that moves does so in less */
     long count;
     int end; /* the condition that ends the run there; -1: none */
     kmp_journal *journal;
     kmp_search search;
 };
 
-/** Whether condition k is no longer as it is held, at the last point that was looked at. */
+/** A kink of which no branch is held. */
+static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
+{
+    return c->s->events.condition[k].kink && c->plant->mode[k] == 0;
+}
+
+/** Whether condition k is no longer as it is held: with a value, at the last point that was looked at. */
+static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double change)
+{
+    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->plant->mode[k] > 0);
+}
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 {
-    return (c->change[k] < 0) != (c->plant->mode[k] > 0);
+    return kmp_crossing_differs(c, k, c->change[k]);
 }
+
+/** Holds the kinks that are free, and away from zero at a look at the end of a step. */
+void kmp_crossing_hold_free(kmp_crossing *c, const double *change);
 
 /** First one that others do not follow but that ends the run, likewise; -1 for none. */
 int kmp_crossing_first_end(const kmp_crossing *c);

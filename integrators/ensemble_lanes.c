@@ -378,16 +378,20 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     kmp_instance *x = &e->instances[i];
     double h = room->step[l], error = room->error[l];
     bool collapsed = kmp_solver_collapsed(&x->hopeless, h, room->t_new[l]);
-    e->results[i].steps++;
+    kmp_ensemble_result *result = &e->results[i];
+    result->steps++;
     room->h[l] = kmp_rk_after_accepted(&kmp_dop853, h, error, x->error_old, x->rejected);
     x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
     x->rejected = false;
     x->tries = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end);
+    bool slow = kmp_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
+                                 e->spec.t_end, NULL);
     bool reorders = !through && has_bad_order(e, pool, seen, l);
     const char *why = through                                                       ? NULL
                       : collapsed                                                   ? "steps that become too small"
+                      : slow                                                        ? "too much work"
                       : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point on the way"
                                                                                     : NULL;
     bool exchanges = !through && !why && e->r > 0 && seen->growth[l] > x->limit;

@@ -22,7 +22,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
                    {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
                    {spec->fixed_u, "fixed independent coordinates"},
                    {s->rheonomic, "closures that move in time"},
-                   {s->events.count > 0, "conditions that change on the way"},
+                   {s->events.count > 0, "conditions or kinks on the way"},
                    {s->chart_count > 0, "spherical joints"},
                    {s->articulated != NULL, "dynamics by articulated bodies"},
                    {s->force != NULL, "forces by a function"},
@@ -136,10 +136,11 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     }
     if (status != KEMPE_OK)
         return status;
-    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_NEAR * part.pivots[0];
+    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
     if (full && !near)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {
+        x->bound = (kmp_bound){.most = e->spec.max_steps};
         x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
         x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
         x->error_old = KMP_RK_ERROR_FLOOR;

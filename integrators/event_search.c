@@ -114,15 +114,10 @@ static kempe_status look_at(kmp_crossing *c, double t, kmp_look *look)
     return status;
 }
 
-static bool differs(const kmp_crossing *c, int k, double change)
-{
-    return (change < 0) != (c->plant->mode[k] > 0);
-}
-
 static bool any_differs(const kmp_crossing *c, const kmp_look *look)
 {
     for (int k = 0; k < c->s->events.count; k++)
-        if (differs(c, k, look->change[k]))
+        if (kmp_crossing_differs(c, k, look->change[k]))
             return true;
     return false;
 }
@@ -272,7 +267,7 @@ static void begin_piece(kmp_crossing *c, int depth)
     if (depth > 0)
         memcpy(open, open - count, count * sizeof *open);
     for (size_t k = 0; depth == 0 && k < count; k++)
-        open[k] = true;
+        open[k] = !kmp_crossing_is_free(c, (int)k);
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
@@ -387,6 +382,8 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
     status = search(c, 0, &s->look[0], &s->look[1], t, found);
     if (status == KEMPE_OK && *found)
         c->end = kmp_crossing_first_end(c);
+    if (status == KEMPE_OK && !*found)
+        kmp_crossing_hold_free(c, s->look[1].change);
     kmp_look last = s->look[1];
     s->look[1] = s->look[0];
     s->look[0] = last;

@@ -12,6 +12,8 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition with no time between */
 #define INSTANT 1e-11
 /* Nor do those of a condition with a lag whose value stays within so many of it. */
 #define LAGS 100
+/* A kink is held beside so many tolerances of its largest value: within them it is passed by what steps err by. */
+#define KINK 100
 
 bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, void *solver)
 {
@@ -41,7 +43,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
         return NULL;
     *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .end = -1};
     bool ok = kmp_search_init(&c->search, system) && kmp_crossing_move(c, road, kind, solver);
-    c->change = KMP_NEW(double, 3 * system->events.count);
+    c->change = KMP_NEW(double, 4 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
     c->stays = KMP_NEW(bool, system->events.count);
     if (!ok || !c->change || !c->repeats || !c->stays) {
@@ -50,6 +52,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
     }
     c->last = c->change + system->events.count;
     c->most = c->last + system->events.count;
+    c->largest = c->most + system->events.count;
     for (int k = 0; k < system->events.count; k++)
         c->last[k] = -INFINITY;
     return c;
@@ -65,6 +68,11 @@ void kmp_crossing_free(kmp_crossing *c)
     kmp_free(c->repeats);
     kmp_free(c->stays);
     kmp_free(c);
+}
+
+void kmp_crossing_hold_kinks(kmp_crossing *c, double rtol)
+{
+    c->kink = KINK * rtol;
 }
 
 void kmp_crossing_forget(kmp_crossing *c)
@@ -127,15 +135,28 @@ int kmp_crossing_end(const kmp_crossing *c)
     return c->end;
 }
 
+void kmp_crossing_hold_free(kmp_crossing *c, const double *change)
+{
+    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
+        if (!c->s->events.condition[k].kink)
+            continue;
+        c->largest[k] = fmax(c->largest[k], fabs(change[k]));
+        if (kmp_crossing_is_free(c, k) && fabs(change[k]) > 2 * c->kink * c->largest[k])
+            kmp_plant_set_kink(c->plant, k, change[k] < 0 ? 1 : -1);
+    }
+}
+
 kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 {
     bool any = false;
     for (int k = 0; k < c->s->events.count; k++)
-        any = any || c->s->events.condition[k].ends;
+        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink;
     *ends = false;
     if (!any)
         return KEMPE_OK;
     kempe_status status = kmp_crossing_look(c, t);
+    if (status == KEMPE_OK)
+        kmp_crossing_hold_free(c, c->change);
     c->end = status == KEMPE_OK ? kmp_crossing_first_end(c) : -1;
     *ends = c->end >= 0;
     return status;
@@ -151,11 +172,25 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
     return near || t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
 }
 
+/* Goes on with the other branch of a kink; with whichever counts where it is passed within what steps err by, as at
+ * rest, or again and again. */
+static kempe_status change_branch(kmp_crossing *c, int k, double t)
+{
+    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
+    bool idle = c->most[k] <= c->kink * c->largest[k] || c->repeats[k] >= MOST_REPEATS;
+    c->last[k] = t;
+    c->most[k] = 0;
+    kmp_plant_set_kink(c->plant, k, idle ? 0 : c->plant->mode[k] > 0 ? -1 : 1);
+    return KEMPE_OK;
+}
+
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
     bool holds = !(c->plant->mode[k] > 0);
     c->search.ready = false;
+    if (c->s->events.condition[k].kink)
+        return change_branch(c, k, t);
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_plant_set_mode(c->plant, k, holds);

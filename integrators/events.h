@@ -24,6 +24,11 @@ kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
 /** For a run that checks another one: each step is looked at in more places. */
 void kmp_crossing_look_closely(kmp_crossing *crossing);
 
+/** Kinks of abs, min and max are passed like events, for one-step methods: between them the equations are smooth, which
+ * is what high orders live on. They are neither counted nor noted. Multistep methods, which begin at order one behind
+ * each, gain nothing. Where one is passed within what steps err by, it is run over. */
+void kmp_crossing_hold_kinks(kmp_crossing *crossing, double rtol);
+
 /** What was seen at the end of the last step no longer holds: accelerations are others. */
 void kmp_crossing_forget(kmp_crossing *crossing);
 

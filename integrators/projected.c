@@ -105,7 +105,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, d->qd, y + n))
         return KMP_RETRY;
-    if (d->part->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t))
+    if (kmp_margin_refuses(d->margin, d->plant, t))
         return KMP_RETRY;
     for (int i = 0; i < n; i++) {
         y[i] = d->q[i];

@@ -18,9 +18,6 @@
 #include <math.h>
 #include <string.h>
 
-/* After an exchange evaluations are one program again only when the choice before it lasted for as many steps: making
- * the program costs some dozens of them. */
-#define WORTH_FUSING 16
 /* With fewer freedoms the reduced mass is the best there is. */
 #define MANY_FREEDOMS 12
 /* What an operation of a reduced mass with zeros costs, by one without. */
@@ -375,16 +372,6 @@ static bool is_noise(const reduced *d)
     return worst < KMP_CLOSED;
 }
 
-/* Redundant rows take the place of independent ones at the end of a step: where these have all but lost their rank by
- * then, a shorter step ends before. */
-static bool rows_are_lost(reduced *d, double t)
-{
-    if (d->r == d->part.m || d->r == 0)
-        return false;
-    (void)kmp_margin_after_step(d->margin, d->plant, t);
-    return kmp_margin_of_rows(d->margin, d->plant, &d->part) < KMP_ROWS_LOST;
-}
-
 /* h, J, Bvu and the correction of v at the step's end, which was evaluated last. `end`: what the one program says, when
  * it was that. */
 static int come_to_end(reduced *d, double t, const double *y, kmp_fused_end *end)
@@ -415,9 +402,12 @@ static int correct(reduced *d, double *v, const double *w)
 {
     if (!d->carried || d->r == 0 || is_noise(d))
         return KMP_GO;
-    for (int i = 0; i < d->r; i++)
-        if (!(fabs(d->red.dv[i]) <= KMP_CORRECTION_LIMIT * w[i]))
+    double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
+    for (int i = 0; i < d->r; i++) {
+        double rounded = fmin(w[i], KMP_CORRECTION_ROUNDING * d->s->scale[d->part.v[i]]);
+        if (!(fabs(d->red.dv[i]) <= fmax(limit * w[i], rounded)))
             return KMP_RETRY;
+    }
     for (int i = 0; i < d->r; i++)
         d->q[d->part.v[i]] = v[i] += d->red.dv[i];
     return KMP_GO;
@@ -429,7 +419,7 @@ static int look(reduced *d, double t, const double *y, const kmp_fused_end *end)
     int said = watch(d, t, end->signs);
     if (said == KMP_GO)
         said = kmp_redundant_check(d->plant, &d->part, t, d->atol + d->rtol, &d->road.reason);
-    if (said == KMP_GO && ((d->p > 0 && kmp_margin_too_deep(d->margin, d->plant, t)) || rows_are_lost(d, t)))
+    if (said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
@@ -640,7 +630,7 @@ static int take_over(reduced *d, double t, double *y)
     pack(d, d->q, d->qd, y);
     set_tolerances(d);
     d->road.exchanges++;
-    bool worth = d->steps >= WORTH_FUSING;
+    bool worth = d->steps >= KMP_ROAD_BRIEF;
     return settle(d, t, y) == KMP_GO ? fuse(d, worth) : KMP_HALT;
 }
 
@@ -787,7 +777,7 @@ static bool prepare(reduced *d, const kmp_road_start *start)
     if (!begin(d, start))
         return false;
     set_tolerances(d);
-    if (fuse(d, true) != KMP_GO)
+    if (fuse(d, !start->brief) != KMP_GO)
         return false;
     if (!(start->implicit || start->dae) || d->carried)
         return true;

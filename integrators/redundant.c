@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/redundant.h"
+#include "constraints/rounding.h"
 #include "integrators/ode.h"
 #include <math.h>
 
@@ -7,20 +8,18 @@
  * both the rank must have changed. */
 #define IN_WEIGHTS 1e3
 #define IN_KEPT    1e2
-
-static double opening(const kmp_plant *plant, int row)
-{
-    return fabs(plant->h[row]) / plant->system->row_scale[row];
-}
+/* The same of numbers that are rounded, in closure tolerances: the verdict warns of less. */
+#define IN_TOLERANCES 30
 
 int kmp_redundant_check(const kmp_plant *plant, const kmp_partition *part, double t, double tolerance, kmp_text *reason)
 {
-    double allowed = IN_WEIGHTS * tolerance;
+    const kmp_rounding *rounding = kmp_rounding_of(plant->system);
+    double allowed = fmax(IN_WEIGHTS * tolerance, rounding ? IN_TOLERANCES * rounding->tolerance : 0);
     for (int k = 0; part->m > part->r && k < part->r; k++)
-        allowed = fmax(allowed, IN_KEPT * opening(plant, part->rows[k]));
+        allowed = fmax(allowed, IN_KEPT * kmp_plant_opening(plant, part->rows[k]));
     for (int k = 0; k < part->m - part->r; k++) {
         int row = part->redundant[k];
-        double h = opening(plant, row);
+        double h = kmp_plant_opening(plant, row);
         if (h <= allowed)
             continue;
         kmp_text_printf(reason,

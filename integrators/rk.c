@@ -197,6 +197,10 @@ int kmp_rk_dense(kmp_rk *s, double t, double *y)
         memcpy(y, none ? s->y : s->y_old, (size_t)s->ode.n * sizeof *y);
         return KMP_GO;
     }
+    if (!(t > s->t_old)) { /* needs no stages, which may fail */
+        memcpy(y, s->y_old, (size_t)s->ode.n * sizeof *y);
+        return KMP_GO;
+    }
     int said = s->dense_ready ? KMP_GO : s->method->prepare_dense(s);
     s->dense_ready = said == KMP_GO;
     if (said == KMP_GO)

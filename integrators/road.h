@@ -15,6 +15,10 @@
 
 typedef struct kmp_road kmp_road;
 
+/** After a change of a road's unknowns evaluations are made one program again only when what was before lasted for as
+ * many steps: making the program costs some dozens of them. */
+enum { KMP_ROAD_BRIEF = 16 };
+
 /** What a road is made from; everything outlives it. */
 typedef struct kmp_road_start {
     const kempe_system *system;
@@ -27,6 +31,7 @@ typedef struct kmp_road_start {
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale, t_end;
     kmp_journal *journal;
+    bool brief;    /* the road before it lasted for a few steps: what makes many steps cheaper does not pay */
     bool fixed;    /* u stays what it is, and the run ends where it goes bad */
     bool restarts; /* an exchange has the integrator begin anew at a low order */
     bool implicit; /* the integrator wants the Jacobian of an ODE where the road has one: of M and C */

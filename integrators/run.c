@@ -18,6 +18,7 @@ static kempe_status check_bound(kmp_runner *run, double t)
     kmp_text why = {0};
     if (!kmp_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
         return KEMPE_OK;
+    kmp_runner_explain_angles(run, &why);
     run->reason = kmp_text_take(&why);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
@@ -188,11 +189,11 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *
 {
     kempe_status status = kmp_runner_add_work(run, t);
     *work = 0;
-    if (status == KEMPE_OK)
-        status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
-    if (run->road->row(run->road, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO)
+    if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
+         run->road->row(run->road, t, run->y, run->yp, q, qd, qdd, lambda, work) != KMP_GO) &&
+        !kmp_runner_bridge(run, t, q, qd, qdd, lambda, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
     if (run->yp && run->way->dae)
         *work = run->work;

@@ -24,8 +24,8 @@ struct kmp_runner {
     kmp_road *road;
     const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
     bool in_zone;
-    double zone_t, zone_margin;        /* entered at; least margin seen in it */
-    double seen_margin, seen_margin_t; /* outside it, at the end of the last step; t_start - 1: none yet */
+    double zone_t, zone_margin; /* entered at; least margin seen in it */
+    bool brief;                 /* the road before lasted for a few steps */
     const kmp_solver_kind *kind;
     void *solver;
     kmp_run_report before; /* work of roads and solvers that are gone */
@@ -64,6 +64,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
 
 /** Brings q and qd onto the rows that are now independent. */
+bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
 kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
 
 /** qdd and lambda of the chosen rows at the plant's last closure, which was at (t, q). */
@@ -114,6 +115,12 @@ void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd);
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda,
                                   double *work);
 
+/* runner_bridge.c */
+
+/** The row at t within the last step by another way than the road's own, which has failed, and said in the journal;
+ * arguments as of kmp_runner_inner_row. false: not to be had so either, and nothing is changed. */
+bool kmp_runner_bridge(kmp_runner *run, double t, double *q, double *qd, double *qdd, double *lambda, double *work);
+
 /* runner_explain.c */
 
 /** Turns KEMPE_E_FAILED into run->reason, `otherwise` when nobody knows one; KEMPE_STOPPED when the mechanism locks.
@@ -125,6 +132,9 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
 
 /** The sentence of a failure: a lock's, the road's, the integrator's, or `otherwise`. Whether it is a lock. */
 bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_text *text);
+
+/** Adds to a reason which spherical joint has angles near to their singular position at the last step, if one has. */
+void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text);
 
 /** The coordinate that a row alone prescribes, NULL when it has several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);

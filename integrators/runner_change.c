@@ -10,12 +10,15 @@
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
+/* Looks for a change point ahead of where it seems to be. */
+enum { PROBES = 4 };
 /* Steps that must lie between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
 static void release_road(kmp_runner *run)
 {
     kmp_runner_add_report(run, &run->before);
+    run->brief = run->kind->work(run->solver).steps < KMP_ROAD_BRIEF;
     run->kind->release(run->solver);
     run->road->release(run->road);
     kmp_free(run->y);
@@ -25,14 +28,19 @@ static void release_road(kmp_runner *run)
     run->y = run->yp = NULL;
 }
 
-/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. */
+/* Rows and coordinates anew at q, as many as at the start; a fixed u stays. Bvu is that of any independent rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
     run->has_part = false;
     kempe_status status = kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.fixed_u ? before.p : 0);
     kmp_partition_free(&before);
-    return status;
+    if (status != KEMPE_OK || run->margin.r == 0)
+        return status;
+    if (!kmp_margin_choose(&run->margin, &run->part) || !kmp_margin_exchange_rows(&run->margin, run->plant))
+        return kmp_fail_memory(run->s->context);
+    kmp_partition_take_rows(&run->part, &run->margin.part);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double work, double first_step)
@@ -44,9 +52,10 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     release_road(run);
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
-    if (status == KEMPE_OK && run->way->dae && !to_zone)
+    bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
+    if (meets)
         status = kmp_runner_project(run, t, q, qd);
-    if (status == KEMPE_OK && run->way->dae && !to_zone)
+    if (status == KEMPE_OK && meets)
         status = kmp_runner_accelerate(run, t, q, qd);
     if (status == KEMPE_OK)
         status = kmp_runner_make_road(run, to_zone ? kmp_runner_zone(run) : run->way, t, q, qd, work);
@@ -60,31 +69,35 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
                             run->kind->corrects ? first_step : kmp_runner_first_step(run));
 }
 
-kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
+/* first_step: as for an integrator's start. */
+static kempe_status change_road(kmp_runner *run, double t, bool to_zone, double first_step)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
-    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, 0) : status;
+    return status == KEMPE_OK ? kmp_runner_take_up(run, t, to_zone, work, first_step) : status;
 }
 
-static kempe_status change_rows(kmp_runner *run, double t, double before)
+kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 {
-    kempe_status status = kmp_runner_change_road(run, t, run->in_zone);
-    if (status != KEMPE_OK)
-        return status;
-    double after = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
-    kmp_journal_note(run->journal, "rows", t, before, after,
-                     "other closure rows are taken as the independent ones: smallest pivot %.2g -> %.2g of that of all "
-                     "rows",
-                     before, after);
-    return KEMPE_OK;
+    return change_road(run, t, to_zone, 0);
+}
+
+/* Where a dropped row needs too much of a kept one they change places. */
+static kempe_status change_rows(kmp_runner *run, double t)
+{
+    double before = run->margin.rows, h = run->kind->next ? run->kind->next(run->solver) : 0;
+    kempe_status status = change_road(run, t, run->in_zone, h);
+    if (status == KEMPE_OK)
+        kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
+                         "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
+                         "of them, now %.2g",
+                         before, run->margin.rows);
+    return status;
 }
 
 /* A leap knows better than the ends of steps how near it was. */
-static void note_passage(kmp_runner *run, double t, double margin)
+static void note_passage(kmp_runner *run, double t, double margin, bool leapt, double at, double size)
 {
-    double at = run->zone_t, size = run->zone_margin;
-    bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
     if (fmin(size, run->zone_margin) > KMP_ZONE_IN)
         return; /* it turned back before */
     if (leapt && size < run->zone_margin)
@@ -98,28 +111,10 @@ static void note_passage(kmp_runner *run, double t, double margin)
                          run->zone_t, run->zone_margin);
 }
 
-/* Whether the next step, as long as the last one or a little longer, may reach over a place where J loses a row: the
- * margin falls to it in a straight line. */
-static bool will_jump(kmp_runner *run, double t, double margin)
-{
-    double since = t - run->seen_margin_t, h = t - kmp_runner_t_old(run);
-    double fall = since > 0 && run->seen_margin_t >= run->spec.t_start ? (run->seen_margin - margin) / since : 0;
-    run->seen_margin = margin;
-    run->seen_margin_t = t;
-    return margin < fall * KMP_GROWING * h;
-}
-
-/* Nobody asks how good the rows are. */
-static bool unwatched(const kmp_runner *run)
-{
-    return run->margin.r == 0 || (run->margin.ignored && run->margin.r == run->part.m);
-}
-
-/* The plant's closure at the end of the last step, unless its road has asked for the margin there and nothing else is
- * wanted. */
+/* The plant's closure at the end of the last step, unless its road has asked for the margin there. */
 static kempe_status come_to(kmp_runner *run, double t)
 {
-    if (kmp_margin_knows(&run->margin, t) && run->part.r == run->part.m)
+    if (kmp_margin_knows(&run->margin, t))
         return KEMPE_OK;
     kempe_status status = run->kind->dense(run->solver, t, run->y, run->yp);
     if (status != KEMPE_OK)
@@ -129,11 +124,74 @@ static kempe_status come_to(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
+/* Rates of the accelerations into `jerk`, by those in the middle of the last step; none where these are not to be had.
+ */
+static void find_jerk(kmp_runner *run, double t, double *jerk)
+{
+    int n = run->s->n;
+    double *q = run->moved, *qdd = q + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
+    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->y, run->yp) == KEMPE_OK &&
+                 run->road->row(run->road, t - back, run->y, run->yp, q, q + n, qdd, q + 3 * n, &work) == KMP_GO;
+    for (int i = 0; i < n; i++)
+        jerk[i] = found ? (run->qdd[i] - qdd[i]) / back : 0;
+}
+
+/* Whether a change point lies ahead of the closed state at t, about tau later: J along the way that the state leads,
+ * again and again where the line from the place before comes nearest to zero. */
+static bool lies_ahead(kmp_runner *run, double t, double tau)
+{
+    int n = run->s->n;
+    const double *q = run->state, *qd = q + n;
+    double *way = run->moved, *jerk = way + 2 * n, before = 0, farthest = 0;
+    bool found = false;
+    find_jerk(run, t, jerk);
+    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found; k++) {
+        double when, next;
+        for (int i = 0; i < n; i++)
+            way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
+        kmp_plant_closure(run->plant, t + tau, way);
+        found = kmp_margin_at(&run->margin, run->plant) < KMP_MARGIN_THERE;
+        when = kmp_margin_when(&run->margin);
+        kmp_margin_stand(&run->margin);
+        farthest = fmax(farthest, tau);
+        next = tau + when * (tau - before);
+        before = tau;
+        tau = next;
+    }
+    kmp_plant_closure(run->plant, t, q);
+    (void)kmp_margin_at(&run->margin, run->plant);
+    kmp_margin_stand(&run->margin);
+    run->margin.clear_t = found ? t : t + farthest;
+    return found;
+}
+
+/* Into the zone when the margin leads to a change point. */
+static kempe_status enter_zone(kmp_runner *run, double t, double margin, double tau)
+{
+    double *q = run->state, work;
+    kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
+    if (status != KEMPE_OK || !lies_ahead(run, t, tau))
+        return status;
+    run->zone_t = t;
+    run->zone_margin = margin;
+    return kmp_runner_change_road(run, t, true);
+}
+
+static kempe_status leave_zone(kmp_runner *run, double t, double margin)
+{
+    double at = run->zone_t, size = run->zone_margin;
+    bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
+    kempe_status status = kmp_runner_change_road(run, t, false);
+    if (status == KEMPE_OK)
+        note_passage(run, t, margin, leapt, at, size);
+    return status;
+}
+
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
  * while all rows together do not, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
 {
-    if (unwatched(run) || !(t > kmp_runner_t_old(run)))
+    if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     kempe_status status = come_to(run, t);
     if (status != KEMPE_OK)
@@ -141,19 +199,14 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     double margin = kmp_margin_after_step(&run->margin, run->plant, t);
     if (run->in_zone)
         run->zone_margin = fmin(run->zone_margin, margin);
-    if (!run->in_zone && !run->margin.ignored && (will_jump(run, t, margin) || margin < KMP_ZONE_IN)) {
-        run->zone_t = t;
-        run->zone_margin = margin;
-        return kmp_runner_change_road(run, t, true);
-    }
-    if (run->in_zone && margin > KMP_ZONE_OUT) {
-        note_passage(run, t, margin);
-        run->seen_margin = margin;
-        run->seen_margin_t = t;
-        return kmp_runner_change_road(run, t, false);
-    }
-    double rows = kmp_margin_of_rows(&run->margin, run->plant, &run->part);
-    return rows < KMP_ROWS_OUT ? change_rows(run, t, rows) : KEMPE_OK;
+    double when;
+    bool enters = !run->in_zone && kmp_margin_leads_on(&run->margin, &when);
+    kmp_margin_stand(&run->margin);
+    if (run->margin.rows > KMP_ROWS_OUT)
+        return change_rows(run, t);
+    if (enters)
+        return enter_zone(run, t, margin, when * (t - kmp_runner_t_old(run)));
+    return run->in_zone && margin > KMP_ZONE_OUT ? leave_zone(run, t, margin) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
@@ -346,12 +399,38 @@ static kempe_status take_projected(kmp_runner *run, double t)
     return status;
 }
 
+/* Near a singular place, whether the motion passes it or only comes by, the zone takes over where a road cannot go on.
+ */
+static kempe_status take_zone(kmp_runner *run, double t)
+{
+    kmp_text_free(&run->road->reason);
+    kmp_context_clear(run->s->context);
+    run->zone_t = t;
+    run->zone_margin = run->margin.last / run->margin.usual;
+    kempe_status status = kmp_runner_change_road(run, t, true);
+    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
+}
+
+/* Whether it may. */
+static bool is_near_zone(kmp_runner *run, double t)
+{
+    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+        return false;
+    run->road->position(run->road, t, run->y, run->state);
+    kmp_plant_closure(run->plant, t, run->state);
+    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN &&
+           kmp_margin_lock(&run->margin, run->plant, false) < 0;
+}
+
 /* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
  * past steps left may be all that was wrong. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
     if (may_project(run))
         return take_projected(run, t);
+    if (is_near_zone(run, t))
+        return take_zone(run, t);
     if (!run->yp || run->road->reason.length > 0 ||
         (run->rescued_at > 0 && kmp_runner_tried(run) - run->rescued_at < RESCUE_WAY))
         return KEMPE_E_FAILED;

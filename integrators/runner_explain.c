@@ -4,6 +4,7 @@
 #include "constraints/angles.h"
 #include "constraints/not_finite.h"
 #include "constraints/pressing.h"
+#include "constraints/tolerances.h"
 #include "integrators/runner.h"
 
 /* The coordinate that a row alone prescribes, NULL when it has several. */
@@ -24,8 +25,7 @@ static kempe_status fail_memory(const kmp_runner *run)
     return kmp_fail_memory(run->s->context);
 }
 
-/* Says when the angles of a joint are the trouble at the last step. */
-static void explain_angles(const kmp_runner *run, kmp_text *text)
+void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
 {
     if (!run->road || !run->solver)
         return;
@@ -44,7 +44,9 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    int row = kmp_margin_lock(&run->margin, run->plant);
+    bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
+    bool been = run->in_zone && run->zone_margin < KMP_MARGIN_LOCKED && open;
+    int row = kmp_margin_lock(&run->margin, run->plant, been);
     if (row < 0)
         return false;
     const char *name = kmp_runner_driven_by(run->s, row);
@@ -103,7 +105,8 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     const double *begin = run->state; /* nothing has moved yet */
     if (t == run->spec.t_start && begin && run->plant && explain_end(run, t, begin, begin + run->s->n, text))
         return false;
-    if (t == run->spec.t_start && begin && run->plant &&
+    bool prepared = run->solver || !*said; /* what ended the preparation has said so itself */
+    if (t == run->spec.t_start && begin && run->plant && prepared &&
         kmp_put_not_finite(run->plant, t, begin, begin + run->s->n, text)) {
         name_unknowns(run, text);
         return false;
@@ -120,7 +123,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
     if (!locks && run->road && !kmp_is_unsettled(run->plant) &&
         !(run->crossing && kmp_crossing_is_stuck(run->crossing)))
         name_unknowns(run, text);
-    explain_angles(run, text);
+    kmp_runner_explain_angles(run, text);
     return locks;
 }
 

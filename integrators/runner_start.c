@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/massless.h"
 #include "constraints/pressing.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/leap.h"
 #include "integrators/runner.h"
@@ -30,6 +31,8 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
     kmp_plant_closure(run->plant, t, q);
     kempe_status status = kmp_partition_of_rank(&run->part, s, run->plant->jacobian, rank, wish, wish_count);
     run->has_part = status == KEMPE_OK;
+    if (run->has_part)
+        kmp_plant_drop(run->plant, run->part.m - run->part.r, run->part.redundant);
     return status == KEMPE_OK ? kmp_pressing_check(run->plant, &run->part) : status;
 }
 
@@ -45,6 +48,15 @@ kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd
         status = kmp_fail(run->s->context, KEMPE_E_FAILED, "the closures cannot be solved at t = %.9g", t);
     kmp_saddle_free(&saddle);
     return status;
+}
+
+/* Of rounded numbers, whose dropped rows are open: q is closed on others than those that are kept now. */
+bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
+{
+    if (!kmp_rounding_of(run->s))
+        return false;
+    kmp_plant_closure(run->plant, t, q);
+    return kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH;
 }
 
 /* The closures must allow the rates that they ask for: a coordinate cannot be driven at its dead centre. */
@@ -116,6 +128,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
                             .t_end = run->spec.t_end,
+                            .brief = run->brief,
                             .journal = run->journal,
                             .fixed = run->spec.fixed_u,
                             .restarts = !kmp_solver_find(run->spec.integrator)->corrects,
@@ -199,6 +212,8 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
                                                                               : kmp_fail_memory(run->s->context);
     run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver,
                                      run->spec.t_end - run->spec.t_start, run->journal);
+    if (run->crossing && run->kind->corrects && !run->spec.kind)
+        kmp_crossing_hold_kinks(run->crossing, run->spec.rtol);
     if (run->crossing && run->spec.closely)
         kmp_crossing_look_closely(run->crossing);
     return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
@@ -217,7 +232,9 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
     bool made = kmp_margin_init(&run->margin, run->s, &run->part);
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
         kmp_margin_ignore(&run->margin);
-    made = made && kmp_margin_confirm(&run->margin, run->plant, run->spec.t_start, q);
+    if (made)
+        kmp_plant_closure(run->plant, run->spec.t_start, q);
+    made = made && kmp_margin_begin(&run->margin, run->plant, run->spec.t_start, q);
     return made ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 
@@ -235,9 +252,11 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state || !run->seen || !run->next_seen)
         return kmp_fail_memory(run->s->context);
     kmp_runner_center_start(run, start);
-    const double *q = run->state, *qd = q + run->s->n;
+    double *q = run->state, *qd = q + run->s->n;
     kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
     kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
+    if (status == KEMPE_OK && kmp_runner_is_off(run, run->spec.t_start, q))
+        status = kmp_runner_project(run, run->spec.t_start, q, qd);
     if (status == KEMPE_OK)
         status = check_rates(run, qd);
     if (status == KEMPE_OK)
@@ -247,10 +266,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (status != KEMPE_OK)
         return status;
     if (run->part.p == 0 && !run->s->rheonomic)
-        kmp_log(
-            run->s->context, KEMPE_LOG_WARNING,
-            "nothing can move: the closures leave no degree of freedom and none of them moves in time; 'kempe check' "
-            "says which rows hold it");
+        kmp_journal_note(run->journal, "rest", run->spec.t_start, NAN, NAN,
+                         "nothing can move: the closures leave no degree of freedom and none of them moves in time; "
+                         "'kempe check' says which rows hold it");
     if (run->margin.near && (run->part.p > 0 || run->s->rheonomic)) /* else nothing moves onto any branch */
         kmp_log(
             run->s->context, KEMPE_LOG_WARNING,
@@ -261,7 +279,6 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->in_zone = run->margin.near;
     run->zone_t = run->spec.t_start;
     run->zone_margin = 1;
-    run->seen_margin_t = run->spec.t_start - 1;
     status = choose_dynamics(run, q, qd);
     if (status != KEMPE_OK)
         return status;

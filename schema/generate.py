@@ -206,6 +206,7 @@ def definitions():
 
 def schema():
     parts = {"kempe": {"enum": [1, "1"]}, "name": ref("word"), "gravity": ref("vector"),
+             "closure_tolerance": ref("number"),
              "include": {"type": "array", "items": ref("include")}, "parameters": named(ref("number")),
              "tables": named(ref("table")), "profiles": named(ref("profile")), "tracks": named(ref("track")),
              "unknowns": named(ref("unknowns")),

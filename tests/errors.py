@@ -90,6 +90,8 @@ CALLS = [
     ("simulate model.yaml --u A,B", 1),
     ("simulate model.yaml --dynamics bodies", 3),
     ("simulate model.yaml --change-points skip", 3),
+    (f"check {ROOT}/tests/models/rounded_four_bar.yaml --closure-tolerance 1e-7", 1),
+    ("check model.yaml --closure-tolerance -1", 3),
     (f"simulate {ROOT}/tests/models/rounded_inertia.yaml --dynamics articulated", 1),
     (f"simulate {ROOT}/tests/models/guide_friction.yaml --dynamics articulated", 1),
     (f"modes {ROOT}/tests/models/half_turn.yaml --at start", 1),

@@ -53,11 +53,12 @@ KEMPE_API void kempe_ensemble_free(kempe_ensemble *ensemble);
 
 typedef struct kempe_batch kempe_batch;
 
-/** Runs every instance to t_end; of `run` the road, tolerances and t_end count. `lanes`: instances at a time, 0 as many
- *  as this machine does best, up to 8; -1: none, a run for each. The answers do not depend on it but for rounding, and
- *  not at all from 1 on. KEMPE_E_ARGUMENT: a name or number of the run. What becomes of an instance is in the batch;
- *  KEMPE_E_FAILED when none came to its end, with the batch; KEMPE_STOPPED after an interrupt. Unless the run's `once`
- *  is set, instances are run again at another tolerance, and a warning is logged where one has not converged. */
+/** Runs every instance to t_end; of `run` the road, tolerances, t_end and max_steps count. `lanes`: instances at a
+ *  time, 0 as many as this machine does best, up to 8; -1: none, a run for each. The answers do not depend on it but
+ *  for rounding, and not at all from 1 on. KEMPE_E_ARGUMENT: a name or number of the run. What becomes of an
+ *  instance is in the batch; KEMPE_E_FAILED when none came to its end, with the batch; KEMPE_STOPPED after an
+ *  interrupt. Unless the run's `once` is set, instances are run again at another tolerance, and a warning is logged
+ *  where one has not converged. */
 KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run *run, int lanes,
                                           kempe_batch **batch);
 KEMPE_API void kempe_batch_free(kempe_batch *batch);

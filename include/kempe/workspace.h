@@ -12,6 +12,10 @@
  *
  * The law is  M(q) qdd + C(q, qd, t) = Q + J' lambda,  h(q, t) = 0; n coordinates (rad or m), m closure rows.
  *
+ * Equations are evaluated by machine code, accelerations made on the independent rows and coordinates of the model's
+ * start, as in a run. Where these are no good, or the start cannot be assembled, rows are chosen at each state. Rows
+ * that are redundant at the start count beside closed states only when J says so beyond what h is open by.
+ *
  * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free them where
  * the system was made. After kempe_workspace_new nothing here allocates, and nothing touches the context:
  * what went wrong is in kempe_workspace_message.
@@ -27,7 +31,7 @@ extern "C" {
 
 typedef struct kempe_workspace kempe_workspace;
 
-/** The system must outlive the workspace. KEMPE_E_MEMORY. */
+/** The system must outlive the workspace; the model is assembled once. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace);
 KEMPE_API void kempe_workspace_free(kempe_workspace *workspace);
 

@@ -22,6 +22,9 @@
 #define FOLDED 20.0
 /* Margin, of the usual one, below which it is put down to a change point. */
 #define CHANGE_POINT 0.02
+/* How far from its prediction (rad, characteristic lengths) a step may end: positions within it are found from there.
+ */
+#define FARTHEST 0.3
 /* Margin at which a motion that is followed backwards later ends: only a change point has it. */
 #define PASSING 1e-4
 /* Nothing finer is to be had in a zone. */
@@ -38,6 +41,7 @@ typedef struct forward {
     kmp_margin *margin;
     kmp_runner *runner;
     int n, m, p, count, integrals; /* the last of the unknowns */
+    int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
     double rtol, atol, rate_scale, growth;
     bool begun, fixed, due, crossed, zone, own_angles;
@@ -390,7 +394,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         size_t count = (size_t)kmp_block_count(l->red.block);
         bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
         f->crossed = f->crossed || crosses;
-        if (crosses)
+        if (crosses || kmp_varied_miss(f->v, y) > FARTHEST)
             return KMP_RETRY;
     }
     if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->margin, l->plant) < PASSING) {
@@ -398,7 +402,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         return KMP_HALT;
     }
     int said = kmp_redundant_check(l->plant, &l->part, t, f->atol + f->rtol, &f->road.reason);
-    if (said == KMP_GO && f->p > 0 && kmp_margin_too_deep(f->margin, l->plant, t))
+    if (said == KMP_GO && kmp_margin_refuses(f->margin, l->plant, t))
         said = KMP_RETRY;
     if (said == KMP_GO)
         settle(f);
@@ -795,6 +799,7 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
     bool first = !f->begun;
     f->begun = true;
     f->p = start->part->p;
+    f->redundant = start->part->m - start->part->r;
     if (!make_unknowns(f) || !kmp_partition_copy(&part, start->part))
         return kmp_fail_memory(f->system->context);
     go_by(f, start->plant);
@@ -922,6 +927,7 @@ static kempe_status run(forward *f, kmp_forward_report *report)
     if (status == KEMPE_OK)
         status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
     report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    report->redundant = f->redundant;
     if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
     report->run.reason = kmp_strdup(kempe_context_message(f->system->context));

@@ -57,6 +57,7 @@ typedef struct kmp_forward {
 typedef struct kmp_forward_report {
     kmp_run_report run; /* its reason is to be freed (kmp_free) */
     double integral;    /* of the integrand up to where it came */
+    int redundant;      /* closure rows that are: multipliers are not unique */
 } kmp_forward_report;
 
 /** Runs. `sizes` (count): of the parameters, for the weights of their sensitivities; `integral` (count, may be NULL)

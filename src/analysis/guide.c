@@ -2,6 +2,7 @@
 #include "analysis/guide.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "linalg/dense.h"
@@ -225,11 +226,14 @@ static void read_table(kmp_guide *g, double t)
     }
 }
 
-/* Closes `trial` on its u. */
+/* Closes `trial` on its u; rows that were dropped as redundant must close with it. */
 static bool close_trial(kmp_guide *g, double t)
 {
+    int row;
+    const kmp_rounding *rounding = kmp_rounding_of(g->system);
     return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 &&
-           kmp_plant_residual(g->plant) <= KMP_CLOSED_DROPPED;
+           kmp_plant_residual(g->plant) <= KMP_CLOSED_DROPPED &&
+           kmp_plant_misfit(g->plant, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
 }
 
 /* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/locus.h"
+#include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "linalg/assign.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_HALVINGS = 6, MOST_REFINEMENTS = 200 };
+enum { MOST_HALVINGS = 6 };
 
 /* A step is in doubt where a branch goes on with a shape less alike than this, or farther off than that. */
 #define ALIKE 0.8
@@ -124,49 +125,41 @@ static bool grows(const station *s, int branch)
     return growth(s, branch) > kmp_modes_noise(&s->modes);
 }
 
-/* The bracket of a critical value: f and g are the real parts at its ends, one of them halved where the other end was
- * replaced twice in a row. */
+/* The bracket of a critical value: f and g are the real parts at its ends. */
 typedef struct bracket {
     station low, high;
     double f, g;
     int branch;
-    bool crosses; /* the real part has both signs beyond rounding; otherwise it is zero on one side */
-    int last;
+    bool crosses; /* the real part has both signs beyond rounding; otherwise it is zero on one side, and says nothing */
 } bracket;
 
-/* False position (Illinois; Dowell and Jarratt 1971), or halves where the real part says nothing. */
-static double choose(const bracket *b)
-{
-    double part = b->crosses ? b->f / (b->f - b->g) : 0.5;
-    return b->low.value + part * (b->high.value - b->low.value);
-}
-
-static void replace(bracket *b, station *middle)
+static void replace(bracket *b, kmp_bracket *search, station *middle)
 {
     double value = growth(middle, b->branch);
     bool low = b->crosses ? (value > 0) == (b->f > 0) : grows(middle, b->branch) == grows(&b->low, b->branch);
+    kmp_bracket_take(search, middle->value, b->crosses ? value : 0, !low);
     leave(low ? &b->low : &b->high);
     *(low ? &b->low : &b->high) = *middle;
-    *(low ? &b->f : &b->g) = value;
-    if (b->last == (low ? -1 : 1))
-        *(low ? &b->g : &b->f) /= 2;
-    b->last = low ? -1 : 1;
+}
+
+static double exactly(const bracket *b)
+{
+    return EXACT * fmax(fabs(b->low.value), fabs(b->high.value));
 }
 
 static bool is_found(const bracket *b)
 {
-    double scale = fmax(fabs(b->low.value), fabs(b->high.value));
     double least = fmin(fabs(growth(&b->low, b->branch)), fabs(growth(&b->high, b->branch)));
-    return fabs(b->high.value - b->low.value) <= EXACT * scale ||
+    return fabs(b->high.value - b->low.value) <= exactly(b) ||
            (b->crosses && least <= EXACT * kmp_modes_size(&b->low.modes));
 }
 
 static kempe_status refine(maker *m, bracket *b)
 {
-    for (int k = 0; k < MOST_REFINEMENTS && !is_found(b) && !kmp_interrupted(m->context); k++) {
-        double at = choose(b), doubt = 0;
-        if (at == b->low.value || at == b->high.value)
-            break;
+    kmp_bracket search = b->crosses ? kmp_bracket_of(b->low.value, b->f, b->high.value, b->g)
+                                    : kmp_bracket_of(b->low.value, 0, b->high.value, 0);
+    double at, doubt = 0;
+    while (!is_found(b) && !kmp_interrupted(m->context) && kmp_bracket_next(&search, exactly(b), &at)) {
         station middle;
         kempe_status status = arrive(m, at, &middle);
         if (status != KEMPE_OK)
@@ -178,7 +171,7 @@ static kempe_status refine(maker *m, bracket *b)
             leave(&middle);
             return status;
         }
-        replace(b, &middle);
+        replace(b, &search, &middle);
     }
     return KEMPE_OK;
 }

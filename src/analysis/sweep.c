@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/sweep.h"
 #include "analysis/sweep_point.h"
+#include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
@@ -150,6 +151,8 @@ static kempe_status choose(kmp_sweep *w, int rank)
     if (status != KEMPE_OK)
         return status;
     w->chosen = true;
+    if (w->watched && !kmp_margin_choose(&w->margin, &w->part))
+        return kmp_fail_memory(w->system->context);
     status = kmp_reduction_init(&w->red, w->plant, &w->part);
     if (status != KEMPE_OK)
         return status;
@@ -172,19 +175,20 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     w->time = 0;
     memcpy(w->here.q, q, (size_t)w->n * sizeof *q);
     w->here.s = 0;
+    if (w->watched)
+        kmp_margin_free(&w->margin);
+    w->watched = false;
     (void)kmp_sweep_evaluate(w, 0, q); /* the closure; nothing is chosen yet */
     kempe_status status = choose(w, -1);
     if (status != KEMPE_OK)
         return status;
     w->p = w->part.p;
-    if (w->watched)
-        kmp_margin_free(&w->margin);
     w->watched = true;
     if (!kmp_margin_init(&w->margin, w->system, &w->part))
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)
-        w->margin.near = w->margin.last < EXACT * w->part.pivots[0];
-    else if (!kmp_margin_confirm(&w->margin, w->plant, t, q))
+        w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < EXACT * w->part.pivots[0];
+    else if (!kmp_margin_begin(&w->margin, w->plant, t, q))
         return kmp_fail_memory(w->system->context);
     (void)kmp_sweep_evaluate(w, 0, q);
     if (w->margin.near)
@@ -380,46 +384,31 @@ static bool pose_at(kmp_sweep *w, const stretch *e, double x)
     return kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) && kmp_sweep_tangent(w, &w->part_way, e->a);
 }
 
-/* Where on the cubic s is reached, by halving: s goes one way. */
+/* Where on the cubic s is reached: s goes one way. */
 static double guess_part(const stretch *e, double s)
 {
-    double low = 0, high = 1, up = e->b->s > e->a->s ? 1 : -1;
-    for (int k = 0; k < 60; k++) {
-        double x = (low + high) / 2;
-        if (up * (s_at(e, x, 0) - s) < 0)
-            low = x;
-        else
-            high = x;
+    double to = e->b->s - s, x;
+    kmp_bracket bracket = kmp_bracket_of(0, e->a->s - s, 1, to);
+    while (kmp_bracket_next(&bracket, EPSILON, &x)) {
+        double off = s_at(e, x, 0) - s;
+        kmp_bracket_take(&bracket, x, off, to > 0 ? off >= 0 : off <= 0);
     }
-    return (low + high) / 2;
+    return bracket.far;
 }
 
-/* A sign change of f between 0 and 1, closed poses only, to rounding (Illinois: Dowell and Jarratt 1971). f: ds, or s
- * less a target. The pose is in part_way. */
+/* A sign change of f between 0 and 1, closed poses only, to rounding. f: ds, or s less a target. The pose is in
+ * part_way. */
 static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
 {
-    double x0 = 0, x1 = 1, f0 = turn ? e->a->ds : e->a->s - s, f1 = turn ? e->b->ds : e->b->s - s;
-    int side = 0;
-    for (int k = 0; k < 80; k++) {
-        double x = f1 == f0 ? (x0 + x1) / 2 : (x0 * f1 - x1 * f0) / (f1 - f0);
-        if (k % 8 == 7 || !(x > x0 && x < x1))
-            x = (x0 + x1) / 2;
+    double f1 = turn ? e->b->ds : e->b->s - s, x;
+    kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->ds : e->a->s - s, 1, f1);
+    while (kmp_bracket_next(&bracket, 4 * EPSILON, &x)) {
         if (!pose_at(w, e, x))
             return false;
         double f = turn ? w->part_way.ds : w->part_way.s - s;
-        if (f == 0 || x1 - x0 <= 4 * EPSILON || (!turn && fabs(f) <= EPSILON * (1 + fabs(s))))
+        if (f == 0 || (!turn && fabs(f) <= EPSILON * (1 + fabs(s))))
             return true;
-        if ((f > 0) == (f1 > 0)) {
-            x1 = x;
-            f1 = f;
-            f0 = side == -1 ? f0 / 2 : f0;
-            side = -1;
-        } else {
-            x0 = x;
-            f0 = f;
-            f1 = side == 1 ? f1 / 2 : f1;
-            side = 1;
-        }
+        kmp_bracket_take(&bracket, x, f, (f > 0) == (f1 > 0));
     }
     return true;
 }
@@ -472,7 +461,7 @@ static kempe_status refresh(kmp_sweep *w)
 {
     int v, u;
     if (!kmp_sweep_evaluate(w, w->here.s, w->here.q) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
-        (w->part.r < w->part.m && kmp_margin_of_rows(&w->margin, w->plant, &w->part) < KMP_ROWS_SWEEP)) {
+        w->margin.rows > KMP_ROWS_SWEEP) {
         kempe_status status = choose(w, w->margin.r);
         w->exchanges++;
         if (status != KEMPE_OK)

@@ -99,11 +99,10 @@ void kmp_varied_anchor(kmp_varied *varied)
     at->t = l->t;
 }
 
-/* Along the tangent, and what it bends by itself, from the nearer anchor. */
-static void predict(kmp_varied *v, double t, const double *u)
+/* Along the tangent, and what it bends by itself. */
+static void predict_from(kmp_varied *v, const kmp_varied_place *at, double t, const double *u)
 {
     const kmp_partition *part = &v->linear.part;
-    const kmp_varied_place *at = &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)];
     double tau = t - at->t;
     for (int i = 0; i < v->n; i++)
         v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * at->curve[i]);
@@ -114,6 +113,22 @@ static void predict(kmp_varied *v, double t, const double *u)
     }
     for (int k = 0; k < part->p; k++)
         v->q[part->u[k]] = u[k];
+}
+
+/* From the nearer anchor. */
+static void predict(kmp_varied *v, double t, const double *u)
+{
+    predict_from(v, &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)], t, u);
+}
+
+double kmp_varied_miss(kmp_varied *varied, const double *u)
+{
+    const kmp_linear *l = &varied->linear;
+    double most = 0;
+    predict_from(varied, &varied->anchor[0], l->t, u);
+    for (int i = 0; i < varied->n; i++)
+        most = fmax(most, fabs(l->q[i] - varied->q[i]) / varied->system->scale[i]);
+    return most;
 }
 
 int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q)

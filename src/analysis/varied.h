@@ -60,6 +60,9 @@ int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double 
 /** Predictions of positions begin at the last state from now on. */
 void kmp_varied_anchor(kmp_varied *varied);
 
+/** How far the last state is from where the last anchor predicts it, scaled: the largest of all coordinates. */
+double kmp_varied_miss(kmp_varied *varied, const double *u);
+
 /** Which state the outputs and slopes see: the last one. */
 kmp_instant kmp_varied_instant(const kmp_varied *varied);
 

@@ -12,6 +12,7 @@
 #include "analysis/varied.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
+#include "constraints/rounding.h"
 #include "constraints/tolerances.h"
 #include "linalg/least.h"
 #include <math.h>
@@ -134,7 +135,7 @@ static bool correct(beginning *b, double *missed)
             sum += b->jacobian[r + i * b->m] * start->qd[i].value;
         b->right[r] = -sum / row_scale(b, r);
     }
-    if (kmp_least_squares(b->m, b->n, b->scaled, b->right, KMP_RANK_OPEN, b->x) < 0)
+    if (kmp_least_squares(b->m, b->n, b->scaled, b->right, kmp_rounding_zero(b->v->system, KMP_RANK_OPEN), b->x) < 0)
         return false;
     for (int r = 0; r < b->m; r++)
         for (int i = 0; i < b->n; i++)
@@ -144,7 +145,7 @@ static bool correct(beginning *b, double *missed)
         size = fmax(size, fabs(start->qd[i].value) / scale[i]);
     for (int r = 0; r < b->m; r++)
         *missed = fmax(*missed, fabs(b->right[r]));
-    *missed = *missed > KMP_CLOSED_RATES * size ? *missed : 0;
+    *missed = *missed > kmp_rounding_zero(b->v->system, KMP_CLOSED_RATES) * size ? *missed : 0;
     return true;
 }
 
@@ -155,7 +156,8 @@ static bool find_mu(beginning *b)
     for (int i = 0; transposed && i < b->n; i++)
         for (int r = 0; r < b->m; r++)
             transposed[i + r * b->n] = b->scaled[r + i * b->m];
-    bool ok = transposed && kmp_least_squares(b->n, b->m, transposed, b->x, KMP_RANK_OPEN, b->mu) >= 0;
+    bool ok = transposed && kmp_least_squares(b->n, b->m, transposed, b->x,
+                                              kmp_rounding_zero(b->v->system, KMP_RANK_OPEN), b->mu) >= 0;
     for (int r = 0; ok && r < b->m; r++)
         b->mu[r] /= row_scale(b, r);
     kmp_free(transposed);
@@ -235,7 +237,7 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
             rows[r] += b->jacobian[r + i * m] * dqd[i];
         rows[r] /= -row_scale(b, r);
     }
-    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, KMP_RANK_OPEN, b->x) < 0)
+    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, kmp_rounding_zero(b->v->system, KMP_RANK_OPEN), b->x) < 0)
         return false;
     for (int i = 0; m > 0 && i < n; i++)
         dqd[i] += scale[i] * b->x[i];

@@ -4,6 +4,7 @@
  * --json says. */
 #include "command.h"
 
+#include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -180,12 +181,22 @@ kempe_status cli_write_trajectory(const kempe_trajectory *trajectory, const char
 
 /* -- running one ----------------------------------------------------------------------------------- */
 
+static kempe_status set_closure_tolerance(const cli_job *j)
+{
+    char *end;
+    double metres = strtod(j->settings->closure_tolerance, &end);
+    bool number = end != j->settings->closure_tolerance && !*end;
+    return kempe_model_set_closure_tolerance(j->model, number ? metres : NAN);
+}
+
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     bool equations = !command->model_alone || !command->model_alone(j->settings);
     const char *dynamics = j->settings->dynamics ? j->settings->dynamics : command->dynamics;
     kempe_status status =
         kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
+    if (status == KEMPE_OK && j->settings->closure_tolerance)
+        status = set_closure_tolerance(j);
     if (status == KEMPE_OK && equations)
         status = kempe_system_new_by(j->model, dynamics, &j->system);
     cli_tell_failure(j, status, false);

@@ -34,6 +34,7 @@ static kempe_status ensemble(const cli_job *j)
     kempe_status status = take_values(j, &values);
     if (status == KEMPE_OK)
         status = kempe_ensemble_new(j->model, values, &many);
+    run.max_steps = (long)s->max_steps;
     if (status == KEMPE_OK)
         status = kempe_ensemble_run(many, &run, s->alone ? -1 : s->lanes < 100 ? (int)s->lanes : 100, &result);
     cli_tell_failure(j, status, result != NULL);

@@ -35,7 +35,7 @@ typedef struct cli_settings {
     const char *json, *output, *csv, *report;
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
-    const char *dynamics;
+    const char *dynamics, *closure_tolerance;
     kempe_run run;
     kempe_compare_run compare;
     kempe_generation generation;

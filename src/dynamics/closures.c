@@ -4,6 +4,7 @@
 #include "constraints/kinds/kind.h"
 #include "dynamics/forces.h"
 #include "dynamics/gap.h"
+#include "dynamics/system.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <math.h>
@@ -48,8 +49,10 @@ static double constant_value(const kmp_equations *eq, kmp_ref h)
     return gap;
 }
 
-/* A row without coordinates: 0 = 0, but for rounding, is dropped, anything else can never be met. */
-static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h, double size)
+/* A row without coordinates: 0 = 0, but for rounding of the program or of the model's numbers, is dropped, anything
+ * else can never be met. */
+static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, int component, kmp_ref h, double size,
+                                 double unit)
 {
     unsigned depends = kmp_graph_node(eq->graph, kmp_id(h))->depends;
     bool moves = depends & (1u << KMP_IN_TIME);
@@ -70,10 +73,17 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
                             "closure '%s' cannot be met at all times: its component %s depends on t alone, no "
                             "coordinate moves it; let it depend on one",
                             closure->name, component_name(closure, component));
-    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
-                        "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are; "
-                        "move one of its points",
-                        closure->name, component_name(closure, component), gap);
+    double length = kmp_system_length(eq->model), allowed = kmp_closure_tolerance(eq->model);
+    double *misfit = &eq->misfit[closure - eq->model->closures];
+    if (fabs(gap) / unit * length <= allowed) {
+        *misfit = fmax(*misfit, fabs(gap) / unit);
+        return KEMPE_OK;
+    }
+    return kmp_complain(
+        eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
+        "closure '%s' can never be met: its component %s stays at %.6g whatever the coordinates are, more "
+        "than the closure_tolerance of %.2g m allows; move one of its points",
+        closure->name, component_name(closure, component), gap, allowed);
 }
 
 static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
@@ -108,7 +118,8 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
             } else if (status != KEMPE_E_MEMORY) {
-                kempe_status met = constant_row(eq, closure, k, h[k], size);
+                kempe_status met = constant_row(eq, closure, k, h[k], size,
+                                                pow(kmp_system_length(model), power_of(model, closure, kind, k)));
                 status = met != KEMPE_OK ? met : status;
             }
         }

@@ -138,6 +138,7 @@ static bool allocate(kmp_equations *eq)
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
     eq->rows = KMP_NEW(kmp_row, rows);
     eq->row = KMP_NEW(int, rows);
+    eq->misfit = KMP_NEW(double, model->closure_count);
     for (int k = 0; eq->row && k < rows; k++)
         eq->row[k] = -1;
     eq->mass = KMP_NEW(kmp_ref, n * n);
@@ -352,6 +353,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_graph_free(eq->graph);
     kmp_free(eq->rows);
     kmp_free(eq->row);
+    kmp_free(eq->misfit);
     kmp_free(eq->mass);
     kmp_free(eq->bias);
     kmp_free(eq->h);

@@ -67,16 +67,17 @@ typedef struct kmp_equations {
     kmp_ways ways;
     int *run; /* n: rotations about parallel axes */
     int n, m;
-    kmp_row *rows;                              /* m */
-    int *row;                                   /* of a closure's declared rows (kmp_tree) */
-    kmp_ref *mass;                              /* n x n, entry (i, k) at i n + k for k <= i */
-    kmp_ref *bias;                              /* n */
-    kmp_ref *h, *h_t;                           /* m */
-    kmp_ref *jacobian;                          /* m x n, entry (r, k) at r n + k */
-    kmp_ref *jdqd;                              /* m */
-    kmp_ref *residual;                          /* n */
-    kmp_ref *inverse;                           /* n */
-    kmp_ref *closed;                            /* n */
+    kmp_row *rows;     /* m */
+    double *misfit;    /* by closures, scaled: the widest of its rows that no coordinate moves, taken as rounding */
+    int *row;          /* of a closure's declared rows (kmp_tree) */
+    kmp_ref *mass;     /* n x n, entry (i, k) at i n + k for k <= i */
+    kmp_ref *bias;     /* n */
+    kmp_ref *h, *h_t;  /* m */
+    kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
+    kmp_ref *jdqd;     /* m */
+    kmp_ref *residual; /* n */
+    kmp_ref *inverse;  /* n */
+    kmp_ref *closed;   /* n */
     kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless asked for */
     kmp_ref *jt_mu;                             /* n */
     kmp_ref *hdot;                              /* m */

@@ -54,13 +54,15 @@ void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp
 bool kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy)
 {
     const kempe_model *model = tree->model;
+    kmp_tree kinked = *tree;
+    kinked.kinks = true;
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
     forces->applied = KMP_NEW(kmp_wrench, tree->count);
     forces->effort = KMP_NEW(kmp_ref, tree->count);
     forces->value = KMP_NEW(kmp_ref, KMP_FORCE_WIDTH * model->force_count);
     bool ok = forces->applied && forces->effort && forces->value;
     for (int k = 0; ok && k < model->force_count; k++)
-        ok = laws[model->forces[k].kind](forces, tree, &model->forces[k], energy,
+        ok = laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
                                          forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
     if (ok && energy & KMP_ENERGY_POTENTIAL)
         forces->potential = kmp_add(tree->graph, forces->potential, gravity_potential(tree));

@@ -52,6 +52,7 @@ typedef struct kmp_condition {
     const kmp_expr *expr; /* NULL: of an element */
     char *text;           /* of an element: what the journal calls it */
     bool ends;            /* where its value becomes negative runs end; no input stands for it */
+    bool kink;            /* of abs, min or max: which branch counts; both are the same where it changes */
     bool late;            /* such a one, and the value depends on accelerations or multipliers */
     double lag;           /* of an element: it changes where its value has passed zero by so much; 0: at zero */
     const char *advice;   /* where runs end by it, or cannot go on because it changes back and forth; NULL: none */
@@ -103,6 +104,7 @@ typedef struct kmp_tree {
     bool *solved;         /* of each: they are there */
     int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated where they stand */
+    bool kinks;           /* those of abs, min and max are conditions: in laws of forces */
     bool settled;         /* no condition becomes an event any more: a new one is evaluated where it stands */
     kmp_noted *noted;     /* of the graph; there when `events` are */
     const int *row;       /* KMP_CLOSURE_ROWS a closure: the number of each declared row among those that are kept, -1
@@ -142,6 +144,10 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
 
 /** 1 where a < b, which the expression e says, and 0 elsewhere; during a step what stands for it. */
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
+
+/** abs(a), min(a, b) or max(a, b), as the expression e says; during a step, where that is held, the branch of it that
+ * an input KMP_IN_MODE says: 1 where a (a - b) is negative, -1 where it is not, 0 for whichever counts. */
+kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
 /** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE that stands for it: for the
  * laws of forces and the rows of closures. `of` is the part of the model that has the condition (a kmp_force,

@@ -63,17 +63,40 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
 
+/* What stands for the condition of e, or `otherwise`. */
+static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, bool kink, kmp_ref otherwise)
+{
+    int k = find(tree->events, e, 0);
+    if (k < 0)
+        k = add(tree->events, (kmp_condition){.of = e, .expr = e, .kink = kink});
+    if (k < 0)
+        kmp_graph_fail(tree->graph);
+    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
+}
+
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_ref less = kmp_less(tree->graph, a, b);
-    if (!can_stand(tree, e, 0, less))
-        return less;
-    int k = find(tree->events, e, 0);
-    if (k < 0)
-        k = add(tree->events, (kmp_condition){.of = e, .expr = e});
-    if (k < 0)
-        kmp_graph_fail(tree->graph);
-    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : less;
+    return can_stand(tree, e, 0, less) ? stand_in(tree, e, false, less) : less;
+}
+
+static kmp_op kink_of(const kmp_expr *e)
+{
+    return e->function == KMP_FUNCTION_abs ? KMP_OP_ABS : e->function == KMP_FUNCTION_min ? KMP_OP_MIN : KMP_OP_MAX;
+}
+
+kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_graph *g = tree->graph;
+    kmp_op op = kink_of(e);
+    kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b);
+    if (!tree->kinks || !can_stand(tree, e, 0, kmp_less(g, a, b)))
+        return whole;
+    kmp_ref side = stand_in(tree, e, true, KMP_ZERO), below = kmp_less(g, KMP_ZERO, side);
+    kmp_ref branch = op == KMP_OP_ABS   ? kmp_neg(kmp_mul(g, side, a))
+                     : op == KMP_OP_MIN ? kmp_select(g, below, a, b)
+                                        : kmp_select(g, below, b, a);
+    return kmp_select(g, side, branch, whole);
 }
 
 /* -- of elements ------------------------------------------------------------------------------------- */

@@ -89,6 +89,75 @@ static bool has_variable_exponent(const kmp_tree *tree, const kmp_expr *e)
     return kept || kmp_expr_varies(tree->model, e->b);
 }
 
+static bool is_function(const kmp_expr *e, kmp_function function)
+{
+    return e->kind == KMP_EXPR_CALL && e->function == function;
+}
+
+static bool is_kink(const kmp_expr *e)
+{
+    return is_function(e, KMP_FUNCTION_abs) || is_function(e, KMP_FUNCTION_min) || is_function(e, KMP_FUNCTION_max);
+}
+
+/* Bounds see the kinks of what is compared: they need not be conditions. */
+static bool is_compared(const kmp_expr *e)
+{
+    return e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_GREATER ||
+           e->kind == KMP_EXPR_AT_LEAST || is_function(e, KMP_FUNCTION_sign);
+}
+
+/* A branch that is held goes on beyond its kink for a part of a step: not into what is not defined there. */
+static bool has_limits(const kmp_expr *e)
+{
+    return e->kind == KMP_EXPR_DIV || is_function(e, KMP_FUNCTION_pow) || is_function(e, KMP_FUNCTION_sqrt) ||
+           is_function(e, KMP_FUNCTION_log) || is_function(e, KMP_FUNCTION_asin) || is_function(e, KMP_FUNCTION_acos) ||
+           is_function(e, KMP_FUNCTION_atan2);
+}
+
+static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    kmp_tree within = *tree;
+    double exponent = has_variable_exponent(tree, e) ? NAN : constant_value(tree, e->b);
+    within.kinks = tree->kinks && exponent >= 0 && exponent == floor(exponent);
+    kmp_ref base = kmp_tree_expression(&within, e->a);
+    return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, kmp_tree_expression(&within, e->b))
+                           : kmp_power(g, base, exponent);
+}
+
+static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    kmp_tree within = *tree;
+    within.kinks = tree->kinks && !is_compared(e) && !has_limits(e);
+    kmp_ref a = kmp_tree_expression(e->kind == KMP_EXPR_DIV ? tree : &within, e->a);
+    kmp_ref b = e->b ? kmp_tree_expression(&within, e->b) : KMP_ZERO;
+    switch (e->kind) {
+    case KMP_EXPR_ADD:
+        return kmp_add(g, a, b);
+    case KMP_EXPR_SUB:
+        return kmp_sub(g, a, b);
+    case KMP_EXPR_MUL:
+        return kmp_mul(g, a, b);
+    case KMP_EXPR_LESS:
+        return kmp_tree_stated(tree, e, a, b);
+    case KMP_EXPR_GREATER:
+        return kmp_tree_stated(tree, e, b, a);
+    case KMP_EXPR_AT_MOST:
+        return kmp_select(g, kmp_tree_stated(tree, e, b, a), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_AT_LEAST:
+        return kmp_select(g, kmp_tree_stated(tree, e, a, b), KMP_ZERO, KMP_ONE);
+    case KMP_EXPR_CALL:
+        if (e->function == KMP_FUNCTION_sign)
+            return kmp_select(g, kmp_tree_stated(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
+        if (is_kink(e))
+            return kmp_tree_kink(tree, e, a, b);
+        return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
+    default:
+        return kmp_div(g, a, b);
+    }
+}
+
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
@@ -116,34 +185,9 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:
-        if (has_variable_exponent(tree, e))
-            return kmp_binary(g, KMP_OP_POW, kmp_tree_expression(tree, e->a), kmp_tree_expression(tree, e->b));
-        return kmp_power(g, kmp_tree_expression(tree, e->a), constant_value(tree, e->b));
+        return power(tree, e);
     default:
-        break;
-    }
-    kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
-    switch (e->kind) {
-    case KMP_EXPR_ADD:
-        return kmp_add(g, a, b);
-    case KMP_EXPR_SUB:
-        return kmp_sub(g, a, b);
-    case KMP_EXPR_MUL:
-        return kmp_mul(g, a, b);
-    case KMP_EXPR_LESS:
-        return kmp_tree_stated(tree, e, a, b);
-    case KMP_EXPR_GREATER:
-        return kmp_tree_stated(tree, e, b, a);
-    case KMP_EXPR_AT_MOST:
-        return kmp_select(g, kmp_tree_stated(tree, e, b, a), KMP_ZERO, KMP_ONE);
-    case KMP_EXPR_AT_LEAST:
-        return kmp_select(g, kmp_tree_stated(tree, e, a, b), KMP_ZERO, KMP_ONE);
-    case KMP_EXPR_CALL:
-        if (e->function == KMP_FUNCTION_sign)
-            return kmp_select(g, kmp_tree_stated(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
-        return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
-    default:
-        return kmp_div(g, a, b);
+        return operation(tree, e);
     }
 }
 

@@ -93,10 +93,16 @@ kmp_lever kmp_system_lever(const kempe_model *model)
     return best;
 }
 
-static double characteristic_length(const kempe_model *model)
+double kmp_system_length(const kempe_model *model)
 {
     double length = kmp_system_lever(model).length;
     return length > 0 ? length : 1;
+}
+
+double kmp_closure_tolerance(const kempe_model *model)
+{
+    return model->closure_tolerance_given ? model->closure_tolerance.value
+                                          : KMP_CLOSURE_TOLERANCE * kmp_system_length(model);
 }
 
 /* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
@@ -124,18 +130,22 @@ static bool set_reach(kempe_system *s)
 
 static void set_scales(kempe_system *s)
 {
-    s->length = characteristic_length(s->model);
+    s->length = kmp_system_length(s->model);
     for (int k = 0; k < s->n; k++)
         s->scale[k] = s->model->motions[k].rotation ? 1 : s->length;
     for (int r = 0; r < s->m; r++)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);
     for (int k = 0; k < s->model->parameter_count; k++)
         s->parameters[k] = s->model->parameters[k].number.value;
+    s->closure_tolerance =
+        s->model->closure_tolerance_given ? s->model->closure_tolerance.value : KMP_CLOSURE_TOLERANCE * s->length;
 }
 
 bool kmp_system_rescale(kempe_system *s)
 {
     set_scales(s);
+    if (s->rounding)
+        atomic_store(&s->rounding->state, 0); /* of other numbers */
     return set_reach(s);
 }
 
@@ -314,9 +324,12 @@ static bool take_rows(kempe_system *s, const kmp_equations *eq)
     s->scale = KMP_NEW(double, s->n);
     s->row_scale = KMP_NEW(double, s->m);
     s->parameters = KMP_NEW(double, s->model->parameter_count);
-    if (!s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
+    s->rounding = KMP_NEW(kmp_rounding, 1);
+    s->misfit = KMP_NEW(double, s->model->closure_count);
+    if (!s->misfit || !s->rounding || !s->rows || !s->row_names || !s->scale || !s->row_scale || !s->parameters)
         return false;
     memcpy(s->rows, eq->rows, (size_t)s->m * sizeof *s->rows);
+    memcpy(s->misfit, eq->misfit, (size_t)s->model->closure_count * sizeof *s->misfit);
     return kmp_system_rescale(s) && name_rows(s) && take_charts(s);
 }
 
@@ -366,7 +379,7 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
     return status;
 }
 
-kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
     KMP_WANTED(NULL, model, "model");
     KMP_WANTED(model->context, system, "system");
@@ -394,11 +407,6 @@ kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kem
     s->build_s = kmp_cpu_now() - begin;
     *system = s;
     return KEMPE_OK;
-}
-
-kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
-{
-    return kempe_system_new_by(model, NULL, system);
 }
 
 void kempe_system_free(kempe_system *s)
@@ -429,6 +437,9 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->scale);
     kmp_free(s->row_scale);
     kmp_free(s->parameters);
+    kmp_free(s->rounding);
+    kmp_free(s->misfit);
+    kmp_free(s->mended);
     kmp_free(s);
 }
 

@@ -6,6 +6,7 @@
 
 #include "dynamics/equations.h"
 #include "symbolic/program.h"
+#include <stdatomic.h>
 
 /** Where the non-zeros of a matrix stand. */
 typedef struct kmp_pattern {
@@ -17,6 +18,20 @@ typedef struct kmp_pattern {
  *  false: no memory. */
 bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *matrix, kmp_ref *values);
 void kmp_pattern_free(kmp_pattern *pattern);
+
+/** What closures that are redundant but for rounding may stay open by where the model does not say, as part of the
+ * characteristic length (docs/doctor.md has the measurements). */
+#define KMP_CLOSURE_TOLERANCE 1e-3
+
+/** What the first assembly found of closures that are redundant but for rounding of the model's numbers
+ * (constraints/rounding.h). Written once. */
+typedef struct kmp_rounding {
+    atomic_int state; /* 0: nothing is known or there is none, 1: being written, 2: there */
+    int rank;         /* of J, however many of its pivots differ from zero */
+    double zero;      /* a pivot of the scaled J below this part of the first is one */
+    double tolerance; /* scaled |h| that a row may stay open by */
+    double misfit;    /* and is open by at most, at the start and on ways from there */
+} kmp_rounding;
 
 /* Stages of the motion programs; below: what stands there by articulated bodies. */
 enum {
@@ -73,16 +88,29 @@ struct kempe_system {
     double *scale;            /* n: size of a coordinate: 1 for a rotation, `length` for a translation */
     double *row_scale;        /* m: size of a closure row */
     double *parameters;       /* values */
-    double build_s;           /* CPU time of deriving */
-    kempe_force_fn *force;    /* the user's efforts; NULL: none */
+    double closure_tolerance; /* m: what closures that are redundant may stay open by; 0: nothing */
+    kmp_rounding *rounding;
+    kempe_model *mended;   /* its own copy of the model, whose points and axes are those that a rounded drawing means
+                            * (constraints/mend.h); NULL: the model as it is */
+    double *misfit;        /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
+    double mended_by;      /* and the farthest that a number was moved, characteristic lengths or rad */
+    double build_s;        /* CPU time of deriving */
+    kempe_force_fn *force; /* the user's efforts; NULL: none */
     void *force_user;
 };
+
+/** kempe_system_new_by without a look at rounded numbers. */
+kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
 
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {
     kmp_number to[3], from[3];
     double length;
 } kmp_lever;
+
+/** The characteristic length, m, and what closures may stay open by, m. */
+double kmp_system_length(const kempe_model *model);
+double kmp_closure_tolerance(const kempe_model *model);
 
 /** The one that is the characteristic length: the largest of the offsets of joints and closure points in their bodies
  * and lengths of rods, else of start values of translations, else of centres of mass. Its length is 0 where nothing has

@@ -6,10 +6,11 @@
 /* What a name stands for, or the unknowns: as many values as there are. */
 static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
 {
-    kmp_tree inner = *tree;
+    kmp_tree inner = *tree; /* kept for all that ask: kinks are what they are */
     kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
+    inner.kinks = false;
     if (u->count == 0) {
-        value[0] = kmp_tree_expression(tree, u->zero[0]);
+        value[0] = kmp_tree_expression(&inner, u->zero[0]);
         return;
     }
     inner.solving = index + 1;

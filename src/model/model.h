@@ -180,6 +180,8 @@ struct kempe_model {
     int file_count;
     int symbol_count; /* of numbers */
     kmp_number gravity[3];
+    kmp_number closure_tolerance; /* m, where it is given */
+    bool closure_tolerance_given;
     kmp_parameter *parameters;
     int parameter_count;
     kmp_named_table *tables;

@@ -9,12 +9,14 @@
 #include "model/named_table.h"
 #include "model/rail.h"
 #include "model/reading.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kmp_model_keys[] = {"kempe",  "include",  "name",    "gravity", "parameters", "tables", "profiles",
-                                      "tracks", "unknowns", "ground",  "bodies",  "wheels",     "joints", "loops",
-                                      "drives", "forces",   "sensors", "start",   "run",        NULL};
+const char *const kmp_model_keys[] = {
+    "kempe",    "include",           "name",   "gravity", "parameters", "tables", "profiles", "tracks",
+    "unknowns", "closure_tolerance", "ground", "bodies",  "wheels",     "joints", "loops",    "drives",
+    "forces",   "sensors",           "start",  "run",     NULL};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -49,6 +51,18 @@ static void read_head(kmp_reader *r)
         kmp_read_vector(r, gravity, "gravity", KMP_DIM_GRAVITY, r->model->gravity);
 }
 
+static void read_closure_tolerance(kmp_reader *r)
+{
+    const kmp_yaml *node = kmp_yaml_get(r->root, "closure_tolerance");
+    kmp_number *tolerance = &r->model->closure_tolerance;
+    if (!node || !kmp_read_number(r, node, "closure_tolerance", KMP_DIM_LENGTH, tolerance))
+        return;
+    r->model->closure_tolerance_given = tolerance->value >= 0;
+    if (!r->model->closure_tolerance_given)
+        kmp_reader_complain(r, node->place, "closure_tolerance: %g m is negative; 0 asks for closed loops without one",
+                            tolerance->value);
+}
+
 static void read_parts(kmp_reader *r)
 {
     if (r->root->kind != KMP_YAML_MAP) {
@@ -68,6 +82,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_wheels(r);
     kmp_read_unknowns(r);
     kmp_read_closures(r);
+    read_closure_tolerance(r);
     kmp_read_late_unknowns(r);
     kmp_read_forces(r);
     kmp_read_start(r);
@@ -168,7 +183,7 @@ kempe_status kempe_model_read_set(kempe_context *context, const char *path, cons
     KMP_WANTED(context, are_settings(list, count), "a setting");
     char *text;
     size_t length;
-    kmp_context_clear(context);
+    kmp_context_begin(context);
     kempe_status status = kmp_file_read(context, path, &text, &length);
     if (status != KEMPE_OK)
         return status;
@@ -185,7 +200,7 @@ kempe_status kempe_model_read_text_set(kempe_context *context, const char *text,
     KMP_WANTED(context, label, "label");
     KMP_WANTED(context, model, "model");
     KMP_WANTED(context, are_settings(list, count), "a setting");
-    kmp_context_clear(context);
+    kmp_context_begin(context);
     return read_model(context, text, strlen(text), label, (settings){list, count}, model);
 }
 
@@ -214,6 +229,18 @@ void kempe_model_free(kempe_model *model)
     kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);
+}
+
+kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres)
+{
+    KMP_GIVEN(model, KEMPE_E_ARGUMENT);
+    kmp_context_clear(model->context);
+    if (!(metres >= 0) || !isfinite(metres))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the closure tolerance is a length, 0 or more, not %g",
+                        metres);
+    model->closure_tolerance = (kmp_number){.value = metres};
+    model->closure_tolerance_given = true;
+    return KEMPE_OK;
 }
 
 const char *kempe_model_name(const kempe_model *model)

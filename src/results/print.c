@@ -1,11 +1,43 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "results/print.h"
+#include "constraints/mend.h"
 #include <math.h>
 #include <string.h>
 
 const char *kmp_status_word(kempe_status status)
 {
     return status == KEMPE_OK ? "ok" : status == KEMPE_STOPPED ? "stopped" : "failed";
+}
+
+/* Closures that stay open as drawn, where there are any. */
+static void json_rounding(kmp_json *json, const kempe_system *system)
+{
+    bool some = false;
+    for (int c = 0; c < system->model->closure_count; c++)
+        some = some || system->misfit[c] > 0;
+    if (!some)
+        return;
+    kmp_json_object(json, "rounding");
+    kmp_json_object(json, "misfit");
+    for (int c = 0; c < system->model->closure_count; c++)
+        if (system->misfit[c] > 0)
+            kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
+    kmp_json_end(json);
+    kmp_json_number(json, "closure_tolerance", system->closure_tolerance);
+    kmp_json_boolean(json, "mended", system->mended);
+    kmp_json_number(json, "moved", system->mended_by * system->length);
+    kmp_json_end(json);
+}
+
+void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
+{
+    for (int c = 0, told = 0; c < system->model->closure_count; c++) {
+        kmp_text line = {0};
+        kmp_put_misfit(&line, system, c);
+        if (line.s && line.length > 0)
+            kmp_text_printf(text, "%s%s\n", told++ > 0 ? more : label, line.s);
+        kmp_text_free(&line);
+    }
 }
 
 static void print_lines(kmp_json *json, const char *key, const char *lines)
@@ -29,6 +61,7 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status sta
     kmp_json_string(json, "status", kmp_status_word(status));
     kmp_json_string(json, "reason", reason ? reason : "");
     kmp_json_number(json, "build_s", build_s);
+    json_rounding(json, system);
     if (warnings)
         print_lines(json, "warnings", warnings);
 }
@@ -75,6 +108,8 @@ void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)
     kmp_json_object(json, "residual");
     kmp_json_number(json, "h_max", verdict->h_max);
     kmp_json_number(json, "hdot_max", verdict->hdot_max);
+    if (verdict->misfit_row >= 0)
+        kmp_json_number(json, "misfit", verdict->misfit);
     kmp_json_end(json);
     kmp_json_object(json, "energy");
     kmp_json_number(json, "drift_rel", verdict->drift_rel);

@@ -107,6 +107,7 @@ static void show_assembly(kmp_text *text, const kempe_assembly *a)
         kmp_print_cell(text, 0, 2, a->goals.slope);
         kmp_text_put(text, "\n");
     }
+    kmp_print_rounding(text, a->system, "rounding  ", "          ");
     kmp_text changed = {0};
     kmp_assembly_put_rates(&changed, a);
     for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)

@@ -67,6 +67,7 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     label(text, "redundant rows");
     kmp_list_rows(text, check->system, part->m - part->r, part->redundant);
     kmp_text_put(text, "\n");
+    kmp_print_rounding(text, check->system, "  rounded drawing      ", "                       ");
 }
 
 /* -- cut joints -------------------------------------------------------------------------------------- */

@@ -13,8 +13,6 @@
 
 /* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
 enum { WORTH_ADJOINT = 4 };
-/* Of the largest number of a unit: what smaller ones are held against. */
-#define SMALL_PART 1e-3
 
 typedef struct work {
     kempe_sensitivity *s;
@@ -301,7 +299,16 @@ static kempe_status find_again(void *user, double rtol, int count, const int *wh
     return KEMPE_OK;
 }
 
-/* Of a unit in this run, where the equations have one; otherwise a part of the largest number with it. */
+/* Whether it is another number with each choice among redundant rows. */
+static bool is_ambiguous(const work *w, int column)
+{
+    const kmp_column *of = &w->columns.of[w->chosen[column]];
+    kmp_output_kind kind = w->s->system->model->outputs[of->output].kind;
+    return w->report.redundant > 0 &&
+           (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT);
+}
+
+/* Of a unit in this run, where the equations have one; otherwise the largest number with it. */
 static double size_of_unit(const work *w, int column)
 {
     const kempe_sensitivity *s = w->s;
@@ -318,7 +325,7 @@ static double size_of_unit(const work *w, int column)
     for (int c = 0; c < s->columns; c++)
         for (int row = 0; strcmp(unit, s->unit[c]) == 0 && row < s->rows; row++)
             most = fmax(most, fabs(kempe_sensitivity_value(s, row, c)));
-    return most > 0 ? SMALL_PART * most : 1;
+    return most > 0 ? most : 1;
 }
 
 /* What a small derivative counts by is a value's size over the parameter's, as its error is controlled. */
@@ -327,7 +334,7 @@ static void set_sizes(work *w)
     const kempe_sensitivity *s = w->s;
     double integrated = s->ask->integral ? s->t_end : 1;
     for (int c = 0; c < s->columns; c++) {
-        w->size[c] = integrated * size_of_unit(w, c);
+        w->size[c] = is_ambiguous(w, c) ? INFINITY : integrated * size_of_unit(w, c);
         for (int k = 0; k < s->count; k++)
             w->size[s->columns + c * s->count + k] = w->size[c] / s->size[k];
     }

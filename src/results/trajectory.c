@@ -277,6 +277,12 @@ static void warn_of_verdict(const kempe_trajectory *t)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "the closures are open by %.2g (scaled): do not trust this run; take a smaller rtol, or compare roads",
                 t->verdict.h_max);
+    if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
+        kmp_log(t->system->context, KEMPE_LOG_WARNING,
+                "closure row '%s', dropped as redundant but for rounding, came to be open by %.2g m at t = %.9g, more "
+                "than the closure_tolerance of %.2g m: it is not redundant there; check the lengths",
+                t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
+                t->system->closure_tolerance);
     if (t->verdict.drift_rel > TRUSTED_DRIFT)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "the energy balance is off by %.2g of its size: do not trust this run; take a smaller rtol, or compare "

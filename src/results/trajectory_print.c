@@ -124,7 +124,13 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_print_cell(text, 0, 2, t->verdict.h_max);
     kmp_text_put(text, "  |hdot| ");
     kmp_print_cell(text, 0, 2, t->verdict.hdot_max);
-    kmp_text_printf(text, "  (scaled by the characteristic length, %.6g m)\nenergy    drift ", t->system->length);
+    kmp_text_printf(text, "  (scaled by the characteristic length, %.6g m)\n", t->system->length);
+    kmp_print_rounding(text, t->system, "rounding  ", "          ");
+    if (t->verdict.misfit_row >= 0)
+        kmp_text_printf(text, "rounding  rows dropped as redundant stay open by at most %.2e m ('%s' at t = %.6g)\n",
+                        t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
+                        t->verdict.misfit_t);
+    kmp_text_put(text, "energy    drift ");
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
     kmp_text_put(text, " of its size\n");
     show_error(text, t);

@@ -19,7 +19,8 @@ typedef struct balance {
 
 kmp_verdict kmp_verdict_none(void)
 {
-    return (kmp_verdict){NAN, NAN, NAN, {NAN, NAN, NAN, NAN}};
+    return (kmp_verdict){
+        .h_max = NAN, .hdot_max = NAN, .misfit_row = -1, .drift_rel = NAN, .error = {NAN, NAN, NAN, NAN}};
 }
 
 /* fmax that keeps what is not a number. */
@@ -40,12 +41,26 @@ static void add_energy(balance *b, double kinetic, double potential, double work
     b->value = fmax(b->value, fabs(potential));
 }
 
+/* Of the rows that are open widest, as many as are dropped. */
+static void judge_misfit(kmp_verdict *verdict, double t, kmp_plant *plant)
+{
+    int row;
+    kmp_plant_drop_widest(plant);
+    double misfit = kmp_plant_misfit(plant, &row);
+    if (row < 0 || misfit <= verdict->misfit)
+        return;
+    verdict->misfit = misfit;
+    verdict->misfit_row = row;
+    verdict->misfit_t = t;
+}
+
 static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_plant *plant)
 {
     double t = kmp_samples_time(table, row);
     const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row), *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
     kmp_plant_closure(plant, t, q);
     kmp_plant_mass(plant);
+    judge_misfit(verdict, t, plant);
     verdict->h_max = larger(verdict->h_max, kmp_plant_residual(plant));
     verdict->hdot_max = larger(verdict->hdot_max, kmp_plant_rate_residual(plant, qd));
     double kinetic = kmp_plant_kinetic(plant, qd), potential = kmp_plant_potential(plant, t, q);

@@ -8,6 +8,9 @@
 
 typedef struct kmp_verdict {
     double h_max, hdot_max;       /* largest scaled residual of h and of J qd + h_t */
+    double misfit;                /* of rounded numbers: the same of the rows that are dropped for it; else 0 */
+    int misfit_row;               /* which; -1: none */
+    double misfit_t;              /* when, s */
     double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy), or
                                      1e-9 of the potential's value when that is more: rounding of a state at rest */
     double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, 1), of multipliers over the largest of the reference,

@@ -1121,7 +1121,8 @@ run: {t_end: 1}
         path = self.model(self.PINNED)
         self.assertIn("degrees of freedom   0\n                       nothing can move\n",
                       self.expect(0, "check", path).stdout)
-        self.assertIn("nothing can move: the closures leave no degree of freedom", self.expect(0, "simulate", path).stderr)
+        self.assertIn("nothing can move: the closures leave no degree of freedom", self.expect(0, "simulate", path).stdout)
+        self.assertEqual(self.object(0, "simulate", path)["notes"][0]["kind"], "rest")
         driven = ROOT / "examples/driven_slider_crank/driven_slider_crank.yaml"
         self.assertIn("degrees of freedom   0 free, 1 driven\n                       all motion is prescribed\n",
                       self.expect(0, "check", driven).stdout)
@@ -1192,6 +1193,11 @@ run: {t_end: 1}
         hopeless = self.object(1, "simulate", light, "--set", "l=1e-18")
         self.assertIn("too much work", hopeless["reason"])
         self.assertLess(hopeless["work"]["steps"], 300000)
+
+    def test_a_bound_on_work_of_instances(self):
+        found = self.object(1, "ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", 3, "--t-end", 1,
+                            "--max-steps", 20)
+        self.assertIn("the bound of 20 steps (max_steps)", found["reason"] + json.dumps(found["instances"]))
 
     def test_a_lock_is_a_stop(self):
         """Exit code 0, and the object says that it has stopped, and why."""

@@ -6,6 +6,7 @@
 #include "integrators/run.h"
 #include "loaded.h"
 #include <math.h>
+#include <stdlib.h>
 
 static int notes;
 
@@ -184,6 +185,65 @@ static void location_is_what_does_it(void)
     unload(&crossed);
 }
 
+/* The kink of min, max or abs in a force is located by one-step methods as a condition is: the same numbers to a few
+ * bits, and nothing noted. Multistep methods run over it. What has limits, as a root has, is not held beyond its kink.
+ */
+static void kinks_are_located(void)
+{
+    static const char *const laws[] = {"-k*min(q(S), 0)", "k*max(-q(S), 0)", "k*(abs(q(S)) - q(S))/2",
+                                       "if(t < 9, -k*min(q(S), 0), 0)"};
+    loaded condition = load("tests/models/bounce.yaml");
+    const combination one_step = {"reduced", "carried", 1e-9, 0}, many = {"dae", "ah", 1e-7, 0};
+    watch a = {.expected = bounce};
+    kmp_run_report by_condition = go(&condition, &one_step, 3, &a, KEMPE_OK);
+    for (size_t k = 0; k < sizeof laws / sizeof *laws; k++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 4000, m: 2}\n"
+                       "bodies: {ball: {joint: {name: S, prismatic: y, at: ground}, mass: m}}\n"
+                       "forces: {stop: {joint: S, force: \"%s\"}}\nstart: {q: {S: 0.5}}\nrun: {t_end: 3}\n",
+                       laws[k]);
+        loaded s = load_text(text);
+        watch b = {.expected = bounce}, c = {.expected = bounce};
+        kmp_run_report by_kink = go(&s, &one_step, 3, &b, KEMPE_OK), over = go(&s, &many, 3, &c, KEMPE_OK);
+        printf("  %-30s error %.1e in %ld evaluations, by a condition %.1e in %ld\n", laws[k], b.error, by_kink.rhs,
+               a.error, by_condition.rhs);
+        CHECK(by_kink.events == 0 && over.events == 0);
+        CHECK(b.error < 1.01 * a.error + 1e-12 && labs(by_kink.rhs - by_condition.rhs) < by_condition.rhs / 50);
+        unload(&s);
+    }
+    unload(&condition);
+}
+
+/* What comes to rest on kinks passes them within what steps err by, and goes on with the steps of what has none. */
+static void rest_on_a_kink_costs_no_steps(void)
+{
+    static const char *const laws[] = {"-100*q(S) - 20*qd(S)",
+                                       "-100*q(S) - 20*qd(S) - 0.5*qd(S)*abs(qd(S)) - 30*max(q(S), 0)"};
+    static const char *const integrators[] = {"dop853", "dopri5", "radau5"};
+    for (size_t i = 0; i < sizeof integrators / sizeof *integrators; i++) {
+        kmp_run_report report[2];
+        for (int k = 0; k < 2; k++) {
+            char text[512];
+            double end = 1000;
+            watch w = {0};
+            (void)snprintf(text, sizeof text,
+                           "kempe: 1\nbodies: {ball: {joint: {name: S, prismatic: y, at: ground}, mass: 1}}\n"
+                           "forces: {f: {joint: S, force: \"%s\"}}\nstart: {q: {S: -1}}\nrun: {t_end: 1000}\n",
+                           laws[k]);
+            loaded s = load_text(text);
+            kmp_run_spec spec = {
+                .integrator = integrators[i], .rtol = 1e-8, .t_end = end, .times = &end, .time_count = 1};
+            CHECK(kmp_run_resolve(s.system, &spec) == KEMPE_OK);
+            CHECK(kmp_run(s.system, &spec, NULL, take_row, &w, &report[k]) == KEMPE_OK);
+            kmp_free(report[k].reason);
+            unload(&s);
+        }
+        printf("  %s: %ld steps without kinks, %ld with\n", integrators[i], report[0].steps, report[1].steps);
+        CHECK(report[1].steps < 2 * report[0].steps + 100);
+    }
+}
+
 /* -- conditions on time, on rates, within each other -------------------------------------------------- */
 
 /* A unit mass without gravity: force 3 until t = 1, then 3 against the motion while it is faster than 1. */
@@ -343,6 +403,8 @@ int main(void)
     TEST(a_mass_bounces);
     TEST(every_way_bounces);
     TEST(location_is_what_does_it);
+    TEST(kinks_are_located);
+    TEST(rest_on_a_kink_costs_no_steps);
     TEST(a_mass_is_braked);
     TEST(a_pendulum_meets_stops);
     TEST(a_loop_meets_a_stop);

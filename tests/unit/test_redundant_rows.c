@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms with redundant closures: two-armed lamps, which come by change points again and again without meeting one,
+ * and Bennett's four-bar cut at one hinge. The margin is held against singular values, rows that a road cannot complete
+ * against its own. */
+#include "base/memory.h"
+#include "check.h"
+#include "constraints/tolerances.h"
+#include "integrators/run.h"
+#include "integrators/runner.h"
+#include "loaded.h"
+#include <stdlib.h>
+
+enum { MOST = 128, TIMES = 100 };
+
+typedef struct table {
+    int n, count;
+    double q[TIMES + 1][12];
+} table;
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    table *rows = user;
+    (void)t, (void)qd, (void)qdd, (void)lambda, (void)work;
+    memcpy(rows->q[rows->count++], q, (size_t)rows->n * sizeof *q);
+    return 0;
+}
+
+static double difference(const table *a, const table *b)
+{
+    double worst = a->count == b->count ? 0 : INFINITY;
+    for (int k = 0; k < a->count && k < b->count; k++)
+        for (int i = 0; i < a->n; i++)
+            worst = check_max(worst, fabs(a->q[k][i] - b->q[k][i]) / fmax(1, fabs(b->q[k][i])));
+    return worst;
+}
+
+/* Rows at even times; the report and the journal are the caller's to free. */
+static kempe_status run(const loaded *l, kmp_run_spec spec, table *rows, kmp_run_report *report, kmp_journal *journal)
+{
+    double times[TIMES + 1];
+    for (int k = 0; k <= TIMES; k++)
+        times[k] = spec.t_end * k / TIMES;
+    *rows = (table){.n = l->system->n};
+    *journal = (kmp_journal){.context = l->context};
+    spec.times = times;
+    spec.time_count = TIMES + 1;
+    spec.journal = journal;
+    CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
+    kempe_status status = kmp_run(l->system, &spec, NULL, take_row, rows, report);
+    if (status != KEMPE_OK)
+        printf("  %s\n", report->reason ? report->reason : "");
+    return status;
+}
+
+static int notes_of(const kmp_journal *journal, const char *kind)
+{
+    int count = 0;
+    for (int k = 0; k < journal->kept; k++)
+        count += strcmp(journal->notes[k].kind, kind) == 0;
+    return count;
+}
+
+/* Its ninth singular value stays above an eighth of the largest: nothing is named, and the search costs next to
+ * nothing.
+ */
+static void no_false_alarms(void)
+{
+    static const double tolerances[] = {1e-6, 1e-8, 1e-10};
+    loaded l = load("tests/models/two_armed_lamp_16.yaml");
+    for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances; k++) {
+        table led, ignored;
+        kmp_run_report a, b;
+        kmp_journal notes, none;
+        kmp_run_spec spec = {.t_end = 3, .rtol = tolerances[k]};
+        CHECK(run(&l, spec, &led, &a, &notes) == KEMPE_OK);
+        spec.change_points = "ignore";
+        CHECK(run(&l, spec, &ignored, &b, &none) == KEMPE_OK);
+        printf("  rtol %.0e: %ld evaluations, %ld with change points ignored\n", tolerances[k], a.rhs, b.rhs);
+        CHECK(notes_of(&notes, "change point") == 0);
+        CHECK(10 * a.rhs <= 12 * b.rhs);
+        CHECK(difference(&led, &ignored) < 1e3 * tolerances[k]);
+        kmp_free(a.reason);
+        kmp_free(b.reason);
+        kmp_journal_free(&notes);
+        kmp_journal_free(&none);
+    }
+    unload(&l);
+}
+
+/* Kept rows lose their rank inside a step, which all together do not. */
+static void runs_reach_their_end(void)
+{
+    static const struct {
+        const char *model, *change_points;
+        double rtol;
+    } all[] = {{"6", "leap", 1e-8}, {"20", "ignore", 1e-8}, {"28", "leap", 1e-8}, {"28", "leap", 1e-10}};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+        char path[64];
+        (void)snprintf(path, sizeof path, "tests/models/two_armed_lamp_%s.yaml", all[k].model);
+        loaded l = load(path);
+        table rows, reference;
+        kmp_run_report a, b;
+        kmp_journal notes, none;
+        kmp_run_spec spec = {.t_end = 3, .rtol = all[k].rtol, .change_points = all[k].change_points};
+        CHECK(run(&l, spec, &rows, &a, &notes) == KEMPE_OK);
+        spec = (kmp_run_spec){.t_end = 3, .rtol = 1e-12, .road = "projected", .change_points = "ignore"};
+        CHECK(run(&l, spec, &reference, &b, &none) == KEMPE_OK);
+        CHECK(difference(&rows, &reference) < 1e3 * all[k].rtol);
+        kmp_free(a.reason);
+        kmp_free(b.reason);
+        kmp_journal_free(&notes);
+        kmp_journal_free(&none);
+        unload(&l);
+    }
+}
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Median over starts of the error over rtol of a form. */
+static double median_error(const loaded *l, const table *reference, int starts, const char *road, const char *form,
+                           kempe_assembly *const *start, double rtol)
+{
+    double error[32];
+    for (int k = 0; k < starts; k++) {
+        double times[TIMES + 1];
+        table rows = {.n = l->system->n};
+        kmp_run_report report;
+        for (int i = 0; i <= TIMES; i++)
+            times[i] = 0.1 * i;
+        kmp_run_spec spec = {
+            .road = road, .form = form, .rtol = rtol, .t_end = 10, .times = times, .time_count = TIMES + 1};
+        CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(l->system, &spec, start[k], take_row, &rows, &report) == KEMPE_OK);
+        kmp_free(report.reason);
+        error[k] = difference(&rows, &reference[k]) / rtol;
+    }
+    qsort(error, (size_t)starts, sizeof *error, compare);
+    return 0.5 * (error[(starts - 1) / 2] + error[starts / 2]);
+}
+
+/* Bennett's four-bar at one of its positions, by its closed form. */
+static void place(kempe_assembly *start, double j1, double rate)
+{
+    double ratio = tan(0.5) * tan(0.5 * 2.7568487616769688), t1 = tan(0.5 * j1), t2 = ratio / t1;
+    start->q[0] = j1;
+    start->q[1] = 2 * atan(t2);
+    start->q[2] = -j1;
+    start->qd[0] = rate;
+    start->qd[1] = -rate * t2 * (1 + t1 * t1) / (t1 * (1 + t2 * t2));
+    start->qd[2] = -rate;
+}
+
+/* Five rows of rank two. */
+static void redundant_rows_cost_no_digits(void)
+{
+    enum { STARTS = 21 };
+    loaded l = load("tests/models/bennett_hinge.yaml");
+    table *reference = KMP_NEW(table, STARTS);
+    kempe_assembly *start[STARTS] = {NULL};
+    for (int k = 0; k < STARTS; k++) {
+        double times[TIMES + 1];
+        kmp_run_report report;
+        for (int i = 0; i <= TIMES; i++)
+            times[i] = 0.1 * i;
+        kmp_run_spec spec = {.road = "projected", .rtol = 1e-13, .t_end = 10, .times = times, .time_count = TIMES + 1};
+        CHECK(kempe_assemble(l.system, &start[k]) == KEMPE_OK);
+        place(start[k], 0.5 + 0.1 * k, 0.15 * k);
+        reference[k].n = l.system->n;
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+        CHECK(kmp_run(l.system, &spec, start[k], take_row, &reference[k], &report) == KEMPE_OK);
+        kmp_free(report.reason);
+    }
+    for (double rtol = 1e-6; rtol > 1e-9; rtol *= 1e-2) {
+        double carried = median_error(&l, reference, STARTS, "reduced", "carried", start, rtol);
+        double projected = median_error(&l, reference, STARTS, "projected", "none", start, rtol);
+        printf("  rtol %.0e: error over rtol %.3g carried, %.3g projected\n", rtol, carried, projected);
+        CHECK(carried <= 3 * projected);
+    }
+    for (int k = 0; k < STARTS; k++)
+        kempe_assembly_free(start[k]);
+    kmp_free(reference);
+    unload(&l);
+}
+
+/* What a road gives within a step and what the step made again gives are the same motion. */
+static void a_row_by_another_way(void)
+{
+    static const char *const ways[][2] = {
+        {"reduced", "carried"}, {"reduced", "closed"}, {"projected", "none"}, {"dae", "ah"}};
+    loaded l = load("tests/models/two_armed_lamp_16.yaml");
+    int n = l.system->n, m = l.system->m;
+    for (size_t way = 0; way < sizeof ways / sizeof *ways; way++) {
+        double row[2][MOST], work;
+        kmp_journal notes = {.context = l.context};
+        kmp_runner *runner = NULL;
+        kmp_run_spec spec = {.road = ways[way][0], .form = ways[way][1], .rtol = 1e-9, .t_end = 1, .journal = &notes};
+        CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+        CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK && 3 * n + m < MOST);
+        while (kmp_runner_t(runner) < spec.t_end) {
+            CHECK(kmp_runner_step(runner) == KEMPE_OK);
+            double t = 0.5 * (kmp_runner_t_old(runner) + kmp_runner_t(runner));
+            double *a = row[0], *b = row[1];
+            CHECK(kmp_runner_row(runner, t, a, a + n, a + 2 * n, a + 3 * n, &work) == KEMPE_OK);
+            CHECK(kmp_runner_bridge(runner, t, b, b + n, b + 2 * n, b + 3 * n, &work));
+            for (int i = 0; i < 3 * n; i++)
+                CHECK_NEAR(b[i], a[i], i < n ? 1e-7 : i < 2 * n ? 1e-5 : 1e-4);
+        }
+        CHECK(notes_of(&notes, "row") > 0);
+        kmp_runner_free(runner);
+        kmp_journal_free(&notes);
+    }
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(no_false_alarms);
+    TEST(runs_reach_their_end);
+    TEST(redundant_rows_cost_no_digits);
+    TEST(a_row_by_another_way);
+    return check_report();
+}
