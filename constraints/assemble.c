@@ -319,14 +319,14 @@ static void near_by(work *w)
     evaluate(w, w->a->q);
 }
 
-/* Without a bound, while it still helps. */
+/* Without a bound, while it still helps. The least damping leaves directions alone in which J is rounding. */
 static void polish(work *w)
 {
     evaluate(w, w->a->q);
     double best = largest(w->m, w->h);
     for (int k = 0; k < MAX_POLISH && best > 0; k++) {
         scaled_jacobian(w);
-        if (!damped_step(w, norm(w->m, w->h)))
+        if (!damped_step(w, fmax(norm(w->m, w->h), KMP_RANK)))
             return;
         move(w, w->a->q, 1, w->trial);
         evaluate(w, w->trial);
@@ -440,15 +440,8 @@ static void show_state(work *w)
 
 /* -- rates ------------------------------------------------------------------------------------------- */
 
-/* The least step s with J s = rate on the free columns. */
-static bool least_rates(work *w, const double *rate)
-{
-    if (w->large)
-        return took_step(w, kmp_least_squares_sparse(&w->sparse, rate, 0, KMP_RANK, w->step));
-    return took_dense_step(w, kmp_least_squares(w->m, w->free_count, w->scaled, rate, KMP_RANK, w->step));
-}
-
-/* qd corrected by the least norm over the given columns so that J qd + h_t = 0; returns what stays. */
+/* qd corrected by the least norm over the given columns so that J qd + h_t = 0, damped as in polish; returns what
+ * stays. */
 static double correct_rates(work *w, const bool *fixed)
 {
     double *rate = w->h, *qd = w->a->qd;
@@ -461,7 +454,7 @@ static double correct_rates(work *w, const bool *fixed)
         kmp_plant_rates(w->plant, qd, rate);
         for (int r = 0; r < w->m; r++)
             rate[r] = w->dropped && w->dropped[r] ? 0 : rate[r] / w->s->row_scale[r];
-        if (pass == 2 || !least_rates(w, rate))
+        if (pass == 2 || !damped_step(w, KMP_RANK))
             break;
         move(w, qd, 1, w->trial);
         memcpy(qd, w->trial, (size_t)w->n * sizeof *qd);

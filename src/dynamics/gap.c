@@ -13,24 +13,6 @@ enum { MOST_CLOSURES = 64 };
 
 /* -- which closures ---------------------------------------------------------------------------------- */
 
-/* Whether the rows reach coordinates through d alone, whose components are different nodes. */
-static bool is_seen_through(kmp_gaps *s, const kmp_gap *p)
-{
-    kmp_ref leaf[3], to[3], rows[KMP_KIND_MAX_ROWS];
-    uint16_t through;
-    int count = kmp_gap_leaves(p, &p->d, leaf, to);
-    for (int k = 0; k < count; k++)
-        for (int j = 0; j < k; j++)
-            if (leaf[k] == leaf[j])
-                return false;
-    for (int k = 0; k < count; k++) /* as they are */
-        to[k] = leaf[k];
-    memcpy(rows, s->eq->h + p->row, (size_t)p->count * sizeof *rows);
-    if (!kmp_substitute(s->eq->graph, count, leaf, to, p->count, rows, &through))
-        s->failed = true;
-    return count > 0 && !(through & (1u << KMP_IN_Q));
-}
-
 static void add_gap(kmp_gaps *s, int row, int count)
 {
     kmp_equations *eq = s->eq;
@@ -42,7 +24,7 @@ static void add_gap(kmp_gaps *s, int row, int count)
     p.d = kmp_point_difference(&eq->tree, closure->point[0], closure->point[1], &ancestor);
     for (int k = 0; k < 3; k++)
         p.moves[k] = kmp_graph_node(eq->graph, kmp_id(p.d.x[k]))->depends & (1u << KMP_IN_Q);
-    if (!is_seen_through(s, &p))
+    if (!kmp_gap_is_seen_through(s, &p, eq->h + row))
         return;
     for (int k = 0; k < 2; k++) {
         kmp_gap_side *point = &p.side[k];

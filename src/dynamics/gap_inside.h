@@ -82,6 +82,9 @@ bool kmp_gap_derive_sides(kmp_gaps *s);
 /** How many references the place of a closure's rows has: h, and J by rows. */
 int kmp_gap_place_count(const kmp_gaps *s, const kmp_gap *p);
 
+/** Whether rows h reach coordinates through d alone, whose components are different nodes. */
+bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h);
+
 /** Components of d that move, as leaves without sign, with the values that stand for them; their number. */
 int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_ref to[3]);
 

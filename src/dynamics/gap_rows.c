@@ -24,6 +24,23 @@ int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp
     return count;
 }
 
+bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h)
+{
+    kmp_ref leaf[3], to[3], rows[KMP_KIND_MAX_ROWS];
+    uint16_t through;
+    int count = kmp_gap_leaves(p, &p->d, leaf, to);
+    for (int k = 0; k < count; k++)
+        for (int j = 0; j < k; j++)
+            if (leaf[k] == leaf[j])
+                return false;
+    for (int k = 0; k < count; k++) /* as they are */
+        to[k] = leaf[k];
+    memcpy(rows, h, (size_t)p->count * sizeof *rows);
+    if (!kmp_substitute(s->eq->graph, count, leaf, to, p->count, rows, &through))
+        s->failed = true;
+    return count > 0 && !(through & (1u << KMP_IN_Q));
+}
+
 /* dh/dd of each row. */
 static bool gradients(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec *gradient)
 {
@@ -76,7 +93,8 @@ static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], con
         }
 }
 
-/* Both points by their ways: d, and h of it. */
+/* Both points by their ways: d, and h of it; as they were where constants of d and of h have merged, so that h is no
+ * function of d any more. */
 static bool place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], kmp_gap *placed, kmp_ref *h)
 {
     kmp_graph *g = s->eq->graph;
@@ -88,7 +106,13 @@ static bool place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2],
     memcpy(h, s->eq->h + p->row, (size_t)p->count * sizeof *h);
     for (int k = 0; k < 3; k++)
         placed->moves[k] = p->moves[k] && kmp_graph_node(g, kmp_id(placed->d.x[k]))->op != KMP_OP_CONST;
-    return kmp_substitute(g, count, leaf, to, p->count, h, &through);
+    if (!kmp_substitute(g, count, leaf, to, p->count, h, &through))
+        return false;
+    if (!kmp_gap_is_seen_through(s, placed, h)) {
+        *placed = *p;
+        memcpy(h, s->eq->h + p->row, (size_t)p->count * sizeof *h);
+    }
+    return true;
 }
 
 static bool derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const kmp_gap_way by[2], kmp_gap_version *v)

@@ -226,6 +226,58 @@ static void rates_are_made_consistent(void)
     unload(&l);
 }
 
+/* A plane closure between bodies that move in its plane alone: in axes that lean its rows are rounding, and so is J. */
+static const char *const in_a_leaning_plane =
+    "kempe: 1\n"
+    "ground:\n"
+    "  points: {O: {at: [0.2411, 0.0128, 0.0528], axes: {z: [-0.122, -1.138, -0.339], x: [0.9, -0.14, 0.1]}},\n"
+    "           D: {at: [-0.2254, 0.3866, -0.2962], axes: {z: [-0.122, -1.138, -0.339], x: [0.9, -0.14, 0.1]}}}\n"
+    "bodies:\n"
+    "  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1},\n"
+    "      points: {P: [-0.171, -0.1872, 0.0894]}}\n"
+    "  b: {joint: {name: B, revolute: z, at: ground.D}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1},\n"
+    "      points: {Q: [-0.4361, -0.2241, 0.3311]}}\n"
+    "  c: {joint: {name: C, revolute: z, at: b.Q}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1},\n"
+    "      points: {R: [0.8918, -0.0318, h]}}\n"
+    "parameters: {h: %s}\n"
+    "loops: {N: {planar: [a.P, c.R], axis: z}}\n"
+    "start: {q: {A: %g, B: -0.1686, C: 0.615}, qd: {A: -0.7, B: 0.4, C: 1.1}}\n";
+
+static double farthest(const double *x, double a, double b, double c)
+{
+    return fmax(fabs(x[0] - a), fmax(fabs(x[1] - b), fabs(x[2] - c)));
+}
+
+static void rows_of_rounding_alone_move_nothing(void)
+{
+    char text[2000];
+    /* the height of R over D's plane that puts it into that of P, from the two points of the ground */
+    const char *height =
+        "0.0894 - 0.3311 + (-0.4665*0.122 + 0.3738*1.138 - 0.349*0.339)/sqrt(0.122^2 + 1.138^2 + 0.339^2)";
+    for (int k = 0; k < 40; k++) {
+        double angle = -1 + 0.05 * k;
+        (void)snprintf(text, sizeof text, in_a_leaning_plane, height, angle);
+        loaded l = load_text(text);
+        kempe_assembly *a = assembled(&l);
+        CHECK(a->closed && farthest(a->q, angle, -0.1686, 0.615) < 1e-12);
+        CHECK(farthest(a->qd, -0.7, 0.4, 1.1) < 1e-12);
+        kempe_assembly_free(a);
+        unload(&l);
+    }
+}
+
+/* The curve's value is constant where the joint keeps x: it merges with the place of the ground's point. */
+static void a_curve_whose_value_is_constant(void)
+{
+    loaded l = load_text("kempe: 1\nground: {points: {O: [0.1, 0.5312, 0.5]}}\nbodies:\n"
+                         "  b: {joint: {name: A, motions: [T3, -T2, R1], at: ground.O}, mass: 1,\n"
+                         "      inertia: {xx: 1, yy: 1, zz: 1}, points: {L: [0.3, 0.2, 0.1]}}\n"
+                         "tables: {f: {x: [-1, 0, 1, 2], y: [0, 0.2, 0.1, 0.4]}}\n"
+                         "loops: {K: {point_on_curve: [ground.O, b.L], table: f}}\n");
+    kempe_assembly_free(assembled(&l));
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(returns_to_the_printed_state);
@@ -236,5 +288,7 @@ int main(void)
     TEST(held_coordinates_that_cannot_be_kept);
     TEST(redundant_closures_assemble);
     TEST(rates_are_made_consistent);
+    TEST(rows_of_rounding_alone_move_nothing);
+    TEST(a_curve_whose_value_is_constant);
     return check_report();
 }

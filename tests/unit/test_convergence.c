@@ -181,7 +181,7 @@ static void a_rod_across_is_named(void)
     close_scene(&s);
 }
 
-/* A structure has no energy but rounding: its balance is not off, and that nothing moves is all that is said. */
+/* A structure has no energy but rounding: its balance is not off, and that nothing moves is a note, no warning. */
 static void a_structure_at_rest_keeps_silent(void)
 {
     scene s;
@@ -197,8 +197,7 @@ static void a_structure_at_rest_keeps_silent(void)
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
         kempe_run options = {.road = roads[k], .rtol = 1e-10};
-        CHECK(run(&s, &options, &trajectory) == KEMPE_OK);
-        CHECK(s.warnings == 1 && strstr(s.words, "nothing can move"));
+        CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
         kempe_trajectory_free(trajectory);
     }
     close_scene(&s);

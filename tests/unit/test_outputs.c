@@ -95,6 +95,21 @@ static void values(void)
     close_scene(&s);
 }
 
+/* A spring between points that are one has no direction; its tension is that of its length all the same. */
+static void tension_of_a_spring_without_length(void)
+{
+    loaded l = load_text(
+        "kempe: 1\nground: {points: {G: [0, 0, 0]}}\nbodies:\n"
+        "  b: {joint: {name: A, revolute: z, at: ground.G}, mass: 1, inertia: {zz: 1}, points: {P: [0, 0, 0]}}\n"
+        "forces: {s: {spring: [ground.G, b.P], stiffness: 4, free_length: 0.2, damping: 3}}\n"
+        "run: {outputs: [force(s)]}\n");
+    kmp_plant *plant = kmp_plant_new(l.system, "tape");
+    const double q = 0.3, qd = 1, qdd = 0;
+    CHECK(fabs(kmp_plant_shown(plant, 0, &q, &qd, &qdd, NULL)[0] + 0.8) < 1e-15);
+    kmp_plant_free(plant);
+    unload(&l);
+}
+
 static int judge_length(const char *outputs)
 {
     scene s = open_scene(outputs);
@@ -135,6 +150,7 @@ int main(void)
 {
     TEST(rates);
     TEST(values);
+    TEST(tension_of_a_spring_without_length);
     TEST(nothing_unasked);
     TEST(columns);
     return check_report();

@@ -2,7 +2,7 @@
 #include "dynamics/forces/law.h"
 
 /* Point-to-point spring-damper: tension k (L - L0) + c Ld; with d from the first point to the second and Ld = d.dd / L
- * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. */
+ * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points that never part have a tension, too. */
 bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -11,6 +11,7 @@ bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
     kmp_ref k = kmp_tree_number(tree, &force->stiffness), c = kmp_tree_number(tree, &force->damping);
     kmp_ref free_length = kmp_tree_number(tree, &force->free_length);
     kmp_ref square = kmp_vec_dot(g, d, d), length = kmp_sqrt(g, square), ratio;
+    kmp_ref stretch = kmp_sub(g, length, free_length), tension = kmp_mul(g, k, stretch);
     ratio = kmp_sub(g, k, kmp_div(g, kmp_mul(g, k, free_length), length));
     if (c != KMP_ZERO) {
         kmp_derivative *dt = kmp_time_derivative(tree);
@@ -23,15 +24,16 @@ bool kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
         kmp_ref rate = kmp_vec_dot(g, d, dd); /* L Ld */
         kmp_ref damping = kmp_mul(g, c, kmp_div(g, rate, square));
         ratio = kmp_add(g, ratio, damping);
+        if (rate != KMP_ZERO)
+            tension = kmp_add(g, tension, kmp_mul(g, c, kmp_div(g, rate, length)));
         if (energy & KMP_ENERGY_POWER)
             forces->power = kmp_sub(g, forces->power, kmp_mul(g, damping, rate));
     }
-    *value = kmp_mul(g, ratio, length);
+    *value = tension;
     kmp_vec f = kmp_vec_scale(g, ratio, d);
     kmp_apply_at(tree, force->point[0], frame, f, forces->applied);
     kmp_apply_at(tree, force->point[1], frame, kmp_vec_sub(g, kmp_vec_zero(), f), forces->applied);
     if (energy & KMP_ENERGY_POTENTIAL) {
-        kmp_ref stretch = kmp_sub(g, length, free_length);
         kmp_ref work = kmp_mul(g, kmp_mul(g, kmp_const(g, 0.5), k), kmp_mul(g, stretch, stretch));
         forces->potential = kmp_add(g, forces->potential, work);
     }
