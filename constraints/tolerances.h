@@ -120,8 +120,8 @@
 /** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */
 #define KMP_MARGIN_TURNED -0.5
 #define KMP_MARGIN_PASSED 0.3
-/** A last pivot of the start below this part of the first is looked at; it is near a change point when its margin is below
- * this part of that at configurations turned by a little along the closures. */
+/** A last pivot of the start below this part of the first is looked at; it is near a change point when its margin is
+ * below this part of that at configurations turned by a little along the closures. */
 #define KMP_MARGIN_LOOK 1e-2
 #define KMP_MARGIN_NEAR 0.04
 /** A margin below LOCKED, which leaving out one row lifts above FREED, is that row's doing. */

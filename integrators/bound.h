@@ -14,8 +14,8 @@ typedef struct kmp_bound {
 } kmp_bound;
 
 /** After a step: `tried` so far, the run stands at t and shall reach t_end. True when it is to end, with the sentence
- * in `why` (NULL: nobody wants it). A default bound looks at the steps in long windows; it ends a run whose last window would have to be
- * repeated hundreds of times. */
+ * in `why` (NULL: nobody wants it). A default bound looks at the steps in long windows; it ends a run whose last window
+ * would have to be repeated hundreds of times. */
 bool kmp_bound_passed(kmp_bound *bound, long tried, double t, double t_end, kmp_text *why);
 
 #endif

@@ -116,9 +116,9 @@ KEMPE_API kempe_status kempe_number_read(kempe_context *context, const char *tex
 KEMPE_API void kempe_model_free(kempe_model *model);
 KEMPE_API const char *kempe_model_name(const kempe_model *model);
 
-/** What closures that say what others say may stay open by, m, in place of the model's closure_tolerance, before a system
- * is made of it: their points and axes are then taken as rounded. 0: no closure stays open. KEMPE_E_ARGUMENT: it is
- * negative or no number. */
+/** What closures that say what others say may stay open by, m, in place of the model's closure_tolerance, before a
+ * system is made of it: their points and axes are then taken as rounded. 0: no closure stays open. KEMPE_E_ARGUMENT: it
+ * is negative or no number. */
 KEMPE_API kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres);
 
 /** Number n of joint coordinates, and the name of the k-th (`joint` or `joint.k`). */

@@ -33,8 +33,9 @@ typedef struct kempe_sensitivity_ask {
 typedef struct kempe_sensitivity kempe_sensitivity;
 
 /** Derives the equations with the parameters kept open, and finds the derivatives. Those of a trajectory are found once
- *  more at another tolerance, unless the run's `once`: a warning is logged when they do not hold. KEMPE_E_ARGUMENT: a name or number;
- *  KEMPE_E_FAILED, with the message, and KEMPE_STOPPED: rows up to there are given all the same. The model outlives it.
+ *  more at another tolerance, unless the run's `once`: a warning is logged when they do not hold. KEMPE_E_ARGUMENT: a
+ * name or number; KEMPE_E_FAILED, with the message, and KEMPE_STOPPED: rows up to there are given all the same. The
+ * model outlives it.
  */
 KEMPE_API kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_ask *ask,
                                              kempe_sensitivity **sensitivity);

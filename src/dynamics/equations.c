@@ -160,9 +160,9 @@ static bool allocate(kmp_equations *eq)
     eq->mobility = KMP_NEW(kmp_ref, rows * rows);
     eq->drift = KMP_NEW(kmp_ref, rows);
     bool fast = eq->free_qdd && eq->compliance && eq->mobility && eq->drift;
-    return fast && eq->rows && eq->row && eq->misfit && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian && eq->jdqd &&
-           eq->residual && eq->inverse && eq->closed && eq->jt_mu && eq->hdot && eq->reaction && eq->position &&
-           eq->shown;
+    return fast && eq->rows && eq->row && eq->misfit && eq->mass && eq->bias && eq->h && eq->h_t && eq->jacobian &&
+           eq->jdqd && eq->residual && eq->inverse && eq->closed && eq->jt_mu && eq->hdot && eq->reaction &&
+           eq->position && eq->shown;
 }
 
 static unsigned asked_energy(const kmp_equations *eq, unsigned sets)

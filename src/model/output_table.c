@@ -72,7 +72,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     static const char *const contact[KMP_CONTACT_SHOWN] = {
-        "s", "y", "angle", "N", "creep_along", "creep_across", "spin", "along", "across", "moment", "a", "b", "ellipse"};
+        "s",     "y",      "angle",  "N", "creep_along", "creep_across", "spin",
+        "along", "across", "moment", "a", "b",           "ellipse"};
     kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
     (void)put_argument(text, model, output);
     if (output->kind == KMP_OUTPUT_ENERGY)

@@ -18,7 +18,7 @@ enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };
     "  most: \"if(qd(A) <= 0.1, 1, 2)\"\n  greater: \"if(q(A) > 0.1, qd(A), -qd(A))\"\n  big: \"max(qd(A), 0)\"\n"     \
     "  small: \"min(qd(A), 0.2)\"\n  size: \"abs(qd(A))\"\n  late: \"if(t < 0.1, 1, 2)\"\n"                            \
     "  within: \"if(sign(qd(A))*q(A) < 0, 1, 2)\"\n  named: w\n  solved: vv\n" forces start drive                      \
-    "run: {t_end: 2, every: 0.02, outputs: [sign_qd, sign_q, less, most, greater, big, small, size, late, within, "  \
+    "run: {t_end: 2, every: 0.02, outputs: [sign_qd, sign_q, less, most, greater, big, small, size, late, within, "    \
     "named, solved%s]}\n"
 
 static int expect(double t, double q, double qd, double *x)
