@@ -266,6 +266,8 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
 
 kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembly)
 {
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, assembly, "assembly");
     kempe_assembly *a = NULL;
     bool known = kmp_rounding_of(system);
     kmp_context_clear(system->context);

@@ -573,6 +573,8 @@ static kempe_status mend(kempe_system **system, const char *word)
 
 kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, system, "system");
     kempe_system *s = NULL;
     kempe_status status = kmp_system_new_by(model, word, &s);
     if (status == KEMPE_OK && may_mend(s))

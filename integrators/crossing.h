@@ -21,7 +21,7 @@ enum {
 };
 
 /** What the search for events works with. */
-typedef struct kmp_search {
+typedef struct kmp_event_search {
     kmp_bounds *bounds; /* of the conditions */
     int *output;        /* of each condition, among those of their program */
     bool *third;        /* of each: its bounds want a third point */
@@ -34,7 +34,7 @@ typedef struct kmp_search {
     long charts; /* version for which the bounds' constants are */
     int left;    /* looks that this step may still take */
     int least;   /* halvings that are made in any case */
-} kmp_search;
+} kmp_event_search;
 
 struct kmp_crossing {
     const kempe_system *s;
@@ -56,7 +56,7 @@ struct kmp_crossing {
     long count;
     int end; /* the condition that ends the run there; -1: none */
     kmp_journal *journal;
-    kmp_search search;
+    kmp_event_search search;
 };
 
 /** A kink of which no branch is held. */
@@ -87,7 +87,7 @@ kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole);
 /** The same of the state at a time within the last step. */
 kempe_status kmp_crossing_look(kmp_crossing *c, double t);
 
-bool kmp_search_init(kmp_search *search, const kempe_system *system);
-void kmp_search_free(kmp_search *search);
+bool kmp_event_search_init(kmp_event_search *search, const kempe_system *system);
+void kmp_event_search_free(kmp_event_search *search);
 
 #endif

@@ -9,7 +9,7 @@
 #include "constraints/margin.h"
 #include "constraints/reduction.h"
 #include "constraints/tolerances.h"
-#include "integrators/bound.h"
+#include "integrators/work_bound.h"
 #include "integrators/ensemble.h"
 #include "integrators/rk_method.h"
 #include "model/variant.h"
@@ -24,7 +24,7 @@ typedef struct kmp_instance {
     bool rejected;  /* as struct kmp_rk has these */
     uint32_t signs; /* a bit a block of Jv since the start or the last exchange, and one more; 0: not known yet */
     int hopeless;
-    kmp_bound bound;
+    kmp_work_bound bound;
     int tries; /* in vain, since the last accepted step */
     double t, h, error_old;
     double rate_scale, limit;          /* the |Bvu| that asks for an exchange */

@@ -386,8 +386,8 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     x->tries = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end);
-    bool slow = kmp_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
-                                 e->spec.t_end, NULL);
+    bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
+                                      e->spec.t_end, NULL);
     bool reorders = !through && has_bad_order(e, pool, seen, l);
     const char *why = through                                                       ? NULL
                       : collapsed                                                   ? "steps that become too small"

@@ -140,7 +140,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
     if (full && !near)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, q, qd)) {
-        x->bound = (kmp_bound){.most = e->spec.max_steps};
+        x->bound = (kmp_work_bound){.most = e->spec.max_steps};
         x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
         x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
         x->error_old = KMP_RK_ERROR_FLOOR;

@@ -28,7 +28,7 @@ enum {
 /* -- room -------------------------------------------------------------------------------------------- */
 
 /* Late conditions have an output in both stages; the one of the first is zero. */
-static void find_outputs(kmp_search *s, const kempe_system *system)
+static void find_outputs(kmp_event_search *s, const kempe_system *system)
 {
     const int *outputs = system->changes->outputs;
     int late = outputs[2];
@@ -43,7 +43,7 @@ static void find_outputs(kmp_search *s, const kempe_system *system)
         s->solved[i] = outputs[i + 2] - s->first_solved[i];
 }
 
-static bool make_looks(kmp_search *s, const kempe_system *system)
+static bool make_looks(kmp_event_search *s, const kempe_system *system)
 {
     size_t count = (size_t)system->events.count, state = 3 * (size_t)system->n + (size_t)system->m;
     size_t size = count + state + (size_t)(s->solved[0] + s->solved[1]);
@@ -55,32 +55,32 @@ static bool make_looks(kmp_search *s, const kempe_system *system)
     return s->memory;
 }
 
-bool kmp_search_init(kmp_search *s, const kempe_system *system)
+bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system)
 {
     int count = system->events.count;
-    *s = (kmp_search){.charts = -1};
+    *s = (kmp_event_search){.charts = -1};
     s->bounds = kmp_bounds_new(system->changes);
     s->output = KMP_NEW(int, count);
     s->third = KMP_NEW(bool, count);
     s->open = KMP_NEW(bool, count *(KMP_SEARCH_DEPTH + 1));
     if (!s->bounds || !s->output || !s->third || !s->open) {
-        kmp_search_free(s);
+        kmp_event_search_free(s);
         return false;
     }
     find_outputs(s, system);
     if (!make_looks(s, system))
-        kmp_search_free(s);
+        kmp_event_search_free(s);
     return s->memory;
 }
 
-void kmp_search_free(kmp_search *s)
+void kmp_event_search_free(kmp_event_search *s)
 {
     kmp_bounds_free(s->bounds);
     kmp_free(s->output);
     kmp_free(s->third);
     kmp_free(s->open);
     kmp_free(s->memory);
-    *s = (kmp_search){0};
+    *s = (kmp_event_search){0};
 }
 
 void kmp_crossing_look_closely(kmp_crossing *crossing)
@@ -197,7 +197,7 @@ static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, 
 static void run_bounds(kmp_crossing *c, const piece *p)
 {
     const kmp_program *program = c->s->changes;
-    kmp_search *s = &c->search;
+    kmp_event_search *s = &c->search;
     for (int k = 0; k < program->input_count; k++)
         kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
     for (int i = 0, at = 0; p->m && i < 2; i++)
@@ -365,7 +365,7 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
 
 kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
 {
-    kmp_search *s = &c->search;
+    kmp_event_search *s = &c->search;
     double from = c->kind->t_old(c->solver), end = c->kind->t(c->solver);
     *found = false;
     c->end = -1;

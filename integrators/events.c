@@ -42,7 +42,7 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp
     if (!c)
         return NULL;
     *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .end = -1};
-    bool ok = kmp_search_init(&c->search, system) && kmp_crossing_move(c, road, kind, solver);
+    bool ok = kmp_event_search_init(&c->search, system) && kmp_crossing_move(c, road, kind, solver);
     c->change = KMP_NEW(double, 4 * system->events.count);
     c->repeats = KMP_NEW(int, system->events.count);
     c->stays = KMP_NEW(bool, system->events.count);
@@ -62,7 +62,7 @@ void kmp_crossing_free(kmp_crossing *c)
 {
     if (!c)
         return;
-    kmp_search_free(&c->search);
+    kmp_event_search_free(&c->search);
     kmp_free(c->y);
     kmp_free(c->change);
     kmp_free(c->repeats);

@@ -16,7 +16,7 @@ long kmp_runner_tried(const kmp_runner *run)
 static kempe_status check_bound(kmp_runner *run, double t)
 {
     kmp_text why = {0};
-    if (!kmp_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
+    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
         return KEMPE_OK;
     kmp_runner_explain_angles(run, &why);
     run->reason = kmp_text_take(&why);

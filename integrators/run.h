@@ -27,7 +27,7 @@ typedef struct kmp_run_spec {
     const char *change_points;        /* a word of change_points.def */
     bool closely;                     /* it checks another run: conditions are looked at in more places */
     double limit_s;                   /* of the processor: a run that needs more is given up; 0: none */
-    long max_steps;                   /* tried, rejected ones too; 0: as bound.h says; -1: no bound */
+    long max_steps;                   /* tried, rejected ones too; 0: as work_bound.h says; -1: no bound */
     kmp_journal *journal;             /* what happens on the way; NULL: told to the log alone */
     int threads;                      /* that share the work of an evaluation by a back end that can; 0: one */
     const struct kmp_road_kind *kind; /* a road of the caller's own in place of the one named; NULL: none */

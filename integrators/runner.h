@@ -6,7 +6,7 @@
 #include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
-#include "integrators/bound.h"
+#include "integrators/work_bound.h"
 #include "integrators/events.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
@@ -51,7 +51,7 @@ struct kmp_runner {
     char *reason;
     bool locks;
     bool cut; /* given up for spec.limit_s */
-    kmp_bound bound;
+    kmp_work_bound bound;
     bool ended; /* a condition has */
 };
 

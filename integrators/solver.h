@@ -64,7 +64,7 @@ double kmp_solver_least_step(double t);
 
 /** After a step of length h that ended at t: true when more than 100 in a row (counted in *hopeless, 0 at a start) were
  * hardly longer than the least. An integrator gives up then, and says KMP_SOLVER_COLLAPSED. Long runs of other steps
- * end by the bound on work (bound.h). */
+ * end by the bound on work (work_bound.h). */
 bool kmp_solver_collapsed(int *hopeless, double h, double t);
 
 #define KMP_SOLVER_COLLAPSED                                                                                           \

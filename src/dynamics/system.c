@@ -381,8 +381,6 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
 
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, system, "system");
     double begin = kmp_cpu_now();
     kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);

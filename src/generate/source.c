@@ -240,6 +240,24 @@ static kempe_status read_form(kmp_source *source, const char *form)
     return kmp_fail(source->context, KEMPE_E_ARGUMENT, "there is no form '%s'; forms are legible, compact", form);
 }
 
+/* Of a rounded drawing the mechanism that is meant is written, which all computations go by (constraints/mend.h).
+ * Numbers that stay symbols are those of the drawing. */
+static kempe_status find_meant(kmp_source *source, const kempe_generation *g)
+{
+    if (g->keep_parameters || source->model->closure_count == 0)
+        return KEMPE_OK;
+    kempe_status status = kempe_system_new(source->model, &source->meant);
+    if (status != KEMPE_OK)
+        return status;
+    if (source->meant->mended) {
+        source->model = source->meant->mended;
+        return KEMPE_OK;
+    }
+    kempe_system_free(source->meant);
+    source->meant = NULL;
+    return KEMPE_OK;
+}
+
 kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generation *g)
 {
     kmp_choice choice;
@@ -249,6 +267,8 @@ kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const
         status = read_form(source, g->form);
     if (status == KEMPE_OK)
         status = kmp_choice_read(model, g, &choice);
+    if (status == KEMPE_OK)
+        status = find_meant(source, g);
     if (status != KEMPE_OK)
         return status;
     source->vectorised = g->vectorised;
@@ -287,6 +307,7 @@ void kmp_source_free(kmp_source *source)
     kmp_free(source->value);
     kmp_free(source->title);
     kmp_free(source->name);
+    kempe_system_free(source->meant);
     *source = (kmp_source){0};
 }
 

@@ -29,6 +29,7 @@ typedef struct kmp_routine {
 typedef struct kmp_source {
     kempe_context *context;
     const kempe_model *model;
+    kempe_system *meant; /* of a rounded drawing, which owns the model; NULL: the model is that of the caller */
     char *title, *name; /* the model's name; as an identifier */
     char hash[17];
     const char *scheme;

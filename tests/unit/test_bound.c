@@ -2,21 +2,21 @@
 /* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
  * its length. */
 #include "check.h"
-#include "integrators/bound.h"
 #include "integrators/solver.h"
+#include "integrators/work_bound.h"
 #include "loaded.h"
 #include <float.h>
 
 /* Steps of 1e-9 s towards 1 s, then of 1e-4 s. */
 static void progress_decides(void)
 {
-    kmp_bound slow = {0}, fast = {0}, none = {.most = -1};
+    kmp_work_bound slow = {0}, fast = {0}, none = {.most = -1};
     kmp_text why = {0};
     long at = 0, ended = 0;
     for (at = 1; !ended && at <= 1000000; at++) {
-        ended = kmp_bound_passed(&slow, at, 1e-9 * (double)at, 1, &why) ? at : 0;
-        CHECK(!kmp_bound_passed(&fast, at, 1e-4 * (double)at, 1e3, NULL));
-        CHECK(!kmp_bound_passed(&none, at, 0, 1, NULL));
+        ended = kmp_work_bound_passed(&slow, at, 1e-9 * (double)at, 1, &why) ? at : 0;
+        CHECK(!kmp_work_bound_passed(&fast, at, 1e-4 * (double)at, 1e3, NULL));
+        CHECK(!kmp_work_bound_passed(&none, at, 0, 1, NULL));
     }
     CHECK(ended > 0 && ended <= 200001);
     CHECK(why.s && strstr(why.s, "too much work") && strstr(why.s, "max_steps"));
@@ -26,21 +26,21 @@ static void progress_decides(void)
 /* A phase that is as slow, but shorter than a window. */
 static void short_phases_pass(void)
 {
-    kmp_bound bound = {0};
+    kmp_work_bound bound = {0};
     double t = 0;
     for (long at = 1; at <= 500000; at++) {
         t += at % 100000 < 90000 ? 1e-9 : 1e-4;
-        CHECK(!kmp_bound_passed(&bound, at, t, 100, NULL));
+        CHECK(!kmp_work_bound_passed(&bound, at, t, 100, NULL));
     }
 }
 
 static void a_number_asked_for_is_kept(void)
 {
-    kmp_bound bound = {.most = 10};
+    kmp_work_bound bound = {.most = 10};
     kmp_text why = {0};
-    CHECK(!kmp_bound_passed(&bound, 9, 0.5, 1, &why));
-    CHECK(!kmp_bound_passed(&bound, 10, 1, 1, &why));
-    CHECK(kmp_bound_passed(&bound, 10, 0.5, 1, &why));
+    CHECK(!kmp_work_bound_passed(&bound, 9, 0.5, 1, &why));
+    CHECK(!kmp_work_bound_passed(&bound, 10, 1, 1, &why));
+    CHECK(kmp_work_bound_passed(&bound, 10, 0.5, 1, &why));
     CHECK(why.s && strstr(why.s, "the bound of 10 steps"));
     kmp_text_free(&why);
 }

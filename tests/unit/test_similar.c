@@ -120,8 +120,8 @@ static state of_size(const state *full, double scale)
 }
 
 /* Powers of the size that values of a contact go with; and how large they are at full size. */
-static const int power[KMP_CONTACT_SHOWN] = {1, 1, 0, 2, 0, 0, -1, 2, 2, 3, 1, 1};
-static const double size[KMP_CONTACT_SHOWN] = {1e-2, 1, 0.1, 1e5, 1, 1, 1, 1e5, 1e5, 1e3, 1e-2, 1e-2};
+static const int power[KMP_CONTACT_SHOWN] = {1, 1, 0, 2, 0, 0, -1, 2, 2, 3, 1, 1, 0};
+static const double size[KMP_CONTACT_SHOWN] = {1e-2, 1, 0.1, 1e5, 1, 1, 1, 1e5, 1e5, 1e3, 1e-2, 1e-2, 1};
 
 /* The largest difference of any value; `pressed` counts contacts that bear something. */
 static double difference(const derived *a, const derived *b, double scale, int *pressed)

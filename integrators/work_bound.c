@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The default goes by progress over the last window, not by a total: a run may be as long as it likes while it gets on,
  * and a phase of short steps passes unnoticed unless it fills a window. */
-#include "integrators/bound.h"
+#include "integrators/work_bound.h"
 
 /* Steps of a window: half a second or so of a small mechanism. Short phases, as swings of microseconds, take a tenth of
  * it even at the finest tolerances (bench/results/light_carriage.txt). */
@@ -10,7 +10,7 @@ enum { WINDOW = 100000 };
  * runs of the examples and benchmarks take 1e6. */
 static const double MOST_TO_COME = 1e8;
 
-static bool has_reached(const kmp_bound *bound, long tried, double t, double t_end, kmp_text *why)
+static bool has_reached(const kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
 {
     if (tried < bound->most || !(t < t_end))
         return false;
@@ -20,7 +20,7 @@ static bool has_reached(const kmp_bound *bound, long tried, double t, double t_e
     return true;
 }
 
-bool kmp_bound_passed(kmp_bound *bound, long tried, double t, double t_end, kmp_text *why)
+bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
 {
     if (bound->most != 0)
         return bound->most > 0 && has_reached(bound, tried, t, t_end, why);
