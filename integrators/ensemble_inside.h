@@ -9,9 +9,9 @@
 #include "constraints/margin.h"
 #include "constraints/reduction.h"
 #include "constraints/tolerances.h"
-#include "integrators/work_bound.h"
 #include "integrators/ensemble.h"
 #include "integrators/rk_method.h"
+#include "integrators/work_bound.h"
 #include "model/variant.h"
 
 enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* more choices, and mechanisms with more rows, run by themselves */

@@ -6,11 +6,11 @@
 #include "constraints/margin.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
-#include "integrators/work_bound.h"
 #include "integrators/events.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
 #include "integrators/solver.h"
+#include "integrators/work_bound.h"
 
 struct kmp_runner {
     const kempe_system *s;
