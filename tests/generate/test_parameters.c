@@ -246,6 +246,7 @@ static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, 
     CHECK(other != NULL);
     if (other) {
         change_model(&kept, other);
+        CHECK(kempe_model_set_closure_tolerance(other, 0) == KEMPE_OK); /* p has the numbers as drawn */
         CHECK(kmp_source_init(&made, other, &(kempe_generation){.sets = SETS, .drives = true}) == KEMPE_OK);
         compare(&kept, &made, what);
         kmp_source_free(&made);
