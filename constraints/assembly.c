@@ -142,7 +142,7 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
     kmp_rounding_trial trial = {.rank = rank, .tolerance = s->closure_tolerance / s->length};
     kempe_assembly *a = NULL;
     kempe_status status = kmp_assemble_of_rank(s, &as, rank, &a);
-    if (status != KEMPE_OK)
+    if (status != KEMPE_OK || !a)
         return status;
     bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
     trial.dropped = a->dropped;
@@ -254,7 +254,7 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
         q[k] = start->q[k].value;
     kmp_guess guess = {q, start->hold, PUSHES, true};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
-    if (status == KEMPE_OK && !kmp_rounding_of(system))
+    if (status == KEMPE_OK && a && !kmp_rounding_of(system))
         status = look_for_rounding(system, &guess, &a);
     kmp_free(q);
     if (status == KEMPE_OK)
@@ -272,7 +272,7 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     bool known = kmp_rounding_of(system);
     kmp_context_clear(system->context);
     kempe_status status = kmp_assemble_start(system, &a);
-    if (status != KEMPE_OK)
+    if (status != KEMPE_OK || !a)
         return status;
     *assembly = a;
     if (!a->closed)

@@ -49,16 +49,13 @@ static kempe_status examine(kempe_check *check)
     const kempe_system *s = check->system;
     const kempe_assembly *a = check->assembly;
     const double *q = a->inner_q ? a->inner_q : a->q;
-    kempe_status status;
     kmp_plant *plant = kmp_plant_new(s, "tape");
-    if (!plant) {
-        status = kmp_fail_memory(s->context);
-    } else {
-        if (a->chart)
-            kmp_plant_set_charts(plant, a->chart);
-        kmp_plant_closure(plant, 0, q);
-        status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.u, s->model->run.u_count);
-    }
+    if (!plant)
+        return kmp_fail_memory(s->context);
+    if (a->chart)
+        kmp_plant_set_charts(plant, a->chart);
+    kmp_plant_closure(plant, 0, q);
+    kempe_status status = kmp_partition_init(&check->part, s, plant->jacobian, s->model->run.u, s->model->run.u_count);
     if (status == KEMPE_OK)
         status = count_driven(check, plant);
     if (status == KEMPE_OK)

@@ -438,6 +438,7 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_a
     KMP_WANTED(NULL, model, "model");
     ask = ask ? ask : &(const kempe_gradient_ask){0};
     KMP_WANTED(model->context, gradient, "gradient");
+    KMP_WANTED(model->context, ask->parameters || ask->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);
     kempe_gradient *g = KMP_NEW(kempe_gradient, 1);
     if (!g)
@@ -449,7 +450,7 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_a
         kempe_gradient_free(g);
         return status;
     }
-    for (int k = 0; k < g->count; k++)
+    for (int k = 0; k < ask->parameter_count; k++)
         for (int i = 0; i < g->system->model->parameter_count; i++)
             if (strcmp(g->system->model->parameters[i].name, ask->parameters[k]) == 0)
                 g->wanted[k] = g->value[g->driven + k] = g->system->parameters[i];

@@ -224,7 +224,7 @@ static int mark_solved(const kmp_graph *g, int count, const kmp_ref *out, bool *
         const kmp_node *node = kmp_graph_node(g, i);
         const kmp_ref operand[3] = {node->a, node->b, node->c};
         solved += needed[i] && node->op == KMP_OP_IMPLICIT;
-        for (int k = 0; needed[i] && k < kmp_op_arity((kmp_op)node->op); k++)
+        for (int k = 0; needed[i] && k < 3 && k < kmp_op_arity((kmp_op)node->op); k++)
             needed[kmp_id(operand[k])] = true;
     }
     return solved;
