@@ -125,7 +125,7 @@ static int factor_sparse(kmp_saddle *saddle)
     }
     for (int k = 0; saddle->out && k < saddle->r; k++)
         *value++ = saddle->out[k] ? 1 : 0;
-    return kmp_sparse_factor(saddle->sparse, saddle->matrix);
+    return kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
 }
 
 /* Into x, where the right-hand side of M is. */
