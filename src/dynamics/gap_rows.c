@@ -26,7 +26,7 @@ int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp
 
 bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h)
 {
-    kmp_ref leaf[3], to[3], rows[KMP_KIND_MAX_ROWS];
+    kmp_ref leaf[3] = {0}, to[3] = {0}, rows[KMP_KIND_MAX_ROWS];
     uint16_t through;
     int count = kmp_gap_leaves(p, &p->d, leaf, to);
     for (int k = 0; k < count; k++)
@@ -98,7 +98,7 @@ static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], con
 static bool place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_way by[2], kmp_gap *placed, kmp_ref *h)
 {
     kmp_graph *g = s->eq->graph;
-    kmp_ref leaf[3], to[3];
+    kmp_ref leaf[3] = {0}, to[3] = {0};
     uint16_t through;
     *placed = *p;
     placed->d = kmp_vec_sub(g, p->side[1].by[by[1]].x, p->side[0].by[by[0]].x);

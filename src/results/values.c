@@ -83,6 +83,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
     kempe_status status = kmp_model_check_finished(model);
     for (int k = 0; status == KEMPE_OK && k < columns; k++) {
         kmp_text why = {0};
+        KMP_WANTED(model->context, names && names[k], "a name of a column");
         bool may = kmp_variant_may(model, names[k], &why);
         for (int i = 0; may && i < k; i++)
             if (strcmp(names[i], names[k]) == 0) {
@@ -105,12 +106,10 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     kmp_context_clear(model->context);
     if (columns < 0 || count < 0)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table has no negative number of columns or rows");
-    for (int k = 0; k < columns; k++)
-        KMP_WANTED(model->context, names && names[k], "a name of a column");
-    KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_status status = check_names(model, columns, names);
     if (status != KEMPE_OK)
         return status;
+    KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_values *made = kmp_values_new(columns, names);
     if (!made)
         return kmp_fail_memory(model->context);
