@@ -265,10 +265,10 @@ static const char *const outcome_text[OUTCOMES] = {
 };
 
 /* Warnings of the run at hand. */
+/* Random start rates contradict the closures; that they become others says nothing about the run. */
 static void count_warnings(void *user, kempe_level level, const char *line)
 {
-    (void)line;
-    *(int *)user += level == KEMPE_LOG_WARNING;
+    *(int *)user += level == KEMPE_LOG_WARNING && strncmp(line, "start: the rate of", 18) != 0;
 }
 
 static kempe_status simulate(const kempe_system *system, const char *road, double rtol, bool once,
