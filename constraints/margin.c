@@ -394,8 +394,8 @@ static bool passes(const kmp_margin *margin)
     line l = line_of(margin);
     if (l.cosine < KMP_MARGIN_TURNED && l.closest < KMP_MARGIN_PASSED * margin->usual)
         return true;
-    return margin->last < KMP_MARGIN_DEEP * margin->usual && l.before > KMP_MARGIN_DEEP * margin->usual &&
-           l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
+    double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
+    return margin->last < deep && l.before > deep && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
 /* A quick look where no row is dropped: no pivot of the block has fallen far, none has changed its sign since the last
@@ -472,7 +472,8 @@ bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
     if (!margin->stands || margin->quick || margin->ignored || margin->r == 0)
         return false;
     line l = line_of(margin);
-    bool soon = margin->refused || margin->last < KMP_ZONE_IN * margin->usual;
+    double soonest = margin->tried > 0 ? KMP_MARGIN_AGAIN * margin->tried : KMP_ZONE_IN * margin->usual;
+    bool soon = (margin->refused && margin->tried == 0) || margin->last < soonest;
     *when = l.when;
     return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
 }
@@ -492,6 +493,7 @@ void kmp_margin_stand(kmp_margin *margin)
     exchange(&margin->z, &margin->z_stood);
     exchange(&margin->t, &margin->t_stood);
     margin->seen = !margin->quick;
+    margin->tried = margin->quick || margin->last > KMP_ZONE_OUT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
     margin->stands = true;
 }
