@@ -45,6 +45,7 @@ typedef struct kmp_margin {
     double *z, *z_stood;               /* m */
     double *w, *w_stood;               /* n */
     double *t, *t_stood;               /* r x (m - r): T' */
+    int *t_start, *t_kept;             /* what of T' is not zero: a dropped row's kept rows, from t_start on */
 } kmp_margin;
 
 /** Of the partition's rows. false: no memory. */

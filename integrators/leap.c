@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 6 };
+enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12 };
 #define DOUBLING 2.0
 
 /* Distance, of the usual one, at which a leap is to land; landings tried in turn. */

@@ -14,7 +14,7 @@
 #include <string.h>
 
 #define RATE_ROUNDING 1e-9
-#define RATE_NOISE    1e-6
+#define RATE_NOISE    1e-5
 #define NOISE_FADES   0.9
 /* Of a state that is closed for an integrator that leaps: a correction of this size, scaled, leaves the square of it.
  */
