@@ -123,9 +123,9 @@ static void check_window(const window *x, double rtol)
         double off = fabs(kempe_sensitivity_value(found, last, 0) - end);
         for (int p = 0; p < 2; p++)
             off = fmax(off, fabs(kempe_sensitivity_slope(found, last, 0, p) - exact[p]) / (1 + fabs(exact[p])));
-        if (!(off <= 300 * rtol) && s.warnings == 0)
+        if (!(off <= 100 * rtol) && s.warnings == 0)
             printf("  c = %g, w = %g, %s: off by %.2g without a word\n", x->c, x->w, ask.method, off);
-        CHECK(off <= 300 * rtol || s.warnings > 0);
+        CHECK(off <= 100 * rtol || s.warnings > 0);
         kempe_sensitivity_free(found);
     }
     close_scene(&s);
