@@ -162,7 +162,7 @@ static void weigh_target(adjoint *a, double *out)
     }
     if (!x->shown)
         return;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_outputs(v->slopes, &at);
     kmp_slopes_outputs_gradient(v->slopes, x->shown, &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
 }
@@ -304,7 +304,7 @@ static kempe_status pass_condition(adjoint *a, const kept_mark *mark)
     for (int i = 0; i < a->p; i++)
         weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_events(v->slopes, &at);
     kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
     weight /= -a->unit[mark->condition];

@@ -8,7 +8,7 @@
 #ifndef KMP_ANALYSIS_BEND_H
 #define KMP_ANALYSIS_BEND_H
 
-#include "integrators/tangent.h"
+#include "integrators/instant.h"
 
 typedef struct kmp_bend {
     kmp_formulas bent;

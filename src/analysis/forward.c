@@ -117,7 +117,7 @@ static double target_of(const kmp_target *w, const kmp_varied *v, const double *
 double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
-    kmp_instant at = kmp_varied_instant(varied);
+    kmp_instant at = kmp_linear_instant(&varied->linear);
     const double *shown = target->shown ? kmp_slopes_outputs(varied->slopes, &at) : NULL;
     return target_of(target, varied, l->q, l->qd, l->qdd, l->lambda, shown);
 }
@@ -485,7 +485,7 @@ static bool find_swing(forward *f, int k)
     kmp_varied *v = f->v;
     kmp_linear *l = &v->linear;
     double one = 1, *along = f->along, rate, faster;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_events(v->slopes, &at);
     kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
     rate = along[k];

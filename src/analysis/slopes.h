@@ -6,7 +6,7 @@
 #ifndef KMP_ANALYSIS_SLOPES_H
 #define KMP_ANALYSIS_SLOPES_H
 
-#include "integrators/tangent.h"
+#include "integrators/instant.h"
 
 /** Derivatives of one program by columns, and the program. */
 typedef struct kmp_slope_matrix {

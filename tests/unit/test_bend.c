@@ -3,6 +3,7 @@
  * ones, with a sweep of steps; on examples with loops in the plane and in space, and on a model whose parameters follow
  * from others. */
 #include "analysis/bend.h"
+#include "integrators/tangent.h"
 #include "loaded.h"
 #include "model/variant.h"
 #include "random.h"
