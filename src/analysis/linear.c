@@ -135,20 +135,17 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     return KEMPE_OK;
 }
 
-/* Deriving the tangents takes as long as some hundred evaluations number by number; then each is several times as fast.
- * Without memory for it all stays as it is. */
-static void derive_when_worth(kmp_linear *l)
+void kmp_linear_derive(kmp_linear *linear)
 {
-    enum { WORTH = 200 };
     kmp_tangents derived;
-    if (++l->looks != WORTH || !l->tangents.numbers)
+    if (!linear->tangents.numbers)
         return;
-    if (kmp_tangents_init(&derived, l->system, l->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
-        kmp_context_clear(l->system->context);
+    if (kmp_tangents_init(&derived, linear->system, linear->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+        kmp_context_clear(linear->system->context);
         return;
     }
-    kmp_tangents_free(&l->tangents);
-    l->tangents = derived;
+    kmp_tangents_free(&linear->tangents);
+    linear->tangents = derived;
 }
 
 kmp_instant kmp_linear_instant(const kmp_linear *linear)
@@ -157,6 +154,9 @@ kmp_instant kmp_linear_instant(const kmp_linear *linear)
     return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
 }
 
+/* Deriving the tangents takes as long as some hundred evaluations number by number. */
+enum { WORTH = 200 };
+
 /* What follows from qdd, and the tangents. */
 static void complete(kmp_linear *l)
 {
@@ -164,7 +164,8 @@ static void complete(kmp_linear *l)
     memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
     if (l->plain)
         return;
-    derive_when_worth(l);
+    if (++l->looks == WORTH)
+        kmp_linear_derive(l);
     (void)kmp_reduction_press_factor(&l->red, false); /* the state was come to with the same */
     kmp_instant at = kmp_linear_instant(l);
     l->d = kmp_tangents_derivatives(&l->tangents, &at);

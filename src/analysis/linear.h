@@ -43,6 +43,10 @@ typedef struct kmp_linear {
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend);
 void kmp_linear_free(kmp_linear *linear);
 
+/** Derives the tangents now, for who will look at hundreds of states: each look is then several times as fast. Without
+ * memory for it all stays as it is. */
+void kmp_linear_derive(kmp_linear *linear);
+
 /** The system's parameters have other values now. */
 void kmp_linear_renew_parameters(kmp_linear *linear);
 

@@ -125,6 +125,7 @@ static kempe_status prepare(work *w)
         status = kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes);
     if (status != KEMPE_OK)
         return status;
+    kmp_linear_derive(&w->varied.linear);
     s->integrator = kmp_solver_find(w->spec.integrator)->name;
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
