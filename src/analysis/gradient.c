@@ -49,7 +49,7 @@ static double *slope_by(const kempe_gradient *g, int k)
 
 static kmp_instant instant(const kempe_gradient *g)
 {
-    kmp_instant at = kmp_shift_instant(&g->linear);
+    kmp_instant at = kmp_linear_instant(&g->linear);
     at.q = g->q;
     return at;
 }
