@@ -90,12 +90,13 @@ struct kempe_system {
     double *parameters;       /* values */
     double closure_tolerance; /* m: what closures that are redundant may stay open by; 0: nothing */
     kmp_rounding *rounding;
-    kempe_model *mended;   /* its own copy of the model, whose points and axes are those that a rounded drawing means
-                            * (constraints/mend.h); NULL: the model as it is */
-    double *misfit;        /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
-    double mended_by;      /* and the farthest that a number was moved, characteristic lengths or rad */
-    double build_s;        /* CPU time of deriving */
-    kempe_force_fn *force; /* the user's efforts; NULL: none */
+    bool strict; /* rounding of the model's numbers does not explain what redundant closures are open by */
+    bool mended; /* points and axes of `model` are those that a rounded drawing means (constraints/mend.h) */
+    struct kmp_variant *own; /* that has it, where it is the system's own; NULL: somebody else's */
+    double *misfit;          /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
+    double mended_by;        /* and the farthest that a number was moved, characteristic lengths or rad */
+    double build_s;          /* CPU time of deriving */
+    kempe_force_fn *force;   /* the user's efforts; NULL: none */
     void *force_user;
 };
 
