@@ -29,7 +29,7 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, MOST
 #define WIDE       10.0  /* of the median misfit */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
-#define EXPLAINED  1e-3  /* what is left of the misfit, or the rounding squared, where the rounding explains it */
+#define EXPLAINED  1e-2  /* what is left of the misfit, or the rounding squared, where the rounding explains it */
 #define LEAST      1e-15 /* a shift below is none */
 
 /* A number of the model that may move: a coordinate of a point, a component of an axis, a turn of a frame. */
@@ -403,20 +403,35 @@ static bool is_near(const mending *x)
     return true;
 }
 
+/* What a step leaves of the conditions, the largest, as far as they are linear. */
+static double left_by(const mending *x)
+{
+    double most = 0;
+    for (int c = 0; c < x->conditions; c++) {
+        double left = x->rest[c];
+        for (int i = 0; i < x->count; i++)
+            left -= x->matrix[(size_t)c + (size_t)i * (size_t)x->conditions] * x->shift[i];
+        most = fmax(most, fabs(left));
+    }
+    return most;
+}
+
 /* `widest` is what the left null spaces are off by, more where pivots are small: directions of the conditions below
  * that are left to the next step, and more of them where they lead far. false: no memory, or farther than rounding
  * leads. */
 static bool step(mending *x, double widest)
 {
-    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK);
+    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK), left = INFINITY;
     bool near = false;
     for (; !near && rank <= MOST_RANK; rank *= 10) {
         if (kmp_least_squares(x->conditions, x->count, x->matrix, x->rest, rank, x->shift) < 0)
             return false;
+        left = left_by(x);
         for (int i = 0; i < x->count; i++)
             x->shift[i] *= x->number[i].rounding;
         near = is_near(x);
     }
+    x->explained = x->explained || (near && left <= fmax(EXPLAINED * widest, x->unit * x->unit));
     for (int i = 0; near && i < x->count; i++) {
         x->number[i].total -= x->shift[i];
         if (fabs(x->shift[i]) > LEAST)
@@ -430,16 +445,13 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
 {
     const kempe_system *now = x->s;
     kempe_system *next = NULL;
-    double widest, first = 0, before = INFINITY;
+    double widest, before = INFINITY;
     kempe_status status = KEMPE_OK;
     bool met = false;
     for (int k = 0; k < STEPS; k++, before = widest) {
         met = now->m < x->s->m; /* rows have become exactly zero: the assembly will tell */
         if (met || !look(x, now, &widest))
             break;
-        first = k == 0 ? widest : first;
-        x->explained =
-            x->explained || (k > 0 && widest <= fmax(fmax(EXPLAINED * first, x->unit * x->unit), NEARLY_MET));
         met = k > 0 && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
         if (met || !(widest < 0.5 * before) || !step(x, widest))
             break;
@@ -450,7 +462,6 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
             break;
         now = next;
     }
-    x->explained = x->explained || met;
     if (met)
         *mended = next;
     else
