@@ -101,21 +101,19 @@ static kempe_status set_parameters(job *j, const double *point)
     return status;
 }
 
-/* What moves and is not decided by closures moves on. */
+/* What moves and is not decided by closures moves on; of what turns the rate is found. */
 static kempe_status hold_what_moves(job *j)
 {
     kempe_contact_table *t = j->t;
     kempe_status status = kmp_linear_choose(&j->linear, 0, j->q, NULL, 0);
     for (int k = 0; status == KEMPE_OK && k < j->linear.p; k++) {
         int c = j->linear.part.u[k];
+        bool turns = t->system->model->motions[c].rotation;
         if (j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
-            t->hold[t->hold_count++] = (kmp_hold){c, t->system->model->motions[c].rotation};
+            t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = turns ? KMP_RATE_FREED : KMP_RATE_HELD};
     }
-    t->rates = status == KEMPE_OK ? KMP_NEW(kmp_steady, t->hold_count) : NULL;
-    if (status == KEMPE_OK && !t->rates)
-        return kmp_fail_memory(context_of(j));
-    for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
-        t->rates[k] = (kmp_steady){t->hold[k].coordinate, j->start->inner_qd[t->hold[k].coordinate]};
+    for (int k = 0; k < t->hold_count; k++)
+        t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
     return status;
 }
 
@@ -129,16 +127,16 @@ static kempe_status read_freed(job *j, const char *words)
     kempe_status status =
         strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count);
     for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
-        t->hold[k].freed = false;
+        t->hold[k].how = KMP_RATE_HELD;
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
         int hold = kmp_contact_hold_of(t, list[k]);
-        if (hold < 0 || t->rates[hold].rate == 0)
+        if (hold < 0 || t->hold[hold].rate == 0)
             status = kmp_fail(context_of(j), KEMPE_E_ARGUMENT,
                               "freed: '%s' does not move at the start, or the closures move it: give it a rate there "
                               "(start: qd)",
                               model->motions[list[k]].name);
         else
-            t->hold[hold].freed = true;
+            t->hold[hold].how = KMP_RATE_FREED;
     }
     kmp_free(list);
     return status;
@@ -186,17 +184,17 @@ static kempe_status try_point(job *j, const double *point)
 {
     kempe_contact_table *t = j->t;
     size_t size = (size_t)t->system->n * sizeof(double);
-    kmp_held held = {.count = t->hold_count, .hold = t->hold, .rates = t->rates};
+    kmp_search search = {.rates = t->hold, .rate_count = t->hold_count, .balanced = true, .quiet = true};
     kempe_status status = set_parameters(j, point);
     memcpy(j->before, j->q, size);
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].hold >= 0)
             j->q[t->hold[t->lead[k].hold].coordinate] = point[k];
     if (status == KEMPE_OK)
-        status = kmp_held_find(&j->linear, 0, j->q, &held);
-    t->iterations += held.iterations;
+        status = kmp_equilibrium_find(&j->linear, 0, j->q, &search);
+    t->iterations += search.iterations;
     if (status == KEMPE_OK) {
-        t->residual = fmax(t->residual, held.residual);
+        t->residual = fmax(t->residual, search.residual);
         memmove(j->here, point, (size_t)t->over.count * sizeof *point);
     } else {
         memcpy(j->q, j->before, size);
@@ -337,7 +335,7 @@ void kempe_contact_table_free(kempe_contact_table *t)
     kempe_system_free(t->system);
     kmp_variant_free(t->variant);
     kmp_ranges_free(&t->over);
-    void *rooms[] = {t->reason, t->lead, t->hold, t->rates, t->value, t->q, t->qd, t->first, t->patch, t->warnings};
+    void *rooms[] = {t->reason, t->lead, t->hold, t->value, t->q, t->qd, t->first, t->patch, t->warnings};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     kmp_free(t);

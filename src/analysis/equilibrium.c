@@ -3,8 +3,7 @@
  * Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0: of a conservative mechanism the way down its potential, of any
  * other that of a heavily damped motion. A step is bounded, and as long as the work s'R along it has fallen to half at
  * its end or still goes down (Matthies and Strang, IJNME 14 (1979) 1613): no potential has to be known. Where R = 0 and
- * Kr still falls in some direction the state is pushed aside along it. Near: KINSOL on the coordinates that R depends
- * on with the exact Kr; then Newton's steps to round-off. */
+ * Kr still falls in some direction the state is pushed aside along it. Newton's steps by least squares end it. */
 #include "analysis/load_path.h"
 #include "analysis/way.h"
 #include "base/memory.h"
@@ -13,14 +12,15 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_HALVINGS = 14, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
+enum { MOST_HALVINGS = 40, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
 
 #define NOTHING 1e-9 /* a column of Kr, in parts of its largest entry: of what nothing depends on */
 enum { MOST_TOLD = 12 };
-#define NEAR          0.003 /* Newton's step from which KINSOL goes on, rad or characteristic lengths */
-#define NEARER        0.01
-#define STILL         1e-6 /* Newton's step at an equilibrium */
-#define FIRST_BOUND   0.3  /* rad, or characteristic lengths */
+#define NEAR          0.003 /* Newton's step at a stable equilibrium, rad or characteristic lengths */
+#define STILL         1e-6  /* at any other */
+#define FIRST_BOUND   0.3   /* rad, or characteristic lengths */
+#define SHORT_BOUND   1e-3
+#define LONGEST       0.3
 #define PUSH          0.05
 #define FARTHEST      1e4  /* what moves as far never stops */
 #define RUNAWAY_TURNS 20.0 /* rad: what went as far without an end runs away */
@@ -31,20 +31,29 @@ static void shorten(kmp_way *w, double factor)
 {
     for (int i = 0; i < w->n; i++)
         w->move[i] *= factor;
-    for (int k = 0; k < w->l->p; k++)
+    for (int k = 0; k < w->count; k++)
         w->step[k] *= factor;
+}
+
+/* s'R of the step, of some R. */
+static double work_along(const kmp_way *w, const double *residual)
+{
+    double sum = 0;
+    for (int k = 0; k < w->count; k++)
+        sum += w->step[k] * residual[w->place[k]];
+    return sum;
 }
 
 /* So far along the step that the work has fallen to half or goes on down. 0: nowhere. */
 static double search_line(kmp_way *w)
 {
-    double first = kmp_dot(w->l->p, w->step, w->force), part = 1;
+    double first = work_along(w, w->force), part = 1;
     for (int k = 0; k < MOST_HALVINGS; k++) {
         if (!kmp_way_try(w, part)) {
             part /= 2;
             continue;
         }
-        double last = kmp_dot(w->l->p, w->step, w->l->residual);
+        double last = work_along(w, w->l->residual);
         if (last <= 0.5 * fabs(first))
             return part;
         part *= fmax(0.1, fmin(0.8, first / (first - last)));
@@ -144,8 +153,8 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
 /* Aside along the direction in which Kr falls most. */
 static bool push_aside(kmp_way *w)
 {
-    int p = w->l->p, largest = 0;
-    for (int k = 0; k < p; k++) {
+    int largest = 0;
+    for (int k = 0; k < w->count; k++) {
         w->step[k] = w->vectors[k] * w->size[k];
         if (fabs(w->vectors[k]) > fabs(w->vectors[largest]))
             largest = k;
@@ -170,37 +179,43 @@ static bool step_down(kmp_way *w, double far)
     }
     double part = search_line(w);
     if (part == 0) {
-        (void)kmp_way_at(w, w->q);
+        (void)kmp_way_back(w);
         return false;
     }
     if (part == 1 && wanted > w->bound)
-        w->bound *= 2;
+        w->bound = w->search->balanced ? fmin(2 * w->bound, LONGEST) : 2 * w->bound;
     else if (part < 1)
         w->bound = fmax(0.5 * w->bound, part * far);
     kmp_way_note_step(w, part * far);
     return kmp_way_arrive(w);
 }
 
-/* Down until Newton's step is as short as `near` and leads to a stable one. Springs that are stiff beside others make
- * every residual small: the step is what tells how far it is. */
-static kempe_status descend(kmp_way *w, double near)
+/* Whether it has come to its end. Springs that are stiff beside others make every residual small: the step is what
+ * tells how far it is. A start that is balanced already is told about, whatever it is. */
+static bool is_there(const kmp_way *w, double far)
 {
-    int pushes = 0, begin = w->search->iterations;
+    if (w->residual > KMP_WAY_BALANCED)
+        return false;
+    if (w->search->balanced)
+        return true;
+    bool stable = w->least >= -KMP_WAY_FLAT;
+    return stable ? far <= (w->flat ? STILL : NEAR) : far <= STILL && w->search->iterations == 1;
+}
+
+static kempe_status descend(kmp_way *w)
+{
+    int pushes = 0;
     double far;
-    for (int i = begin; i < MOST_DOWN && w->search->iterations < MOST_DOWN; i++) {
+    while (w->search->iterations < MOST_DOWN) {
         if (kmp_interrupted(w->l->system->context))
             return kmp_way_complain(w, "interrupted");
         if (!kmp_way_decompose(w))
             return w->status;
-        if (w->residual != w->told)
-            kmp_way_note(w, w->residual);
-        bool stable = w->least >= -KMP_WAY_FLAT;
-        far = kmp_way_direction(w, true) ? kmp_way_spread(w) : HUGE_VAL;
+        kmp_way_note(w, w->residual);
+        far = kmp_way_direction(w) ? kmp_way_spread(w) : HUGE_VAL;
+        if (is_there(w, far))
+            return KEMPE_OK;
         bool balanced = w->residual <= KMP_WAY_BALANCED && far <= STILL;
-        if (balanced && (stable || (begin == 0 && w->search->iterations == 1)))
-            return KEMPE_OK;
-        if (stable && far <= near && !w->flat)
-            return KEMPE_OK;
         bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w, far);
         pushes += balanced;
         if (!gone)
@@ -211,19 +226,6 @@ static kempe_status descend(kmp_way *w, double near)
     }
     int k = farthest(w, &far);
     return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_way_complain(w, "too many iterations");
-}
-
-/* Down until it is so near, then by KINSOL, whose failure means that it was not near enough. */
-static kempe_status settle(kmp_way *w, double near)
-{
-    kempe_status status = descend(w, near);
-    if (status != KEMPE_OK || w->residual <= KMP_WAY_BALANCED)
-        return status;
-    status = kmp_way_newton(w);
-    if (status != KEMPE_E_FAILED || w->status != KEMPE_OK)
-        return status;
-    kmp_context_clear(w->l->system->context);
-    return KEMPE_OK;
 }
 
 static kempe_status find(kmp_way *w)
@@ -239,25 +241,15 @@ static kempe_status find(kmp_way *w)
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
-    if (w->search->exchange)
-        return kmp_way_exchange(w);
-    if (w->search->nearest) {
-        status = kmp_way_newton(w);
-    } else {
-        for (double near = NEAR; status == KEMPE_OK && w->residual > KMP_WAY_BALANCED; near *= NEARER)
-            status = settle(w, near);
-    }
-    if (status != KEMPE_OK)
-        return status;
-    if (w->residual != w->told)
-        kmp_way_note(w, w->residual);
-    kmp_way_polish(w);
-    return w->residual <= KMP_WAY_BALANCED ? KEMPE_OK : kmp_way_complain(w, "Newton's method does not get nearer");
+    if (!w->search->nearest && !w->search->exchange)
+        status = descend(w);
+    return status == KEMPE_OK ? kmp_way_least(w) : status;
 }
 
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
-    kmp_way w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN, .bound = FIRST_BOUND};
+    kmp_way w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN};
+    w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
     search->iterations = search->exchanges = 0;
     kempe_status status = kmp_way_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
     if (status == KEMPE_OK) {
@@ -269,6 +261,8 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     }
     if (status == KEMPE_OK)
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
-    kmp_way_free(&w);
+    for (int k = 0; status != KEMPE_OK && w.given && k < search->rate_count; k++)
+        search->rates[k].rate = w.given[k];
+    kmp_arena_free(&w.arena);
     return status;
 }
