@@ -145,7 +145,10 @@ kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const k
     b->potential = kmp_plant_potential(linear->plant, linear->t, linear->q);
     b->reaction = copy(e, 3 * closures,
                        closures > 0 ? kmp_plant_reactions(linear->plant, linear->t, linear->q, linear->lambda) : NULL);
-    b->freed = e->exchange ? copy(e, e->exchange->free_count, e->exchange->value) : NULL;
+    b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);
+    for (int i = 0, f = 0; !e->exchange && b->freed && i < e->rate_count; i++)
+        if (e->rates[i].how == KMP_RATE_FREED)
+            b->freed[f++] = e->rates[i].rate;
     b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
     keep_history(e, search, b);
     if (!find_idle(e, linear, b) || e->arena.failed)
@@ -171,6 +174,27 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_ask *
                           "all equilibria are looked for with the unknowns as they are: leave fix, require and free "
                           "out, or all");
     return status;
+}
+
+/* What is found beside the state, by its names. */
+static kempe_status name_freed(kempe_equilibrium *e)
+{
+    if (e->exchange) {
+        e->freed_count = e->exchange->free_count;
+        e->freed_name = e->exchange->name;
+        return KEMPE_OK;
+    }
+    e->freed_name = KMP_ARENA_NEW(&e->arena, const char *, e->rate_count);
+    for (int k = 0; e->freed_name && k < e->rate_count; k++) {
+        kmp_text name = {0};
+        if (e->rates[k].how != KMP_RATE_FREED)
+            continue;
+        kmp_text_printf(&name, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
+        e->freed_name[e->freed_count++] = name.s ? kmp_arena_strdup(&e->arena, name.s) : NULL;
+        e->arena.failed = e->arena.failed || name.failed;
+        kmp_text_free(&name);
+    }
+    return e->arena.failed ? kmp_fail_memory(e->system->context) : KEMPE_OK;
 }
 
 /* -- finding ----------------------------------------------------------------------------------------- */
@@ -235,7 +259,15 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
         kmp_plant_set_charts(linear->plant, start->chart);
-    return kmp_equilibrium_find(linear, 0, q, search);
+    if (search->rate_count > 0 || search->nearest || search->quiet || search->exchange)
+        return kmp_equilibrium_find(linear, 0, q, search);
+    kempe_status status = kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search);
+    if (search->rate_count > 0) {
+        kmp_free(e->rates);
+        e->rates = search->rates;
+        e->rate_count = search->rate_count;
+    }
+    return status;
 }
 
 /* With unknowns exchanged: first from the equilibrium without, if there is one; else from where what is fixed is met.
@@ -264,6 +296,8 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, kempe_a
         return kmp_fail_memory(e->system->context);
     kempe_status status =
         e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, *start, q, &search);
+    if (status == KEMPE_OK)
+        status = name_freed(e);
     if (status == KEMPE_OK)
         status = kmp_balances_keep(e, linear, &search, (*start)->q);
     if (status == KEMPE_OK)
@@ -392,13 +426,13 @@ const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, in
 int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium)
 {
     KMP_GIVEN(equilibrium, 0);
-    return equilibrium->exchange ? equilibrium->exchange->free_count : 0;
+    return equilibrium->freed_count;
 }
 
 const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i)
 {
     KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_freed_count(equilibrium), "");
-    return equilibrium->exchange->name[i];
+    return equilibrium->freed_name[i];
 }
 
 double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i)

@@ -14,7 +14,6 @@
 
 enum { MOST_HALVINGS = 40, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
 
-#define NOTHING 1e-9 /* a column of Kr, in parts of its largest entry: of what nothing depends on */
 enum { MOST_TOLD = 12 };
 #define NEAR          0.003 /* Newton's step at a stable equilibrium, rad or characteristic lengths */
 #define STILL         1e-6  /* at any other */
@@ -87,37 +86,6 @@ static int place_in_u(const kmp_linear *l, int coordinate)
     return -1;
 }
 
-/* Whether nothing depends on where u[k] is, and some force on its rate: it may go on steadily. After
- * kmp_linear_matrices. */
-static bool may_go_on(const kmp_linear *l, int k)
-{
-    double most = 0, own = 0;
-    for (int column = 0; column < l->p; column++)
-        for (int row = 0; row < l->p; row++) {
-            double size = fabs(l->stiffness[row + column * l->p]) * l->system->scale[l->part.u[row]] *
-                          l->system->scale[l->part.u[column]];
-            most = fmax(most, size);
-            own = column == k ? fmax(own, size) : own;
-        }
-    return own <= NOTHING * most && l->damping[k + k * l->p] > 0;
-}
-
-/* Which coordinates may, all of them: where one runs away the others do. */
-static void tell_steady(const kmp_linear *l, kmp_text *text)
-{
-    int count = 0;
-    for (int k = 0; k < l->p; k++)
-        if (may_go_on(l, k) && count++ < MOST_TOLD)
-            kmp_text_printf(text, "%s%s", count > 1 ? ", " : ". Forces depend on the rates, and not on the places, of ",
-                            l->system->model->motions[l->part.u[k]].name);
-    if (count > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", count - MOST_TOLD);
-    if (count > 0)
-        kmp_text_put(text,
-                     ": they may go on steadily. Give their rates (--rates 'NAME=RATE,..'), and let them be unknown "
-                     "where nothing fixes them (--free 'qd(NAME),..')");
-}
-
 /* Who pulls at the start along the coordinate u[k], which has gone so far since. */
 static kempe_status complain_runaway(kmp_way *w, int k, double far)
 {
@@ -125,7 +93,7 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     int coordinate = l->part.u[k], place = -1;
     const kmp_motion *motion = &l->system->model->motions[coordinate];
     kmp_load_path path = {0};
-    kmp_text pulls = {0}, steady = {0};
+    kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
         place = place_in_u(l, coordinate);
     kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
@@ -134,17 +102,11 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     if (place >= 0 && path.count > 0)
         kmp_text_put(&pulls, "; along it pull, at the start: ");
     kmp_load_path_tell(&pulls, l, place, &path);
-    if (place >= 0) {
-        kmp_linear_matrices(l);
-        if (may_go_on(l, place))
-            tell_steady(l, &steady);
-    }
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
                    "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s; no spring, stop or closure "
-                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead%s",
+                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
                    motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
-                   pulls.s ? pulls.s : "", steady.s ? steady.s : "");
-    kmp_text_free(&steady);
+                   pulls.s ? pulls.s : "");
     kmp_load_path_free(&path);
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;
@@ -261,8 +223,85 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     }
     if (status == KEMPE_OK)
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
-    for (int k = 0; status != KEMPE_OK && w.given && k < search->rate_count; k++)
-        search->rates[k].rate = w.given[k];
+    else
+        kmp_way_give_up(&w);
     kmp_arena_free(&w.arena);
+    return status;
+}
+
+/* -- steady motion -------------------------------------------------------------------------------------- */
+
+/* What may go on steadily at rates that are found, at first those of the start (n): nothing depends on where it is,
+ * and something that resists on how fast it goes. */
+static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
+{
+    double *ud = KMP_NEW(double, 2 * l->n), *work = ud ? ud + l->n : NULL, most;
+    search->rates = KMP_NEW(kmp_steady, l->n);
+    kempe_status status =
+        ud && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    for (int k = 0; status == KEMPE_OK && k < l->p; k++)
+        ud[k] = qd[l->part.u[k]];
+    if (status == KEMPE_OK && kmp_linear_at(l, t, q, ud, NULL) == KEMPE_OK) {
+        kmp_linear_matrices(l);
+        (void)kmp_way_measure(l, work, &most);
+        for (int k = 0; k < l->p; k++)
+            if (kmp_way_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
+                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], ud[k], KMP_RATE_FREED};
+    }
+    kmp_free(ud);
+    return status;
+}
+
+static void tell_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
+{
+    for (int k = 0; k < search->rate_count && k < MOST_TOLD; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", model->motions[search->rates[k].coordinate].name);
+    if (search->rate_count > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", search->rate_count - MOST_TOLD);
+}
+
+/* Where rest is not found, for `why`. */
+static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady, const char *why)
+{
+    kempe_context *context = l->system->context;
+    kmp_text names = {0};
+    tell_names(l->system->model, steady, &names);
+    kempe_status status = kmp_equilibrium_find(l, t, q, steady);
+    if (status == KEMPE_OK)
+        kmp_log(context, KEMPE_LOG_NOTE, "nothing holds it at rest: a steady motion is found, by the rates of %s",
+                names.s);
+    else if (status == KEMPE_E_FAILED) {
+        char *last = kmp_strdup(kempe_context_message(context));
+        kmp_context_clear(context);
+        (void)kmp_fail(context, status,
+                       "%s; and no steady motion is found from the start with the rates of %s unknown: %s; give rates "
+                       "that are nearer (--rates 'NAME=RATE,..', --free 'qd(NAME),..')",
+                       why, names.s, last ? last : "no memory");
+        kmp_free(last);
+    }
+    kmp_text_free(&names);
+    return status;
+}
+
+kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
+{
+    kmp_search steady = {.nearest = true};
+    kempe_context *context = linear->system->context;
+    kempe_status status = find_going_on(linear, t, q, qd, &steady);
+    bool goes_on = steady.rate_count > 0;
+    search->quiet = search->quiet || goes_on;
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(linear, t, q, search);
+    if (status == KEMPE_E_FAILED && goes_on) {
+        char *why = kmp_strdup(kempe_context_message(context));
+        kmp_context_clear(context);
+        status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
+        kmp_free(why);
+        if (status == KEMPE_OK) {
+            *search = steady;
+            return status;
+        }
+    }
+    kmp_free(steady.rates);
     return status;
 }

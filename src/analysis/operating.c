@@ -75,7 +75,8 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         kmp_plant_set_charts(l->plant, o->chart);
     kempe_status status = search->nearest ? close_loops(o, l, q) : KEMPE_OK;
     if (status == KEMPE_OK)
-        status = kmp_equilibrium_find(l, o->t, q, search);
+        status = search->rate_count > 0 || search->nearest ? kmp_equilibrium_find(l, o->t, q, search)
+                                                           : kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
     if (status == KEMPE_OK)
         status = kmp_operating_check(l, search);
     if (status == KEMPE_OK) {
@@ -99,13 +100,14 @@ static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rat
 {
     kmp_linear own;
     kmp_search search = {.rates = rates, .rate_count = rate_count};
-    if (linear)
-        return kmp_operating_settle(o, linear, &search);
-    kempe_status status = kmp_linear_init(&own, o->system, kmp_backend_default());
+    kempe_status status = linear ? KEMPE_OK : kmp_linear_init(&own, o->system, kmp_backend_default());
     if (status != KEMPE_OK)
         return status;
-    status = kmp_operating_settle(o, &own, &search);
-    kmp_linear_free(&own);
+    status = kmp_operating_settle(o, linear ? linear : &own, &search);
+    if (!linear)
+        kmp_linear_free(&own);
+    if (search.rates != rates)
+        kmp_free(search.rates);
     return status;
 }
 

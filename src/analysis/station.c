@@ -36,6 +36,7 @@ void kmp_station_free(kmp_station *station)
     if (!station)
         return;
     kmp_operating_free(station->state);
+    kmp_free(station->found);
     if (station->linear.plant)
         kmp_linear_free(&station->linear);
     kempe_system_free(station->own);
@@ -80,7 +81,21 @@ static kempe_status explain(const kmp_station *s, kempe_status status)
 static kempe_status settle(kmp_station *s, bool nearest)
 {
     kmp_search search = {.nearest = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
-    return explain(s, kmp_operating_settle(s->state, &s->linear, &search));
+    kempe_status status = explain(s, kmp_operating_settle(s->state, &s->linear, &search));
+    if (search.rates != s->ask.rates) {
+        s->found = s->ask.rates = search.rates;
+        s->ask.rate_count = search.rate_count;
+    }
+    return status;
+}
+
+static void forget_found(kmp_station *s)
+{
+    if (!s->found)
+        return;
+    kmp_free(s->found);
+    s->found = s->ask.rates = NULL;
+    s->ask.rate_count = 0;
 }
 
 static kempe_status find_state(kmp_station *s)
@@ -99,6 +114,7 @@ static kempe_status find_state(kmp_station *s)
         return status;
     kmp_operating_free(s->state);
     s->state = fresh;
+    forget_found(s);
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 

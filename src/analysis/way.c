@@ -27,7 +27,20 @@ bool kmp_way_init(kmp_way *w)
     w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->given[k] = w->search->rates[k].rate;
+    size_t charts = (size_t)(KMP_CHART_SIZE * w->l->system->chart_count);
+    if (charts > 0)
+        w->given_chart = KMP_ARENA_NEW(&w->arena, double, charts);
+    if (w->given_chart)
+        memcpy(w->given_chart, w->l->plant->chart, charts * sizeof *w->given_chart);
     return !w->arena.failed;
+}
+
+void kmp_way_give_up(kmp_way *w)
+{
+    for (int k = 0; w->given && k < w->search->rate_count; k++)
+        w->search->rates[k].rate = w->given[k];
+    if (w->given_chart)
+        kmp_plant_set_charts(w->l->plant, w->given_chart);
 }
 
 /* -- the measure of R -------------------------------------------------------------------------------- */

@@ -19,6 +19,7 @@ typedef struct kmp_way {
     double *q;                          /* n: the state at hand */
     double *begin;                      /* n */
     double *given;                      /* what search->rates were */
+    double *given_chart;                /* NULL: no joint is spherical */
     double *rates;                      /* p: ud */
     double *work;                       /* p: what acts and changes along each u, as work */
     double most;                        /* the largest of them */
@@ -40,6 +41,9 @@ typedef struct kmp_way {
 } kmp_way;
 
 bool kmp_way_init(kmp_way *w);
+
+/** Rates and charts are again what they were. */
+void kmp_way_give_up(kmp_way *w);
 
 /** u_k in its characteristic size. */
 double kmp_way_scale(const kmp_linear *l, int k);

@@ -224,8 +224,10 @@ static double spread(solver *s)
 {
     kmp_way *w = s->w;
     double far = 0;
-    for (int j = 0; j < s->p; j++)
+    for (int j = 0; j < s->p; j++) {
         w->step[j] = s->step[j] * kmp_way_unit(w, j);
+        far = fmax(far, w->rate[j] < 0 ? 0 : FIRST_BOUND * fabs(s->step[j]));
+    }
     for (int i = 0; i < w->n; i++) {
         w->move[i] = 0;
         for (int j = 0; j < s->columns; j++)
