@@ -258,15 +258,12 @@ bool kmp_exchange_set(kmp_exchange *exchange, const double *values, kmp_linear *
         rates[exchange->rate[k - exchange->parameter_count]].rate = values[k];
     if (exchange->parameter_count == 0)
         return true;
-    kmp_text why = {0};
-    bool ok = kmp_variant_set(exchange->variant, values, &why) == KEMPE_OK && kmp_system_rescale(exchange->system);
-    if (!ok) {
+    if (kmp_linear_vary(linear, exchange->system, exchange->variant, values) != KEMPE_OK) {
         kmp_text_free(&exchange->why);
-        exchange->why = why;
-    }
-    if (!ok)
+        kmp_text_put(&exchange->why, kempe_context_message(exchange->system->context));
+        kmp_context_clear(exchange->system->context);
         return false;
-    kmp_linear_renew_parameters(linear);
+    }
     kmp_slopes_renew_parameters(exchange->slopes);
     return true;
 }

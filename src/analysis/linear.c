@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
+#include "model/check_mass.h"
 #include <string.h>
 
 static bool make_room(kmp_linear *l)
@@ -65,6 +66,22 @@ void kmp_linear_renew_parameters(kmp_linear *linear)
 {
     kmp_plant_renew_parameters(linear->plant);
     kmp_tangents_renew_parameters(&linear->tangents, linear->system->parameters);
+}
+
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values)
+{
+    kmp_text why = {0};
+    kempe_status status = kmp_variant_set(variant, values, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(system))
+        status = kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(variant));
+    if (status == KEMPE_E_INPUT)
+        status = why.s ? kmp_fail(system->context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
+    kmp_text_free(&why);
+    if (status == KEMPE_OK && linear->plant)
+        kmp_linear_renew_parameters(linear);
+    return status;
 }
 
 kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count)
@@ -194,9 +211,9 @@ kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q,
 
 /* -- small changes ----------------------------------------------------------------------------------- */
 
-/* out = X du - (0; Jv^-1 rows), rows of all m; du NULL: zero. */
-static void spread(kmp_linear *l, const double *du, const double *rows, double *out)
+void kmp_linear_spread(kmp_linear *linear, const double *du, const double *rows, double *out)
 {
+    kmp_linear *l = linear;
     kmp_reduction *red = &l->red;
     memset(out, 0, (size_t)l->n * sizeof *out);
     for (int k = 0; du && k < l->p; k++)
@@ -229,14 +246,14 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
            *dqd = response->qd ? response->qd : linear->work + 2 * n;
     double *dqdd = response->qdd ? response->qdd : linear->work + 3 * n;
     take(linear->m, change->h, rows);
-    spread(linear, change->u, rows, dq);
+    kmp_linear_spread(linear, change->u, rows, dq);
     take(linear->m, change->rate, rows);
     kmp_tangents_add(t, KMP_RATE_Q, linear->d, 1, dq, rows);
-    spread(linear, change->ud, rows, dqd);
+    kmp_linear_spread(linear, change->ud, rows, dqd);
     take(linear->m, change->curve, rows);
     kmp_tangents_add(t, KMP_CURVE_Q, linear->d, 1, dq, rows);
     kmp_tangents_add(t, KMP_CURVE_QD, linear->d, 1, dqd, rows);
-    spread(linear, change->udd, rows, dqdd);
+    kmp_linear_spread(linear, change->udd, rows, dqdd);
     take(n, change->force, force);
     kmp_tangents_add(t, KMP_R_Q, linear->d, 1, dq, force);
     kmp_tangents_add(t, KMP_R_QD, linear->d, 1, dqd, force);

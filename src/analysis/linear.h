@@ -15,6 +15,7 @@
 #include "constraints/reduction.h"
 #include "integrators/tangent.h"
 #include "linalg/spectrum.h"
+#include "model/variant.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;
@@ -46,6 +47,10 @@ void kmp_linear_free(kmp_linear *linear);
 
 /** The system's parameters have other values now. */
 void kmp_linear_renew_parameters(kmp_linear *linear);
+
+/** Gives the parameters of a variant, of which the system is, these values; `linear` follows if it is made.
+ *  KEMPE_E_FAILED: the model cannot have them, and why. */
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values);
 
 /** Chooses u at (t, q), closed; `wish`: those that the caller wants (count 0: none). KEMPE_E_FAILED: the wish is not
  *  possible, and why. The state is then none. */
@@ -79,6 +84,9 @@ typedef struct kmp_response {
     double *lambda;       /* m: zero for rows that are dropped */
     double *residual;     /* p: dR */
 } kmp_response;
+
+/** dq (n) where u changes by du (p; NULL: not) and h by `rows` (m): X du - (0; Jv^-1 rows). Needs Jv and X alone. */
+void kmp_linear_spread(kmp_linear *linear, const double *du, const double *rows, double *out);
 
 /** At the last state. No allocation. */
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response);

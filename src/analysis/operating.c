@@ -64,6 +64,17 @@ static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q
     return status;
 }
 
+/* A failure that has no sentence yet gets one. */
+static kempe_status say_why(kempe_context *context, kempe_status status)
+{
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
+        return kmp_fail(
+            context, status,
+            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
+            "which closures lose rank");
+    return status;
+}
+
 kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *search)
 {
     size_t n = (size_t)l->n * sizeof(double);
@@ -92,7 +103,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
     }
     kmp_free(q);
-    return status;
+    return say_why(l->system->context, status);
 }
 
 /* `linear`: NULL, one is made. */
@@ -193,12 +204,7 @@ static kempe_status explain(const kmp_linear *l, kempe_status status)
                         "no length there, a bushing "
                         "turned by half a turn, or an expression beyond its range; begin elsewhere",
                         l->system->model->motions[k].name);
-    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
-        return kmp_fail(
-            context, status,
-            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
-            "which closures lose rank");
-    return status;
+    return say_why(context, status);
 }
 
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)

@@ -3,7 +3,6 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
-#include "model/check_mass.h"
 #include <math.h>
 #include <string.h>
 
@@ -44,44 +43,13 @@ void kmp_station_free(kmp_station *station)
     kmp_free(station);
 }
 
-/* -- a value ----------------------------------------------------------------------------------------- */
-
-static kempe_status take_value(kmp_station *s, double value)
-{
-    kempe_context *context = s->base->context;
-    kmp_text why = {0};
-    kempe_status status = kmp_variant_set(s->variant, &value, &why);
-    if (status == KEMPE_OK && !kmp_system_rescale(s->own))
-        status = kmp_fail_memory(context);
-    if (status == KEMPE_OK)
-        status = kmp_check_masses(kmp_variant_model(s->variant));
-    if (status == KEMPE_E_INPUT)
-        status = why.s ? kmp_fail(context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
-    kmp_text_free(&why);
-    if (status == KEMPE_OK)
-        kmp_linear_renew_parameters(&s->linear);
-    return status;
-}
-
 /* -- a state ----------------------------------------------------------------------------------------- */
-
-/* A failure that has no sentence yet gets one. */
-static kempe_status explain(const kmp_station *s, kempe_status status)
-{
-    kempe_context *context = s->base->context;
-    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
-        return kmp_fail(
-            context, status,
-            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
-            "which closures lose rank");
-    return status;
-}
 
 /* `nearest`: whatever is near, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_station *s, bool nearest)
 {
     kmp_search search = {.nearest = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
-    kempe_status status = explain(s, kmp_operating_settle(s->state, &s->linear, &search));
+    kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
     if (search.rates != s->ask.rates) {
         s->found = s->ask.rates = search.rates;
         s->ask.rate_count = search.rate_count;
@@ -122,7 +90,7 @@ kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
 {
     kmp_station *s = station;
     kempe_context *context = s->base->context;
-    kempe_status status = s->variant ? take_value(s, value) : KEMPE_OK;
+    kempe_status status = s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK;
     if (s->ask.varies)
         s->ask.varies->rate = value;
     if (status == KEMPE_OK)

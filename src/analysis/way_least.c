@@ -5,6 +5,7 @@
 #include "analysis/exchange.h"
 #include "analysis/way.h"
 #include "base/memory.h"
+#include "base/parts.h"
 #include "constraints/tolerances.h"
 #include "linalg/least.h"
 #include <math.h>
@@ -464,32 +465,28 @@ static void put_targets(solver *s, double part)
  * and smaller parts. From a state that is no equilibrium the first part only succeeds by luck. */
 static kempe_status follow(solver *s)
 {
-    double done = 0, part = 1;
+    kmp_parts way = KMP_PARTS;
+    kempe_status status = KEMPE_OK;
     (void)take(s);
     for (int k = 0; k < s->x->target_count; k++) {
         s->to[k] = s->x->target[k].value;
         s->from[k] = s->to[k] + s->value[s->p + k] * s->row_size[s->p + k];
     }
     save(s, &s->good);
-    while (done < 1) {
-        double next = fmin(1, done + part);
-        put_targets(s, next);
+    while (kmp_parts_next(&way, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
+        if (status == KEMPE_E_FAILED && !restore(s, &s->good))
+            return status;
+        put_targets(s, way.next);
         if (s->x->target_count > 0)
             s->w->search->iterations = 0;
-        kempe_status status = solve(s, done == 0 && part == 1 ? MOST_STEPS : MOST_OF_PART);
-        if (status == KEMPE_OK) {
-            done = next;
-            part *= 2;
-            save(s, &s->good);
-            continue;
-        }
-        part /= 2;
-        if (status != KEMPE_E_FAILED || s->w->status != KEMPE_OK || part < SMALLEST_PART || s->x->target_count == 0)
+        status = solve(s, way.next == 1 && way.done == 0 ? MOST_STEPS : MOST_OF_PART);
+        if (status != KEMPE_OK && (status != KEMPE_E_FAILED || s->w->status != KEMPE_OK))
             return status;
-        if (!restore(s, &s->good))
-            return KEMPE_E_FAILED;
+        kmp_parts_take(&way, status == KEMPE_OK);
+        if (status == KEMPE_OK)
+            save(s, &s->good);
     }
-    return KEMPE_OK;
+    return status;
 }
 
 static kempe_status run(solver *s)
