@@ -50,13 +50,14 @@ double kmp_way_scale(const kmp_linear *l, int k)
     return l->system->scale[l->part.u[k]];
 }
 
-/* What acts along u_k, and what a unit of each coordinate changes there, as work. */
+/* What acts along u_k, and what a unit of each coordinate and each rate as it is change there, as work. */
 static double work_of(const kmp_linear *l, int k)
 {
     double acting = 0, row = 0, column = 0, s = kmp_way_scale(l, k);
     for (int i = 0; i < l->n; i++)
         acting += fabs(l->red.x[i + k * l->n] * l->force[i]) * s;
     for (int j = 0; j < l->p; j++) {
+        acting += fabs(l->damping[k + j * l->p] * l->qd[l->part.u[j]]) * s;
         row += fabs(l->stiffness[k + j * l->p]) * s * kmp_way_scale(l, j);
         column += fabs(l->stiffness[j + k * l->p]) * s * kmp_way_scale(l, j);
     }
@@ -156,56 +157,43 @@ void kmp_way_take_rates(kmp_way *w)
     }
 }
 
-static bool is_independent(const kmp_linear *l, int coordinate)
-{
-    for (int k = 0; k < l->p; k++)
-        if (l->part.u[k] == coordinate)
-            return true;
-    return false;
-}
-
-/* A choice with the steady coordinates in it: those columns of J are pivoted last. `wish` has room for n. */
-static bool wish_for(kmp_way *w, int *wish)
+/* A choice with the steady coordinates in it: those columns of J are pivoted last. */
+static kempe_status choose_with_steady(kmp_way *w)
 {
     const kempe_system *s = w->l->system;
-    int n = s->n, m = s->m, r = w->l->part.r;
-    double *jacobian = KMP_NEW(double, m *n), *pivots = KMP_NEW(double, m + n);
-    int *fixed = KMP_NEW(int, n), *row = KMP_NEW(int, m), *column = KMP_NEW(int, n);
-    bool ok = jacobian && pivots && fixed && row && column;
-    if (ok) {
-        kmp_plant_dense_jacobian(w->l->plant, jacobian);
-        for (int k = 0; k < n; k++)
-            for (int i = 0; i < m; i++)
-                jacobian[i + k * m] *= s->scale[k] / s->row_scale[i];
-        for (int k = 0; k < w->search->rate_count; k++)
-            fixed[w->search->rates[k].coordinate] = 1;
-        kmp_lu_complete(m, n, jacobian, fixed, row, column, pivots);
-        memcpy(wish, column + r, (size_t)(n - r) * sizeof *wish);
+    bool *liked = KMP_NEW(bool, s->n);
+    for (int k = 0; liked && k < w->search->rate_count; k++)
+        liked[w->search->rates[k].coordinate] = true;
+    int count = liked ? kmp_partition_prefer(s, w->l->plant->jacobian, liked, w->pivot) : -1;
+    kmp_free(liked);
+    return count < 0 ? kmp_fail_memory(s->context) : kmp_linear_choose(w->l, w->t, w->q, w->pivot, count);
+}
+
+/* The first of the steady coordinates that is not independent; -1: all are. */
+static int find_dependent(const kmp_way *w)
+{
+    for (int k = 0; k < w->search->rate_count; k++) {
+        int found = 0;
+        while (found < w->l->p && w->l->part.u[found] != w->search->rates[k].coordinate)
+            found++;
+        if (found == w->l->p)
+            return w->search->rates[k].coordinate;
     }
-    kmp_free(jacobian);
-    kmp_free(pivots);
-    kmp_free(fixed);
-    kmp_free(row);
-    kmp_free(column);
-    return ok;
+    return -1;
 }
 
 kempe_status kmp_way_choose(kmp_way *w)
 {
     kempe_status status = kmp_linear_choose(w->l, w->t, w->q, NULL, 0);
-    bool all = true;
-    for (int k = 0; status == KEMPE_OK && k < w->search->rate_count; k++)
-        all = all && is_independent(w->l, w->search->rates[k].coordinate);
-    if (status == KEMPE_OK && !all)
-        status = wish_for(w, w->pivot) ? kmp_linear_choose(w->l, w->t, w->q, w->pivot, w->l->p)
-                                       : kmp_fail_memory(w->l->system->context);
+    if (status == KEMPE_OK && find_dependent(w) >= 0)
+        status = choose_with_steady(w);
     if (status != KEMPE_OK)
         return status;
-    for (int k = 0; k < w->search->rate_count; k++)
-        if (!is_independent(w->l, w->search->rates[k].coordinate))
-            return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
-                            "the closures decide the rate of '%s': it cannot be prescribed with the others",
-                            w->l->system->model->motions[w->search->rates[k].coordinate].name);
+    int dependent = find_dependent(w);
+    if (dependent >= 0)
+        return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                        "the closures decide the rate of '%s': it cannot be prescribed with the others",
+                        w->l->system->model->motions[dependent].name);
     kmp_way_take_rates(w);
     return KEMPE_OK;
 }
