@@ -52,7 +52,7 @@ static double *slope_by(const kempe_gradient *g, int k)
 
 static kmp_instant instant(const kempe_gradient *g)
 {
-    kmp_instant at = kmp_shift_instant(&g->linear);
+    kmp_instant at = kmp_linear_instant(&g->linear);
     at.q = g->q;
     return at;
 }
@@ -79,7 +79,7 @@ static void find_slopes(kempe_gradient *g)
     memcpy(g->slope, g->linear.red.x, (size_t)(g->n * g->driven) * sizeof *g->slope);
     for (int k = 0; k < g->count; k++) {
         kmp_slopes_of_parameter(g->slopes, k, g->h, g->rate, g->curve, g->force);
-        kmp_linear_spread(&g->linear, NULL, g->h, slope_by(g, g->driven + k));
+        kmp_spread(&g->linear.red, NULL, g->h, slope_by(g, g->driven + k));
     }
 }
 

@@ -85,8 +85,7 @@ static bool make_room(solver *s)
 
 static kmp_instant instant(const kmp_linear *l)
 {
-    const kmp_plant *plant = l->plant;
-    return (kmp_instant){l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
 }
 
 /* All rows at l's state, in the sizes at hand; the largest. */
