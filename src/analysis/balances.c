@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_BITS = 1000 };
-#define BIT       0.1 /* rad, or characteristic lengths: what is fixed goes there so far at a time */
 #define TWO_PI    6.283185307179586
 #define SAME      1e-6 /* scaled: states that are nearer are one */
 #define ELSEWHERE 0.3  /* rad, or characteristic lengths */
@@ -214,45 +212,6 @@ static kempe_status check_rates(const kempe_equilibrium *e)
     return KEMPE_OK;
 }
 
-/* Brings what is fixed from the start to its values, bit by bit so that the loops close as they did; `*a` becomes what
- * comes out, and stays where the way ends before. */
-static kempe_status lead(const kempe_equilibrium *e, kempe_assembly **a)
-{
-    const kempe_system *s = e->system;
-    int n = s->n, parts = 0;
-    double *from = KMP_NEW(double, n), *to = KMP_NEW(double, n);
-    bool *hold = KMP_NEW(bool, n);
-    kempe_status status = from && to && hold ? KEMPE_OK : kmp_fail_memory(s->context);
-    for (int k = 0; status == KEMPE_OK && k < e->exchange->target_count; k++) {
-        const kmp_target *t = &e->exchange->target[k];
-        if (t->coordinate < 0)
-            continue;
-        from[t->coordinate] = (*a)->q[t->coordinate];
-        hold[t->coordinate] = true;
-        double far = fabs(t->value - from[t->coordinate]) / s->scale[t->coordinate];
-        parts = (int)fmax(parts, ceil(fmin(far / BIT, MOST_BITS)));
-    }
-    for (int i = 1; status == KEMPE_OK && i <= parts; i++) {
-        kempe_assembly *next = NULL;
-        memcpy(to, (*a)->q, (size_t)n * sizeof *to);
-        for (int k = 0; k < e->exchange->target_count; k++) {
-            const kmp_target *t = &e->exchange->target[k];
-            if (t->coordinate >= 0)
-                to[t->coordinate] = from[t->coordinate] + i * (t->value - from[t->coordinate]) / parts;
-        }
-        status = kmp_assemble_from(s, &(kmp_guess){to, hold, 0, false}, &next);
-        bool closed = status == KEMPE_OK && next->closed;
-        kempe_assembly_free(closed ? *a : next);
-        *a = closed ? next : *a;
-        if (!closed)
-            break;
-    }
-    kmp_free(from);
-    kmp_free(to);
-    kmp_free(hold);
-    return status;
-}
-
 static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                 kmp_search *search)
 {
@@ -270,24 +229,22 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     return status;
 }
 
-/* With unknowns exchanged: first from the equilibrium without, if there is one; else from where what is fixed is met.
- */
-static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, kempe_assembly **start, double *q,
+/* With unknowns exchanged: first from the equilibrium without, if there is one; else from the start. */
+static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                    kmp_search *search)
 {
     kmp_search plain = {.rates = e->rates, .rate_count = e->rate_count, .quiet = true};
-    kempe_status status = search_from(e, linear, *start, q, &plain);
+    kempe_status status = search_from(e, linear, start, q, &plain);
     if (status == KEMPE_OK)
         status = kmp_equilibrium_find(linear, 0, q, search);
     if (status != KEMPE_E_FAILED)
         return status;
     kmp_context_clear(e->system->context);
     kmp_exchange_begin(e->exchange, linear, e->rates);
-    status = lead(e, start);
-    return status == KEMPE_OK ? search_from(e, linear, *start, q, search) : status;
+    return search_from(e, linear, start, q, search);
 }
 
-static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, kempe_assembly **start)
+static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start)
 {
     kmp_search search = {
         .rates = e->rates, .rate_count = e->rate_count, .nearest = e->nearest, .exchange = e->exchange};
@@ -295,11 +252,11 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, kempe_a
     if (!q)
         return kmp_fail_memory(e->system->context);
     kempe_status status =
-        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, *start, q, &search);
+        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search);
     if (status == KEMPE_OK)
         status = name_freed(e);
     if (status == KEMPE_OK)
-        status = kmp_balances_keep(e, linear, &search, (*start)->q);
+        status = kmp_balances_keep(e, linear, &search, start->q);
     if (status == KEMPE_OK)
         status = check_rates(e);
     e->from_start = status == KEMPE_OK;
@@ -317,7 +274,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
         ready = status == KEMPE_OK;
     }
     if (status == KEMPE_OK)
-        status = find_first(e, &linear, &start);
+        status = find_first(e, &linear, start);
     if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && ready))) {
         char *why = kmp_strdup(kempe_context_message(e->system->context));
         status = why ? kmp_balances_sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1)
