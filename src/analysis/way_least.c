@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/parts.h"
 #include "constraints/tolerances.h"
+#include "linalg/dot.h"
 #include "linalg/least.h"
 #include <math.h>
 #include <string.h>
@@ -198,10 +199,7 @@ static void linearise(solver *s)
 
 static double norm(int n, const double *x)
 {
-    double sum = 0;
-    for (int i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
+    return sqrt(kmp_dot(n, x, x));
 }
 
 /* The step of least |J s + f|^2 + |damping s|^2. false: no memory. */
