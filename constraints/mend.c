@@ -233,16 +233,6 @@ static kmp_walk *walk_of(const mending *x, const kempe_system *s)
     return w;
 }
 
-/* The left null space at the walk's last state. */
-static void keep_left(mending *x, kmp_walk *w, double *left)
-{
-    for (int r = 0; r < w->m; r++)
-        for (int k = 0; k < w->n; k++)
-            w->copy[k + r * w->n] = w->jacobian[r + k * w->m];
-    (void)kmp_null_space(w->n, w->m, w->copy, 0, x->rank, w->basis, w->order, &w->last);
-    memcpy(left, w->basis, (size_t)(w->m * x->left) * sizeof *left);
-}
-
 static bool find_places(mending *x)
 {
     kmp_waypoint place[MOST_PLACES];
@@ -337,8 +327,10 @@ static bool find_slopes(mending *x)
 static void take_conditions(mending *x, kmp_walk *w, int place)
 {
     size_t m = (size_t)w->m, first = (size_t)place * m;
-    if (place < x->places)
-        keep_left(x, w, x->w + first * (size_t)x->left);
+    if (place < x->places) {
+        (void)kmp_walk_left(w, 0, x->rank);
+        memcpy(x->w + first * (size_t)x->left, w->basis, m * (size_t)x->left * sizeof *x->w);
+    }
     contract(x, place, w->h, x->rest);
     for (int i = 0; i < x->count; i++)
         contract(x, place, x->slope + (size_t)i * rows_of(x) + first, x->matrix + (size_t)i * (size_t)x->conditions);
