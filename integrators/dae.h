@@ -25,8 +25,4 @@ typedef struct kmp_dae {
     int (*accept)(void *self, double t, const double *y, const double *yp);
 } kmp_dae;
 
-typedef struct kmp_dae_work {
-    long steps, rejected, residuals, newton, matrices, factorizations, failures;
-} kmp_dae_work;
-
 #endif

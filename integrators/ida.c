@@ -3,12 +3,9 @@
  * Settings that matter for multibody systems: error weights divided by `factor` (Newton tests every unknown, so
  * only the weight takes a multiplier out of it), algebraic unknowns out of the error test, a Newton tolerance
  * of 0.01, an explicit first step. IDA's own search for consistent values is not used. */
-#include "integrators/ida.h"
-
 #include "base/memory.h"
-#include "constraints/sundials_compat.h"
 #include "integrators/linear.h"
-#include "integrators/solver.h"
+#include "integrators/sundials_ode.h"
 #include "integrators/vector.h"
 
 #include <ida/ida.h>
@@ -21,7 +18,7 @@ static const double NEWTON_TOLERANCE = 0.01;
 /* Attempts at one step that the road may refuse. */
 enum { MAX_TRIES = 100 };
 
-struct kmp_ida {
+typedef struct ida {
     kempe_context *context;
     kmp_dae dae;
     kmp_tolerance tolerance;
@@ -33,10 +30,10 @@ struct kmp_ida {
     double t, t_old, t_end;
     double *y_old, *yp_old; /* at the start of a step */
     int hopeless;           /* steps in a row that are hardly resolved */
-    kmp_dae_work before;    /* of earlier starts: IDA's counters begin anew with each */
-};
+    kmp_solver_work before; /* of earlier starts: IDA's counters begin anew with each */
+} ida;
 
-static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
+static SUNLinearSolver make_solver(ida *s, const char *name)
 {
     SUNLinearSolver solver = kmp_linear_known(name) ? kmp_linear_new(name, s->matrix, s->sun) : NULL;
     if (!kmp_linear_known(name))
@@ -51,7 +48,7 @@ static SUNLinearSolver make_solver(kmp_ida *s, const char *name)
 /* KMP_RETRY is IDA's recoverable failure (positive), KMP_HALT its fatal one (negative). */
 static int residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *user)
 {
-    kmp_ida *s = user;
+    ida *s = user;
     return s->dae.residual(s->dae.self, t, kmp_sun_data(y), kmp_sun_data(yp), kmp_sun_data(r));
 }
 
@@ -63,7 +60,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
     (void)w1;
     (void)w2;
     (void)w3;
-    kmp_ida *s = user;
+    ida *s = user;
     const kmp_dae *dae = &s->dae;
     memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
     memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
@@ -72,7 +69,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 
 static int weights(N_Vector y, N_Vector w, void *user)
 {
-    const kmp_ida *s = user;
+    const ida *s = user;
     const double *value = kmp_sun_data(y), *atol = s->tolerance.atol, *factor = s->dae.factor, rtol = s->tolerance.rtol;
     double *restrict weight = kmp_sun_data(w);
     int bad = 0, n = s->dae.n; /* no jump, so that it goes in lanes */
@@ -85,7 +82,7 @@ static int weights(N_Vector y, N_Vector w, void *user)
 
 /* -- creation -------------------------------------------------------------------------------------- */
 
-static bool make_parts(kmp_ida *s)
+static bool make_parts(ida *s)
 {
     const kmp_dae *dae = &s->dae;
     s->sun = kmp_sun_context();
@@ -102,7 +99,7 @@ static bool make_parts(kmp_ida *s)
     return s->y_old && s->yp_old && s->y && s->yp && s->differential && s->derivative && s->matrix && s->memory;
 }
 
-static int configure(kmp_ida *s)
+static int configure(ida *s)
 {
     bool algebraic = false;
     for (int i = 0; i < s->dae.n; i++)
@@ -123,32 +120,9 @@ static int configure(kmp_ida *s)
     return bad ? bad : IDASetMaxNumSteps(s->memory, -1);
 }
 
-kmp_ida *kmp_ida_new(kempe_context *context, const kmp_dae *dae, kmp_tolerance tolerance, const char *linear)
+static void release(void *solver)
 {
-    kmp_ida *s = KMP_NEW(kmp_ida, 1);
-    if (!s) {
-        kmp_fail_memory(context);
-        return NULL;
-    }
-    s->context = context;
-    s->dae = *dae;
-    s->tolerance = tolerance;
-    if (!make_parts(s))
-        kmp_fail_memory(context);
-    else if ((s->solver = make_solver(s, linear)) != NULL) {
-        int bad = configure(s);
-        if (!bad)
-            return s;
-        kmp_fail(context, KEMPE_E_BUG, "IDA refused its settings (flag %d)", bad);
-    }
-    kmp_ida_free(s);
-    return NULL;
-}
-
-void kmp_ida_free(kmp_ida *s)
-{
-    if (!s)
-        return;
+    ida *s = solver;
     if (s->memory)
         IDAFree(&s->memory);
     if (s->solver)
@@ -164,6 +138,28 @@ void kmp_ida_free(kmp_ida *s)
     kmp_free(s->y_old);
     kmp_free(s->yp_old);
     kmp_free(s);
+}
+
+static void *create(const kmp_solver_setup *setup)
+{
+    ida *s = KMP_NEW(ida, 1);
+    if (!s) {
+        (void)kmp_fail_memory(setup->context);
+        return NULL;
+    }
+    s->context = setup->context;
+    s->dae = *setup->dae;
+    s->tolerance = setup->tolerance;
+    if (!make_parts(s))
+        (void)kmp_fail_memory(s->context);
+    else if ((s->solver = make_solver(s, setup->linear)) != NULL) {
+        int bad = configure(s);
+        if (!bad)
+            return s;
+        (void)kmp_fail(s->context, KEMPE_E_BUG, "IDA refused its settings (flag %d)", bad);
+    }
+    release(s);
+    return NULL;
 }
 
 /* -- steps ----------------------------------------------------------------------------------------- */
@@ -197,7 +193,7 @@ static const char *meaning(int flag)
     }
 }
 
-static kempe_status complain(kmp_ida *s, int flag)
+static kempe_status complain(ida *s, int flag)
 {
     char *name = IDAGetReturnFlagName(flag);
     kempe_status status =
@@ -206,10 +202,26 @@ static kempe_status complain(kmp_ida *s, int flag)
     return status;
 }
 
-kempe_status kmp_ida_start(kmp_ida *s, double t, const double *y, const double *yp, double t_end, double h0)
+/* Over all starts. */
+static kmp_solver_work work(const void *solver)
 {
+    const ida *s = solver;
+    kmp_solver_work w = {0};
+    (void)IDAGetNumSteps(s->memory, &w.steps);
+    (void)IDAGetNumErrTestFails(s->memory, &w.rejected);
+    (void)IDAGetNumResEvals(s->memory, &w.rhs);
+    (void)IDAGetNumNonlinSolvIters(s->memory, &w.newton);
+    (void)IDAGetNumJacEvals(s->memory, &w.matrices);
+    (void)IDAGetNumLinSolvSetups(s->memory, &w.factorizations);
+    (void)IDAGetNumNonlinSolvConvFails(s->memory, &w.refused);
+    return kmp_sun_sum(w, s->before);
+}
+
+static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
+{
+    ida *s = solver;
     size_t size = (size_t)s->dae.n * sizeof(double);
-    s->before = kmp_ida_work(s);
+    s->before = work(s);
     s->t = s->t_old = t;
     s->t_end = t_end;
     s->hopeless = 0;
@@ -222,14 +234,14 @@ kempe_status kmp_ida_start(kmp_ida *s, double t, const double *y, const double *
 }
 
 /* Back to the start of the step that would have ended at t, for one of half its length: the history is lost. */
-static int retreat(kmp_ida *s, double t)
+static int retreat(ida *s, double t)
 {
     size_t size = (size_t)s->dae.n * sizeof(double);
     double h = 0.5 * (t - s->t);
     if (!(h > kmp_solver_least_step(s->t)))
         return IDA_REP_RES_ERR;
-    s->before = kmp_ida_work(s);
-    s->before.failures++;
+    s->before = work(s);
+    s->before.refused++;
     s->before.steps--;
     memcpy(kmp_sun_data(s->y), s->y_old, size);
     memcpy(kmp_sun_data(s->yp), s->yp_old, size);
@@ -239,7 +251,7 @@ static int retreat(kmp_ida *s, double t)
 }
 
 /* One step of IDA and what the road says of it. A flag of IDA, 0 for none. */
-static int attempt(kmp_ida *s, double *t, int *said)
+static int attempt(ida *s, double *t, int *said)
 {
     int flag = IDASolve(s->memory, s->t_end, t, s->y, s->yp, IDA_ONE_STEP);
     if (flag < 0)
@@ -248,8 +260,9 @@ static int attempt(kmp_ida *s, double *t, int *said)
     return *said == KMP_RETRY ? retreat(s, *t) : 0;
 }
 
-kempe_status kmp_ida_step(kmp_ida *s)
+static kempe_status step(void *solver)
 {
+    ida *s = solver;
     size_t size = (size_t)s->dae.n * sizeof(double);
     int bad = 0, said = KMP_RETRY;
     double t = s->t;
@@ -264,113 +277,44 @@ kempe_status kmp_ida_step(kmp_ida *s)
     s->t_old = s->t;
     s->t = t;
     if (said != KMP_GO)
-        return KEMPE_STOPPED;
+        return KEMPE_E_FAILED;
     if (!kmp_solver_collapsed(&s->hopeless, s->t - s->t_old, s->t))
         return KEMPE_OK;
     return kmp_fail(s->context, KEMPE_E_FAILED, "IDA stopped at t = %.9g: " KMP_SOLVER_COLLAPSED, s->t);
 }
 
-double kmp_ida_t(const kmp_ida *s)
+static double t(const void *solver)
 {
-    return s->t;
+    return ((const ida *)solver)->t;
 }
 
-double kmp_ida_t_old(const kmp_ida *s)
+static double t_old(const void *solver)
 {
-    return s->t_old;
+    return ((const ida *)solver)->t_old;
 }
 
-/* -- dense output and counters --------------------------------------------------------------------- */
+/* -- dense output --------------------------------------------------------------------- */
 
-kempe_status kmp_ida_dense(kmp_ida *s, double t, double *y, double *yp)
+static kempe_status dense(void *solver, double time, double *y, double *yp)
 {
+    ida *s = solver;
     size_t size = (size_t)s->dae.n * sizeof(double);
     double *out[2] = {y, yp};
-    if (!(s->t > s->t_old) || t == s->t) { /* no step yet, or its end */
+    if (!(s->t > s->t_old) || time == s->t) { /* no step yet, or its end */
         memcpy(y, kmp_sun_data(s->y), size);
         memcpy(yp, kmp_sun_data(s->yp), size);
         return KEMPE_OK;
     }
     double slack = 1e-12 * (fabs(s->t) + s->t - s->t_old);
-    bool outside = !(t >= s->t_old - slack && t <= s->t + slack);
+    bool outside = !(time >= s->t_old - slack && time <= s->t + slack);
     for (int k = 0; k < 2; k++) {
-        int bad = outside ? IDA_BAD_T : IDAGetDky(s->memory, t, k, s->derivative);
+        int bad = outside ? IDA_BAD_T : IDAGetDky(s->memory, time, k, s->derivative);
         if (bad)
-            return kmp_fail(s->context, KEMPE_E_BUG, "IDA has no value at t = %.9g: its last step is %.9g to %.9g", t,
-                            s->t_old, s->t);
+            return kmp_fail(s->context, KEMPE_E_BUG, "IDA has no value at t = %.9g: its last step is %.9g to %.9g",
+                            time, s->t_old, s->t);
         memcpy(out[k], kmp_sun_data(s->derivative), size);
     }
     return KEMPE_OK;
-}
-
-kmp_dae_work kmp_ida_work(const kmp_ida *s)
-{
-    kmp_dae_work w = {0};
-    (void)IDAGetNumSteps(s->memory, &w.steps);
-    (void)IDAGetNumErrTestFails(s->memory, &w.rejected);
-    (void)IDAGetNumResEvals(s->memory, &w.residuals);
-    (void)IDAGetNumNonlinSolvIters(s->memory, &w.newton);
-    (void)IDAGetNumJacEvals(s->memory, &w.matrices);
-    (void)IDAGetNumLinSolvSetups(s->memory, &w.factorizations);
-    (void)IDAGetNumNonlinSolvConvFails(s->memory, &w.failures);
-    w.steps += s->before.steps;
-    w.rejected += s->before.rejected;
-    w.residuals += s->before.residuals;
-    w.newton += s->before.newton;
-    w.matrices += s->before.matrices;
-    w.factorizations += s->before.factorizations;
-    w.failures += s->before.failures;
-    return w;
-}
-
-/* -- behind the socket ----------------------------------------------------------------------------- */
-
-static void *create(const kmp_solver_setup *setup)
-{
-    return kmp_ida_new(setup->context, setup->dae, setup->tolerance, setup->linear);
-}
-
-static void release(void *solver)
-{
-    kmp_ida_free(solver);
-}
-
-static kempe_status start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
-{
-    return kmp_ida_start(solver, t, y, yp, t_end, h0);
-}
-
-static kempe_status step(void *solver)
-{
-    kempe_status status = kmp_ida_step(solver);
-    return status == KEMPE_STOPPED ? KEMPE_E_FAILED : status;
-}
-
-static double end_of_step(const void *solver)
-{
-    return kmp_ida_t(solver);
-}
-
-static double start_of_step(const void *solver)
-{
-    return kmp_ida_t_old(solver);
-}
-
-static kempe_status dense(void *solver, double t, double *y, double *yp)
-{
-    return kmp_ida_dense(solver, t, y, yp);
-}
-
-static kmp_solver_work work(const void *solver)
-{
-    kmp_dae_work w = kmp_ida_work(solver);
-    return (kmp_solver_work){.steps = w.steps,
-                             .rejected = w.rejected,
-                             .refused = w.failures,
-                             .rhs = w.residuals,
-                             .newton = w.newton,
-                             .matrices = w.matrices,
-                             .factorizations = w.factorizations};
 }
 
 const kmp_solver_kind kmp_solver_ida = {.name = "ida",
@@ -380,7 +324,7 @@ const kmp_solver_kind kmp_solver_ida = {.name = "ida",
                                         .release = release,
                                         .start = start,
                                         .step = step,
-                                        .t = end_of_step,
-                                        .t_old = start_of_step,
+                                        .t = t,
+                                        .t_old = t_old,
                                         .dense = dense,
                                         .work = work};

@@ -192,6 +192,35 @@ static kmp_ref derive_arithmetic(kmp_graph *g, const kmp_node *n, kmp_ref f, con
     }
 }
 
+/* p / sqrt(x), where x is a factor of p: finite where x is zero. KMP_ZERO: it is none. */
+static kmp_ref over_root(kmp_graph *g, kmp_ref p, kmp_ref x, kmp_ref root)
+{
+    const kmp_node n = *kmp_graph_node(g, kmp_id(p));
+    if (kmp_id(p) == kmp_id(x))
+        return p == x ? root : KMP_ZERO;
+    if (n.op != KMP_OP_MUL)
+        return KMP_ZERO;
+    kmp_ref a = over_root(g, n.a, x, root), b = a == KMP_ZERO ? over_root(g, n.b, x, root) : KMP_ZERO;
+    kmp_ref both = a != KMP_ZERO ? kmp_mul(g, a, n.b) : b != KMP_ZERO ? kmp_mul(g, n.a, b) : KMP_ZERO;
+    return kmp_is_negative(p) ? kmp_neg(both) : both;
+}
+
+/* d(p sqrt(x)) = dp sqrt(x) + p / sqrt(x) dx / 2, of a power such as max(x, 0)^1.5. KMP_ZERO: it is none. */
+static kmp_ref derive_half_power(kmp_derivative *d, const kmp_node *n, const kmp_ref differential[3])
+{
+    for (int k = 0; n->op == KMP_OP_MUL && k < 2; k++) {
+        kmp_ref root = k ? n->b : n->a, p = k ? n->a : n->b;
+        const kmp_node s = *kmp_graph_node(d->g, kmp_id(root));
+        if (s.op != KMP_OP_SQRT || kmp_is_negative(root) || differential[k] == KMP_ZERO)
+            continue;
+        kmp_ref rest = over_root(d->g, p, s.a, root);
+        if (rest != KMP_ZERO)
+            return kmp_add(d->g, kmp_mul(d->g, differential[1 - k], root),
+                           kmp_mul(d->g, kmp_mul(d->g, kmp_const(d->g, 0.5), rest), of(d, s.a)));
+    }
+    return KMP_ZERO;
+}
+
 static kmp_ref derive_applied(kmp_graph *g, const kmp_node *n, const kmp_ref d[3])
 {
     if (n->op == KMP_OP_IMPLICIT)
@@ -216,6 +245,9 @@ static kmp_ref derive(kmp_derivative *d, uint32_t id)
     kmp_ref differential[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
         differential[k] = of(d, kmp_operand(&n, k));
+    kmp_ref half_power = derive_half_power(d, &n, differential);
+    if (half_power != KMP_ZERO)
+        return half_power;
     switch (kmp_op_form_of((kmp_op)n.op)) {
     case KMP_FORM_LEAF:
         return KMP_ZERO;

@@ -3,9 +3,10 @@
  * system. */
 #include "check.h"
 #include "constraints/kinsol.h"
-#include "integrators/ida.h"
 #include "integrators/linear.h"
 #include "integrators/solver.h"
+
+static const kmp_solver_kind *const ida = &kmp_solver_ida;
 
 /* -- Robertson's reaction: two rates and a balance (Hairer, Wanner, Solving ODEs II, IV.1) ----- */
 
@@ -69,28 +70,29 @@ static kmp_dae robertson(reaction *s)
 
 static const char *linear = "umfpack"; /* of the tests that run */
 
-static kmp_ida *start_robertson(kempe_context *context, reaction *r)
+static void *start_robertson(kempe_context *context, reaction *r)
 {
     kmp_dae dae = robertson(r);
-    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-10, absolute}, linear);
+    void *s = ida->create(&(kmp_solver_setup){
+        .context = context, .dae = &dae, .tolerance = (kmp_tolerance){1e-10, absolute}, .linear = linear});
     CHECK(s != NULL);
-    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    CHECK(ida->start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
     return s;
 }
 
-static kempe_status run_to(kmp_ida *s, double t_end)
+static kempe_status run_to(void *s, double t_end)
 {
     kempe_status status = KEMPE_OK;
-    while (status == KEMPE_OK && kmp_ida_t(s) < t_end)
-        status = kmp_ida_step(s);
+    while (status == KEMPE_OK && ida->t(s) < t_end)
+        status = ida->step(s);
     return status;
 }
 
-static void check_at_40(kmp_ida *s)
+static void check_at_40(void *s)
 {
     double y[3], yp[3];
-    CHECK(kmp_ida_t(s) == 40);
-    CHECK(kmp_ida_dense(s, 40, y, yp) == KEMPE_OK);
+    CHECK(ida->t(s) == 40);
+    CHECK(ida->dense(s, 40, y, yp) == KEMPE_OK);
     CHECK_NEAR(y[0], 0.7158270687193941, 1e-8);
     CHECK(fabs(y[1] - 0.9185534764557338e-5) < 1e-12);
     CHECK_NEAR(y[2], 0.2841637457458413, 1e-8);
@@ -101,17 +103,17 @@ static void test_robertson(void)
 {
     kempe_context *context = kempe_context_new();
     reaction r = {0};
-    kmp_ida *s = start_robertson(context, &r);
+    void *s = start_robertson(context, &r);
     CHECK(run_to(s, 40) == KEMPE_OK);
     check_at_40(s);
-    kmp_dae_work w = kmp_ida_work(s);
-    CHECK(w.steps == r.accepted && w.steps > 50 && w.factorizations > 0 && w.residuals == r.calls);
-    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    kmp_solver_work w = ida->work(s);
+    CHECK(w.steps == r.accepted && w.steps > 50 && w.factorizations > 0 && w.rhs == r.calls);
+    CHECK(ida->start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
     CHECK(run_to(s, 40) == KEMPE_OK);
     check_at_40(s);
-    CHECK(kmp_ida_work(s).steps == 2 * w.steps); /* the counters go on */
-    CHECK(kmp_ida_step(s) == KEMPE_OK && kmp_ida_t(s) == 40);
-    kmp_ida_free(s);
+    CHECK(ida->work(s).steps == 2 * w.steps); /* the counters go on */
+    CHECK(ida->step(s) == KEMPE_OK && ida->t(s) == 40);
+    ida->release(s);
     kempe_context_free(context);
 }
 
@@ -119,21 +121,21 @@ static void test_dense_output(void)
 {
     kempe_context *context = kempe_context_new();
     reaction r = {0};
-    kmp_ida *s = start_robertson(context, &r);
+    void *s = start_robertson(context, &r);
     double y[3], yp[3], last[3] = {1, 0, 0};
-    CHECK(kmp_ida_dense(s, 0, y, yp) == KEMPE_OK && y[0] == 1 && yp[1] == 0.04);
-    while (kmp_ida_t(s) < 0.4) {
-        CHECK(kmp_ida_step(s) == KEMPE_OK);
-        double t0 = kmp_ida_t_old(s), t1 = kmp_ida_t(s), after[3];
-        CHECK(kmp_ida_dense(s, t0, y, yp) == KEMPE_OK);
+    CHECK(ida->dense(s, 0, y, yp) == KEMPE_OK && y[0] == 1 && yp[1] == 0.04);
+    while (ida->t(s) < 0.4) {
+        CHECK(ida->step(s) == KEMPE_OK);
+        double t0 = ida->t_old(s), t1 = ida->t(s), after[3];
+        CHECK(ida->dense(s, t0, y, yp) == KEMPE_OK);
         CHECK_NEAR(y[0], last[0], 1e-9);
-        CHECK(kmp_ida_dense(s, 0.5 * (t0 + t1), y, yp) == KEMPE_OK);
-        CHECK(kmp_ida_dense(s, t1, last, yp) == KEMPE_OK);
+        CHECK(ida->dense(s, 0.5 * (t0 + t1), y, yp) == KEMPE_OK);
+        CHECK(ida->dense(s, t1, last, yp) == KEMPE_OK);
         CHECK(y[0] < t0 + 1 && last[0] <= y[0]);
-        CHECK(kmp_ida_dense(s, t1, after, yp) == KEMPE_OK && memcmp(after, last, sizeof last) == 0);
+        CHECK(ida->dense(s, t1, after, yp) == KEMPE_OK && memcmp(after, last, sizeof last) == 0);
     }
-    CHECK(kmp_ida_dense(s, 1e9, y, yp) == KEMPE_E_BUG);
-    kmp_ida_free(s);
+    CHECK(ida->dense(s, 1e9, y, yp) == KEMPE_E_BUG);
+    ida->release(s);
     kempe_context_free(context);
 }
 
@@ -141,17 +143,17 @@ static void test_retry_halt_and_giving_up(void)
 {
     kempe_context *context = kempe_context_new();
     reaction retry = {.retry_at = 30}, halt = {.halt_after = 7}, give_up = {.give_up_at = 40};
-    kmp_ida *s = start_robertson(context, &retry);
-    CHECK(run_to(s, 40) == KEMPE_OK && kmp_ida_work(s).failures > 0);
+    void *s = start_robertson(context, &retry);
+    CHECK(run_to(s, 40) == KEMPE_OK && ida->work(s).refused > 0);
     check_at_40(s);
-    kmp_ida_free(s);
+    ida->release(s);
     s = start_robertson(context, &halt);
-    CHECK(run_to(s, 40) == KEMPE_STOPPED && halt.accepted == 7);
-    kmp_ida_free(s);
+    CHECK(run_to(s, 40) == KEMPE_E_FAILED && halt.accepted == 7);
+    ida->release(s);
     s = start_robertson(context, &give_up);
     CHECK(run_to(s, 40) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(context), "gave up") != NULL);
-    kmp_ida_free(s);
+    ida->release(s);
     kempe_context_free(context);
 }
 
@@ -175,19 +177,19 @@ static void test_refused(void)
 {
     kempe_context *context = kempe_context_new();
     reaction r = {.refuse_at = 30};
-    kmp_ida *s = start_robertson(context, &r);
+    void *s = start_robertson(context, &r);
     double t = 0, tried = 0;
     for (int k = 0; k < 30; k++) {
-        tried = kmp_ida_t(s) - t;
-        t = kmp_ida_t(s);
-        CHECK(kmp_ida_step(s) == KEMPE_OK && kmp_ida_t_old(s) == t);
+        tried = ida->t(s) - t;
+        t = ida->t(s);
+        CHECK(ida->step(s) == KEMPE_OK && ida->t_old(s) == t);
     }
-    CHECK(r.refused == 3 && kmp_ida_t(s) - t < 0.6 * tried);
+    CHECK(r.refused == 3 && ida->t(s) - t < 0.6 * tried);
     CHECK(run_to(s, 40) == KEMPE_OK);
     check_at_40(s);
-    kmp_dae_work w = kmp_ida_work(s);
-    CHECK(w.steps == r.accepted && w.failures >= 2);
-    kmp_ida_free(s);
+    kmp_solver_work w = ida->work(s);
+    CHECK(w.steps == r.accepted && w.refused >= 2);
+    ida->release(s);
     kempe_context_free(context);
 }
 
@@ -197,19 +199,23 @@ static void test_singular_matrix_is_told(void)
     reaction r = {0};
     kmp_dae dae = robertson(&r);
     dae.matrix = singular_matrix;
-    kmp_ida *s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, absolute}, linear);
-    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    void *s = ida->create(&(kmp_solver_setup){
+        .context = context, .dae = &dae, .tolerance = (kmp_tolerance){1e-8, absolute}, .linear = linear});
+    CHECK(ida->start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
     CHECK(run_to(s, 40) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(context), "singular") != NULL);
     printf("  %s\n", kempe_context_message(context));
-    kmp_ida_free(s);
+    ida->release(s);
     dae.matrix = singular_once;
-    s = kmp_ida_new(context, &dae, (kmp_tolerance){1e-10, absolute}, linear);
-    CHECK(kmp_ida_start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
+    s = ida->create(&(kmp_solver_setup){
+        .context = context, .dae = &dae, .tolerance = (kmp_tolerance){1e-10, absolute}, .linear = linear});
+    CHECK(ida->start(s, 0, start_y, start_yp, 40, 1e-7) == KEMPE_OK);
     CHECK(run_to(s, 40) == KEMPE_OK && r.matrices > 4);
     check_at_40(s);
-    kmp_ida_free(s);
-    CHECK(kmp_ida_new(context, &dae, (kmp_tolerance){1e-8, absolute}, "abacus") == NULL);
+    ida->release(s);
+    CHECK(ida->create(&(kmp_solver_setup){
+              .context = context, .dae = &dae, .tolerance = (kmp_tolerance){1e-8, absolute}, .linear = "abacus"}) ==
+          NULL);
     CHECK(strstr(kempe_context_message(context), "abacus") != NULL);
     kempe_context_free(context);
 }
