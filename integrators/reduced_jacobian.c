@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/reduced_jacobian.h"
-#include "base/memory.h"
 #include <string.h>
 
 /* -- small changes ----------------------------------------------------------------------------------- */
@@ -77,14 +76,16 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
 kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power)
 {
     int n = red->n, m = red->part->m;
+    kmp_arena a = {0};
     *jacobian = (kmp_reduced_jacobian){.red = red,
-                                       .qdd = KMP_NEW(double, n),
-                                       .lambda = KMP_NEW(double, m),
-                                       .unit = KMP_NEW(double, 2 * red->p),
-                                       .dq = KMP_NEW(double, n),
-                                       .dqd = KMP_NEW(double, n),
-                                       .room = KMP_NEW(double, 5 * n + m)};
-    if (!jacobian->qdd || !jacobian->lambda || !jacobian->unit || !jacobian->dq || !jacobian->dqd || !jacobian->room)
+                                       .qdd = KMP_ARENA_NEW(&a, double, n),
+                                       .lambda = KMP_ARENA_NEW(&a, double, m),
+                                       .unit = KMP_ARENA_NEW(&a, double, 2 * red->p),
+                                       .dq = KMP_ARENA_NEW(&a, double, n),
+                                       .dqd = KMP_ARENA_NEW(&a, double, n),
+                                       .room = KMP_ARENA_NEW(&a, double, 5 * n + m)};
+    jacobian->arena = a;
+    if (a.failed)
         return kmp_fail_memory(red->plant->system->context);
     return kmp_tangents_init(&jacobian->tangents, red->plant->system, red->plant->backend,
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));
@@ -92,10 +93,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
 
 void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)
 {
-    double *rooms[] = {jacobian->qdd, jacobian->lambda, jacobian->unit, jacobian->dq, jacobian->dqd, jacobian->room};
     kmp_tangents_free(&jacobian->tangents);
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&jacobian->arena);
     *jacobian = (kmp_reduced_jacobian){0};
 }
 

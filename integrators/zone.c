@@ -4,6 +4,7 @@
  * error of the order of eps^2. A runner enters the zone when the margin of the closures has fallen and leaves it when
  * it has grown again; no other road may be asked to cross.
  */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/road.h"
@@ -25,6 +26,7 @@ enum { CLOSE_PASSES = 8 };
 
 typedef struct zone {
     kmp_road road; /* first */
+    kmp_arena arena;
     const kempe_system *s;
     kmp_plant *plant;
     kmp_margin *margin;
@@ -195,24 +197,22 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 static void release(kmp_road *road)
 {
     zone *d = (zone *)road;
-    void *arrays[] = {road->y, road->atol, d->lambda, d->x, d->y, d->dx};
     kmp_saddle_free(&d->saddle);
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
+    kmp_arena_free(&d->arena);
     kmp_text_free(&road->reason);
     kmp_free(d);
 }
 
 static bool allocate(zone *d, const kmp_partition *part)
 {
-    d->road.y = KMP_NEW(double, d->road.size);
-    d->road.atol = KMP_NEW(double, d->road.size);
-    d->x = KMP_NEW(double, d->n);
-    d->y = KMP_NEW(double, d->m);
-    d->dx = KMP_NEW(double, d->n);
-    d->lambda = KMP_NEW(double, d->m);
-    return d->road.y && d->road.atol && d->x && d->y && d->dx && d->lambda &&
-           kmp_saddle_init_truncated(&d->saddle, d->plant, part);
+    kmp_arena *a = &d->arena;
+    d->road.y = KMP_ARENA_NEW(a, double, d->road.size);
+    d->road.atol = KMP_ARENA_NEW(a, double, d->road.size);
+    d->x = KMP_ARENA_NEW(a, double, d->n);
+    d->y = KMP_ARENA_NEW(a, double, d->m);
+    d->dx = KMP_ARENA_NEW(a, double, d->n);
+    d->lambda = KMP_ARENA_NEW(a, double, d->m);
+    return !a->failed && kmp_saddle_init_truncated(&d->saddle, d->plant, part);
 }
 
 static kmp_road *create(const kmp_road_start *start)

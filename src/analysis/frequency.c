@@ -23,27 +23,28 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
     size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
     *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
     size_t block = inputs * outputs, all = block * (size_t)count;
-    size_t sizes[] = {(size_t)count, all, all, block, p * p, p * p, p, p, p, block, block, p * p, p, p};
-    double **room[] = {&f->at,    &f->re,    &f->im,   &f->still, &f->a_re,  &f->a_im,   &f->du_re,
-                       &f->du_im, &f->scale, &f->h_re, &f->h_im,  &f->terms, &f->off_re, &f->off_im};
-    bool ok = (f->pole = KMP_NEW(bool, count)) && (f->pivot = KMP_NEW(int, p));
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
-    if (ok)
-        return KEMPE_OK;
-    kmp_frequency_free(f);
-    return kmp_fail_memory(transfer->linear->system->context);
+    kmp_arena *a = &f->arena;
+    double **const large[] = {&f->re, &f->im}, **const square[] = {&f->a_re, &f->a_im, &f->terms},
+                   **const pairs[] = {&f->still, &f->h_re, &f->h_im},
+                   **const vectors[] = {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im};
+    for (int k = 0; k < 2; k++)
+        *large[k] = KMP_ARENA_NEW(a, double, all);
+    for (int k = 0; k < 3; k++) {
+        *square[k] = KMP_ARENA_NEW(a, double, p *p);
+        *pairs[k] = KMP_ARENA_NEW(a, double, block);
+    }
+    for (int k = 0; k < 5; k++)
+        *vectors[k] = KMP_ARENA_NEW(a, double, p);
+    f->at = KMP_ARENA_NEW(a, double, count);
+    f->pole = KMP_ARENA_NEW(a, bool, count);
+    f->pivot = KMP_ARENA_NEW(a, int, p);
+    return a->failed ? kmp_fail_memory(transfer->linear->system->context) : KEMPE_OK;
 }
 
 void kmp_frequency_free(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
-    double *room[] = {f->at,    f->re,    f->im,   f->still, f->a_re,  f->a_im,   f->du_re,
-                      f->du_im, f->scale, f->h_re, f->h_im,  f->terms, f->off_re, f->off_im};
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        kmp_free(room[k]);
-    kmp_free(f->pole);
-    kmp_free(f->pivot);
+    kmp_arena_free(&f->arena);
     kmp_free(f->peak);
     if (f->has_spectrum)
         kmp_spectrum_free(&f->poles);

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/context.h"
-#include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <string.h>
 
 static bool make_room(kmp_linear *l)
 {
-    l->q = KMP_NEW(double, l->n);
-    l->qd = KMP_NEW(double, l->n);
-    l->qdd = KMP_NEW(double, l->n);
-    l->force = KMP_NEW(double, l->n);
-    l->lambda = KMP_NEW(double, l->m);
-    l->unit = KMP_NEW(double, l->n);
-    l->work = KMP_NEW(double, 5 * l->n + l->m);
-    return l->q && l->qd && l->qdd && l->force && l->lambda && l->unit && l->work;
+    kmp_arena *a = &l->arena;
+    l->q = KMP_ARENA_NEW(a, double, l->n);
+    l->qd = KMP_ARENA_NEW(a, double, l->n);
+    l->qdd = KMP_ARENA_NEW(a, double, l->n);
+    l->force = KMP_ARENA_NEW(a, double, l->n);
+    l->lambda = KMP_ARENA_NEW(a, double, l->m);
+    l->unit = KMP_ARENA_NEW(a, double, l->n);
+    l->work = KMP_ARENA_NEW(a, double, 5 * l->n + l->m);
+    return !a->failed;
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -34,15 +34,8 @@ kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, con
 
 static void forget_choice(kmp_linear *l)
 {
-    kmp_free(l->residual);
-    kmp_free(l->mass);
-    kmp_free(l->damping);
-    kmp_free(l->stiffness);
-    kmp_free(l->inertia);
-    kmp_free(l->pressed);
-    kmp_free(l->pivot);
-    l->residual = l->mass = l->damping = l->stiffness = l->inertia = l->pressed = NULL;
-    l->pivot = NULL;
+    kmp_arena_free(&l->choice);
+    l->inertia = l->pressed = NULL;
     if (l->chosen)
         kmp_reduction_free(&l->red);
     kmp_partition_free(&l->part);
@@ -55,9 +48,7 @@ void kmp_linear_free(kmp_linear *linear)
     forget_choice(linear);
     kmp_tangents_free(&linear->tangents);
     kmp_plant_free(linear->plant);
-    double *rooms[] = {linear->q, linear->qd, linear->qdd, linear->force, linear->lambda, linear->unit, linear->work};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&linear->arena);
     *linear = (kmp_linear){0};
 }
 
@@ -89,19 +80,18 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     linear->part = *part;
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
-    linear->residual = KMP_NEW(double, p);
-    linear->mass = KMP_NEW(double, p *p);
-    linear->damping = KMP_NEW(double, p *p);
-    linear->stiffness = KMP_NEW(double, p *p);
-    if (!linear->residual || !linear->mass || !linear->damping || !linear->stiffness)
-        return kmp_fail_memory(s->context);
+    kmp_arena *a = &linear->choice;
+    linear->residual = KMP_ARENA_NEW(a, double, p);
+    linear->mass = KMP_ARENA_NEW(a, double, p *p);
+    linear->damping = KMP_ARENA_NEW(a, double, p *p);
+    linear->stiffness = KMP_ARENA_NEW(a, double, p *p);
     if (s->pressed_count > 0) {
-        linear->pressed = KMP_NEW(double, p *p);
-        linear->inertia = KMP_NEW(double, p *p);
-        linear->pivot = KMP_NEW(int, p);
-        if (!linear->pressed || !linear->inertia || !linear->pivot)
-            return kmp_fail_memory(s->context);
+        linear->pressed = KMP_ARENA_NEW(a, double, p *p);
+        linear->inertia = KMP_ARENA_NEW(a, double, p *p);
+        linear->pivot = KMP_ARENA_NEW(a, int, p);
     }
+    if (a->failed)
+        return kmp_fail_memory(s->context);
     kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;
