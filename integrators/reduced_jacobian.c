@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/reduced_jacobian.h"
+#include "linalg/dot.h"
 #include <string.h>
 
 /* -- small changes ----------------------------------------------------------------------------------- */
@@ -11,35 +12,7 @@ static void spread(kmp_reduction *red, const double *du, const double *rows, dou
     for (int k = 0; du && k < red->p; k++)
         for (int i = 0; du[k] != 0 && i < red->n; i++)
             out[i] += red->x[i + k * red->n] * du[k];
-    bool open = false;
-    for (int i = 0; i < red->r; i++) {
-        red->dv[i] = -rows[red->part->rows[i]];
-        open = open || red->dv[i] != 0;
-    }
-    if (open)
-        kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; open && i < red->r; i++)
-        out[red->part->v[i]] += red->dv[i];
-}
-
-static void take(int count, const double *from, double *to)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
-}
-
-/* dlambda from Jv' dlambda = force_v. */
-static void find_multipliers(kmp_reduction *red, const double *force, double *lambda)
-{
-    memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = force[red->part->v[i]];
-    if (red->r > 0)
-        kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        lambda[red->part->rows[i]] = red->dv[i];
+    kmp_reduction_push(red, -1, rows, out);
 }
 
 void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *d, bool moving,
@@ -49,16 +22,16 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     double *rows = room + 4 * n, *force = room;
     double *dq = response->q ? response->q : room + n, *dqd = response->qd ? response->qd : room + 2 * n;
     double *dqdd = response->qdd ? response->qdd : room + 3 * n;
-    take(m, change->h, rows);
+    kmp_copy_or_zero(m, change->h, rows);
     spread(red, change->u, rows, dq);
-    take(m, change->rate, rows);
+    kmp_copy_or_zero(m, change->rate, rows);
     kmp_tangents_add(tangents, KMP_RATE_Q, d, 1, dq, rows);
     spread(red, change->ud, rows, dqd);
-    take(m, change->curve, rows);
+    kmp_copy_or_zero(m, change->curve, rows);
     kmp_tangents_add(tangents, KMP_CURVE_Q, d, 1, dq, rows);
     kmp_tangents_add(tangents, KMP_CURVE_QD, d, 1, dqd, rows);
     spread(red, change->udd, rows, dqdd);
-    take(n, change->force, force);
+    kmp_copy_or_zero(n, change->force, force);
     kmp_tangents_add(tangents, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(tangents, KMP_R_QD, d, 1, dqd, force);
     kmp_tangents_add(tangents, KMP_M, d, 1, dqdd, force);
@@ -68,7 +41,7 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     for (int k = 0; response->residual && k < red->p; k++)
         response->residual[k] = -response->residual[k];
     if (response->lambda)
-        find_multipliers(red, force, response->lambda);
+        kmp_reduction_pull(red, force, response->lambda);
 }
 
 /* -- the Jacobian ------------------------------------------------------------------------------------ */

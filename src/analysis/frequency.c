@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/frequency.h"
+#include "base/bracket.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include <float.h>
@@ -253,28 +254,15 @@ static bool add_peak(kmp_frequency *f, kmp_peak peak)
     return true;
 }
 
-/* Golden section between two neighbours of a maximum, as near as values tell a maximum (Brent 1973, chapter 5). */
-static double refine(kmp_frequency *f, double low, double high, int e)
+typedef struct pair {
+    kmp_frequency *f;
+    int e;
+} pair;
+
+static double less_at(void *self, double hz)
 {
-    static const double golden = 0.38196601125010515;
-    double x = low + golden * (high - low), y = high - golden * (high - low);
-    double at_x = amplitude_at(f, x, e), at_y = amplitude_at(f, y, e);
-    while (high - low > 1e-9 * high) {
-        if (at_x > at_y) {
-            high = y;
-            y = x;
-            at_y = at_x;
-            x = low + golden * (high - low);
-            at_x = amplitude_at(f, x, e);
-        } else {
-            low = x;
-            x = y;
-            at_x = at_y;
-            y = high - golden * (high - low);
-            at_y = amplitude_at(f, y, e);
-        }
-    }
-    return (low + high) / 2;
+    const pair *x = self;
+    return -amplitude_at(x->f, hz, x->e);
 }
 
 /* Whether a pole that nothing damps is in this answer: near it the amplitude goes with the inverse of the distance. */
@@ -295,13 +283,17 @@ static bool parted(const kmp_frequency *f, double low, double high)
     return false;
 }
 
+/* Places of maxima, as near as values tell a maximum. */
+static const double as_near = 1e-9;
+
 /* A maximum counts that rises and falls by more than rounding. */
 static const double risen = 1e-9;
 
 static bool add_maximum(kmp_frequency *f, const double *place, int k, int input, int output)
 {
     int e = output + input * f->outputs;
-    double hz = refine(f, place[k - 1], place[k + 1], e);
+    pair x = {f, e};
+    double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
     (void)kmp_frequency_eval(f, hz);
     return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
 }

@@ -202,19 +202,6 @@ static void project(const kmp_inverse *v, const double *x, double *out)
         out[k] = kmp_dot(v->n, v->red.x + k * v->n, x);
 }
 
-/* lambda of the independent rows from Jv' lambda = (M qdd + C - S tau)_v, which is in `rest`. */
-static void find_multipliers(kmp_inverse *v)
-{
-    kmp_reduction *red = &v->red;
-    memset(v->lambda, 0, (size_t)v->m * sizeof *v->lambda);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = v->rest[v->part.v[i]];
-    if (red->r > 0)
-        kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        v->lambda[v->part.rows[i]] = red->dv[i];
-}
-
 /* What is left of all n equations, against the sizes of their terms: |M qdd|, |C|, |J' lambda|, |S tau|. */
 static void find_residual(kmp_inverse *v)
 {
@@ -251,7 +238,7 @@ static void judge(kmp_inverse *v)
         v->rest[v->actuator[j]] -= v->tau[j];
     project(v, v->rest, v->left);
     v->unmet = norm_of(v, v->left);
-    find_multipliers(v);
+    kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
     find_residual(v);
 }
 
@@ -275,7 +262,7 @@ static void answer(void *self, const double *bias, bool change, double *lambda)
     bool found = find_efforts(v);
     for (int j = 0; j < v->a; j++)
         v->rest[v->actuator[j]] -= found ? v->tau[j] : NAN;
-    find_multipliers(v);
+    kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
     memcpy(lambda, v->lambda, (size_t)v->m * sizeof *lambda);
 }
 

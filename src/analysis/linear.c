@@ -231,14 +231,9 @@ static void gather(kmp_linear *l, const double *w, double *du, double *rows)
     kmp_reduction *red = &l->red;
     for (int k = 0; k < l->p; k++)
         du[k] = kmp_dot(l->n, red->x + k * l->n, w);
-    memset(rows, 0, (size_t)l->m * sizeof *rows);
-    if (red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -w[l->part.v[i]];
-    kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        rows[l->part.rows[i]] = red->dv[i];
+    kmp_reduction_pull(red, w, rows);
+    for (int r = 0; r < l->m; r++)
+        rows[r] = -rows[r];
 }
 
 /* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
@@ -249,21 +244,8 @@ static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
     for (int k = 0; w->residual && k < l->p; k++)
         for (int i = 0; i < l->n; i++)
             force[i] += red->x[i + k * l->n] * w->residual[k];
-    if (!w->lambda || red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = w->lambda[l->part.rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        force[l->part.v[i]] += red->dv[i];
-}
-
-static void take(int count, const double *from, double *to)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
+    if (w->lambda)
+        kmp_reduction_push(red, 1, w->lambda, force);
 }
 
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
@@ -272,9 +254,9 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     const kmp_tangents *t = &linear->tangents;
     const double *d = linear->d;
     double *q = linear->work + n, *qd = linear->work + 2 * n, *qdd = linear->work + 3 * n;
-    take(n, weights->q, q);
-    take(n, weights->qd, qd);
-    take(n, weights->qdd, qdd);
+    kmp_copy_or_zero(n, weights->q, q);
+    kmp_copy_or_zero(n, weights->qd, qd);
+    kmp_copy_or_zero(n, weights->qdd, qdd);
     weigh_force(linear, weights, back->force);
     kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
     kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
