@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_DAMPING 1e-12
 /* Beyond so many rows, and with fewer than one in so many places taken, sparse. */
 enum { SPARSE_FROM = 24, SPARSE_BELOW = 8 };
 
@@ -74,14 +73,14 @@ void kmp_least_change_free(kmp_least_change *c)
 
 /* -- a correction ------------------------------------------------------------------------------------ */
 
-/* false: singular */
-static bool factor_sparse(kmp_least_change *c, double damping)
+/* J J' + `square`. false: singular */
+static bool factor_sparse(kmp_least_change *c, double square)
 {
     const kmp_pattern *jac = &c->plant->system->jacobian;
     int n = c->plant->n, m = c->plant->m;
     double *value = c->matrix + n + m;
     for (int k = 0; k < n + m; k++)
-        c->matrix[k] = k < n ? 1 : damping;
+        c->matrix[k] = k < n ? 1 : square;
     for (int e = 0; e < jac->count; e++) {
         *value++ = c->entry[e];
         *value++ = -c->entry[e];
@@ -89,13 +88,13 @@ static bool factor_sparse(kmp_least_change *c, double damping)
     return kmp_sparse_factor(c->sparse, c->matrix) == KMP_SPARSE_FACTORED;
 }
 
-static bool factor_dense(kmp_least_change *c, double damping)
+static bool factor_dense(kmp_least_change *c, double square)
 {
     const int *row = c->plant->system->jacobian.row;
     int m = c->plant->m;
     memset(c->matrix, 0, (size_t)(m * m) * sizeof *c->matrix);
     for (int r = 0; r < m; r++)
-        c->matrix[r + r * m] = damping;
+        c->matrix[r + r * m] = square;
     for (int k = 0; k < c->plant->n; k++)
         for (int a = c->start[k]; a < c->start[k + 1]; a++)
             for (int b = c->start[k]; b <= a; b++) {
@@ -103,6 +102,14 @@ static bool factor_dense(kmp_least_change *c, double damping)
                 c->matrix[high + (row[i] + row[j] - high) * m] += c->entry[i] * c->entry[j];
             }
     return kmp_cholesky_factor(m, c->matrix) == 0;
+}
+
+static int damp(void *self, double damping)
+{
+    kmp_least_change *c = self;
+    double square = damping * damping;
+    c->damping = damping;
+    return !(c->sparse ? factor_sparse(c, square) : factor_dense(c, square));
 }
 
 static int place(void *self, double t, const double *q)
@@ -120,8 +127,7 @@ static int place(void *self, double t, const double *q)
         bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_plant_counts(c->plant, jac->row[e]);
         c->entry[e] = none ? 0 : c->plant->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
     }
-    square = fmax(square, LEAST_DAMPING);
-    return !(c->sparse ? factor_sparse(c, square) : factor_dense(c, square));
+    return damp(c, fmax(sqrt(square), KMP_LEAST_DAMPING));
 }
 
 static bool correct(void *self, const double *violation, double *dx)
@@ -147,6 +153,16 @@ static bool correct(void *self, const double *violation, double *dx)
     return true;
 }
 
+/* J dq + h = -mu^2 y. */
+static double promise(void *self)
+{
+    const kmp_least_change *c = self;
+    double sum = 0;
+    for (int r = 0; r < c->plant->m; r++)
+        sum += c->right[c->plant->n + r] * c->right[c->plant->n + r];
+    return c->damping * c->damping * sqrt(sum);
+}
+
 kmp_closer kmp_least_change_closer(kmp_least_change *c)
 {
     return (kmp_closer){.self = c,
@@ -155,7 +171,9 @@ kmp_closer kmp_least_change_closer(kmp_least_change *c)
                         .count = c->plant->n,
                         .dx = c->dx,
                         .place = place,
-                        .correct = correct};
+                        .correct = correct,
+                        .damp = damp,
+                        .promise = promise};
 }
 
 kmp_close_rule kmp_least_change_rule(int most)

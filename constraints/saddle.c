@@ -202,6 +202,17 @@ static int factor_mobility(kmp_saddle *saddle)
     return kmp_cholesky_factor(r, saddle->matrix);
 }
 
+double kmp_saddle_spread(const kmp_saddle *saddle)
+{
+    double least = INFINITY, largest = 0;
+    for (int k = 0; k < saddle->r; k++) {
+        double pivot = saddle->matrix[k * (saddle->r + 1)] / saddle->plant->system->row_scale[saddle->part->rows[k]];
+        least = fmin(least, pivot * pivot);
+        largest = fmax(largest, pivot * pivot);
+    }
+    return saddle->r > 0 ? least / largest : 1;
+}
+
 /* From y in x, and b + J y. */
 static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 {

@@ -74,6 +74,9 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
 
+/** By bodies: the least pivot over the largest, rows scaled; 1 without rows. */
+double kmp_saddle_spread(const kmp_saddle *saddle);
+
 /** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);
 

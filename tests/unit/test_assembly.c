@@ -27,7 +27,7 @@ static void returns_from(const char *path, double size, int trials)
 {
     loaded l = load(path);
     double q[16], worst = 0;
-    int newton = 0, n = l.system->n;
+    int n = l.system->n;
     kempe_assembly *a = assembled(&l);
     for (int k = 0; k < n; k++) {
         q[k] = l.model->start.q[k].value;
@@ -45,11 +45,9 @@ static void returns_from(const char *path, double size, int trials)
             CHECK(a->moved[k] == a->q[k] - l.model->start.q[k].value);
             worst = check_max(worst, fabs(a->q[k] - q[k]));
         }
-        newton += a->newton > 0;
         kempe_assembly_free(a);
     }
-    printf("  %s from %g: within %.1e, KINSOL in %d of %d\n", path, size, worst, newton, trials);
-    CHECK(newton > trials / 4);
+    printf("  %s from %g: within %.1e\n", path, size, worst);
     unload(&l);
 }
 
