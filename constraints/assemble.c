@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From afar: Gauss-Newton by least moves of the coordinates that are not held (constraints/least_change.h), damped by
  * |h| and by a bound on the step. Where it comes to rest with h open it is pushed aside a few times, because a straight
- * guess may be a saddle; the smallest rest is the gap to report. Near: the same without a
- * bound, to round-off, the independent coordinates kept. */
+ * guess may be a saddle; the smallest rest is the gap to report. Near: KINSOL with line
+ * search on the chosen rows and dependent coordinates, which wants a square system; then Gauss-Newton again, without a
+ * bound, to round-off. */
 #include "constraints/assemble.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor_walk.h"
+#include "constraints/kinsol.h"
 #include "constraints/least_change.h"
 #include "constraints/partition.h"
 #include "constraints/rounding.h"
@@ -15,7 +17,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4 };
+enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* rows of KINSOL's matrix */ };
 #define PUSH            0.3
 #define WORTH           0.1 /* of |h|: what a step near must gain */
 #define NEARLY_SINGULAR 0.1 /* determinant of the axes of a spherical joint */
@@ -30,15 +32,16 @@ typedef struct work {
     const kmp_guess *guess;
     int n, m;
     kmp_arena arena;
-    double *trial; /* n */
-    double *from;  /* n: the guess, in the charts at hand */
-    double *best;  /* n */
-    double *rate;  /* m */
-    int *held;     /* n */
-    bool *fixed;   /* n: coordinates that stay; given rates */
-    bool starved;  /* something found no memory */
-    int rank;      /* of J where the other rows stay open by rounding; -1: there are none */
-    double near;   /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
+    double *trial;       /* n, or as many rows */
+    double *from;        /* n: the guess, in the charts at hand */
+    double *best;        /* n */
+    double *rate;        /* m */
+    bool *fixed;         /* n: given rates */
+    kmp_partition part;  /* of KINSOL, with the places of its rows and v: */
+    int *place, *row_at; /* n, m; -1: none */
+    bool starved;        /* something found no memory */
+    int rank;            /* of J where the other rows stay open by rounding; -1: there are none */
+    double near;         /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
 } work;
 
 static void evaluate(work *w)
@@ -82,38 +85,103 @@ static void from_afar(work *w)
     evaluate(w);
 }
 
-/* Coordinates that are to stay where a closed state is near: the independent ones, so that what is open is put right by
- * those that follow from them; only what the guess holds where the rank is not decided yet, or where one of those would
- * have to move. */
-static void hold_independent(work *w)
+/* -- near: KINSOL on the chosen rows and v ----------------------------------------------------------- */
+
+static int dependent_rows(void *self, const double *v, double *out)
 {
-    kmp_partition part;
+    work *w = self;
+    for (int i = 0; i < w->part.r; i++)
+        w->a->q[w->part.v[i]] = v[i];
+    evaluate(w);
+    for (int i = 0; i < w->part.r; i++)
+        out[i] = w->plant->h[w->part.rows[i]];
+    return 0;
+}
+
+static int dependent_matrix(void *self, const double *v, double *out)
+{
+    work *w = self;
+    const kmp_pattern *jac = &w->s->jacobian;
+    int r = w->part.r;
+    (void)dependent_rows(w, v, w->trial);
+    for (int e = 0; e < jac->count; e++)
+        if (w->row_at[jac->row[e]] >= 0 && w->place[jac->col[e]] >= 0)
+            out[w->row_at[jac->row[e]] + w->place[jac->col[e]] * r] = w->plant->jacobian[e];
+    return 0;
+}
+
+/* Rows and v, with the held coordinates in u when they may all be there. false: KINSOL is of no use here, because the
+ * rank is not decided yet or a held coordinate would have to move. */
+static bool choose_dependent(work *w)
+{
+    const kmp_partition *part = &w->part;
     int held = 0;
     for (int k = 0; k < w->n; k++)
         if (w->guess->hold[k])
-            w->held[held++] = k;
-    bool chosen = kmp_partition_init(&part, w->s, w->plant->jacobian, w->held, held) == KEMPE_OK ||
-                  kmp_partition_init(&part, w->s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
+            w->place[held++] = k;
+    bool chosen = kmp_partition_init(&w->part, w->s, w->plant->jacobian, w->place, held) == KEMPE_OK ||
+                  kmp_partition_init(&w->part, w->s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(w->s->context);
-    if (!chosen)
-        return;
-    bool decided = part.r > 0 && part.pivots[part.r - 1] > KMP_CLOSED_DECIDED * residual(w) * part.pivots[0];
-    for (int i = 0; i < part.r; i++)
-        decided = decided && !w->guess->hold[part.v[i]];
-    for (int k = 0; decided && k < part.p; k++)
-        w->fixed[part.u[k]] = true;
-    w->least.hold = decided ? w->fixed : w->guess->hold;
-    kmp_partition_free(&part);
+    if (!chosen || part->r == 0 || part->r > MOST_DENSE ||
+        !(part->pivots[part->r - 1] > KMP_CLOSED_DECIDED * residual(w) * part->pivots[0]))
+        return false;
+    memset(w->place, -1, (size_t)w->n * sizeof *w->place);
+    memset(w->row_at, -1, (size_t)w->m * sizeof *w->row_at);
+    for (int i = 0; i < part->r; i++) {
+        if (w->guess->hold[part->v[i]])
+            return false;
+        w->place[part->v[i]] = w->row_at[part->rows[i]] = i;
+    }
+    return true;
 }
 
-/* To rest, and to round-off where it closes. */
-static void polish(work *w)
+/* The independent coordinates keep what the guess has: a start that is closed but for its digits keeps them, and with
+ * them the forces of stiff springs. */
+static void close_dependent(work *w)
+{
+    const kmp_partition *part = &w->part;
+    bool chosen = choose_dependent(w);
+    double *v = KMP_NEW(double, 3 * part->r), *scale_v = v ? v + part->r : NULL,
+           *scale_h = v ? scale_v + part->r : NULL;
+    int iterations = 0;
+    copy(w, w->best, w->a->q);
+    for (int i = 0; v && i < part->r; i++) {
+        v[i] = w->a->q[part->v[i]];
+        scale_v[i] = 1 / w->s->scale[part->v[i]];
+        scale_h[i] = 1 / w->s->row_scale[part->rows[i]];
+    }
+    const kmp_kinsol_problem problem = {w, part->r, scale_v, scale_h, dependent_rows, dependent_matrix};
+    if (!chosen || !v || !kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
+        copy(w, w->a->q, w->best);
+    else
+        (void)dependent_rows(w, v, w->trial);
+    w->a->iterations += iterations;
+    evaluate(w);
+    kmp_free(v);
+    kmp_partition_free(&w->part);
+}
+
+/* To round-off, where it is closed by that. */
+static bool finish(work *w)
 {
     const kmp_close_rule rule = kmp_least_change_rule(MOST_CORRECTIONS);
+    double before = residual(w);
+    copy(w, w->best, w->a->q);
+    w->a->iterations += kmp_close(&w->closer, &rule, 0, w->a->q).corrections;
+    evaluate(w);
+    bool closed = residual(w) <= fmin(before, KMP_CLOSED_ENOUGH);
+    if (!closed)
+        copy(w, w->a->q, w->best);
+    evaluate(w);
+    return closed;
+}
+
+/* From near to rest, and to round-off. */
+static void polish(work *w)
+{
     w->a->iterations += kmp_close_from_afar(&w->closer, KMP_CLOSED_ENOUGH, WORTH, 0, w->a->q, w->trial);
     if (residual(w) <= KMP_CLOSED_ENOUGH)
-        w->a->iterations += kmp_close(&w->closer, &rule, 0, w->a->q).corrections;
-    evaluate(w);
+        (void)finish(w);
 }
 
 /* -- rounded numbers --------------------------------------------------------------------------------- */
@@ -314,12 +382,13 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, in
     const kmp_rounding *rounding = kmp_rounding_of(s);
     w->rank = rank < 0 && rounding ? rounding->rank : rank;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
-    w->trial = KMP_ARENA_NEW(&w->arena, double, s->n);
+    w->trial = KMP_ARENA_NEW(&w->arena, double, s->n + s->m);
     w->from = KMP_ARENA_NEW(&w->arena, double, s->n);
     w->best = KMP_ARENA_NEW(&w->arena, double, s->n);
     w->rate = KMP_ARENA_NEW(&w->arena, double, s->m);
     w->fixed = KMP_ARENA_NEW(&w->arena, bool, s->n);
-    w->held = KMP_ARENA_NEW(&w->arena, int, s->n);
+    w->place = KMP_ARENA_NEW(&w->arena, int, s->n);
+    w->row_at = KMP_ARENA_NEW(&w->arena, int, s->m);
     if (!w->plant || w->arena.failed || !kmp_least_change_init(&w->least, w->plant))
         return false;
     w->least.hold = guess->hold;
@@ -344,11 +413,10 @@ static void close_near(work *w)
         close_independent(w);
         return;
     }
-    if (open <= w->near && open > KMP_CLOSED_ENOUGH) {
-        hold_independent(w);
-        polish(w);
-        w->least.hold = w->guess->hold;
-    }
+    if (open > w->near && finish(w)) /* from a rest that steps as long as they come leave */
+        return;
+    if (open <= w->near && open > KMP_CLOSED_ENOUGH)
+        close_dependent(w);
     polish(w);
 }
 

@@ -77,10 +77,9 @@ kempe_status kmp_way_newton(kmp_way *w)
         scale_x[k] = 1 / kmp_way_scale(l, a);
         scale_f[k] = kmp_way_scale(l, a) / w->work[a];
     }
-    kempe_status status = w->active_count == 0
-                              ? KEMPE_OK
-                              : kmp_kinsol_solve(l->system->context, w->active_count, x, scale_x, scale_f,
-                                                 newton_residual, newton_matrix, w, KMP_WAY_BALANCED, &done);
+    const kmp_kinsol_problem problem = {w, w->active_count, scale_x, scale_f, newton_residual, newton_matrix};
+    bool found = w->active_count == 0 || kmp_kinsol_solve(&problem, KMP_WAY_BALANCED, x, &done);
+    kempe_status status = found ? KEMPE_OK : KEMPE_E_FAILED;
     if (status == KEMPE_OK && !at_unknowns(w, x))
         status = KEMPE_E_FAILED;
     if (status != KEMPE_OK)

@@ -87,6 +87,29 @@ static void assembles_from_a_rough_guess(void)
     unload(&l);
 }
 
+/* Rests with open loops, where every step along the slope of |h| ends. */
+static void wheels_close_from_anywhere(void)
+{
+    enum { STARTS = 40 };
+    loaded l = load("tests/models/wheels.yaml");
+    int n = l.system->n, closed = 0;
+    double *q = KMP_NEW(double, n);
+    random_seed(10);
+    for (int start = 0; start < STARTS; start++) {
+        kempe_assembly *a = NULL;
+        for (int k = 0; k < n; k++)
+            q[k] = l.model->start.q[k].value + (l.model->start.hold[k] ? 0 : between(-3, 3) * l.system->scale[k]);
+        kmp_guess guess = {q, l.model->start.hold, 0, false};
+        CHECK(kmp_assemble_from(l.system, &guess, &a) == KEMPE_OK);
+        closed += a && a->closed;
+        kempe_assembly_free(a);
+    }
+    printf("  wheels: %d of %d random starts close\n", closed, STARTS);
+    CHECK(closed > 0.9 * STARTS);
+    kmp_free(q);
+    unload(&l);
+}
+
 /* -- what cannot be closed --------------------------------------------------------------------------- */
 
 static const char short_bar[] = "kempe: 1\n"
@@ -281,6 +304,7 @@ int main(void)
     TEST(returns_to_the_printed_state);
     TEST(returns_to_the_slider_crank);
     TEST(assembles_from_a_rough_guess);
+    TEST(wheels_close_from_anywhere);
     TEST(a_coupler_too_short_tells_the_gap);
     TEST(a_straight_guess_is_left);
     TEST(held_coordinates_that_cannot_be_kept);
