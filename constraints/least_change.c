@@ -28,8 +28,7 @@ static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int 
 {
     int count = n + m + 2 * jac->count, at = n + m;
     int *row = KMP_NEW(int, count), *col = KMP_NEW(int, count);
-    c->matrix = KMP_NEW(double, count);
-    bool ok = row && col && c->matrix;
+    bool ok = row && col;
     for (int k = 0; ok && k < n + m; k++)
         row[k] = col[k] = k;
     for (int e = 0; ok && e < jac->count; e++, at += 2) {
@@ -45,29 +44,25 @@ static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int 
 bool kmp_least_change_init(kmp_least_change *c, kmp_plant *plant)
 {
     const kmp_pattern *jac = &plant->system->jacobian;
-    int n = plant->n, m = plant->m;
-    bool large = m > SPARSE_FROM && n + m + 2 * jac->count < (long)(n + m) * (n + m) / SPARSE_BELOW;
-    *c = (kmp_least_change){.plant = plant,
-                            .entry = KMP_NEW(double, jac->count),
-                            .start = KMP_NEW(int, n + 1),
-                            .column = KMP_NEW(int, jac->count),
-                            .right = KMP_NEW(double, n + m),
-                            .dx = KMP_NEW(double, n)};
-    bool ok = c->entry && c->start && c->column && c->right && c->dx;
-    if (ok)
-        sort_columns(c, jac, n);
-    if (ok && large)
-        return make_sparse(c, jac, n, m);
-    c->matrix = ok ? KMP_NEW(double, m *m) : NULL;
-    return c->matrix;
+    int n = plant->n, m = plant->m, places = n + m + 2 * jac->count;
+    bool large = m > SPARSE_FROM && places < (long)(n + m) * (n + m) / SPARSE_BELOW;
+    *c = (kmp_least_change){.plant = plant};
+    c->entry = KMP_ARENA_NEW(&c->arena, double, jac->count);
+    c->start = KMP_ARENA_NEW(&c->arena, int, n + 1);
+    c->column = KMP_ARENA_NEW(&c->arena, int, jac->count);
+    c->right = KMP_ARENA_NEW(&c->arena, double, n + m);
+    c->dx = KMP_ARENA_NEW(&c->arena, double, n);
+    c->matrix = KMP_ARENA_NEW(&c->arena, double, large ? places : m *m);
+    if (c->arena.failed)
+        return false;
+    sort_columns(c, jac, n);
+    return !large || make_sparse(c, jac, n, m);
 }
 
 void kmp_least_change_free(kmp_least_change *c)
 {
-    void *arrays[] = {c->entry, c->start, c->column, c->right, c->dx, c->matrix};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
     kmp_sparse_free(c->sparse);
+    kmp_arena_free(&c->arena);
     *c = (kmp_least_change){0};
 }
 

@@ -9,6 +9,7 @@
 #ifndef KMP_CONSTRAINTS_LEAST_CHANGE_H
 #define KMP_CONSTRAINTS_LEAST_CHANGE_H
 
+#include "base/arena.h"
 #include "constraints/close.h"
 #include "linalg/sparse.h"
 
@@ -22,6 +23,7 @@ typedef struct kmp_least_change {
     double *matrix;      /* m x m; values when sparse */
     double damping;      /* of the last factorisation */
     kmp_sparse *sparse;
+    kmp_arena arena;
 } kmp_least_change;
 
 /** false: no memory. Nothing is allocated afterwards. */

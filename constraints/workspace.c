@@ -2,6 +2,7 @@
 /* The public workspace. It evaluates as runs do, and accelerates as they do: by articulated bodies where that costs
  * less, or on the independent rows and coordinates of the start, wherever these are good, otherwise by the saddle
  * system on rows of the state at hand. Closing is by least moves. */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/least_change.h"
@@ -22,6 +23,7 @@ enum { MAX_CORRECTIONS = 100 };
 
 struct kempe_workspace {
     const kempe_system *system;
+    kmp_arena arena;
     kmp_plant *plant;
     kmp_saddle saddle;
     kmp_least_change least;
@@ -60,19 +62,18 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 static bool allocate(kempe_workspace *ws)
 {
     size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    ws->mass = KMP_NEW(double, n *n);
-    ws->bias = KMP_NEW(double, n);
-    ws->h = KMP_NEW(double, m);
-    ws->jdqd = KMP_NEW(double, m);
-    ws->jacobian = KMP_NEW(double, m *n);
-    ws->q = KMP_NEW(double, n);
-    ws->qd = KMP_NEW(double, n);
-    ws->trial = KMP_NEW(double, n);
-    ws->answer = KMP_NEW(double, n + m);
-    ws->row = KMP_NEW(double, n + m);
-    ws->hold = KMP_NEW(bool, n);
-    return ws->mass && ws->bias && ws->h && ws->jdqd && ws->jacobian && ws->q && ws->qd && ws->trial && ws->answer &&
-           ws->row && ws->hold;
+    ws->mass = KMP_ARENA_NEW(&ws->arena, double, n *n);
+    ws->bias = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->h = KMP_ARENA_NEW(&ws->arena, double, m);
+    ws->jdqd = KMP_ARENA_NEW(&ws->arena, double, m);
+    ws->jacobian = KMP_ARENA_NEW(&ws->arena, double, m *n);
+    ws->q = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->qd = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->trial = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->answer = KMP_ARENA_NEW(&ws->arena, double, n + m);
+    ws->row = KMP_ARENA_NEW(&ws->arena, double, n + m);
+    ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
+    return !ws->arena.failed;
 }
 
 /* Rows and coordinates of the start; none where it cannot be assembled. */
@@ -120,10 +121,7 @@ void kempe_workspace_free(kempe_workspace *ws)
 {
     if (!ws)
         return;
-    void *arrays[] = {ws->mass, ws->bias, ws->h,     ws->jdqd, ws->jacobian, ws->q,
-                      ws->qd,   ws->row,  ws->trial, ws->hold, ws->answer};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
+    kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);
     kmp_saddle_free(&ws->saddle);
