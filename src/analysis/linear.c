@@ -135,33 +135,39 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     return KEMPE_OK;
 }
 
-/* Deriving the tangents takes as long as some hundred evaluations number by number; then each is several times as fast.
- * Without memory for it all stays as it is. */
-static void derive_when_worth(kmp_linear *l)
+void kmp_linear_derive(kmp_linear *linear)
 {
-    enum { WORTH = 200 };
     kmp_tangents derived;
-    if (++l->looks != WORTH || !l->tangents.numbers)
+    if (!linear->tangents.numbers)
         return;
-    if (kmp_tangents_init(&derived, l->system, l->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
-        kmp_context_clear(l->system->context);
+    if (kmp_tangents_init(&derived, linear->system, linear->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+        kmp_context_clear(linear->system->context);
         return;
     }
-    kmp_tangents_free(&l->tangents);
-    l->tangents = derived;
+    kmp_tangents_free(&linear->tangents);
+    linear->tangents = derived;
 }
+
+kmp_instant kmp_linear_instant(const kmp_linear *linear)
+{
+    const kmp_linear *l = linear;
+    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+}
+
+/* Deriving the tangents takes as long as some hundred evaluations number by number. */
+enum { WORTH = 200 };
 
 /* What follows from qdd, and the tangents. */
 static void complete(kmp_linear *l)
 {
-    const kmp_plant *plant = l->plant;
     kmp_reduction_multipliers(&l->red, l->qdd, l->lambda);
     memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
     if (l->plain)
         return;
-    derive_when_worth(l);
+    if (++l->looks == WORTH)
+        kmp_linear_derive(l);
     (void)kmp_reduction_press_factor(&l->red, false); /* the state was come to with the same */
-    kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    kmp_instant at = kmp_linear_instant(l);
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
     l->factored = false;
 }
@@ -194,65 +200,9 @@ kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q,
 
 /* -- small changes ----------------------------------------------------------------------------------- */
 
-/* out = X du - (0; Jv^-1 rows), rows of all m; du NULL: zero. */
-static void spread(kmp_linear *l, const double *du, const double *rows, double *out)
-{
-    kmp_reduction *red = &l->red;
-    memset(out, 0, (size_t)l->n * sizeof *out);
-    for (int k = 0; du && k < l->p; k++)
-        for (int i = 0; i < l->n; i++)
-            out[i] += red->x[i + k * l->n] * du[k];
-    if (red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -rows[l->part.rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        out[l->part.v[i]] += red->dv[i];
-}
-
-static void take(int count, const double *from, double *to)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
-}
-
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response)
 {
-    int n = linear->n;
-    const kmp_tangents *t = &linear->tangents;
-    kmp_reduction *red = &linear->red;
-    double *rows = linear->work + 4 * n, *force = linear->work;
-    double *dq = response->q ? response->q : linear->work + n,
-           *dqd = response->qd ? response->qd : linear->work + 2 * n;
-    double *dqdd = response->qdd ? response->qdd : linear->work + 3 * n;
-    take(linear->m, change->h, rows);
-    spread(linear, change->u, rows, dq);
-    take(linear->m, change->rate, rows);
-    kmp_tangents_add(t, KMP_RATE_Q, linear->d, 1, dq, rows);
-    spread(linear, change->ud, rows, dqd);
-    take(linear->m, change->curve, rows);
-    kmp_tangents_add(t, KMP_CURVE_Q, linear->d, 1, dq, rows);
-    kmp_tangents_add(t, KMP_CURVE_QD, linear->d, 1, dqd, rows);
-    spread(linear, change->udd, rows, dqdd);
-    take(n, change->force, force);
-    kmp_tangents_add(t, KMP_R_Q, linear->d, 1, dq, force);
-    kmp_tangents_add(t, KMP_R_QD, linear->d, 1, dqd, force);
-    kmp_tangents_add(t, KMP_M, linear->d, 1, dqdd, force);
-    kmp_reduction_press_change(red, false, force);
-    for (int k = 0; response->residual && k < linear->p; k++)
-        response->residual[k] = kmp_dot(n, red->x + k * n, force);
-    if (!response->lambda)
-        return;
-    memset(response->lambda, 0, (size_t)linear->m * sizeof *response->lambda);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = force[linear->part.v[i]];
-    if (red->r > 0)
-        kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        response->lambda[linear->part.rows[i]] = red->dv[i];
+    kmp_follow(&linear->red, &linear->tangents, linear->d, false, change, response, linear->work);
 }
 
 /* Factors of Mr with what accelerations make of the multipliers. */
@@ -316,6 +266,14 @@ static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
     kmp_block_solve(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
         force[l->part.v[i]] += red->dv[i];
+}
+
+static void take(int count, const double *from, double *to)
+{
+    if (from)
+        memcpy(to, from, (size_t)count * sizeof *to);
+    else
+        memset(to, 0, (size_t)count * sizeof *to);
 }
 
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)

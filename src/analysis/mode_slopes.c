@@ -299,7 +299,7 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
             set(slopes, i, k, NAN + NAN * I);
     }
     if (ok) {
-        kmp_instant at = kmp_shift_instant(linear);
+        kmp_instant at = kmp_linear_instant(linear);
         kmp_bend_at(bend, &at);
         ok = follow_all(&w) == KEMPE_OK;
     }

@@ -52,13 +52,6 @@ void kmp_shift_free(kmp_shift *shift)
     *shift = (kmp_shift){0};
 }
 
-kmp_instant kmp_shift_instant(const kmp_linear *linear)
-{
-    const kmp_plant *plant = linear->plant;
-    return (kmp_instant){linear->t, linear->q,   linear->qd,   linear->qdd,         linear->lambda,
-                         NULL,      plant->mode, plant->chart, plant->chart_version};
-}
-
 /* -- what follows from R = 0 --------------------------------------------------------------------------- */
 
 static double scale_of(const kmp_linear *l, int k)
@@ -153,7 +146,7 @@ static const double *gather(const kmp_linear *l, const double *column, double *o
 kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
                           const double *q, const double *qd)
 {
-    kmp_instant at = kmp_shift_instant(linear);
+    kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;

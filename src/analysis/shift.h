@@ -35,7 +35,4 @@ void kmp_shift_free(kmp_shift *shift);
 kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
                           const double *q, const double *qd);
 
-/** The state of `linear`, as programs take it. */
-kmp_instant kmp_shift_instant(const kmp_linear *linear);
-
 #endif

@@ -166,8 +166,7 @@ static void set_load(kmp_transfer *t, const kmp_load *load)
 static void take_values(kmp_transfer *t)
 {
     const kmp_linear *l = t->linear;
-    const kmp_plant *plant = l->plant;
-    kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(t->slopes, &at);
     const double *shown = kmp_slopes_outputs(t->slopes, &at);
     const double *in[] = {l->q, l->qd, l->qdd, l->lambda, shown};

@@ -3,6 +3,7 @@
 #include "results/sensitivity.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "model/asked.h"
 #include "model/nearest.h"
 #include <math.h>
@@ -44,6 +45,10 @@ static kempe_status check_method(const kempe_sensitivity *s)
     if ((method || s->ask->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and one method alone",
                         s->kind->name);
+    if (s->ask->run.checkpoint || s->ask->run.resume)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "sensitivities have no checkpoints: rows of a checkpoint are without derivatives, from which "
+                        "they could go on");
     if (s->ask->at && s->kind->integrals && strcmp(s->ask->at, "start") != 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "a trajectory begins at the start, not at '%s': ask for the sensitivities of reactions, modes "
@@ -128,7 +133,7 @@ static kempe_status derive(kempe_sensitivity *s)
     if (status == KEMPE_OK)
         status = take_outputs(s);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(s->variant), &s->system);
+        status = kmp_system_of_variant(s->variant, &s->system);
     if (status != KEMPE_OK)
         return status;
     s->parameter = KMP_NEW(double, s->count);
