@@ -87,7 +87,7 @@ static void road(kempe_context *context, const char *path, const char *name)
         fprintf(stderr, "%s\n", kempe_context_message(context));
         exit(1);
     }
-    long chosen = kmp_program_count(t.tangent_program, 0, 1).paper;
+    long chosen = kmp_program_count(t.tangent.program, 0, 1).paper;
     long differentiated = t.choice.second ? t.choice.second : chosen;
     printf("%-22s %3d %3d | %7ld %7ld  %.2f | %-14s %s\n", name, t.n, t.m, differentiated, chosen,
            (double)chosen / (double)differentiated, ways[t.choice.by_q], ways[t.choice.by_qd]);

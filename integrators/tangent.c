@@ -24,61 +24,10 @@ typedef struct gather {
     kmp_ref *value;
     int value_count, size[KMP_VALUES];
     kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
-    kmp_ref *output;
-    int output_count, output_capacity, entry_count, entry_capacity;
-    bool failed;
+    kmp_listing list;
 } gather;
 
-static void *grown(void *list, int count, int *capacity, size_t size)
-{
-    if (count < *capacity)
-        return list;
-    int wanted = 2 * count + 256;
-    void *larger = kmp_realloc(list, (size_t)wanted, size);
-    if (larger)
-        *capacity = wanted;
-    return larger;
-}
-
-/* An expression as tangent output; its number, -1 when it is zero. */
-static int output_of(gather *g, kmp_ref r)
-{
-    if (r == KMP_ZERO || g->failed)
-        return -1;
-    kmp_ref *output = grown(g->output, g->output_count, &g->output_capacity, sizeof *output);
-    g->failed = !output;
-    if (g->failed)
-        return -1;
-    g->output = output;
-    g->output[g->output_count] = r;
-    return g->output_count++;
-}
-
-static void add_entry(gather *g, int block, int row, int col, int source)
-{
-    if (source < 0 || g->failed)
-        return;
-    kmp_tangent *entry = grown(g->t->entry, g->entry_count, &g->entry_capacity, sizeof *entry);
-    g->failed = !entry;
-    if (g->failed)
-        return;
-    g->t->entry = entry;
-    g->t->entry[g->entry_count++] = (kmp_tangent){block, row, col, source};
-}
-
 /* -- expressions ------------------------------------------------------------------------------------- */
-
-/* J qdd + gamma */
-static kmp_ref curve(kmp_equations *eq, int row)
-{
-    kmp_ref sum = eq->jdqd[row];
-    for (int k = 0; k < eq->n; k++) {
-        kmp_ref entry = eq->jacobian[row * eq->n + k];
-        if (entry != KMP_ZERO)
-            sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, entry, kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
-    }
-    return sum;
-}
 
 static kmp_ref value_of(kmp_equations *eq, kmp_value value, int i)
 {
@@ -92,7 +41,7 @@ static kmp_ref value_of(kmp_equations *eq, kmp_value value, int i)
     case KMP_VALUE_RATE:
         return eq->hdot[i];
     case KMP_VALUE_CURVE:
-        return curve(eq, i);
+        return kmp_equations_curve(eq, i);
     default:
         return eq->power;
     }
@@ -128,7 +77,7 @@ static bool add_column(gather *g, kmp_partials *partials, kmp_input_kind kind, i
         if (b >= 0 && g->matrix[b])
             g->matrix[b][row * g->eq.n + k] = column[i];
         else if (b >= 0)
-            add_entry(g, b, row, k, output_of(g, column[i]));
+            kmp_listing_put(&g->list, b, row, k, column[i]);
     }
     return count >= 0;
 }
@@ -140,15 +89,14 @@ static void add_mass_and_jacobian(gather *g)
         for (int k = 0; k <= i; k++) {
             if (g->eq.mass[i * n + k] == KMP_ZERO)
                 continue;
-            int source = output_of(g, g->eq.mass[i * n + k]);
-            add_entry(g, KMP_M, i, k, source);
+            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
+            kmp_listing_place(&g->list, KMP_M, i, k, source);
             if (i != k)
-                add_entry(g, KMP_M, k, i, source);
+                kmp_listing_place(&g->list, KMP_M, k, i, source);
         }
     for (int r = 0; r < g->eq.m; r++)
         for (int k = 0; k < n; k++)
-            if (g->eq.jacobian[r * n + k] != KMP_ZERO)
-                add_entry(g, KMP_J, r, k, output_of(g, g->eq.jacobian[r * n + k]));
+            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
 }
 
 /* What forces make of multipliers. */
@@ -164,7 +112,7 @@ static bool add_loads(gather *g, const kempe_system *system)
         kmp_ref lambda = kmp_input(g->eq.graph, KMP_IN_LAMBDA, (uint32_t)system->pressed[k]);
         int count = kmp_partials_along(partials, lambda, &row, &value);
         for (int i = 0; i < count; i++)
-            add_entry(g, KMP_C_LAMBDA, row[i], system->pressed[k], output_of(g, value[i]));
+            kmp_listing_put(&g->list, KMP_C_LAMBDA, row[i], system->pressed[k], value[i]);
         ok = count >= 0;
     }
     kmp_partials_free(partials);
@@ -202,14 +150,14 @@ static void add_matrix(gather *g, int block, const kmp_ref *matrix)
 {
     int count = matrix ? rows_of(g, block) * g->eq.n : 0;
     for (int k = 0; k < count; k++)
-        add_entry(g, block, k / g->eq.n, k % g->eq.n, output_of(g, matrix[k]));
+        kmp_listing_put(&g->list, block, k / g->eq.n, k % g->eq.n, matrix[k]);
 }
 
 /* J' mu is the gradient of mu' h. */
 static void add_symmetric(gather *g)
 {
     if (g->matrix[KMP_JTMU_Q])
-        g->failed = g->failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
+        g->list.failed = g->list.failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
     add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
 }
 
@@ -221,11 +169,11 @@ static void add_curve(gather *g)
     kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_NEW(kmp_ref, count) : NULL;
     kmp_ref *const none[2] = {NULL, NULL}, *const ways[2] = {twice, curve};
     kmp_tangent_choice choice = {.by_qd = 1};
-    g->failed = g->failed || (rate && curve && !twice);
+    g->list.failed = g->list.failed || (rate && curve && !twice);
     for (int k = 0; twice && k < count; k++)
         twice[k] = kmp_mul(g->eq.graph, kmp_const(g->eq.graph, 2), rate[k]);
-    if (twice && !kmp_tangents_choose(g->eq.graph, g->output_count, g->output, count, none, ways, &choice))
-        g->failed = true;
+    if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, ways, &choice))
+        g->list.failed = true;
     add_matrix(g, KMP_CURVE_QD, ways[choice.by_qd]);
     kmp_free(twice);
 }
@@ -240,8 +188,9 @@ static void add_residual(gather *g)
     if (!g->matrix[KMP_R_Q])
         return;
     *choice = (kmp_tangent_choice){.by_q = 1, .by_qd = 1};
-    if (g->eq.closed_q && !g->failed)
-        g->failed = !kmp_tangents_choose(g->eq.graph, g->output_count, g->output, n * n, of_q, of_qd, choice);
+    if (g->eq.closed_q && !g->list.failed)
+        g->list.failed =
+            !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, n * n, of_q, of_qd, choice);
     add_matrix(g, KMP_R_Q, of_q[choice->by_q]);
     add_matrix(g, KMP_R_QD, of_qd[choice->by_qd]);
 }
@@ -260,15 +209,15 @@ static void add_matrices(gather *g)
 /* Tangents of the user's force stand after the outputs of the program: of R by q and qd, then of the power. */
 static void add_effort(gather *g)
 {
-    int n = g->eq.n, source = g->output_count;
+    int n = g->eq.n, source = g->list.output_count;
     g->t->first_effort = source;
     if (!g->t->effort.system)
         return;
     for (int k = 0; k < 2 * n; k++)
         for (int i = 0; i < n; i++)
-            add_entry(g, k < n ? KMP_R_Q : KMP_R_QD, i, k % n, source++);
+            kmp_listing_place(&g->list, k < n ? KMP_R_Q : KMP_R_QD, i, k % n, source++);
     for (int k = 0; k < 2 * n && g->t->at[KMP_VALUE_POWER] >= 0; k++)
-        add_entry(g, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
+        kmp_listing_place(&g->list, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
 }
 
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
@@ -288,7 +237,7 @@ static kempe_status collect_tangents(gather *g, const kempe_system *system)
     ok = ok && add_loads(g, system);
     add_matrices(g);
     add_effort(g);
-    return g->failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
+    return g->list.failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
 }
 
 static int by_place(const void *a, const void *b)
@@ -299,12 +248,14 @@ static int by_place(const void *a, const void *b)
     return x->col != y->col ? x->col - y->col : x->row - y->row;
 }
 
-static void sort_entries(gather *g)
+/* The entries of a list, by place. */
+static void sort_entries(kmp_tangents *t, kmp_listing *list)
 {
-    kmp_tangents *t = g->t;
-    if (g->entry_count)
-        qsort(t->entry, (size_t)g->entry_count, sizeof *t->entry, by_place);
-    for (int e = 0; e < g->entry_count; e++)
+    t->entry = list->entry;
+    list->entry = NULL;
+    if (list->count)
+        qsort(t->entry, (size_t)list->count, sizeof *t->entry, by_place);
+    for (int e = 0; e < list->count; e++)
         t->start[t->entry[e].block + 1] = e + 1;
     for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
         if (t->start[b + 1] < t->start[b])
@@ -341,23 +292,14 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
         kmp_tangent_numbers_set_parameters(tangents->numbers, parameters);
         return;
     }
-    kmp_machine_set(tangents->value, KMP_IN_PARAMETER, parameters);
-    kmp_machine_set(tangents->tangent, KMP_IN_PARAMETER, parameters);
-    tangents->value_charts = tangents->tangent_charts = -1; /* stage 0 runs when the charts are known */
+    kmp_formulas_renew(&tangents->value, parameters);
+    kmp_formulas_renew(&tangents->tangent, parameters);
 }
 
 static bool make_machines(gather *g, const kmp_backend *backend, const double *parameters)
 {
-    kmp_tangents *t = g->t;
-    const kmp_ref *value = g->value, *output = g->output;
-    t->value_program = kmp_program_new(g->eq.graph, 1, &g->value_count, &value);
-    t->tangent_program = kmp_program_new(g->eq.graph, 1, &g->output_count, &output);
-    t->value = t->value_program ? kmp_machine_new(t->value_program, backend) : NULL;
-    t->tangent = t->tangent_program ? kmp_machine_new(t->tangent_program, backend) : NULL;
-    if (!t->value || !t->tangent)
-        return false;
-    kmp_tangents_renew_parameters(t, parameters);
-    return true;
+    return kmp_formulas_init(&g->t->value, g->eq.graph, g->value_count, g->value, backend, parameters) &&
+           kmp_formulas_init(&g->t->tangent, g->eq.graph, g->list.output_count, g->list.output, backend, parameters);
 }
 
 static bool make_room(const gather *g)
@@ -367,7 +309,7 @@ static bool make_room(const gather *g)
     if (!t->effort.system)
         return true;
     t->with_effort = KMP_NEW(double, g->value_count);
-    t->tangents_with_it = KMP_NEW(double, g->output_count + 2 * n * n + 2 * n);
+    t->tangents_with_it = KMP_NEW(double, g->list.output_count + 2 * n * n + 2 * n);
     return t->with_effort && t->tangents_with_it;
 }
 
@@ -400,11 +342,12 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         return status;
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
     if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
-        sort_entries(&g);
+        sort_entries(tangents, &g.list);
         ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
     }
     kmp_free(g.value);
-    kmp_free(g.output);
+    kmp_free(g.list.output);
+    kmp_free(g.list.entry);
     free_matrices(&g);
     kmp_equations_free(&g.eq);
     if (ok && status == KEMPE_OK)
@@ -420,13 +363,10 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     for (int v = 0; v < KMP_VALUES; v++)
         tangents->at[v] = -1;
-    tangents->numbers = kmp_tangent_numbers_new(system, &tangents->entry, tangents->start);
-    if (!tangents->numbers) {
-        kmp_tangents_free(tangents);
-        return kmp_fail_memory(system->context);
-    }
-    qsort(tangents->entry, (size_t)tangents->start[KMP_TANGENT_BLOCKS], sizeof *tangents->entry, by_place);
-    if (!list_columns(tangents)) {
+    kmp_listing list = {0};
+    tangents->numbers = kmp_tangent_numbers_new(system, &list);
+    sort_entries(tangents, &list);
+    if (!tangents->numbers || !list_columns(tangents)) {
         kmp_tangents_free(tangents);
         return kmp_fail_memory(system->context);
     }
@@ -437,10 +377,8 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
 void kmp_tangents_free(kmp_tangents *tangents)
 {
     kmp_tangent_numbers_free(tangents->numbers);
-    kmp_machine_free(tangents->value);
-    kmp_machine_free(tangents->tangent);
-    kmp_program_free(tangents->value_program);
-    kmp_program_free(tangents->tangent_program);
+    kmp_formulas_free(&tangents->value);
+    kmp_formulas_free(&tangents->tangent);
     kmp_free(tangents->entry);
     kmp_free(tangents->column);
     kmp_free(tangents->with_effort);
@@ -451,25 +389,6 @@ void kmp_tangents_free(kmp_tangents *tangents)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-static const double *run(kmp_machine *machine, const kmp_instant *at, long *charts)
-{
-    if (*charts != at->chart_version) {
-        kmp_machine_set(machine, KMP_IN_CHART, at->chart);
-        (void)kmp_machine_run(machine, 0);
-        *charts = at->chart_version;
-    }
-    kmp_machine_set(machine, KMP_IN_TIME, &at->t);
-    kmp_machine_set(machine, KMP_IN_Q, at->q);
-    kmp_machine_set(machine, KMP_IN_QD, at->qd);
-    kmp_machine_set(machine, KMP_IN_QDD, at->qdd);
-    kmp_machine_set(machine, KMP_IN_LAMBDA, at->lambda);
-    if (at->mode)
-        kmp_machine_set(machine, KMP_IN_MODE, at->mode);
-    if (at->mu)
-        kmp_machine_set(machine, KMP_IN_MU, at->mu);
-    return kmp_machine_run(machine, 1);
-}
-
 static void copy_outputs(double *room, const double *outputs, const kmp_program *program)
 {
     int count = program->outputs[program->stages] - program->outputs[1];
@@ -479,13 +398,13 @@ static void copy_outputs(double *room, const double *outputs, const kmp_program 
 
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 {
-    const double *outputs = run(tangents->value, at, &tangents->value_charts);
+    const double *outputs = kmp_formulas_at(&tangents->value, at);
     kmp_effort *effort = &tangents->effort;
     double *out = tangents->with_effort;
     int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
     if (!effort->system)
         return outputs;
-    copy_outputs(out, outputs, tangents->value_program);
+    copy_outputs(out, outputs, tangents->value.program);
     kmp_effort_eval(effort, at->t, at->q, at->qd);
     for (int i = 0; i < effort->n; i++) {
         if (r >= 0)
@@ -500,12 +419,12 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
 {
     if (tangents->numbers)
         return kmp_tangent_numbers_eval(tangents->numbers, at);
-    const double *outputs = run(tangents->tangent, at, &tangents->tangent_charts);
+    const double *outputs = kmp_formulas_at(&tangents->tangent, at);
     kmp_effort *effort = &tangents->effort;
     int n = effort->n;
     if (!effort->system)
         return outputs;
-    copy_outputs(tangents->tangents_with_it, outputs, tangents->tangent_program);
+    copy_outputs(tangents->tangents_with_it, outputs, tangents->tangent.program);
     kmp_effort_differentiate(effort, at->t, at->q, at->qd);
     double *force = tangents->tangents_with_it + tangents->first_effort, *power = force + 2 * n * n;
     for (int k = 0; k < 2 * n; k++) {

@@ -8,10 +8,9 @@
 #ifndef KMP_INTEGRATORS_TANGENT_H
 #define KMP_INTEGRATORS_TANGENT_H
 
-#include "backend/machine.h"
-#include "dynamics/system.h"
 #include "dynamics/tangents.h"
 #include "integrators/effort.h"
+#include "integrators/instant.h"
 
 /** The values. Number and size of each are n for R and J' mu, m for closures, 1 for the power. */
 typedef enum kmp_value {
@@ -43,15 +42,8 @@ typedef enum kmp_tangent_block {
     KMP_TANGENT_BLOCKS
 } kmp_tangent_block;
 
-/** A non-zero: output `source` of the tangent program stands at (row, col) of its block. */
-typedef struct kmp_tangent {
-    int block, row, col, source;
-} kmp_tangent;
-
 typedef struct kmp_tangents {
-    kmp_program *value_program, *tangent_program;
-    kmp_machine *value, *tangent;
-    long value_charts, tangent_charts; /* versions of the charts that they have */
+    kmp_formulas value, tangent;
     int n, m;
     int at[KMP_VALUES];                /* first output of each value, -1 when it was not asked for */
     int start[KMP_TANGENT_BLOCKS + 1]; /* entries by block, in each by column and row */
@@ -64,15 +56,6 @@ typedef struct kmp_tangents {
     struct kmp_tangent_numbers *numbers;    /* in place of the programs (kmp_tangents_init_few) */
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
-
-/** Where the equations are evaluated; lambda and mu have m entries, mu may be NULL when J' mu was not asked for. */
-typedef struct kmp_instant {
-    double t;
-    const double *q, *qd, *qdd, *lambda, *mu;
-    const double *mode;  /* of the conditions, NULL when there are none */
-    const double *chart; /* of the spherical joints, and how often they have changed */
-    long chart_version;
-} kmp_instant;
 
 /** `values` has bit 1 << kmp_value for each one asked for; J and M come unasked. KEMPE_E_MEMORY. */
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "dynamics/pressed.h"
 #include "integrators/solver.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -13,10 +14,8 @@
 enum { NODES = 8 };
 
 typedef struct kept_mark {
-    double t;
-    int condition, first_step; /* of the steps behind it */
-    int *u;                    /* p: before it */
-    double *q, *y, *mode;      /* n; 2 p: before; conditions, before */
+    kmp_varied_mark of; /* its arrays are copies */
+    int first_step;     /* of the steps behind it */
 } kept_mark;
 
 typedef struct adjoint {
@@ -33,10 +32,12 @@ typedef struct adjoint {
     const kmp_solver_kind *kind;
     void *solver;
     kmp_ode ode;
-    int at_step, low, high; /* steps of the segment at hand */
-    double *y, *atol, *state, *gradient;
+    int at_step, low, high;                           /* steps of the segment at hand */
+    double *y, *atol, *state, *gradient, value;       /* of the target at the end */
     double *end_q;                                    /* where the last step ends, n */
     int *end_u;                                       /* independent there */
+    double *own_chart, *own_q, *own_qd, *own_qdd;     /* the end in the user's coordinates: charts; n */
+    double *dq, *dqd, *dqdd;                          /* n: room */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
     double *unit;                                     /* conditions */
     kmp_changes_weight back;
@@ -84,10 +85,15 @@ static int keep_step(void *user, double from, double to, int (*at)(void *motion,
 
 static void *copy_of(adjoint *a, const void *from, size_t count, size_t size)
 {
-    void *to = kmp_arena_alloc(&a->arena, count, size);
+    void *to = from ? kmp_arena_alloc(&a->arena, count, size) : NULL;
     if (to && count > 0)
         memcpy(to, from, count * size);
     return to;
+}
+
+static size_t chart_size(const adjoint *a)
+{
+    return (size_t)(KMP_CHART_SIZE * a->v->system->chart_count);
 }
 
 static int keep_mark(void *user, const kmp_varied_mark *mark)
@@ -101,16 +107,30 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
         a->mark = grown;
         a->mark_room = room;
     }
-    size_t p = (size_t)a->p, conditions = (size_t)a->v->system->events.count;
-    kept_mark *kept = &a->mark[a->marks++];
-    *kept = (kept_mark){.t = mark->t,
-                        .condition = mark->condition,
-                        .first_step = a->steps,
-                        .u = copy_of(a, mark->u, p, sizeof(int)),
-                        .q = copy_of(a, mark->q, (size_t)a->n, sizeof(double)),
-                        .y = copy_of(a, mark->y, 2 * p, sizeof(double)),
-                        .mode = copy_of(a, mark->mode, conditions, sizeof(double))};
+    size_t n = (size_t)a->n, p = (size_t)a->v->linear.p, conditions = (size_t)a->v->system->events.count;
+    kmp_varied_mark kept = *mark;
+    kept.u = copy_of(a, mark->u, p, sizeof(int));
+    kept.q = copy_of(a, mark->q, n, sizeof(double));
+    kept.y = copy_of(a, mark->y, 2 * p, sizeof(double));
+    kept.mode = copy_of(a, mark->mode, conditions, sizeof(double));
+    kept.chart = copy_of(a, mark->chart, chart_size(a), sizeof(double));
+    kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
+    kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
+    kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
+    a->mark[a->marks++] = (kept_mark){kept, a->steps};
     return a->arena.failed;
+}
+
+/* The end as the user sees it. */
+static int keep_end(void *user, const kmp_varied_row *row)
+{
+    adjoint *a = user;
+    size_t bytes = (size_t)a->n * sizeof(double);
+    memcpy(a->own_q, row->q, bytes);
+    memcpy(a->own_qd, row->qd, bytes);
+    memcpy(a->own_qdd, row->qdd, bytes);
+    a->value = kmp_target_of_row(a->target, a->v, row);
+    return 0;
 }
 
 /* u and ud at t within step k, by the barycentric formula. */
@@ -146,23 +166,46 @@ static int step_at(adjoint *a, double t)
 
 /* -- gradients at a state ---------------------------------------------------------------------------- */
 
+/* Weights wq, wqd and, `whole`, wqdd on a motion in other charts as those on it in these: by the columns of what
+ * carries small changes from the one to the other. */
+static void carry_back(adjoint *a, const kmp_chart_motion *from, const kmp_chart_motion *to, bool whole)
+{
+    const kempe_system *s = a->v->system;
+    double *w[] = {a->wq, a->wqd, a->wqdd}, *d[] = {a->dq, a->dqd, a->dqdd};
+    int orders = whole ? 3 : 2;
+    for (int c = 0; c < s->chart_count; c++) {
+        int first = s->chart_first[c], chart = KMP_CHART_SIZE * c;
+        double back[9] = {0};
+        if (memcmp(from->chart + chart, to->chart + chart, KMP_CHART_SIZE * sizeof(double)) == 0)
+            continue;
+        for (int k = 0; k < 3 * orders; k++) {
+            for (int i = 0; i < 3 * orders; i++)
+                d[i / 3][first + i % 3] = i == k;
+            kmp_chart_carry(s, c, from, to, a->dq, a->dqd, whole ? a->dqdd : NULL);
+            for (int i = 0; i < 3 * orders; i++)
+                back[k] += w[i / 3][first + i % 3] * d[i / 3][first + i % 3];
+        }
+        for (int k = 0; k < 3 * orders; k++)
+            w[k / 3][first + k % 3] = back[k];
+    }
+}
+
 /* Weights on all that follows, and what the target has of its own by parameters, times `factor`, into out. */
 static void weigh_target(adjoint *a, double *out)
 {
     kmp_varied *v = a->v;
     const kmp_target *x = a->target;
-    const double *given[] = {x->q, x->qd, x->qdd, x->lambda};
-    double *w[] = {a->wq, a->wqd, a->wqdd, a->wlambda};
-    for (int k = 0; k < 4; k++) {
-        size_t bytes = (size_t)(k < 3 ? a->n : a->m) * sizeof(double);
-        if (given[k])
-            memcpy(w[k], given[k], bytes);
-        else
-            memset(w[k], 0, bytes);
-    }
+    kmp_copy_or_zero(a->n, x->q, a->wq);
+    kmp_copy_or_zero(a->n, x->qd, a->wqd);
+    kmp_copy_or_zero(a->n, x->qdd, a->wqdd);
+    kmp_copy_or_zero(a->m, x->lambda, a->wlambda);
+    const kmp_linear *l = &v->linear;
+    if (!a->integral) /* else it has no angles that are others in other charts */
+        carry_back(a, &(kmp_chart_motion){l->plant->chart, l->q, l->qd, l->qdd},
+                   &(kmp_chart_motion){a->own_chart, a->own_q, a->own_qd, a->own_qdd}, true);
     if (!x->shown)
         return;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_outputs(v->slopes, &at);
     kmp_slopes_outputs_gradient(v->slopes, x->shown, &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
 }
@@ -254,12 +297,14 @@ static kempe_status fail(adjoint *a, double t)
     return kmp_fail(a->v->system->context, KEMPE_E_FAILED, "backwards the state cannot be evaluated at t = %.9g", t);
 }
 
-/* The state before mark k (or at the end), in its own unknowns and conditions. */
-static kempe_status stand_before(adjoint *a, const kept_mark *mark)
+/* The state before a mark, in its own unknowns, charts and conditions. */
+static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
 {
     kmp_varied *v = a->v;
     for (int k = 0; k < v->system->events.count; k++)
         kmp_plant_set_mode(v->linear.plant, k, mark->mode[k] != 0);
+    if (mark->next.chart)
+        kmp_plant_set_charts(v->linear.plant, mark->chart);
     kempe_status status = kmp_varied_choose(v, mark->t, mark->q, mark->q, mark->u, a->p);
     if (status != KEMPE_OK)
         return status;
@@ -270,7 +315,7 @@ static kempe_status stand_before(adjoint *a, const kept_mark *mark)
 }
 
 /* Weights of what became u behind the mark, as those of what was u before it. */
-static kempe_status pass_exchange(adjoint *a, const kept_mark *mark, const int *next_u)
+static kempe_status pass_exchange(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
 {
     memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
     memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
@@ -281,6 +326,9 @@ static kempe_status pass_exchange(adjoint *a, const kept_mark *mark, const int *
     kempe_status status = stand_before(a, mark);
     if (status != KEMPE_OK)
         return status;
+    const kmp_linear *l = &a->v->linear;
+    if (mark->next.chart)
+        carry_back(a, &(kmp_chart_motion){mark->chart, l->q, l->qd, NULL}, &mark->next, false);
     kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
     memset(a->y, 0, (size_t)(2 * a->p) * sizeof *a->y);
     add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
@@ -288,7 +336,7 @@ static kempe_status pass_exchange(adjoint *a, const kept_mark *mark, const int *
 }
 
 /* The weight of t_e: of the jump of accelerations, and of the integrand. */
-static kempe_status pass_condition(adjoint *a, const kept_mark *mark)
+static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
 {
     kmp_varied *v = a->v;
     kmp_linear *l = &v->linear;
@@ -304,7 +352,7 @@ static kempe_status pass_condition(adjoint *a, const kept_mark *mark)
     for (int i = 0; i < a->p; i++)
         weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_events(v->slopes, &at);
     kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
     weight /= -a->unit[mark->condition];
@@ -348,9 +396,9 @@ static kempe_status all_back(adjoint *a, double h)
     int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
     kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
     for (int k = a->marks - 1; status == KEMPE_OK && k >= 0; k--) {
-        const kept_mark *mark = &a->mark[k];
-        status = come_back(a, mark->first_step, high, &h);
-        high = mark->first_step;
+        const kmp_varied_mark *mark = &a->mark[k].of;
+        status = come_back(a, a->mark[k].first_step, high, &h);
+        high = a->mark[k].first_step;
         if (status == KEMPE_OK)
             status = mark->condition < 0 ? pass_exchange(a, mark, behind) : pass_condition(a, mark);
         memcpy(behind, mark->u, (size_t)a->p * sizeof *behind);
@@ -374,6 +422,9 @@ static bool make_room(adjoint *a)
     a->wlambda = KMP_ARENA_NEW(room, double, m);
     a->w = KMP_ARENA_NEW(room, double, n);
     a->wu = KMP_ARENA_NEW(room, double, p);
+    double **rooms[] = {&a->dq, &a->dqd, &a->dqdd};
+    for (int k = 0; k < 3; k++)
+        *rooms[k] = KMP_ARENA_NEW(room, double, n);
     a->unit = KMP_ARENA_NEW(room, double, a->v->system->events.count);
     a->back = (kmp_changes_weight){KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, p),
                                    KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, m),
@@ -437,7 +488,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     if (!make_room(a))
         return kmp_fail_memory(context);
     kempe_status status = set_end(a, rate_scale);
-    report->value = a->integral ? report->forward.integral : kmp_target_value(a->target, a->v);
+    report->value = a->integral ? report->forward.integral : a->value;
     a->kind = kmp_solver_find(a->ask->spec->integrator);
     if (status == KEMPE_OK)
         a->solver = a->kind->create(&(kmp_solver_setup){
@@ -477,16 +528,23 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
     *report = (kmp_adjoint_report){0};
     if (varied->system->pressed_count > 0)
         return kmp_refuse_pressed(varied->system, "the adjoint method");
-    spec.time_count = 0;
+    spec.times = &spec.t_end;
+    spec.time_count = 1;
     const kmp_forward motion = {.spec = &spec,
                                 .alone = true,
                                 .integrand = integral ? target : NULL,
                                 .start_q = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
-                                .watch = {.user = &a, .step = keep_step, .mark = keep_mark}};
+                                .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
     a.ask = &motion;
     a.end_q = KMP_ARENA_NEW(&a.arena, double, a.n);
     a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
+    a.own_chart = KMP_ARENA_NEW(&a.arena, double, chart_size(&a));
+    a.own_q = KMP_ARENA_NEW(&a.arena, double, a.n);
+    a.own_qd = KMP_ARENA_NEW(&a.arena, double, a.n);
+    a.own_qdd = KMP_ARENA_NEW(&a.arena, double, a.n);
+    if (!a.arena.failed)
+        kmp_charts_reset(varied->system, a.own_chart);
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
                                          : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
     if (status == KEMPE_OK) {

@@ -8,14 +8,12 @@
 #ifndef KMP_ANALYSIS_BEND_H
 #define KMP_ANALYSIS_BEND_H
 
-#include "integrators/tangent.h"
+#include "integrators/instant.h"
 
 typedef struct kmp_bend {
-    kmp_program *program;
-    kmp_machine *machine;
-    int n, m, count;    /* coordinates, rows, parameters */
-    long chart_version; /* of the last state; -1: none */
-    double *along;      /* of the program: a (3 n + m), b (3 n + m + count) */
+    kmp_formulas bent;
+    int n, m, count; /* coordinates, rows, parameters */
+    double *along;   /* of the program: a (3 n + m), b (3 n + m + count) */
 } kmp_bend;
 
 /** A course: changes of q, qd, qdd (n each) and lambda (m). NULL: none. */
@@ -34,9 +32,6 @@ typedef struct kmp_bent {
 kempe_status kmp_bend_init(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend, int count,
                            const char *const *names);
 void kmp_bend_free(kmp_bend *bend);
-
-/** The system's parameters have these values now. */
-void kmp_bend_renew_parameters(kmp_bend *bend, const double *parameters);
 
 /** Takes a state. */
 void kmp_bend_at(kmp_bend *bend, const kmp_instant *at);

@@ -8,7 +8,6 @@
 #include "analysis/forward.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "constraints/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
@@ -53,7 +52,8 @@ typedef struct forward {
     const double *row_y;             /* unknowns of the last whole row */
     double *matrix;                  /* 2 p x 2 p */
     int *signs, *signs_now, *old_u;
-    double *old_y, *mode, *new_mode; /* 2 p; conditions: as they were, and behind */
+    double *old_q, *old_y, *old_chart; /* n; 2 p; charts: before a mark */
+    double *mode, *new_mode;           /* conditions: as they were, and behind */
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
@@ -107,19 +107,21 @@ static double weighted(int count, const double *w, const double *x)
     return sum;
 }
 
-static double target_of(const kmp_target *w, const kmp_varied *v, const double *q, const double *qd, const double *qdd,
-                        const double *lambda, const double *shown)
+double kmp_target_of_row(const kmp_target *target, const kmp_varied *varied, const kmp_varied_row *row)
 {
-    return weighted(v->n, w->q, q) + weighted(v->n, w->qd, qd) + weighted(v->n, w->qdd, qdd) +
-           weighted(v->m, w->lambda, lambda) + weighted(v->slopes->shown, w->shown, shown);
+    const kmp_target *w = target;
+    int n = varied->n;
+    return weighted(n, w->q, row->q) + weighted(n, w->qd, row->qd) + weighted(n, w->qdd, row->qdd) +
+           weighted(varied->m, w->lambda, row->lambda) + weighted(varied->slopes->shown, w->shown, row->shown);
 }
 
 double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
-    kmp_instant at = kmp_varied_instant(varied);
+    kmp_instant at = kmp_linear_instant(&varied->linear);
     const double *shown = target->shown ? kmp_slopes_outputs(varied->slopes, &at) : NULL;
-    return target_of(target, varied, l->q, l->qd, l->qdd, l->lambda, shown);
+    const kmp_varied_row here = {.q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
+    return kmp_target_of_row(target, varied, &here);
 }
 
 /* -- the ODE ----------------------------------------------------------------------------------------- */
@@ -141,7 +143,9 @@ static void integrate_outputs(forward *f, const double *y, double *dy)
         kmp_varied_follow(v, k, position_of(f, y, k), rate_of(f, y, k), f->dq, f->dqd, f->dqdd, f->dlambda);
         if (target->shown)
             outputs_along(f, k, f->dq, f->dqd, f->dqdd, f->dlambda, v->shown);
-        dy[1 + k] = target_of(target, v, f->dq, f->dqd, f->dqdd, f->dlambda, v->shown);
+        const kmp_varied_row along = {
+            .q = f->dq, .qd = f->dqd, .qdd = f->dqdd, .lambda = f->dlambda, .shown = v->shown};
+        dy[1 + k] = kmp_target_of_row(target, v, &along);
     }
 }
 
@@ -353,12 +357,6 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     return KMP_GO;
 }
 
-/* Nothing is left out on the way there, whether it turns or not. */
-static void turns(void *self, bool found)
-{
-    (void)self, (void)found;
-}
-
 static void say_change_point(forward *f, double t)
 {
     kmp_text_printf(&f->road.reason,
@@ -379,8 +377,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     if (joint) {
         kmp_text_printf(
             &f->road.reason,
-            "the angles of spherical joint '%s' come near to their singular position at t = %.9g: integrals "
-            "and the adjoint method do not go on there; take forward rows, or give it other axes",
+            "the angles of spherical joint '%s' come near to their singular position at t = %.9g: integrals of "
+            "these angles do not go on there; take rows of them, or give the joint other axes",
             joint, t);
         return KMP_HALT;
     }
@@ -422,16 +420,30 @@ static void explain(kmp_road *road)
                         f->growth);
 }
 
-static void keep_old(forward *f, const double *y)
+/* The place is that before a mark. */
+static void keep_old(forward *f)
 {
-    memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
-    memcpy(f->old_y, rows_of(f, y, f->su), (size_t)f->p * sizeof *y);
-    memcpy(f->old_y + f->p, rows_of(f, y + blocks(f), f->su), (size_t)f->p * sizeof *y);
+    const int *u = f->v->linear.part.u;
+    for (int i = 0; i < f->p; i++) {
+        f->old_u[i] = u[i];
+        f->old_y[i] = f->q[u[i]];
+        f->old_y[f->p + i] = f->qd[u[i]];
+    }
+    memcpy(f->old_q, f->q, (size_t)f->n * sizeof *f->q);
+    memcpy(f->old_chart, f->chart, chart_bytes(f));
 }
 
+static bool charts_differ(const forward *f, const double *chart)
+{
+    return memcmp(chart, plant_of(f)->chart, chart_bytes(f)) != 0;
+}
+
+/* The place is that behind it. */
 static int tell_mark(forward *f, double t, int condition)
 {
-    const kmp_varied_mark mark = {t, condition, f->p, f->old_u, f->q, f->old_y, f->mode};
+    kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}};
+    if (charts_differ(f, f->old_chart))
+        mark.next = (kmp_chart_motion){f->chart, f->q, f->qd, NULL};
     int said = f->ask->watch.mark ? f->ask->watch.mark(f->ask->watch.user, &mark) : 0;
     if (said)
         (void)kmp_fail_memory(f->system->context);
@@ -463,7 +475,7 @@ static int renew(kmp_road *road, double t, double *y, double *yp)
         return KMP_GO;
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
-    keep_old(f, y);
+    keep_old(f);
     if (choose_anew(f, y) != KMP_GO || tell_mark(f, t, -1) != KMP_GO)
         return KMP_HALT;
     road->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
@@ -485,7 +497,7 @@ static bool find_swing(forward *f, int k)
     kmp_varied *v = f->v;
     kmp_linear *l = &v->linear;
     double one = 1, *along = f->along, rate, faster;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_events(v->slopes, &at);
     kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
     rate = along[k];
@@ -539,7 +551,7 @@ static int pass(forward *f, int k, const double *mode, double t, double *y)
                        "the condition %s is touched at t = %.9g, not passed: the motion has no derivative by "
                        "parameters there",
                        k, t);
-    keep_old(f, y);
+    keep_old(f);
     memcpy(f->mode, l->plant->mode, mode_bytes(f));
     double integrand = integrand_here(f);
     for (int i = 0; i < f->width; i++)
@@ -588,7 +600,11 @@ static int pass_charts(forward *f, double t, const double *q, const double *qd, 
     if (spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_plant_set_charts(plant_of(f), f->new_chart);
+    keep_old(f);
     enter_charts(f, q, qd);
+    if (tell_mark(f, t, -1) != KMP_GO)
+        return KMP_HALT;
+    keep_old(f);
     kmp_plant_closure(plant_of(f), t, q);
     if (!f->fixed && !f->zone)
         return choose_anew(f, y);
@@ -605,7 +621,7 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
     if (f->system->events.count > 0 && memcmp(f->mode, plant_of(f)->mode, mode_bytes(f)) != 0 &&
         pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;
-    if (memcmp(f->chart, plant_of(f)->chart, chart_bytes(f)) != 0 && pass_charts(f, t, q, qd, y) != KMP_GO)
+    if (charts_differ(f, f->chart) && pass_charts(f, t, q, qd, y) != KMP_GO)
         return KMP_HALT;
     for (int i = 0; i < f->width; i++) {
         y[i] = q[unknowns_of(f)[i]];
@@ -654,21 +670,21 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
     return KMP_GO;
 }
 
-/* By parameter k what a row of the runner, in the user's coordinates, makes of the last whole one. */
+/* By parameter k what the last whole row makes: outputs, which see the charts there, and the user's coordinates. */
 static void follow(forward *f, int k, const kmp_chart_motion *user)
 {
     kmp_varied *v = f->v;
     const kmp_linear *l = &v->linear;
     const kmp_chart_motion inner = {l->plant->chart, l->q, l->qd, l->qdd};
     double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
-    kmp_varied_follow(v, k, position_of(f, f->row_y, k), rate_of(f, f->row_y, k), dq, dqd, dqdd, f->dlambda + k * f->m);
+    double *dlambda = f->dlambda + k * f->m;
+    kmp_varied_follow(v, k, position_of(f, f->row_y, k), rate_of(f, f->row_y, k), dq, dqd, dqdd, dlambda);
+    if (v->slopes->shown > 0)
+        outputs_along(f, k, dq, dqd, dqdd, dlambda, f->dshown + k * v->slopes->shown);
     for (int c = 0; c < f->system->chart_count; c++)
         if (!kmp_chart_is_own(inner.chart, c))
             kmp_chart_carry(f->system, c, &inner, user, dq, dqd, dqdd);
 }
-
-/* The instant whose coordinates are the user's. */
-enum { OWN_CHARTS = -2 };
 
 static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                     double work)
@@ -679,16 +695,13 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     (void)work;
     if (!f->ask->watch.row)
         return 0;
+    const kmp_instant at = kmp_linear_instant(&v->linear);
+    const double *shown = kmp_slopes_outputs(v->slopes, &at);
     kmp_charts_reset(f->system, f->new_chart);
     if (f->count > 0)
         kmp_varied_parts(v);
     for (int k = 0; k < f->count; k++)
         follow(f, k, &own);
-    const kmp_instant at = {t, q, qd, qdd, lambda, NULL, plant_of(f)->mode, f->new_chart, OWN_CHARTS};
-    const double *shown = kmp_slopes_outputs(v->slopes, &at);
-    for (int k = 0; v->slopes->shown > 0 && k < f->count; k++)
-        outputs_along(f, k, f->dq + k * f->n, f->dqd + k * f->n, f->dqdd + k * f->n, f->dlambda + k * f->m,
-                      f->dshown + k * v->slopes->shown);
     const kmp_varied_row row_of = {t, q, qd, qdd, lambda, shown, f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
     return f->ask->watch.row(f->ask->watch.user, &row_of);
 }
@@ -747,10 +760,10 @@ static int keep(kmp_road *road, double t, const double *y)
 {
     forward *f = (forward *)road;
     memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
-    if (f->t >= t)
-        return KMP_GO; /* charts have changed, and the place with them */
-    keep_old(f, y);
-    return spread(f, t, y);
+    if (!(f->t >= t) && spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
+        return KMP_HALT;
+    keep_old(f);
+    return KMP_GO;
 }
 
 static bool make_unknowns(forward *f)
@@ -767,7 +780,6 @@ static bool make_unknowns(forward *f)
                           .accept = accept,
                           .jacobian = jacobian,
                           .closed = closed,
-                          .turns = turns,
                           .positions = blocks(f),
                           .quadratures = f->integrals};
     return road->y && road->atol;
@@ -816,7 +828,8 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
     settle(f);
-    return first || tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+    bool marked = !first || charts_differ(f, f->old_chart);
+    return !marked || tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 static kmp_road *create(const kmp_road_start *start, bool zone)
@@ -879,7 +892,9 @@ static bool make_room(forward *f)
                  {&f->sud, n},
                  {&f->ud, n},
                  {&f->before, n},
+                 {&f->old_q, n},
                  {&f->old_y, 2 * n},
+                 {&f->old_chart, chart_bytes(f) / sizeof(double)},
                  {&f->matrix, 2 * n * n},
                  {&f->tail, (size_t)f->integrals}};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
@@ -910,7 +925,20 @@ static kempe_status prepare(forward *f)
         memcpy(f->ask->start_q, f->dq, slopes);
     if (status == KEMPE_OK && f->ask->start_qd)
         memcpy(f->ask->start_qd, f->dqd, slopes);
+    f->p = v->linear.p;
+    if (status == KEMPE_OK && v->linear.chosen)
+        keep_old(f);
     return status;
+}
+
+/* Whether it is of coordinates of spherical joints themselves, which are others in each chart. */
+static bool reads_angles(const kempe_system *s, const kmp_target *target)
+{
+    const double *part[] = {target->q, target->qd, target->qdd};
+    bool reads = false;
+    for (int k = 0; k < 9 * s->chart_count; k++)
+        reads = reads || (part[k % 3] && part[k % 3][s->chart_first[k / 9] + k / 3 % 3] != 0);
+    return reads;
 }
 
 static kempe_status run(forward *f, kmp_forward_report *report)
@@ -921,7 +949,7 @@ static kempe_status run(forward *f, kmp_forward_report *report)
     spec.kind = &varied_road;
     spec.user = f;
     spec.step = take_step;
-    spec.own_angles = f->own_angles = f->ask->alone || f->integrals > 0;
+    spec.own_angles = f->own_angles = f->ask->integrand && reads_angles(f->system, f->ask->integrand);
     if (f->ask->alone)
         spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
     if (status == KEMPE_OK)

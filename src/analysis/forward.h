@@ -12,6 +12,7 @@
 #define KMP_ANALYSIS_FORWARD_H
 
 #include "analysis/varied.h"
+#include "constraints/charts.h"
 #include "integrators/run.h"
 
 /** A row: the state, and what each parameter does to it (`count` times n, n, n, m, shown). */
@@ -29,12 +30,12 @@ typedef struct kmp_target {
 /** A place between steps where the unknowns or the equations change. */
 typedef struct kmp_varied_mark {
     double t;
-    int condition; /* that changes; -1: others become independent */
-    int p;
-    const int *u;       /* before, p */
-    const double *q;    /* n */
-    const double *y;    /* u and ud before, 2 p */
-    const double *mode; /* of the conditions, before */
+    int condition;         /* that changes; -1: others become independent, or joints are centred */
+    const int *u;          /* before, p */
+    const double *q, *y;   /* before: n; u and ud, 2 p */
+    const double *mode;    /* of the conditions, before */
+    const double *chart;   /* of the spherical joints, before */
+    kmp_chart_motion next; /* the motion in their charts behind it; chart NULL: they stay */
 } kmp_varied_mark;
 
 /** Who looks on. Each may be NULL; nonzero ends the run with KEMPE_E_MEMORY. */
@@ -66,7 +67,8 @@ typedef struct kmp_forward_report {
 kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *ask, const double *sizes, double *integral,
                              kmp_forward_report *report);
 
-/** Its value at the last state of a motion. */
+/** Its value at the last state of a motion, in the charts there; that of a row. */
 double kmp_target_value(const kmp_target *target, kmp_varied *varied);
+double kmp_target_of_row(const kmp_target *target, const kmp_varied *varied, const kmp_varied_row *row);
 
 #endif

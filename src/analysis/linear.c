@@ -1,21 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/context.h"
-#include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
+#include "model/check_mass.h"
 #include <string.h>
 
 static bool make_room(kmp_linear *l)
 {
-    l->q = KMP_NEW(double, l->n);
-    l->qd = KMP_NEW(double, l->n);
-    l->qdd = KMP_NEW(double, l->n);
-    l->force = KMP_NEW(double, l->n);
-    l->lambda = KMP_NEW(double, l->m);
-    l->unit = KMP_NEW(double, l->n);
-    l->work = KMP_NEW(double, 5 * l->n + l->m);
-    return l->q && l->qd && l->qdd && l->force && l->lambda && l->unit && l->work;
+    kmp_arena *a = &l->arena;
+    l->q = KMP_ARENA_NEW(a, double, l->n);
+    l->qd = KMP_ARENA_NEW(a, double, l->n);
+    l->qdd = KMP_ARENA_NEW(a, double, l->n);
+    l->force = KMP_ARENA_NEW(a, double, l->n);
+    l->lambda = KMP_ARENA_NEW(a, double, l->m);
+    l->unit = KMP_ARENA_NEW(a, double, l->n);
+    l->work = KMP_ARENA_NEW(a, double, 5 * l->n + l->m);
+    return !a->failed;
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -34,15 +35,8 @@ kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, con
 
 static void forget_choice(kmp_linear *l)
 {
-    kmp_free(l->residual);
-    kmp_free(l->mass);
-    kmp_free(l->damping);
-    kmp_free(l->stiffness);
-    kmp_free(l->inertia);
-    kmp_free(l->pressed);
-    kmp_free(l->pivot);
-    l->residual = l->mass = l->damping = l->stiffness = l->inertia = l->pressed = NULL;
-    l->pivot = NULL;
+    kmp_arena_free(&l->choice);
+    l->inertia = l->pressed = NULL;
     if (l->chosen)
         kmp_reduction_free(&l->red);
     kmp_partition_free(&l->part);
@@ -55,9 +49,7 @@ void kmp_linear_free(kmp_linear *linear)
     forget_choice(linear);
     kmp_tangents_free(&linear->tangents);
     kmp_plant_free(linear->plant);
-    double *rooms[] = {linear->q, linear->qd, linear->qdd, linear->force, linear->lambda, linear->unit, linear->work};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&linear->arena);
     *linear = (kmp_linear){0};
 }
 
@@ -65,6 +57,22 @@ void kmp_linear_renew_parameters(kmp_linear *linear)
 {
     kmp_plant_renew_parameters(linear->plant);
     kmp_tangents_renew_parameters(&linear->tangents, linear->system->parameters);
+}
+
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values)
+{
+    kmp_text why = {0};
+    kempe_status status = kmp_variant_set(variant, values, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(system))
+        status = kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(variant));
+    if (status == KEMPE_E_INPUT)
+        status = why.s ? kmp_fail(system->context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
+    kmp_text_free(&why);
+    if (status == KEMPE_OK && linear->plant)
+        kmp_linear_renew_parameters(linear);
+    return status;
 }
 
 kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count)
@@ -89,19 +97,18 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     linear->part = *part;
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
-    linear->residual = KMP_NEW(double, p);
-    linear->mass = KMP_NEW(double, p *p);
-    linear->damping = KMP_NEW(double, p *p);
-    linear->stiffness = KMP_NEW(double, p *p);
-    if (!linear->residual || !linear->mass || !linear->damping || !linear->stiffness)
-        return kmp_fail_memory(s->context);
+    kmp_arena *a = &linear->choice;
+    linear->residual = KMP_ARENA_NEW(a, double, p);
+    linear->mass = KMP_ARENA_NEW(a, double, p *p);
+    linear->damping = KMP_ARENA_NEW(a, double, p *p);
+    linear->stiffness = KMP_ARENA_NEW(a, double, p *p);
     if (s->pressed_count > 0) {
-        linear->pressed = KMP_NEW(double, p *p);
-        linear->inertia = KMP_NEW(double, p *p);
-        linear->pivot = KMP_NEW(int, p);
-        if (!linear->pressed || !linear->inertia || !linear->pivot)
-            return kmp_fail_memory(s->context);
+        linear->pressed = KMP_ARENA_NEW(a, double, p *p);
+        linear->inertia = KMP_ARENA_NEW(a, double, p *p);
+        linear->pivot = KMP_ARENA_NEW(a, int, p);
     }
+    if (a->failed)
+        return kmp_fail_memory(s->context);
     kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;
@@ -135,33 +142,39 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     return KEMPE_OK;
 }
 
-/* Deriving the tangents takes as long as some hundred evaluations number by number; then each is several times as fast.
- * Without memory for it all stays as it is. */
-static void derive_when_worth(kmp_linear *l)
+void kmp_linear_derive(kmp_linear *linear)
 {
-    enum { WORTH = 200 };
     kmp_tangents derived;
-    if (++l->looks != WORTH || !l->tangents.numbers)
+    if (!linear->tangents.numbers)
         return;
-    if (kmp_tangents_init(&derived, l->system, l->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
-        kmp_context_clear(l->system->context);
+    if (kmp_tangents_init(&derived, linear->system, linear->plant->backend, KMP_TANGENTS_NEAR) != KEMPE_OK) {
+        kmp_context_clear(linear->system->context);
         return;
     }
-    kmp_tangents_free(&l->tangents);
-    l->tangents = derived;
+    kmp_tangents_free(&linear->tangents);
+    linear->tangents = derived;
 }
+
+kmp_instant kmp_linear_instant(const kmp_linear *linear)
+{
+    const kmp_linear *l = linear;
+    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
+}
+
+/* Deriving the tangents takes as long as some hundred evaluations number by number. */
+enum { WORTH = 200 };
 
 /* What follows from qdd, and the tangents. */
 static void complete(kmp_linear *l)
 {
-    const kmp_plant *plant = l->plant;
     kmp_reduction_multipliers(&l->red, l->qdd, l->lambda);
     memcpy(l->force, l->red.force, (size_t)l->n * sizeof *l->force);
     if (l->plain)
         return;
-    derive_when_worth(l);
+    if (++l->looks == WORTH)
+        kmp_linear_derive(l);
     (void)kmp_reduction_press_factor(&l->red, false); /* the state was come to with the same */
-    kmp_instant at = {l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    kmp_instant at = kmp_linear_instant(l);
     l->d = kmp_tangents_derivatives(&l->tangents, &at);
     l->factored = false;
 }
@@ -194,65 +207,9 @@ kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q,
 
 /* -- small changes ----------------------------------------------------------------------------------- */
 
-/* out = X du - (0; Jv^-1 rows), rows of all m; du NULL: zero. */
-static void spread(kmp_linear *l, const double *du, const double *rows, double *out)
-{
-    kmp_reduction *red = &l->red;
-    memset(out, 0, (size_t)l->n * sizeof *out);
-    for (int k = 0; du && k < l->p; k++)
-        for (int i = 0; i < l->n; i++)
-            out[i] += red->x[i + k * l->n] * du[k];
-    if (red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -rows[l->part.rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        out[l->part.v[i]] += red->dv[i];
-}
-
-static void take(int count, const double *from, double *to)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
-}
-
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response)
 {
-    int n = linear->n;
-    const kmp_tangents *t = &linear->tangents;
-    kmp_reduction *red = &linear->red;
-    double *rows = linear->work + 4 * n, *force = linear->work;
-    double *dq = response->q ? response->q : linear->work + n,
-           *dqd = response->qd ? response->qd : linear->work + 2 * n;
-    double *dqdd = response->qdd ? response->qdd : linear->work + 3 * n;
-    take(linear->m, change->h, rows);
-    spread(linear, change->u, rows, dq);
-    take(linear->m, change->rate, rows);
-    kmp_tangents_add(t, KMP_RATE_Q, linear->d, 1, dq, rows);
-    spread(linear, change->ud, rows, dqd);
-    take(linear->m, change->curve, rows);
-    kmp_tangents_add(t, KMP_CURVE_Q, linear->d, 1, dq, rows);
-    kmp_tangents_add(t, KMP_CURVE_QD, linear->d, 1, dqd, rows);
-    spread(linear, change->udd, rows, dqdd);
-    take(n, change->force, force);
-    kmp_tangents_add(t, KMP_R_Q, linear->d, 1, dq, force);
-    kmp_tangents_add(t, KMP_R_QD, linear->d, 1, dqd, force);
-    kmp_tangents_add(t, KMP_M, linear->d, 1, dqdd, force);
-    kmp_reduction_press_change(red, false, force);
-    for (int k = 0; response->residual && k < linear->p; k++)
-        response->residual[k] = kmp_dot(n, red->x + k * n, force);
-    if (!response->lambda)
-        return;
-    memset(response->lambda, 0, (size_t)linear->m * sizeof *response->lambda);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = force[linear->part.v[i]];
-    if (red->r > 0)
-        kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        response->lambda[linear->part.rows[i]] = red->dv[i];
+    kmp_follow(&linear->red, &linear->tangents, linear->d, false, change, response, linear->work);
 }
 
 /* Factors of Mr with what accelerations make of the multipliers. */
@@ -291,14 +248,9 @@ static void gather(kmp_linear *l, const double *w, double *du, double *rows)
     kmp_reduction *red = &l->red;
     for (int k = 0; k < l->p; k++)
         du[k] = kmp_dot(l->n, red->x + k * l->n, w);
-    memset(rows, 0, (size_t)l->m * sizeof *rows);
-    if (red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -w[l->part.v[i]];
-    kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        rows[l->part.rows[i]] = red->dv[i];
+    kmp_reduction_pull(red, w, rows);
+    for (int r = 0; r < l->m; r++)
+        rows[r] = -rows[r];
 }
 
 /* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
@@ -309,13 +261,8 @@ static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
     for (int k = 0; w->residual && k < l->p; k++)
         for (int i = 0; i < l->n; i++)
             force[i] += red->x[i + k * l->n] * w->residual[k];
-    if (!w->lambda || red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = w->lambda[l->part.rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        force[l->part.v[i]] += red->dv[i];
+    if (w->lambda)
+        kmp_reduction_push(red, 1, w->lambda, force);
 }
 
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
@@ -324,9 +271,9 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     const kmp_tangents *t = &linear->tangents;
     const double *d = linear->d;
     double *q = linear->work + n, *qd = linear->work + 2 * n, *qdd = linear->work + 3 * n;
-    take(n, weights->q, q);
-    take(n, weights->qd, qd);
-    take(n, weights->qdd, qdd);
+    kmp_copy_or_zero(n, weights->q, q);
+    kmp_copy_or_zero(n, weights->qd, qd);
+    kmp_copy_or_zero(n, weights->qdd, qdd);
     weigh_force(linear, weights, back->force);
     kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
     kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);

@@ -12,13 +12,15 @@
 #ifndef KMP_ANALYSIS_LINEAR_H
 #define KMP_ANALYSIS_LINEAR_H
 
-#include "constraints/reduction.h"
-#include "integrators/tangent.h"
+#include "base/arena.h"
+#include "integrators/reduced_jacobian.h"
 #include "linalg/spectrum.h"
+#include "model/variant.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;
-    kmp_plant *plant; /* its own, at the state */
+    kmp_arena arena, choice; /* of all arrays; of those that a choice of coordinates needs */
+    kmp_plant *plant;        /* its own, at the state */
     kmp_partition part;
     kmp_reduction red;
     kmp_tangents tangents;
@@ -44,8 +46,16 @@ typedef struct kmp_linear {
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend);
 void kmp_linear_free(kmp_linear *linear);
 
+/** Derives the tangents now, for who will look at hundreds of states: each look is then several times as fast. Without
+ * memory for it all stays as it is. */
+void kmp_linear_derive(kmp_linear *linear);
+
 /** The system's parameters have other values now. */
 void kmp_linear_renew_parameters(kmp_linear *linear);
+
+/** Gives the parameters of a variant, of which the system is, these values; `linear` follows if it is made.
+ *  KEMPE_E_FAILED: the model cannot have them, and why. */
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values);
 
 /** Chooses u at (t, q), closed; `wish`: those that the caller wants (count 0: none). KEMPE_E_FAILED: the wish is not
  *  possible, and why. The state is then none. */
@@ -57,6 +67,9 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part);
 /** Goes by another plant of the same system, not owned, until the own one is given back; nothing is chosen then. */
 void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant);
 
+/** The state for who evaluates something else there. */
+kmp_instant kmp_linear_instant(const kmp_linear *linear);
+
 /** Takes the state with rates ud (NULL: zero) and accelerations udd (NULL: zero): q (n) is taken on its u and closed
  * from where it is. Conditions of the model hold as they do there. KEMPE_E_FAILED without message: Jv is singular, or
  * the loops do not close. */
@@ -66,21 +79,7 @@ kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const 
  * reduced mass is not positive. */
 kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud);
 
-/** A small change: of the independent coordinates (p each), and of the equations themselves, as a parameter makes it:
- * of h, J qd + h_t and J qdd + jdqd (m each) and of M qdd + C - J' lambda (n). NULL: none. */
-typedef struct kmp_change {
-    const double *u, *ud, *udd;
-    const double *h, *rate, *curve, *force;
-} kmp_change;
-
-/** What follows of it, each NULL when it is not wanted; qdd needs qd, and qd q. */
-typedef struct kmp_response {
-    double *q, *qd, *qdd; /* n */
-    double *lambda;       /* m: zero for rows that are dropped */
-    double *residual;     /* p: dR */
-} kmp_response;
-
-/** At the last state. No allocation. */
+/** kmp_follow at the last state, accelerations as given. */
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response);
 
 /** Puts into udd (p) the change of accelerations that leaves R = 0 with a change dR (may be the same array). After

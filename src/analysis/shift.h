@@ -5,6 +5,7 @@
 
 #include "analysis/linear.h"
 #include "analysis/slopes.h"
+#include "base/arena.h"
 
 /** What stays. */
 typedef enum kmp_keeping {
@@ -15,6 +16,7 @@ typedef enum kmp_keeping {
 
 typedef struct kmp_shift {
     const kempe_system *system;
+    kmp_arena arena;                  /* of all arrays */
     int n, m, count;                  /* parameters */
     const char *const *names;         /* theirs; not owned */
     double *q, *qd, *qdd, *lambda;    /* n, n, n and m a parameter */
@@ -34,8 +36,5 @@ void kmp_shift_free(kmp_shift *shift);
  * nothing depends on stay where they are. KEMPE_E_FAILED: R = 0 leaves more than those open, and along what. */
 kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slopes, kmp_keeping keeping,
                           const double *q, const double *qd);
-
-/** The state of `linear`, as programs take it. */
-kmp_instant kmp_shift_instant(const kmp_linear *linear);
 
 #endif

@@ -6,18 +6,15 @@
 #ifndef KMP_ANALYSIS_SLOPES_H
 #define KMP_ANALYSIS_SLOPES_H
 
-#include "integrators/tangent.h"
+#include "integrators/instant.h"
 
-/** A non-zero: output `source` of a program stands at (row, col). */
-typedef struct kmp_slope {
-    int row, col, source;
-} kmp_slope;
-
-/** Non-zeros by columns. */
+/** Derivatives of one program by columns, and the program. */
 typedef struct kmp_slope_matrix {
-    int count, room, columns;
-    kmp_slope *entry;
+    int count, columns;
+    kmp_tangent *entry;
     int *start; /* columns + 1 */
+    kmp_formulas formulas;
+    const double *value; /* at the last state; NULL: nothing is in them, or they were not asked for */
 } kmp_slope_matrix;
 
 typedef struct kmp_slopes {
@@ -28,11 +25,21 @@ typedef struct kmp_slopes {
         equations; /* rows: h, rate, curve (m each), force, start q and qd (n each), length; a column a parameter */
     kmp_slope_matrix outputs; /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
     kmp_slope_matrix events;  /* likewise; rows: the conditions of the system */
-    kmp_program *program[3];  /* of the equations, outputs, events; NULL: nothing in them, or not asked for */
-    kmp_machine *machine[3];
-    long charts[3];         /* versions that they have */
-    const double *value[3]; /* since the last kmp_slopes_at, kmp_slopes_outputs, kmp_slopes_events */
 } kmp_slopes;
+
+/** The equations of a system that has met all its conditions: none is added. `events` outlive them. */
+kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets);
+
+/** Of the equations: h, J qd + h_t and J qdd + jdqd (m each), M qdd + C - J' lambda (n). */
+void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of);
+
+/** Which parameters the names are. KEMPE_E_ARGUMENT: one that does not stay open. */
+kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter);
+
+/** Adds to leaves (`count`, room for all parameters behind them) that move in some directions the parameters that
+ * follow from them, each behind those that it needs: they move as their expressions do. How many there are; -1: no
+ * memory. */
+int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction);
 
 /** Derives them for a system of a variant's model; `names`: of parameters that vary. With the outputs, if asked for,
  *  whose values are those of kmp_plant_shown. A system whose model is no variant has outputs, and no parameters (count

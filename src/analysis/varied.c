@@ -140,13 +140,6 @@ int kmp_varied_position(kmp_varied *varied, double t, const double *u, double *q
     return KMP_GO;
 }
 
-kmp_instant kmp_varied_instant(const kmp_varied *varied)
-{
-    const kmp_linear *l = &varied->linear;
-    const kmp_plant *plant = l->plant;
-    return (kmp_instant){l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
-}
-
 int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *ud)
 {
     predict(varied, t, u);
@@ -163,7 +156,7 @@ int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double 
             return KMP_RETRY;
     if (l->plain || varied->count == 0)
         return KMP_GO;
-    kmp_instant at = kmp_varied_instant(varied);
+    kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(varied->slopes, &at);
     return KMP_GO;
 }

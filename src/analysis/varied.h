@@ -63,9 +63,6 @@ void kmp_varied_anchor(kmp_varied *varied);
 /** How far the last state is from where the last anchor predicts it, scaled: the largest of all coordinates. */
 double kmp_varied_miss(kmp_varied *varied, const double *u);
 
-/** Which state the outputs and slopes see: the last one. */
-kmp_instant kmp_varied_instant(const kmp_varied *varied);
-
 /** The changes of the equations by all parameters at the last state; that of one of them. */
 void kmp_varied_parts(kmp_varied *varied);
 kmp_change kmp_varied_change(const kmp_varied *varied, int k, const double *u, const double *ud, const double *udd);

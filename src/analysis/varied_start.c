@@ -189,7 +189,7 @@ static void look_with_mu(beginning *b, const double *lambda)
 {
     kmp_varied *v = b->v;
     const kmp_linear *l = &v->linear;
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     at.qdd = b->zero;
     at.lambda = lambda;
     at.qd = l->qd;
@@ -281,7 +281,7 @@ static kempe_status stand(beginning *b)
         return kmp_fail(v->system->context, KEMPE_E_FAILED,
                         "the start has no derivative by parameters: its closures are singular, or a coordinate moves "
                         "no mass");
-    kmp_instant at = kmp_varied_instant(v);
+    kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_slopes_at(v->slopes, &at);
     kmp_varied_parts(v);
     return KEMPE_OK;

@@ -14,6 +14,8 @@
 #define ORDERLY 1e3
 /* Differences to a finer run in units of the tolerance: what errors of steps add up to where nothing amplifies them. */
 #define PROMISED 2e3
+/* An error falls by five and more from the coarser run, which differs then by this many errors at least. */
+#define APART 4.0
 /* No run is made finer than this, nor one that is not finer by FINER. */
 #define FINEST 1e-13
 #define FINER  5.0
@@ -37,15 +39,20 @@ void kmp_convergence_row(kmp_convergence *found, double t, int count, const doub
 /* -- cases ------------------------------------------------------------------------------------------- */
 
 /* Cases which[0 .. count-1], at a tolerance. */
-static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, int count, const int *which,
+static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, double told, int count, const int *which,
                                kmp_convergence *convergence)
 {
     kmp_convergence *found = KMP_NEW(kmp_convergence, count);
     if (!found)
         return kmp_fail_memory(r->context);
     for (int k = 0; k < count; k++)
-        found[k] = (kmp_convergence){
-            .known = true, .rtol = rtol, .limit = limit, .t = r->t_start, .until = r->t_start, .stopped = NAN};
+        found[k] = (kmp_convergence){.known = true,
+                                     .rtol = rtol,
+                                     .limit = limit,
+                                     .told = told,
+                                     .t = r->t_start,
+                                     .until = r->t_start,
+                                     .stopped = NAN};
     kmp_context_quiet(r->context, true);
     kempe_status status = r->run(r->user, rtol, count, which, found);
     kmp_context_quiet(r->context, false);
@@ -73,6 +80,7 @@ static int find_doubtful(int cases, const kmp_convergence *convergence, double c
 kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence)
 {
     double rtol = repeat->rtol, finer = fmax(rtol / OTHER, FINEST), coarser = OTHER * rtol;
+    double told = repeat->promised * rtol, clear = told > 0 ? APART * told : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
@@ -83,11 +91,11 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
     int count = cases;
     if (status == KEMPE_OK && rtol <= COARSE) {
         double limit = (can_be_finer ? LOST : ORDERLY) * coarser;
-        status = run_beside(repeat, coarser, limit, cases, which, convergence);
-        count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, CLEAR * coarser, which) : 0;
+        status = run_beside(repeat, coarser, limit, 0, cases, which, convergence);
+        count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, clear, which) : 0;
     }
     if (status == KEMPE_OK && count > 0)
-        status = run_beside(repeat, finer, PROMISED * rtol, count, which, convergence);
+        status = run_beside(repeat, finer, PROMISED * rtol, told, count, which, convergence);
     kmp_free(which);
     return status;
 }
@@ -140,7 +148,8 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
                                     const kmp_samples *table, kmp_convergence *convergence)
 {
     beside b = {.system = system, .spec = spec, .start = start, .table = table};
-    return kmp_convergence_of(&(kmp_repeat){system->context, spec->rtol, spec->t_start, &b, run_again}, 1, convergence);
+    return kmp_convergence_of(&(kmp_repeat){system->context, spec->rtol, spec->t_start, 0, &b, run_again}, 1,
+                              convergence);
 }
 
 /* -- telling ----------------------------------------------------------------------------------------- */
@@ -158,8 +167,13 @@ const char *kmp_convergence_word(const kmp_convergence *c)
 
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *advice)
 {
-    if (kmp_convergence_holds(c))
+    if (kmp_convergence_holds(c)) {
+        if (c->told > 0 && c->difference > c->told)
+            kmp_log(context, KEMPE_LOG_WARNING,
+                    "'%s' has an error of %.2g of its size at t = %.6g s, as a run at rtol %.3g shows; %s", name,
+                    c->difference, c->t, c->rtol, advice);
         return;
+    }
     if (c->difference > c->limit)
         kmp_log(context, KEMPE_LOG_WARNING,
                 "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' comes out otherwise by %.2g at t = %.6g s, "

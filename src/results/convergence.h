@@ -18,6 +18,7 @@ typedef struct kmp_convergence {
     double t;
     double until;   /* last row before the difference leaves `limit` */
     double limit;   /* that a run in good order keeps */
+    double told;    /* a difference that is told in a warning all the same; 0: none is */
     double stopped; /* where the other run ended, NaN when it came to the end */
 } kmp_convergence;
 
@@ -25,6 +26,7 @@ typedef struct kmp_convergence {
 typedef struct kmp_repeat {
     kempe_context *context;
     double rtol, t_start; /* of the first time */
+    double promised;      /* an error of more tolerances is told, though a run in good order may make it; 0: none is */
     void *user;
     /** Runs cases which[0 .. count-1] at another rtol, atol in proportion, and tells each row by kmp_convergence_row
      * and, where it did not come to its end, `stopped`. KEMPE_OK; KEMPE_STOPPED: the user has had enough;
@@ -49,7 +51,8 @@ bool kmp_convergence_holds(const kmp_convergence *convergence);
 /** "converged", "not converged", "the other run did not come to its end"; "": there was none. */
 const char *kmp_convergence_word(const kmp_convergence *convergence);
 
-/** One warning when it has not converged. `name`: of the number at `index`; `advice`: what to do. */
+/** One warning when it has not converged, or when its error is more than what was promised. `name`: of the number at
+ * `index`; `advice`: what to do. */
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *advice);
 

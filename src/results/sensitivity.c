@@ -45,6 +45,10 @@ static kempe_status check_method(const kempe_sensitivity *s)
     if ((method || s->ask->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and one method alone",
                         s->kind->name);
+    if (s->ask->run.checkpoint || s->ask->run.resume)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "sensitivities have no checkpoints: rows of a checkpoint are without derivatives, from which "
+                        "they could go on");
     if (s->ask->at && s->kind->integrals && strcmp(s->ask->at, "start") != 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "a trajectory begins at the start, not at '%s': ask for the sensitivities of reactions, modes "

@@ -85,7 +85,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
 /* All that is shown beside the table, with its derivatives: shown values a parameter. */
 static void look(kmp_sensitivity_state *x)
 {
-    kmp_instant at = kmp_shift_instant(&x->varied.linear);
+    kmp_instant at = kmp_linear_instant(&x->varied.linear);
     const kmp_shift *sh = &x->shift;
     double *unit = x->unit;
     const double *shown = kmp_slopes_outputs(x->slopes, &at);

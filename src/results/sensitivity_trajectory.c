@@ -14,6 +14,9 @@
 /* An adjoint run of one scalar takes about as long as forward ones with so many parameters (docs/sensitivity.md). */
 enum { WORTH_ADJOINT = 4 };
 
+/* Errors of more tolerances are told. */
+#define PROMISED 100.0
+
 typedef struct work {
     kempe_sensitivity *s;
     kmp_columns columns;
@@ -125,6 +128,7 @@ static kempe_status prepare(work *w)
         status = kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes);
     if (status != KEMPE_OK)
         return status;
+    kmp_linear_derive(&w->varied.linear);
     s->integrator = kmp_solver_find(w->spec.integrator)->name;
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
@@ -357,7 +361,7 @@ static kempe_status check_again(work *w)
     kempe_sensitivity *s = w->s;
     double begin = kmp_cpu_now();
     set_sizes(w);
-    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, w, find_again};
+    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, w, find_again};
     kempe_status status = kmp_convergence_of(&repeat, 1, &s->again);
     if (status == KEMPE_OK && !name_again(s))
         status = kmp_fail_memory(s->context);

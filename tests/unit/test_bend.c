@@ -3,6 +3,7 @@
  * ones, with a sweep of steps; on examples with loops in the plane and in space, and on a model whose parameters follow
  * from others. */
 #include "analysis/bend.h"
+#include "integrators/tangent.h"
 #include "loaded.h"
 #include "model/variant.h"
 #include "random.h"
@@ -140,7 +141,7 @@ static void check_rig(rig *r)
     }
     for (int k = 0; k < r->count; k++)
         b.parameter[k] = r->values[k] * between(0.1, 1);
-    kmp_bend_renew_parameters(&r->bend, r->system->parameters);
+    kmp_formulas_renew(&r->bend.bent, r->system->parameters);
     kmp_instant at = instant(&x);
     kmp_bend_at(&r->bend, &at);
     kmp_bent bent = kmp_bend_along(&r->bend, &(kmp_course){a.q, a.qd, a.qdd, a.lambda},

@@ -163,7 +163,7 @@ static void follow(rig *r, const double *change, int parameter, state *out)
     double h[MOST], rate[MOST], curve[MOST], force[MOST];
     kmp_change c = {.u = change, .ud = change + l->p, .udd = change + 2 * l->p};
     if (parameter >= 0) {
-        kmp_instant at = kmp_shift_instant(l);
+        kmp_instant at = kmp_linear_instant(l);
         kmp_slopes_at(r->slopes, &at);
         kmp_slopes_of_parameter(r->slopes, parameter, h, rate, curve, force);
         c = (kmp_change){c.u, c.ud, c.udd, h, rate, curve, force};

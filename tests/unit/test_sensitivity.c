@@ -74,7 +74,8 @@ static void period_of_a_pendulum(void)
 typedef struct trial {
     const char *text, *parameters, *outputs, *integrator, *road;
     double t_end, within, first_step;
-    bool one_way; /* forward alone: nothing goes back there */
+    bool one_way;          /* forward alone: nothing goes back there */
+    const char *integrand; /* NULL: the outputs */
 } trial;
 
 /* q and qd at the end, of a run with parameter `name` at `value`. */
@@ -192,8 +193,9 @@ static void check_trial(const trial *x)
     }
     kempe_sensitivity_free(forward);
     kempe_sensitivity_free(adjoint);
-    forward = x->one_way ? NULL : find(c, model, x, "forward", 1);
-    adjoint = x->one_way ? NULL : find(c, model, x, "adjoint", 1);
+    every.outputs = x->integrand ? x->integrand : x->outputs;
+    forward = x->one_way ? NULL : find(c, model, &every, "forward", 1);
+    adjoint = x->one_way ? NULL : find(c, model, &every, "adjoint", 1);
     if (forward && adjoint)
         check_same(forward, adjoint, 1e-8);
     kempe_sensitivity_free(all);
@@ -360,37 +362,44 @@ static void conditions_that_change(void)
 
 /* -- singular places --------------------------------------------------------------------------------- */
 
-/* A body on a spherical joint that is centred twice on its way; slopes are of the joint's own angles all the while. */
+/* A body on a spherical joint that is centred twice on its way, or from the start on; slopes are of the joint's own
+ * angles all the while, those of its motion in space are the same in all. */
 static void angles_that_are_centred(void)
 {
     static const char top[] =
         "kempe: 1\nname: top\ngravity: [0, 0, -9.81]\nparameters: {l: 0.4, m: 1.3, j: 0.03, w: 6}\nbodies:\n"
-        "  a: {joint: {name: S, spherical: z, at: ground}, mass: m, com: [l, 0, 0.1], "
+        "  a: {joint: {name: S, spherical: z, at: ground}, mass: m, com: [l, 0, 0.1], points: {P: [l, 0.1, 0]}, "
         "inertia: {xx: j, yy: 0.05, zz: 0.03}}\n"
-        "start: {qd: {S.1: 1, S.2: w, S.3: 2}}\n";
-    check_trial(&(trial){.text = top,
-                         .parameters = "l,m,j,w",
-                         .outputs = "q,qd,qdd",
-                         .t_end = 1.5,
-                         .within = 1e-8,
-                         .first_step = 4e-4,
-                         .one_way = true});
+        "start: {q: {S.2: %g}, qd: {S.1: 1, S.2: w, S.3: 2}}\n";
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        (void)snprintf(text, sizeof text, top, k ? 1.25 : 0.0);
+        check_trial(&(trial){.text = text,
+                             .parameters = "l,m,j,w",
+                             .outputs = k ? "velocity(a.P),qdd" : "q,qd,qdd,position(a.P)",
+                             .integrand = "position(a.P),energy.kinetic",
+                             .t_end = 1.5,
+                             .within = 1e-8,
+                             .first_step = 4e-4});
+    }
 }
 
-/* The same joint turned on to where its own angles are singular: rows go on, what keeps to them ends. */
+/* The same joint turned on to where its own angles are singular: an integral of these ends, all else goes on. */
 static void angles_that_are_kept(void)
 {
     static const char text[] = "kempe: 1\nname: over\ngravity: [0, 0, 0]\nparameters: {m: 1}\nbodies:\n"
                                "  a: {joint: {name: S, spherical: z, at: ground}, mass: m, com: [0, 0, 0.1], "
                                "inertia: {xx: 0.05, yy: 0.05, zz: 0.05}}\nstart: {qd: {S.1: 0.02, S.2: 3}}\n";
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 4; k++) {
         kempe_context *c = kempe_context_new();
         kempe_model *model = read_model(c, text, NULL, 0);
         kempe_sensitivity *s = NULL;
-        kempe_sensitivity_ask ask = {
-            .outputs = "qd(S.2)", .method = k == 1 ? "adjoint" : "forward", .integral = k == 2, .run = {.t_end = 1}};
-        CHECK(kempe_sensitivity_new(model, &ask, &s) == (k ? KEMPE_E_FAILED : KEMPE_OK));
-        CHECK(k == 0 || strstr(kempe_context_message(c), "spherical joint 'S' come near to their singular position"));
+        kempe_sensitivity_ask ask = {.outputs = k == 3 ? "energy.kinetic" : "qd(S.2)",
+                                     .method = k == 1 ? "adjoint" : "forward",
+                                     .integral = k > 1,
+                                     .run = {.t_end = 1}};
+        CHECK(kempe_sensitivity_new(model, &ask, &s) == (k == 2 ? KEMPE_E_FAILED : KEMPE_OK));
+        CHECK(k != 2 || strstr(kempe_context_message(c), "spherical joint 'S' come near to their singular position"));
         kempe_sensitivity_free(s);
         kempe_model_free(model);
         kempe_context_free(c);

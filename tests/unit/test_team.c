@@ -179,7 +179,7 @@ static void tangents_fall_apart(void)
     kmp_tangents tangents = {0};
     double outside;
     CHECK(kmp_tangents_init(&tangents, s.system, kmp_backend_find("tape"), 1u << KMP_VALUE_R) == KEMPE_OK);
-    CHECK(parts_of(tangents.tangent_program, 1, team, &outside) == 3);
+    CHECK(parts_of(tangents.tangent.program, 1, team, &outside) == 3);
     CHECK(outside < 0.05);
     kmp_tangents_free(&tangents);
     kmp_team_free(team);
