@@ -64,18 +64,19 @@ static bool make_room_for_step(adjoint *a)
     return values;
 }
 
-static int keep_step(void *user, double from, double to, int (*at)(void *motion, double t, double *y), void *motion)
+static int keep_step(void *user, kmp_runner *runner, double from, double to)
 {
     adjoint *a = user;
     const kmp_linear *l = &a->v->linear;
-    a->p = l->p;
+    size_t width = 2 * (size_t)(a->p = l->p);
     memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
     if (!make_room_for_step(a))
         return 1;
     for (int j = 0; j < NODES; j++) {
-        double t = j == NODES - 1 ? to : from + node(j) * (to - from);
-        if (at(motion, t, a->values + ((size_t)a->steps * NODES + (size_t)j) * 2 * (size_t)a->p) != KMP_GO)
+        const double *y = kmp_runner_unknowns(runner, j == NODES - 1 ? to : from + node(j) * (to - from));
+        if (!y)
             return 1;
+        memcpy(a->values + ((size_t)a->steps * NODES + (size_t)j) * width, y, width * sizeof *y);
     }
     a->from[a->steps++] = from;
     a->from[a->steps] = to;

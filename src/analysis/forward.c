@@ -38,7 +38,6 @@ typedef struct forward {
     const kempe_system *system;
     const double *sizes;
     kmp_margin *margin;
-    kmp_runner *runner;
     int n, m, p, count, integrals; /* the last of the unknowns */
     int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
@@ -712,28 +711,15 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return f->ask->watch.row(f->ask->watch.user, &row_of);
 }
 
-static int unknowns_at(void *motion, double t, double *y)
-{
-    forward *f = motion;
-    const double *from = kmp_runner_unknowns(f->runner, t);
-    if (!from)
-        return KMP_HALT;
-    memcpy(y, rows_of(f, from, f->su), (size_t)f->p * sizeof *y);
-    memcpy(y + f->p, rows_of(f, from + blocks(f), f->su), (size_t)f->p * sizeof *y);
-    return KMP_GO;
-}
-
 static int take_step(void *user, kmp_runner *runner, double from, double to)
 {
     forward *f = user;
-    f->runner = runner;
-    if (f->integrals) {
-        const double *y = kmp_runner_unknowns(runner, to);
-        if (!y)
-            return 1;
+    const double *y = f->integrals ? kmp_runner_unknowns(runner, to) : NULL;
+    if (f->integrals && !y)
+        return 1;
+    if (y)
         memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
-    }
-    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, from, to, unknowns_at, f) : 0;
+    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, runner, from, to) : 0;
 }
 
 /* -- the road ---------------------------------------------------------------------------------------- */
