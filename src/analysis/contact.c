@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/mend.h"
 #include "model/check_mass.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
@@ -55,7 +56,7 @@ static kempe_status make_system(kempe_contact_table *t)
     if (status == KEMPE_OK)
         status = add_outputs(kmp_variant_model(t->variant));
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(t->variant), &t->system);
+        status = kmp_system_of_variant(t->variant, &t->system);
     kmp_free(names);
     return status;
 }

@@ -5,6 +5,7 @@
 #include "analysis/operating.h"
 #include "analysis/shift.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include "model/variant.h"
@@ -413,7 +414,7 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     if (status == KEMPE_OK)
         status = kmp_variant_new(model, g->count, ask->parameters, &g->variant);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(g->variant), &g->system);
+        status = kmp_system_of_variant(g->variant, &g->system);
     if (status == KEMPE_OK)
         status = kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven);
     if (status == KEMPE_OK) {
