@@ -207,8 +207,9 @@ static void weigh_target(adjoint *a, double *out)
     if (!x->shown)
         return;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_outputs(v->slopes, &at);
-    kmp_slopes_outputs_gradient(v->slopes, x->shown, &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
+    (void)kmp_slopes_values(&v->slopes->outputs, &at);
+    kmp_slopes_gradient(v->slopes, &v->slopes->outputs, x->shown,
+                        &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
 }
 
 static void add_back(adjoint *a, double *u, double *ud, double *out)
@@ -354,14 +355,15 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
         weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_events(v->slopes, &at);
-    kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
     weight /= -a->unit[mark->condition];
     memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
     a->unit[mark->condition] = weight;
     memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
     memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
-    kmp_slopes_events_gradient(v->slopes, a->unit, &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+    kmp_slopes_gradient(v->slopes, &v->slopes->events, a->unit,
+                        &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
     kmp_linear_back(l, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
     add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
     return KEMPE_OK;

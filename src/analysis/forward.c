@@ -118,7 +118,7 @@ double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
     kmp_instant at = kmp_linear_instant(&varied->linear);
-    const double *shown = target->shown ? kmp_slopes_outputs(varied->slopes, &at) : NULL;
+    const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
     const kmp_varied_row here = {.q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
     return kmp_target_of_row(target, varied, &here);
 }
@@ -129,7 +129,7 @@ double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 static void outputs_along(forward *f, int k, double *q, double *qd, double *qdd, double *lambda, double *out)
 {
     f->unit[k] = 1;
-    kmp_slopes_outputs_along(f->v->slopes, &(kmp_direction){NULL, q, qd, qdd, lambda, f->unit}, out);
+    kmp_slopes_along(f->v->slopes, &f->v->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, f->unit}, out);
     f->unit[k] = 0;
 }
 
@@ -503,15 +503,15 @@ static bool find_swing(forward *f, int k)
     kmp_linear *l = &v->linear;
     double one = 1, *along = f->along, rate, faster;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_events(v->slopes, &at);
-    kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
     rate = along[k];
-    kmp_slopes_events_along(v->slopes, &(kmp_direction){NULL, NULL, l->qdd, NULL, NULL, NULL}, along);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){NULL, NULL, l->qdd, NULL, NULL, NULL}, along);
     faster = fabs(along[k]) + fabs(rate - along[k]);
     for (int i = 0; i < f->count; i++) {
         f->unit[i] = 1;
-        kmp_slopes_events_along(
-            v->slopes, &(kmp_direction){NULL, f->dq + i * f->n, f->dqd + i * f->n, NULL, NULL, f->unit}, along);
+        kmp_slopes_along(v->slopes, &v->slopes->events,
+                         &(kmp_direction){NULL, f->dq + i * f->n, f->dqd + i * f->n, NULL, NULL, f->unit}, along);
         f->unit[i] = 0;
         f->swing[i] = -along[k] / rate;
     }
@@ -701,7 +701,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     if (!f->ask->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
-    const double *shown = kmp_slopes_outputs(v->slopes, &at);
+    const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
     if (f->count > 0)
         kmp_varied_parts(v);

@@ -87,7 +87,8 @@ static void follow(kmp_transfer *t, const kmp_change *change, int k, double *res
     kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
     if (k >= 0)
         t->parameters[k] = 1;
-    kmp_slopes_outputs_along(t->slopes, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters}, t->shown);
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters},
+                     t->shown);
     if (k >= 0)
         t->parameters[k] = 0;
     see(t, q, qd, qdd, lambda, t->shown, out);
@@ -99,7 +100,7 @@ static void push(kmp_transfer *t, const kmp_load *load, double *force)
     kmp_direction by = {.q = force};
     memset(t->shown, 0, (size_t)t->slopes->shown * sizeof *t->shown);
     t->shown[load->place + t->inputs->input[load->input].axis] = -1;
-    kmp_slopes_outputs_gradient(t->slopes, t->shown, &by);
+    kmp_slopes_gradient(t->slopes, &t->slopes->outputs, t->shown, &by);
 }
 
 /* h = q - f(t) of a drive, f with a little more. */
@@ -137,7 +138,7 @@ static void take_values(kmp_transfer *t)
     const kmp_linear *l = t->linear;
     kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(t->slopes, &at);
-    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_outputs(t->slopes, &at), t->value);
+    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
 }
 
 void kmp_transfer_eval(kmp_transfer *transfer)

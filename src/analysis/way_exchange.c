@@ -94,7 +94,7 @@ static double evaluate(solver *s, double *value)
 {
     const kmp_linear *l = s->w->l;
     kmp_instant at = instant(l);
-    const double *shown = s->shown > 0 ? kmp_slopes_outputs(s->x->slopes, &at) : NULL;
+    const double *shown = s->shown > 0 ? kmp_slopes_values(&s->x->slopes->outputs, &at) : NULL;
     double worst = 0;
     for (int k = 0; k < s->p; k++)
         value[k] = l->residual[k] / s->row_size[k];
@@ -133,8 +133,8 @@ static void fill_column(solver *s, int j)
     kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
     double no_time = 0;
     if (s->shown > 0)
-        kmp_slopes_outputs_along(
-            s->x->slopes, &(kmp_direction){&no_time, move, s->dqd, s->dqdd, s->dlambda, s->parameters}, s->along);
+        kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
+                         &(kmp_direction){&no_time, move, s->dqd, s->dqdd, s->dlambda, s->parameters}, s->along);
     memcpy(column, s->dr, (size_t)s->p * sizeof *column);
     for (int k = 0; k < s->x->target_count; k++) {
         const kmp_target *t = &s->x->target[k];
@@ -163,7 +163,7 @@ static void linearise(solver *s)
     s->columns = s->p + s->x->free_count;
     kmp_slopes_at(s->x->slopes, &at);
     if (s->shown > 0)
-        (void)kmp_slopes_outputs(s->x->slopes, &at);
+        (void)kmp_slopes_values(&s->x->slopes->outputs, &at);
     for (int j = 0; j < s->columns; j++)
         fill_column(s, j);
     for (int i = 0; i < s->rows; i++)

@@ -176,12 +176,13 @@ static void a_small_loop_is_no_rounding(void)
  * explains. */
 static void a_real_closure_of_small_effect_is_no_rounding(void)
 {
-    stays_as_it_is(NULL,
-                   "kempe: 1\nground: {points: {O: [0, 0, 0], D: [1.20417, 0.40233, 0]}}\nbodies:\n"
-                   "  a: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {P: [-0.00021, 0.00035, 0], "
-                   "E: [0.71443, 0.10267, 0]}}\n"
-                   "  b: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
-                   "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}}\n");
+    stays_as_it_is(
+        NULL,
+        "kempe: 1\nground: {points: {O: [0, 0, 0], D: [1.20417, 0.40233, 0]}}\nbodies:\n"
+        "  a: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {P: [-0.00021, 0.00035, 0], "
+        "E: [0.71443, 0.10267, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
+        "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}}\n");
 }
 
 /* -- rows that stay open ----------------------------------------------------------------------------- */
