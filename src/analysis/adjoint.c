@@ -39,7 +39,7 @@ typedef struct adjoint {
     double *own_chart, *own_q, *own_qd, *own_qdd;     /* the end in the user's coordinates: charts; n */
     double *dq, *dqd, *dqdd;                          /* n: room */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
-    double *unit;                                     /* conditions */
+    double *unit, *matrix;                            /* conditions; p x 2 p */
     kmp_changes_weight back;
 } adjoint;
 
@@ -271,22 +271,14 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     adjoint *a = self;
-    kmp_linear *l = &a->v->linear;
     int p = a->p;
     (void)y;
     if (place(a, t) != KMP_GO)
         return KMP_RETRY;
-    kmp_linear_matrices(l);
+    kmp_varied_matrix(a->v, a->matrix);
     for (int k = 0; k < p; k++) {
-        double *column = j + (p + k) * a->size;
-        memset(a->wu, 0, (size_t)p * sizeof *a->wu);
-        a->wu[k] = 1;
-        kmp_linear_accelerate(l, a->wu, a->w);
-        for (int i = 0; i < p; i++)
-            for (int r = 0; r < p; r++) {
-                column[i] += l->stiffness[r + i * p] * a->w[r];
-                column[p + i] += l->damping[r + i * p] * a->w[r];
-            }
+        for (int i = 0; i < 2 * p; i++)
+            j[i + (p + k) * a->size] = a->matrix[k + i * p];
         j[p + k + k * a->size] = 1;
     }
     return KMP_GO;
@@ -425,6 +417,7 @@ static bool make_room(adjoint *a)
     a->wlambda = KMP_ARENA_NEW(room, double, m);
     a->w = KMP_ARENA_NEW(room, double, n);
     a->wu = KMP_ARENA_NEW(room, double, p);
+    a->matrix = KMP_ARENA_NEW(room, double, 2 * p * p);
     double **rooms[] = {&a->dq, &a->dqd, &a->dqdd};
     for (int k = 0; k < 3; k++)
         *rooms[k] = KMP_ARENA_NEW(room, double, n);

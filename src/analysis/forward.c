@@ -178,40 +178,25 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-/* df/dy of (u, ud): what the sensitivities have for theirs as well. How that changes with u, which Newton does not
+/* df/dy of (u, ud) is what the sensitivities have for theirs as well. How that changes with u, which Newton does not
  * need, is left out. */
-static int state_jacobian(forward *f, double t, const double *y)
+static int jacobian(void *self, double t, const double *y, double *j)
 {
+    forward *f = self;
     kmp_linear *l = &f->v->linear;
     bool plain = l->plain;
-    int p = f->p;
+    int p = f->p, half = blocks(f), size = f->road.size;
     l->plain = false;
     int said = come_to(f, t, y);
     l->plain = plain;
     if (said != KMP_GO)
-        return said;
-    kmp_linear_matrices(l);
-    for (int k = 0; k < p; k++) {
-        kmp_linear_accelerate(l, l->stiffness + k * p, f->matrix + k * p);
-        kmp_linear_accelerate(l, l->damping + k * p, f->matrix + (p + k) * p);
-    }
-    return KMP_GO;
-}
-
-static int jacobian(void *self, double t, const double *y, double *j)
-{
-    forward *f = self;
-    int p = f->p, half = blocks(f);
-    if (state_jacobian(f, t, y) != KMP_GO)
         return KMP_RETRY;
+    kmp_varied_matrix(f->v, f->matrix);
     for (int i = 0; i < half; i++)
-        j[i + (half + i) * f->road.size] = 1;
-    for (int b = 0; b <= f->count; b++)
-        for (int k = 0; k < p; k++)
-            for (int i = 0; i < p; i++) {
-                j[half + b * p + i + (b * p + k) * f->road.size] = f->matrix[i + k * p];
-                j[half + b * p + i + (half + b * p + k) * f->road.size] = f->matrix[i + (p + k) * p];
-            }
+        j[i + (half + i) * size] = 1;
+    for (int b = 0; b < half; b += p)
+        for (int k = 0; k < 2 * p; k++)
+            memcpy(j + half + b + (b + k % p + (k < p ? 0 : half)) * size, f->matrix + k * p, (size_t)p * sizeof *j);
     return KMP_GO;
 }
 
