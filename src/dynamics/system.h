@@ -104,6 +104,9 @@ struct kempe_system {
 /** kempe_system_new_by without a look at rounded numbers. */
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
 
+/** Closures alone, without masses and forces: for assembling, and for walking on closed configurations. */
+kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
+
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {
     kmp_number to[3], from[3];
