@@ -39,8 +39,8 @@ run: {t_end: 3, every: 0.05, rtol: 1e-8}
 class Drawer:
     """Random vectors of the plane as complex numbers, each off by up to `off` either way."""
 
-    def __init__(self, seed, off):
-        self.dice, self.off, self.noise = random.Random(seed), off, random.Random(-1 - seed)
+    def __init__(self, seed, off, which):
+        self.dice, self.off, self.noise = random.Random(seed), off, random.Random(f"{seed} {which}")
 
     def polar(self, angles, lengths):
         """The angle is drawn first."""
@@ -65,9 +65,10 @@ class Writer:
                           points=", ".join(f"{k}: {self.point(p)}" for k, p in points.items()))
 
 
-def lamp(seed, digits=17, off=0.0):
-    """The model of a seed as text. off: links that differ by up to so much, of parallelograms that stay exact."""
-    draw = Drawer(seed, off)
+def lamp(seed, digits=17, off=0.0, which=0):
+    """The model of a seed as text. off: links that differ by up to so much, of parallelograms that stay exact; there are
+    many such lamps, which are numbered."""
+    draw = Drawer(seed, off, which)
     a1 = complex(-0.3, 0)
     a2 = a1 + draw.polar((.3, 1.2), (.1, .3))
     c = draw.polar((2., 2.8), (.4, .7))

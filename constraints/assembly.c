@@ -25,8 +25,10 @@ static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
     if (gap > s->closure_tolerance)
         kmp_text_printf(text, ", more than the closure_tolerance of %.3g m", s->closure_tolerance);
     else
-        kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but no other closure says the same",
-                        s->closure_tolerance);
+        kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but %s", s->closure_tolerance,
+                        s->strict ? "rounding of the last digit of the model's numbers does not explain it (give a "
+                                    "closure_tolerance to let it stay open)"
+                                  : "no other closure says the same");
 }
 
 static kempe_status complain_open(const kempe_assembly *a)
@@ -127,7 +129,7 @@ static int count_pivots(const kempe_assembly *a, double part)
 static bool is_doubtful(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;
-    if (s->m == 0 || !(s->closure_tolerance > 0) || !(a->pivots[0] > KMP_RANK_FIRST))
+    if (s->m == 0 || s->strict || !(s->closure_tolerance > 0) || !(a->pivots[0] > KMP_RANK_FIRST))
         return false;
     if (a->closed)
         return count_pivots(a, KMP_ROUNDING_WEAK) < count_pivots(a, KMP_ROUNDING_NOTHING);

@@ -17,10 +17,11 @@
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "linalg/least.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12 };
+enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, MOST_DECIMALS = 12 };
 #define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
 #define RANK       1e-5  /* of the conditions: above what dh/dp is off by, of the size of the rounding */
 #define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
@@ -28,94 +29,78 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12 };
 #define WIDE       10.0  /* of the median misfit */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
+#define EXPLAINED  1e-2  /* what is left of the misfit, or the rounding squared, where the rounding explains it */
 #define LEAST      1e-15 /* a shift below is none */
 
-typedef enum number_kind { NUMBER_POINT, NUMBER_AXIS, NUMBER_FRAME } number_kind;
-
-/* A number of the copied model. */
+/* A number of the model that may move: a coordinate of a point, a component of an axis, a turn of a frame. */
 typedef struct number {
-    number_kind kind;
-    double *at; /* itself; the axis; the frame, row by row */
-    int k;      /* component of the axis; axis that the frame is turned about */
+    kmp_number *point; /* NULL: of an axis or frame */
+    double *axes;      /* the axis, or the frame, row by row */
+    bool frame;
+    int k;           /* component of the axis; axis that the frame is turned about */
+    double rounding; /* the unit of the last digit that it is drawn with, scaled */
+    double total;    /* moved so far, scaled */
 } number;
+
+/* What moving one changes. */
+typedef struct drawn {
+    kmp_number point;
+    double axes[9];
+} drawn;
 
 typedef struct mending {
     const kempe_system *s;
     const kempe_assembly *a;
+    kmp_variant *variant; /* whose model has the numbers */
     kempe_model *model;
     number *number;
+    drawn *drawn;
     int count;
+    double unit;    /* of the last digit of most numbers, scaled */
     bool *excluded; /* m: rows of drives */
     int rank;       /* of the others */
     int left;       /* conditions at a place */
     double *q;      /* n x places */
     double *w;      /* m x left x places */
     int places;
-    bool drawn;    /* the start is closed as drawn */
+    bool closed;   /* the start is closed as drawn */
     double *start; /* n */
     int conditions;
     double *slope;  /* dh/dp, scaled: rows of all places x count */
     double *matrix; /* conditions x count */
     double *rest;   /* conditions */
     double *shift;  /* count */
-    double *total;  /* count */
+    bool explained; /* by the rounding of the numbers */
 } mending;
 
-/* -- the copy ---------------------------------------------------------------------------------------- */
+/* -- numbers that may move --------------------------------------------------------------------------- */
 
-static size_t round_up(size_t size)
-{
-    return (size + 15) / 16 * 16;
-}
-
-static void *take(char **room, const void *from, size_t size)
-{
-    void *at = *room;
-    memcpy(at, from, size);
-    *room += round_up(size);
-    return at;
-}
-
-/* The model and the arrays that are its own, in one piece. */
-static kempe_model *copy_model(const kempe_model *m)
-{
-    size_t points = (size_t)m->point_count * sizeof *m->points, motions = (size_t)m->motion_count * sizeof *m->motions,
-           bodies = (size_t)m->body_count * sizeof *m->bodies,
-           closures = (size_t)m->closure_count * sizeof *m->closures;
-    char *room = KMP_NEW(char, round_up(sizeof *m) + round_up(points) + round_up(motions) + round_up(bodies) +
-                                   round_up(closures));
-    if (!room)
-        return NULL;
-    kempe_model *c = take(&room, m, sizeof *m);
-    c->points = take(&room, m->points, points);
-    c->motions = take(&room, m->motions, motions);
-    c->bodies = take(&room, m->bodies, bodies);
-    c->closures = take(&room, m->closures, closures);
-    return c;
-}
-
-/* -- its numbers ------------------------------------------------------------------------------------- */
-
-static void add(mending *x, number_kind kind, double *at, int k)
+static void add(mending *x, number n)
 {
     for (int i = 0; i < x->count; i++)
-        if (x->number[i].at == at && x->number[i].k == k)
+        if (x->number[i].point == n.point && x->number[i].axes == n.axes && x->number[i].k == n.k)
             return;
     if (x->count < MOST_NUMBERS)
-        x->number[x->count++] = (number){kind, at, k};
+        x->number[x->count++] = n;
+}
+
+static void add_number(mending *x, kmp_number *n)
+{
+    if (n->value != 0)
+        add(x, (number){.point = n});
 }
 
 static void add_axis(mending *x, double axis[3])
 {
     for (int k = 0; k < 3; k++)
         if (axis[k] != 0 && fabs(axis[k]) != 1)
-            add(x, NUMBER_AXIS, axis, k);
+            add(x, (number){.axes = axis, .k = k});
 }
 
 static void add_frame(mending *x, bool turned, double frame[3][3])
 {
     for (int k = 0; turned && k < 3; k++)
-        add(x, NUMBER_FRAME, &frame[0][0], k);
+        add(x, (number){.axes = &frame[0][0], .frame = true, .k = k});
 }
 
 static void add_point(mending *x, int point)
@@ -124,14 +109,13 @@ static void add_point(mending *x, int point)
         return;
     kmp_point *p = &x->model->points[point];
     for (int k = 0; k < 3; k++)
-        if (p->at[k].value != 0)
-            add(x, NUMBER_POINT, &p->at[k].value, 0);
+        add_number(x, &p->at[k]);
     add_frame(x, p->turned, p->axes);
 }
 
-static void add_chain(mending *x, int body, int top)
+static void add_chain(mending *x, int body)
 {
-    for (; body != top; body = x->model->bodies[body].parent) {
+    for (; body != 0; body = x->model->bodies[body].parent) {
         kmp_body *b = &x->model->bodies[body];
         add_point(x, b->at);
         add_point(x, b->to);
@@ -148,14 +132,42 @@ static void add_numbers(mending *x)
         for (int k = 0; k < 2 && closure->point[0] >= 0 && closure->point[1] >= 0; k++) {
             add_point(x, closure->point[k]);
             add_axis(x, closure->axis[k]);
-            add_chain(x, x->model->points[closure->point[k]].body, 0);
+            add_chain(x, x->model->points[closure->point[k]].body);
         }
+        if (!closure->function)
+            add_number(x, &closure->length);
     }
 }
 
-static size_t size_of(const number *n)
+/* How many decimals a number is written with; -1: more than a drawing has. */
+static int decimals_of(double value)
 {
-    return (n->kind == NUMBER_POINT ? 1 : n->kind == NUMBER_AXIS ? 3 : 9) * sizeof(double);
+    double tens = 1;
+    for (int d = 0; d <= MOST_DECIMALS; d++, tens *= 10)
+        if (fabs(value * tens - round(value * tens)) <= 8 * DBL_EPSILON * fabs(value * tens))
+            return d;
+    return -1;
+}
+
+/* Numbers of more decimals than a drawing has were computed, in single precision at the least. The others have as many
+ * decimals as most of them, since zeros at the end are not written; axes have lost theirs where they became unit
+ * vectors, and have those of the lengths. A tolerance that is given stands above what the digits say. */
+static void find_rounding(mending *x)
+{
+    int with[MOST_DECIMALS + 1] = {0}, some = 0, most = 0;
+    const double computed = FLT_EPSILON;
+    for (int i = 0; i < x->count; i++) {
+        int d = x->number[i].point ? decimals_of(x->number[i].point->value) : -1;
+        some += d > 0;
+        with[d > 0 ? d : 0] += d > 0;
+    }
+    for (int below = 0; most < MOST_DECIMALS && 2 * (below + with[most]) <= some; most++)
+        below += with[most];
+    x->unit = some > 0 ? pow(10, -most) / x->s->length : computed;
+    for (int i = 0; i < x->count; i++) {
+        const kmp_number *p = x->number[i].point;
+        x->number[i].rounding = p && decimals_of(p->value) < 0 ? fmin(x->unit, computed) : x->unit;
+    }
 }
 
 /* Of a frame: turned about its own axis k. */
@@ -170,19 +182,41 @@ static void turn(double *r, int k, double by)
     }
 }
 
-static void move(const mending *x, const number *n, double by)
+static size_t axes_size(const number *n)
 {
-    double *a = n->at;
-    if (n->kind == NUMBER_POINT) {
-        *a += by * x->s->length;
-    } else if (n->kind == NUMBER_FRAME) {
+    return (n->point ? 0 : n->frame ? 9 : 3) * sizeof(double);
+}
+
+static void keep(const number *n, drawn *d)
+{
+    if (n->point)
+        d->point = *n->point;
+    memcpy(d->axes, n->axes ? n->axes : d->axes, axes_size(n));
+}
+
+static void put_back(const number *n, const drawn *d)
+{
+    if (n->point)
+        *n->point = d->point;
+    else
+        memcpy(n->axes, d->axes, axes_size(n));
+}
+
+/* false: no memory. */
+static bool move(const mending *x, const number *n, double by)
+{
+    double *a = n->axes;
+    if (n->point)
+        return kmp_variant_shift(x->variant, n->point, by * x->s->length);
+    if (n->frame) {
         turn(a, n->k, by);
-    } else {
-        a[n->k] += by;
-        double size = hypot(hypot(a[0], a[1]), a[2]);
-        for (int k = 0; k < 3; k++)
-            a[k] /= size;
+        return true;
     }
+    a[n->k] += by;
+    double size = hypot(hypot(a[0], a[1]), a[2]);
+    for (int k = 0; k < 3; k++)
+        a[k] /= size;
+    return true;
 }
 
 /* -- configurations ---------------------------------------------------------------------------------- */
@@ -226,7 +260,7 @@ static bool find_places(mending *x)
 
 static size_t rows_of(const mending *x)
 {
-    return (size_t)(x->places + x->drawn) * (size_t)x->s->m;
+    return (size_t)(x->places + x->closed) * (size_t)x->s->m;
 }
 
 static const double *place_at(const mending *x, int place)
@@ -266,7 +300,7 @@ static bool add_closures(mending *x, double times, double *out)
         memcpy(chart, x->a->chart, (size_t)charts * sizeof *chart);
     else if (ok)
         kmp_charts_reset(s, chart);
-    for (int k = 0; ok && k < x->places + x->drawn; k++, out += m) {
+    for (int k = 0; ok && k < x->places + x->closed; k++, out += m) {
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
                                               [KMP_IN_TIME] = &start,
                                               [KMP_IN_Q] = place_at(x, k),
@@ -284,17 +318,16 @@ static bool add_closures(mending *x, double times, double *out)
     return ok;
 }
 
+/* By shifts of each number in units of its rounding: the step of least norm moves all alike in these. */
 static bool find_slopes(mending *x)
 {
     bool ok = true;
     for (int i = 0; ok && i < x->count; i++) {
-        double before[9], *column = x->slope + (size_t)i * rows_of(x);
         const number *n = &x->number[i];
         for (int side = 1; ok && side >= -1; side -= 2) {
-            memcpy(before, n->at, size_of(n));
-            move(x, n, side * DIFFERENCE);
-            ok = add_closures(x, side / (2 * DIFFERENCE), column);
-            memcpy(n->at, before, size_of(n));
+            ok = move(x, n, side * DIFFERENCE) &&
+                 add_closures(x, side / (2 * DIFFERENCE) * n->rounding, x->slope + (size_t)i * rows_of(x));
+            put_back(n, &x->drawn[i]);
         }
     }
     return ok;
@@ -316,7 +349,7 @@ static void take_conditions(mending *x, kmp_walk *w, int place)
 static double sift(mending *x, const double *open)
 {
     double widest = 0;
-    int places = x->places + x->drawn;
+    int places = x->places + x->closed;
     for (int k = 0; k < places; k++) {
         int narrower = 0;
         for (int i = 0; i < places; i++)
@@ -338,7 +371,7 @@ static bool look(mending *x, const kempe_system *s, double *widest)
 {
     kmp_walk *w = s->m == x->s->m ? walk_of(x, s) : NULL;
     double open[MOST_PLACES + 1];
-    for (int k = 0; w && k < x->places + x->drawn; k++) {
+    for (int k = 0; w && k < x->places + x->closed; k++) {
         bool closed = k == x->places || kmp_walk_close(w, x->q + (size_t)k * (size_t)s->n);
         if (k == x->places)
             kmp_walk_evaluate(w, x->start);
@@ -352,13 +385,35 @@ static bool look(mending *x, const kempe_system *s, double *widest)
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
-/* Whether the step leads nowhere but where rounding does. */
-static bool is_near(const mending *x, double most)
+/* How far a number may move, scaled. */
+static double farthest(const mending *x, const number *n)
+{
+    double most = x->s->closure_tolerance / x->s->length, digits = KMP_MEND_DIGITS * n->rounding;
+    if (!n->point)
+        digits = fmax(digits, KMP_MEND_AXES);
+    return x->s->model->closure_tolerance_given ? most : fmin(most, digits);
+}
+
+/* Whether a step leads nowhere but where rounding does. */
+static bool is_near(const mending *x)
 {
     for (int i = 0; i < x->count; i++)
-        if (!(fabs(x->total[i] - x->shift[i]) <= most))
+        if (!(fabs(x->number[i].total - x->shift[i]) <= farthest(x, &x->number[i])))
             return false;
     return true;
+}
+
+/* What a step leaves of the conditions, the largest, as far as they are linear. */
+static double left_by(const mending *x)
+{
+    double most = 0;
+    for (int c = 0; c < x->conditions; c++) {
+        double left = x->rest[c];
+        for (int i = 0; i < x->count; i++)
+            left -= x->matrix[(size_t)c + (size_t)i * (size_t)x->conditions] * x->shift[i];
+        most = fmax(most, fabs(left));
+    }
+    return most;
 }
 
 /* `widest` is what the left null spaces are off by, more where pivots are small: directions of the conditions below
@@ -366,44 +421,45 @@ static bool is_near(const mending *x, double most)
  * leads. */
 static bool step(mending *x, double widest)
 {
-    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK), most = x->s->closure_tolerance / x->s->length;
-    do {
+    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK), left = INFINITY;
+    bool near = false;
+    for (; !near && rank <= MOST_RANK; rank *= 10) {
         if (kmp_least_squares(x->conditions, x->count, x->matrix, x->rest, rank, x->shift) < 0)
             return false;
-        rank *= 10;
-    } while (!is_near(x, most) && rank <= MOST_RANK);
-    for (int i = 0; i < x->count; i++) {
-        x->total[i] -= x->shift[i];
-        if (fabs(x->shift[i]) > LEAST)
-            move(x, &x->number[i], -x->shift[i]);
+        left = left_by(x);
+        for (int i = 0; i < x->count; i++)
+            x->shift[i] *= x->number[i].rounding;
+        near = is_near(x);
     }
-    for (int i = 0; i < x->count; i++)
-        if (!(fabs(x->total[i]) <= most))
-            return false;
-    return true;
+    x->explained = x->explained || (near && left <= fmax(EXPLAINED * widest, x->unit * x->unit));
+    for (int i = 0; near && i < x->count; i++) {
+        x->number[i].total -= x->shift[i];
+        if (fabs(x->shift[i]) > LEAST)
+            near = move(x, &x->number[i], -x->shift[i]);
+    }
+    return near;
 }
 
-/* *mended stays NULL where the steps lead nowhere. */
+/* *mended stays NULL where the steps do not lead to closures that say the same to rounding. */
 static kempe_status go(mending *x, const char *word, kempe_system **mended)
 {
     const kempe_system *now = x->s;
     kempe_system *next = NULL;
     double widest, before = INFINITY;
     kempe_status status = KEMPE_OK;
-    bool on = true, met = false;
-    for (int k = 0; on && !met && k < STEPS; k++) {
+    bool met = false;
+    for (int k = 0; k < STEPS; k++, before = widest) {
         met = now->m < x->s->m; /* rows have become exactly zero: the assembly will tell */
-        if (met)
+        if (met || !look(x, now, &widest))
             break;
-        on = look(x, now, &widest);
-        met = on && now != x->s && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
-        if (met || !on || !(widest < 0.5 * before) || !step(x, widest))
+        met = k > 0 && (widest <= MET || (widest <= NEARLY_MET && widest > 0.5 * before));
+        if (met || !(widest < 0.5 * before) || !step(x, widest))
             break;
-        before = widest;
         kempe_system_free(next);
         next = NULL;
         status = kmp_system_new_by(x->model, word, &next);
-        on = status == KEMPE_OK;
+        if (status != KEMPE_OK)
+            break;
         now = next;
     }
     if (met)
@@ -425,7 +481,7 @@ static bool look_at_start(mending *x)
         kmp_walk_evaluate(w, x->start);
     for (int r = 0; w && r < s->m; r++)
         most = fmax(most, fabs(w->h[r]));
-    x->drawn = w && !x->a->chart && most * s->length <= s->closure_tolerance;
+    x->closed = w && !x->a->chart && most * s->length <= s->closure_tolerance;
     kmp_walk_free(w);
     return w;
 }
@@ -434,84 +490,107 @@ static bool begin(mending *x)
 {
     const kempe_system *s = x->s;
     size_t n = (size_t)s->n, m = (size_t)s->m;
+    x->model = kmp_variant_model(x->variant);
     x->excluded = KMP_NEW(bool, m);
     x->number = KMP_NEW(number, MOST_NUMBERS);
-    x->model = copy_model(s->model);
-    if (!x->excluded || !x->number || !x->model)
+    x->drawn = KMP_NEW(drawn, MOST_NUMBERS);
+    if (!x->excluded || !x->number || !x->drawn)
         return false;
     x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
     x->left = s->m - x->rank;
     add_numbers(x);
+    find_rounding(x);
+    for (int i = 0; i < x->count; i++)
+        keep(&x->number[i], &x->drawn[i]);
     x->q = KMP_NEW(double, n *(MOST_PLACES + 1));
     x->start = KMP_NEW(double, n);
     x->w = KMP_NEW(double, m *(size_t)x->left *MOST_PLACES);
     if (!x->q || !x->w || !x->start || !find_places(x) || !look_at_start(x))
         return false;
-    x->conditions = x->places * x->left + (x->drawn ? s->m : 0);
+    x->conditions = x->places * x->left + (x->closed ? s->m : 0);
     size_t conditions = (size_t)x->conditions, count = (size_t)x->count;
     x->slope = KMP_NEW(double, rows_of(x) * count);
     x->matrix = KMP_NEW(double, conditions *count);
     x->rest = KMP_NEW(double, conditions);
     x->shift = KMP_NEW(double, count);
-    x->total = KMP_NEW(double, count);
-    return x->slope && x->matrix && x->rest && x->shift && x->total;
+    return x->slope && x->matrix && x->rest && x->shift;
 }
 
 static void end(mending *x)
 {
-    void *const rooms[] = {x->excluded, x->number, x->model, x->q,     x->w,    x->start,
-                           x->slope,    x->matrix, x->rest,  x->shift, x->total};
+    void *const rooms[] = {x->excluded, x->number, x->drawn,  x->q,    x->w,
+                           x->start,    x->slope,  x->matrix, x->rest, x->shift};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
 }
 
 /* What stays open as drawn, at the start or else elsewhere, for a system made of the same drawing. */
-static void note_misfits(const kempe_system *drawn, const kempe_assembly *a, kempe_system *s)
+static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, kempe_system *s)
 {
-    for (int c = 0; c < drawn->model->closure_count; c++)
-        s->misfit[c] = drawn->misfit[c];
-    for (int r = 0; r < drawn->m; r++) {
-        double *most = &s->misfit[drawn->rows[r].closure];
-        double open = a->misfit > KMP_CLOSED_ENOUGH ? a->open[r] : drawn->rounding->misfit;
+    for (int c = 0; c < rounded->model->closure_count; c++)
+        s->misfit[c] = rounded->misfit[c];
+    for (int r = 0; r < rounded->m; r++) {
+        double *most = &s->misfit[rounded->rows[r].closure];
+        double open = a->misfit > KMP_CLOSED_ENOUGH ? a->open[r] : rounded->rounding->misfit;
         *most = a->dropped[r] && open > KMP_CLOSED_ENOUGH ? fmax(*most, open) : *most;
     }
 }
 
-static void describe(mending *x, kempe_system *mended)
+/* The mended system in place of *system, when it closes without any row that stays open. */
+static kempe_status replace(mending *x, kempe_system **system, kempe_system *mended, bool *done)
 {
+    kempe_assembly *a = NULL;
+    kempe_status status = kmp_assemble_start(mended, &a);
+    *done = status == KEMPE_OK && a->closed && !kmp_rounding_of(mended);
+    kempe_assembly_free(a);
+    if (!*done) {
+        kempe_system_free(mended);
+        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+    }
     note_misfits(x->s, x->a, mended);
     for (int i = 0; i < x->count; i++)
-        mended->mended_by = fmax(mended->mended_by, fabs(x->total[i]));
-    mended->mended = x->model;
-    x->model = NULL;
+        mended->mended_by = fmax(mended->mended_by, fabs(x->number[i].total));
+    mended->mended = true;
+    mended->build_s += x->s->build_s;
+    kempe_system_free(*system);
+    *system = mended;
+    return KEMPE_OK;
 }
 
-kempe_status kmp_mend(const kempe_system *rounded, const kempe_assembly *assembly, const char *word,
-                      kempe_system **mended)
+/* Larger ones are not looked at: their closures stay open where they are redundant but for rounding. */
+enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
+
+/* The mechanism that a rounded drawing means in place of *system, whose rows stay open as the assembly says. Where
+ * rounding of the numbers does not explain that, closures hold as they are written, unless a tolerance was given. */
+static kempe_status mend(kempe_system **system, const kempe_assembly *a, kmp_variant *given, const char *word)
 {
-    mending x = {.s = rounded, .a = assembly};
-    kempe_status status = begin(&x) ? KEMPE_OK : kmp_fail_memory(rounded->context);
-    *mended = NULL;
+    kempe_system *s = *system, *mended = NULL;
+    mending x = {.s = s, .a = a, .variant = given};
+    bool done = false;
+    if (s->n > MOST_COORDINATES || s->m > MOST_ROWS)
+        return KEMPE_OK;
+    kempe_status status = given ? KEMPE_OK : kmp_variant_new(s->model, 0, NULL, &x.variant);
+    if (status == KEMPE_OK)
+        status = begin(&x) ? KEMPE_OK : kmp_fail_memory(s->context);
     if (status == KEMPE_OK && x.count > 0 && find_slopes(&x))
-        status = go(&x, word, mended);
-    if (*mended)
-        describe(&x, *mended);
+        status = go(&x, word, &mended);
+    if (mended)
+        status = replace(&x, system, mended, &done);
+    if (status == KEMPE_OK && !x.explained && !s->model->closure_tolerance_given) {
+        s->strict = true;
+        atomic_store(&s->rounding->state, 0);
+    }
+    for (int i = 0; !done && i < x.count; i++)
+        put_back(&x.number[i], &x.drawn[i]);
+    if (!given && done)
+        (*system)->own = x.variant;
+    else if (!given)
+        kmp_variant_free(x.variant);
     end(&x);
     return status;
 }
 
 /* -- systems ----------------------------------------------------------------------------------------- */
-
-/* Larger ones are not looked at: their closures stay open where they are redundant but for rounding. */
-enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
-
-static bool may_mend(const kempe_system *s)
-{
-    bool varies = false;
-    for (int k = 0; k < s->model->parameter_count; k++)
-        varies = varies || s->model->parameters[k].varies;
-    return s->m > 0 && s->closure_tolerance > 0 && !varies && s->n <= MOST_COORDINATES && s->m <= MOST_ROWS;
-}
 
 /* What stays open as drawn; those that a mended system closes are told with it. */
 static void tell(const kempe_system *s)
@@ -538,47 +617,27 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
                         s->mended_by, s->length);
 }
 
-/* The mended system in place of *system, when it closes without any row that stays open. */
-static kempe_status replace(kempe_system **system, kempe_system *mended)
+/* `given`: the variant whose model it is, if its parameters vary. */
+static kempe_status look_for_rounding(kempe_system **system, kmp_variant *given, const char *word)
 {
     kempe_assembly *a = NULL;
-    kempe_status status = kmp_assemble_start(mended, &a);
-    bool good = status == KEMPE_OK && a->closed && !kmp_rounding_of(mended);
-    kempe_assembly_free(a);
-    if (good) {
-        mended->build_s += (*system)->build_s;
-        kempe_system_free(*system);
-        *system = mended;
-    } else {
-        kempe_system_free(mended);
-    }
-    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
-}
-
-static kempe_status mend(kempe_system **system, const char *word)
-{
-    kempe_assembly *a = NULL;
-    kempe_system *mended = NULL;
+    kempe_context *context = (*system)->context;
     kempe_status status = kmp_assemble_start(*system, &a);
     if (status == KEMPE_OK && a->closed && kmp_rounding_of(*system))
-        status = kmp_mend(*system, a, word, &mended);
-    if (status == KEMPE_OK && mended)
-        status = replace(system, mended);
+        status = mend(system, a, given, word);
     if (status == KEMPE_OK && kmp_rounding_of(*system))
         note_misfits(*system, a, *system);
     kempe_assembly_free(a);
-    kmp_context_clear((*system)->context);
-    return status == KEMPE_E_MEMORY ? kmp_fail_memory((*system)->context) : KEMPE_OK;
+    kmp_context_clear(context);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(context) : KEMPE_OK;
 }
 
-kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, system, "system");
     kempe_system *s = NULL;
     kempe_status status = kmp_system_new_by(model, word, &s);
-    if (status == KEMPE_OK && may_mend(s))
-        status = mend(&s, word);
+    if (status == KEMPE_OK && s->m > 0 && s->closure_tolerance > 0)
+        status = look_for_rounding(&s, given, word);
     if (status == KEMPE_OK)
         tell(s);
     if (status == KEMPE_OK)
@@ -588,7 +647,19 @@ kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kem
     return status;
 }
 
+kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, system, "system");
+    return new_system(model, NULL, word, system);
+}
+
 kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
 {
     return kempe_system_new_by(model, NULL, system);
+}
+
+kempe_status kmp_system_of_variant(kmp_variant *variant, kempe_system **system)
+{
+    return new_system(kmp_variant_model(variant), variant, NULL, system);
 }

@@ -5,11 +5,11 @@
 #define KMP_CONSTRAINTS_MEND_H
 
 #include "constraints/assemble.h"
+#include "model/variant.h"
 
-/** Derives it, with dynamics written as `word` says (kempe_system_new_by). `assembly`: of the rounded one, with the
- * rows that stay open. *mended is NULL where none is found: too large, or nothing near is redundant. KEMPE_E_MEMORY. */
-kempe_status kmp_mend(const kempe_system *rounded, const kempe_assembly *assembly, const char *word,
-                      kempe_system **mended);
+/** As kempe_system_new, of the model of a variant, whose points and axes are then those that the drawing means: where
+ * parameters vary they are shifted by as much. */
+kempe_status kmp_system_of_variant(kmp_variant *variant, kempe_system **system);
 
 /** What a closure stays open by as drawn, as a sentence; nothing where it closes. */
 void kmp_put_misfit(kmp_text *text, const kempe_system *system, int closure);

@@ -37,6 +37,12 @@
 /** Loops that stay open by more than so many tolerances are not tried. */
 #define KMP_ROUNDING_WIDEST 10
 
+/** How far a number of a rounded drawing may be from the one that is meant, in units of its last digit; an axis, rad.
+ * Where half a unit is rounded off, the nearest exact mechanism of 1600 lamps and linkages is within 4.5 units in each
+ * (bench/rounded digits). Axes have lost their digits where they became unit vectors: four digits are assumed. */
+#define KMP_MEND_DIGITS 5.0
+#define KMP_MEND_AXES   1e-4
+
 /* -- closures: scaled |h|, the largest row ------------------------------------------------------------- */
 
 /** Rounding alone: nothing is gained by a correction. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/ensemble.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "integrators/ensemble_inside.h"
 #include <math.h>
 #include <string.h>
@@ -18,7 +19,7 @@ kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *c
     e->columns = count;
     kempe_status status = kmp_variant_new(model, count, names, &e->variant);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(e->variant), &e->s);
+        status = kmp_system_of_variant(e->variant, &e->s);
     if (status != KEMPE_OK) {
         kmp_ensemble_free(e);
         return status;

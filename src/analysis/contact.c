@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/parts.h"
 #include "constraints/charts.h"
+#include "constraints/mend.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include <math.h>
@@ -56,7 +57,7 @@ static kempe_status make_system(kempe_contact_table *t)
     if (status == KEMPE_OK)
         status = add_outputs(kmp_variant_model(t->variant));
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(t->variant), &t->system);
+        status = kmp_system_of_variant(t->variant, &t->system);
     kmp_free(names);
     return status;
 }

@@ -2,6 +2,7 @@
 #include "analysis/exchange.h"
 #include "backend/machine.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "model/asked.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
@@ -221,7 +222,7 @@ kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const
     if (status == KEMPE_OK)
         status = read_targets(x, system->model, fix, require);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(x->variant), &x->system);
+        status = kmp_system_of_variant(x->variant, &x->system);
     if (status == KEMPE_OK)
         status = kmp_slopes_new(x->system, kmp_backend_default(), x->parameter_count, x->name, x->target_count > 0,
                                 &x->slopes);

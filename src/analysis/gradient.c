@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/parts.h"
+#include "constraints/mend.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include "model/variant.h"
@@ -384,7 +385,7 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     if (status == KEMPE_OK)
         status = kmp_variant_new(model, g->count, ask->parameters, &g->variant);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(g->variant), &g->system);
+        status = kmp_system_of_variant(g->variant, &g->system);
     if (status == KEMPE_OK)
         status = kmp_coordinates_read(g->system->model, "driven", ask->driven, driven, &g->driven);
     if (status == KEMPE_OK) {

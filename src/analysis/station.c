@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
+#include "constraints/mend.h"
 #include <math.h>
 #include <string.h>
 
@@ -20,7 +21,7 @@ kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *
     s->ask = *ask;
     kempe_status status = ask->name ? kmp_variant_new(system->model, 1, &ask->name, &s->variant) : KEMPE_OK;
     if (status == KEMPE_OK && ask->name)
-        status = kempe_system_new(kmp_variant_model(s->variant), &s->own);
+        status = kmp_system_of_variant(s->variant, &s->own);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&s->linear, kmp_station_system(s), kmp_backend_default());
     if (status == KEMPE_OK)

@@ -7,6 +7,7 @@
 #include "dynamics/motion.h"
 #include "model/check_mass.h"
 #include "model/spherical.h"
+#include "model/variant.h"
 #include <math.h>
 #include <string.h>
 
@@ -437,7 +438,7 @@ void kempe_system_free(kempe_system *s)
     kmp_free(s->parameters);
     kmp_free(s->rounding);
     kmp_free(s->misfit);
-    kmp_free(s->mended);
+    kmp_variant_free(s->own);
     kmp_free(s);
 }
 

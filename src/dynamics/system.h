@@ -20,8 +20,9 @@ bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *m
 void kmp_pattern_free(kmp_pattern *pattern);
 
 /** What closures that are redundant but for rounding may stay open by where the model does not say, as part of the
- * characteristic length (docs/doctor.md has the measurements). */
-#define KMP_CLOSURE_TOLERANCE 1e-3
+ * characteristic length: four hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of it
+ * (bench/rounded digits). */
+#define KMP_CLOSURE_TOLERANCE 6e-4
 
 /** What the first assembly found of closures that are redundant but for rounding of the model's numbers
  * (constraints/rounding.h). Written once. */
@@ -90,12 +91,13 @@ struct kempe_system {
     double *parameters;       /* values */
     double closure_tolerance; /* m: what closures that are redundant may stay open by; 0: nothing */
     kmp_rounding *rounding;
-    kempe_model *mended;   /* its own copy of the model, whose points and axes are those that a rounded drawing means
-                            * (constraints/mend.h); NULL: the model as it is */
-    double *misfit;        /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
-    double mended_by;      /* and the farthest that a number was moved, characteristic lengths or rad */
-    double build_s;        /* CPU time of deriving */
-    kempe_force_fn *force; /* the user's efforts; NULL: none */
+    bool strict; /* rounding of the model's numbers does not explain what redundant closures are open by */
+    bool mended; /* points and axes of `model` are those that a rounded drawing means (constraints/mend.h) */
+    struct kmp_variant *own; /* that has it, where it is the system's own; NULL: somebody else's */
+    double *misfit;          /* by closures: what they would stay open by as drawn, scaled; 0: nothing */
+    double mended_by;        /* and the farthest that a number was moved, characteristic lengths or rad */
+    double build_s;          /* CPU time of deriving */
+    kempe_force_fn *force;   /* the user's efforts; NULL: none */
     void *force_user;
 };
 

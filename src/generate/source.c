@@ -250,7 +250,7 @@ static kempe_status find_meant(kmp_source *source, const kempe_generation *g)
     if (status != KEMPE_OK)
         return status;
     if (source->meant->mended) {
-        source->model = source->meant->mended;
+        source->model = source->meant->model;
         return KEMPE_OK;
     }
     kempe_system_free(source->meant);

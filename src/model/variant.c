@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A number of the copy that changes, and what it is. */
+/* A number of the copy that changes, and what it is; NULL: its own expression. */
 typedef struct follower {
     kmp_number *number;
     const kmp_expr *expr;
@@ -67,9 +67,10 @@ static bool copy_model(kmp_variant *v, const kempe_model *base, int more)
     m->arena = (kmp_arena){0};
     int n = m->motion_count;
     return (m->parameters = COPY(v, m->parameters, m->parameter_count, more)) &&
-           (m->bodies = COPY(v, m->bodies, m->body_count, 0)) && (m->points = COPY(v, m->points, m->point_count, 0)) &&
-           (m->forces = COPY(v, m->forces, m->force_count, 0)) && (m->wheels = COPY(v, m->wheels, m->wheel_count, 0)) &&
-           copy_closures(v) && (m->start.q = COPY(v, m->start.q, n, 0)) && (m->start.qd = COPY(v, m->start.qd, n, 0)) &&
+           (m->motions = COPY(v, m->motions, n, 0)) && (m->bodies = COPY(v, m->bodies, m->body_count, 0)) &&
+           (m->points = COPY(v, m->points, m->point_count, 0)) && (m->forces = COPY(v, m->forces, m->force_count, 0)) &&
+           (m->wheels = COPY(v, m->wheels, m->wheel_count, 0)) && copy_closures(v) &&
+           (m->start.q = COPY(v, m->start.q, n, 0)) && (m->start.qd = COPY(v, m->start.qd, n, 0)) &&
            (m->start.q_given = COPY(v, m->start.q_given, n, 0)) &&
            (m->start.qd_given = COPY(v, m->start.qd_given, n, 0)) &&
            (m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0));
@@ -215,7 +216,7 @@ static kempe_status find_order(kmp_variant *v, int count)
 
 static bool follow_by(kmp_variant *v, kmp_number *number, const kmp_expr *expr)
 {
-    if (!kmp_expr_varies(&v->model, expr))
+    if (!kmp_expr_varies(&v->model, expr ? expr : number->expr))
         return true;
     if (v->follower_count == v->follower_room) {
         int room = 2 * v->follower_room + 64;
@@ -233,7 +234,7 @@ static bool follow(kmp_variant *v, int count, kmp_number *number)
 {
     bool ok = true;
     for (int k = 0; ok && k < count; k++)
-        ok = follow_by(v, &number[k], number[k].expr);
+        ok = follow_by(v, &number[k], NULL);
     return ok;
 }
 
@@ -334,6 +335,20 @@ kempe_model *kmp_variant_model(kmp_variant *variant)
     return &variant->model;
 }
 
+bool kmp_variant_shift(kmp_variant *v, kmp_number *number, double by)
+{
+    number->value += by;
+    if (!number->expr)
+        return true;
+    kmp_expr *sum = KMP_ARENA_NEW(&v->model.arena, kmp_expr, 2);
+    if (!sum)
+        return false;
+    sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = by};
+    sum[1] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = number->expr, .b = &sum[0]};
+    number->expr = &sum[1];
+    return true;
+}
+
 /* -- values ------------------------------------------------------------------------------------------ */
 
 static bool check_bodies(const kempe_model *m, const kempe_model *base, kmp_text *why)
@@ -427,8 +442,9 @@ static bool set_values(kmp_variant *v, const double *values, kmp_text *why)
                             isnan(v->values[k]) ? "not a number" : "infinite");
     }
     for (int k = 0; k < v->follower_count; k++) {
-        double x = kmp_expr_value_at(v->followers[k].expr, v->values, 0);
-        v->followers[k].number->value = x;
+        const follower *f = &v->followers[k];
+        double x = kmp_expr_value_at(f->expr ? f->expr : f->number->expr, v->values, 0);
+        f->number->value = x;
         if (!isfinite(x) && !why->length)
             kmp_text_put(why, "a number of the model is not finite with these parameters");
     }

@@ -2,6 +2,7 @@
 #include "results/channels.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include "results/columns.h"
@@ -162,7 +163,7 @@ static kempe_status make_system(kmp_channels *c, const kmp_channels_ask *ask, in
     if (status == KEMPE_OK)
         status = choose_outputs(c, ask, parts, place);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(c->variant), &c->own);
+        status = kmp_system_of_variant(c->variant, &c->own);
     if (status != KEMPE_OK)
         return status;
     kempe_system_set_force(c->own, given->force, given->force_user);

@@ -26,6 +26,7 @@ static void json_rounding(kmp_json *json, const kempe_system *system)
     kmp_json_number(json, "closure_tolerance", system->closure_tolerance);
     kmp_json_boolean(json, "mended", system->mended);
     kmp_json_number(json, "moved", system->mended_by * system->length);
+    kmp_json_number(json, "length", system->length);
     kmp_json_end(json);
 }
 

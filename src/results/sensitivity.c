@@ -3,6 +3,7 @@
 #include "results/sensitivity.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "model/asked.h"
 #include "model/nearest.h"
 #include <math.h>
@@ -132,7 +133,7 @@ static kempe_status derive(kempe_sensitivity *s)
     if (status == KEMPE_OK)
         status = take_outputs(s);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(s->variant), &s->system);
+        status = kmp_system_of_variant(s->variant, &s->system);
     if (status != KEMPE_OK)
         return status;
     s->parameter = KMP_NEW(double, s->count);

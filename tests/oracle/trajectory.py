@@ -53,8 +53,11 @@ class Integration:
         """Accelerations at the points of a window, or None where it must be shorter."""
         q, qd = (self.places(h, np.zeros((ORDER, len(self.q))), PLACES))
         for _ in range(25):
-            with np.errstate(all="ignore"):
-                a = self.motion(h * PLACES, q, qd, Conditions(self.held)).qdd
+            try:
+                with np.errstate(all="ignore"):
+                    a = self.motion(h * PLACES, q, qd, Conditions(self.held)).qdd
+            except np.linalg.LinAlgError:  # no state: iterates of a window that is too long lead anywhere
+                return None
             before, (q, qd) = (q, qd), self.places(h, a, PLACES)
             change = max(np.max(np.abs(q - before[0]) / (1 + np.abs(q))), np.max(np.abs(qd - before[1]) / (1 + np.abs(qd))))
             if not np.isfinite(change):
