@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/tangent.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "integrators/tangent_numbers.h"
 #include "symbolic/partials.h"
@@ -25,6 +26,7 @@ typedef struct gather {
     int value_count, size[KMP_VALUES];
     kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
     kmp_listing list;
+    kmp_arena arena; /* of values and matrices */
 } gather;
 
 /* -- expressions ------------------------------------------------------------------------------------- */
@@ -51,7 +53,7 @@ static bool collect_values(gather *g, unsigned values)
 {
     int n = g->eq.n, m = g->eq.m;
     const int size[KMP_VALUES] = {n, n, m, m, m, 1};
-    g->value = KMP_NEW(kmp_ref, 2 * n + 3 * m + 1);
+    g->value = KMP_ARENA_NEW(&g->arena, kmp_ref, 2 * n + 3 * m + 1);
     for (int v = 0; g->value && v < KMP_VALUES; v++) {
         bool asked = (values >> v & 1u) != 0;
         g->t->at[v] = asked ? g->value_count : -1;
@@ -131,19 +133,9 @@ static int rows_of(const gather *g, int block)
 
 static bool make_room_for_matrices(gather *g)
 {
-    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++) {
-        int rows = rows_of(g, b);
-        g->matrix[b] = rows ? KMP_NEW(kmp_ref, rows * g->eq.n) : NULL;
-        if (rows && !g->matrix[b])
-            return false;
-    }
-    return true;
-}
-
-static void free_matrices(gather *g)
-{
-    for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
-        kmp_free(g->matrix[b]);
+    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++)
+        g->matrix[b] = rows_of(g, b) ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
+    return !g->arena.failed;
 }
 
 static void add_matrix(gather *g, int block, const kmp_ref *matrix)
@@ -248,15 +240,14 @@ static int by_place(const void *a, const void *b)
     return x->col != y->col ? x->col - y->col : x->row - y->row;
 }
 
-static void sort_entries(gather *g)
+/* The entries of a list, by place. */
+static void sort_entries(kmp_tangents *t, kmp_listing *list)
 {
-    kmp_tangents *t = g->t;
-    int count = g->list.count;
-    t->entry = g->list.entry;
-    g->list.entry = NULL;
-    if (count)
-        qsort(t->entry, (size_t)count, sizeof *t->entry, by_place);
-    for (int e = 0; e < count; e++)
+    t->entry = list->entry;
+    list->entry = NULL;
+    if (list->count)
+        qsort(t->entry, (size_t)list->count, sizeof *t->entry, by_place);
+    for (int e = 0; e < list->count; e++)
         t->start[t->entry[e].block + 1] = e + 1;
     for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
         if (t->start[b + 1] < t->start[b])
@@ -343,13 +334,12 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         return status;
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
     if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
-        sort_entries(&g);
+        sort_entries(tangents, &g.list);
         ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
     }
-    kmp_free(g.value);
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
-    free_matrices(&g);
+    kmp_arena_free(&g.arena);
     kmp_equations_free(&g.eq);
     if (ok && status == KEMPE_OK)
         return KEMPE_OK;
@@ -364,13 +354,10 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     for (int v = 0; v < KMP_VALUES; v++)
         tangents->at[v] = -1;
-    tangents->numbers = kmp_tangent_numbers_new(system, &tangents->entry, tangents->start);
-    if (!tangents->numbers) {
-        kmp_tangents_free(tangents);
-        return kmp_fail_memory(system->context);
-    }
-    qsort(tangents->entry, (size_t)tangents->start[KMP_TANGENT_BLOCKS], sizeof *tangents->entry, by_place);
-    if (!list_columns(tangents)) {
+    kmp_listing list = {0};
+    tangents->numbers = kmp_tangent_numbers_new(system, &list);
+    sort_entries(tangents, &list);
+    if (!tangents->numbers || !list_columns(tangents)) {
         kmp_tangents_free(tangents);
         return kmp_fail_memory(system->context);
     }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/frequency.h"
+#include "base/bracket.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
+#include <complex.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -23,27 +25,28 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
     size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
     *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
     size_t block = inputs * outputs, all = block * (size_t)count;
-    size_t sizes[] = {(size_t)count, all, all, block, p * p, p * p, p, p, p, block, block, p * p, p, p};
-    double **room[] = {&f->at,    &f->re,    &f->im,   &f->still, &f->a_re,  &f->a_im,   &f->du_re,
-                       &f->du_im, &f->scale, &f->h_re, &f->h_im,  &f->terms, &f->off_re, &f->off_im};
-    bool ok = (f->pole = KMP_NEW(bool, count)) && (f->pivot = KMP_NEW(int, p));
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
-    if (ok)
-        return KEMPE_OK;
-    kmp_frequency_free(f);
-    return kmp_fail_memory(transfer->linear->system->context);
+    kmp_arena *a = &f->arena;
+    double **const large[] = {&f->re, &f->im}, **const square[] = {&f->a_re, &f->a_im, &f->terms},
+                   **const pairs[] = {&f->still, &f->h_re, &f->h_im},
+                   **const vectors[] = {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im};
+    for (int k = 0; k < 2; k++)
+        *large[k] = KMP_ARENA_NEW(a, double, all);
+    for (int k = 0; k < 3; k++) {
+        *square[k] = KMP_ARENA_NEW(a, double, p *p);
+        *pairs[k] = KMP_ARENA_NEW(a, double, block);
+    }
+    for (int k = 0; k < 5; k++)
+        *vectors[k] = KMP_ARENA_NEW(a, double, p);
+    f->at = KMP_ARENA_NEW(a, double, count);
+    f->pole = KMP_ARENA_NEW(a, bool, count);
+    f->pivot = KMP_ARENA_NEW(a, int, p);
+    return a->failed ? kmp_fail_memory(transfer->linear->system->context) : KEMPE_OK;
 }
 
 void kmp_frequency_free(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
-    double *room[] = {f->at,    f->re,    f->im,   f->still, f->a_re,  f->a_im,   f->du_re,
-                      f->du_im, f->scale, f->h_re, f->h_im,  f->terms, f->off_re, f->off_im};
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        kmp_free(room[k]);
-    kmp_free(f->pole);
-    kmp_free(f->pivot);
+    kmp_arena_free(&f->arena);
     kmp_free(f->peak);
     if (f->has_spectrum)
         kmp_spectrum_free(&f->poles);
@@ -81,10 +84,9 @@ static bool factor(kmp_frequency *f, double w)
 }
 
 /* (i w)^order */
-static void power(double w, int order, double *re, double *im)
+static double complex power(double w, int order)
 {
-    *re = order == 0 ? 1 : order == 2 ? -w * w : 0;
-    *im = order == 1 ? w : 0;
+    return order == 0 ? 1 : order == 1 ? w * I : -w * w;
 }
 
 static double largest(int count, const double *re, const double *im)
@@ -116,13 +118,10 @@ static void solve(kmp_frequency *f, double w, int input)
     memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
     memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
     for (int c = 0; c < t->columns; c++) {
-        double re, im;
-        if (t->load[c].input != input)
-            continue;
-        power(w, t->load[c].order, &re, &im);
-        for (int i = 0; i < p; i++) {
-            f->du_re[i] -= f->scale[i] * re * t->loads[i + c * p];
-            f->du_im[i] -= f->scale[i] * im * t->loads[i + c * p];
+        double complex swing = power(w, t->load[c].order);
+        for (int i = 0; t->load[c].input == input && i < p; i++) {
+            f->du_re[i] -= f->scale[i] * creal(swing) * t->loads[i + c * p];
+            f->du_im[i] -= f->scale[i] * cimag(swing) * t->loads[i + c * p];
         }
     }
     kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
@@ -133,16 +132,9 @@ static void solve(kmp_frequency *f, double w, int input)
     }
 }
 
-/* A sum of products that knows how large its terms were. */
-typedef struct sum {
-    double re, im, size;
-} sum;
-
-static void add(sum *s, double re, double im, double x_re, double x_im)
+static double size_of(double complex x)
 {
-    s->re += re * x_re - im * x_im;
-    s->im += re * x_im + im * x_re;
-    s->size += (fabs(re) + fabs(im)) * (fabs(x_re) + fabs(x_im));
+    return fabs(creal(x)) + fabs(cimag(x));
 }
 
 /* What cancels to rounding is zero, and has no peaks. */
@@ -150,21 +142,24 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
 {
     const kmp_transfer *t = f->transfer;
     int e = output + input * f->outputs;
-    sum s = {0};
+    double complex sum = 0;
+    double size = 0; /* of its terms */
     for (int k = 0; k < t->p; k++) {
         int at = output + k * t->outputs;
-        add(&s, t->by_u[at] - w * w * t->by_udd[at], w * t->by_ud[at], f->du_re[k], f->du_im[k]);
+        double complex by = t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+        double complex du = f->du_re[k] + f->du_im[k] * I;
+        sum += by * du;
+        size += size_of(by) * size_of(du);
     }
-    for (int c = 0; c < t->columns; c++) {
-        double re, im;
-        if (t->load[c].input != input)
-            continue;
-        power(w, t->load[c].order, &re, &im);
-        add(&s, t->direct[output + c * t->outputs], 0, re, im);
-    }
-    bool nothing = fabs(s.re) + fabs(s.im) <= 16 * (t->p + 1) * DBL_EPSILON * s.size;
-    f->h_re[e] = nothing ? 0 : s.re;
-    f->h_im[e] = nothing ? 0 : s.im;
+    for (int c = 0; c < t->columns; c++)
+        if (t->load[c].input == input) {
+            double complex term = t->direct[output + c * t->outputs] * power(w, t->load[c].order);
+            sum += term;
+            size += size_of(term);
+        }
+    bool nothing = size_of(sum) <= 16 * (t->p + 1) * DBL_EPSILON * size;
+    f->h_re[e] = nothing ? 0 : creal(sum);
+    f->h_im[e] = nothing ? 0 : cimag(sum);
 }
 
 bool kmp_frequency_eval(kmp_frequency *frequency, double hz)
@@ -252,28 +247,15 @@ static bool add_peak(kmp_frequency *f, kmp_peak peak)
     return true;
 }
 
-/* Golden section between two neighbours of a maximum, as near as values tell a maximum (Brent 1973, chapter 5). */
-static double refine(kmp_frequency *f, double low, double high, int e)
+typedef struct pair {
+    kmp_frequency *f;
+    int e;
+} pair;
+
+static double less_at(void *self, double hz)
 {
-    static const double golden = 0.38196601125010515;
-    double x = low + golden * (high - low), y = high - golden * (high - low);
-    double at_x = amplitude_at(f, x, e), at_y = amplitude_at(f, y, e);
-    while (high - low > 1e-9 * high) {
-        if (at_x > at_y) {
-            high = y;
-            y = x;
-            at_y = at_x;
-            x = low + golden * (high - low);
-            at_x = amplitude_at(f, x, e);
-        } else {
-            low = x;
-            x = y;
-            at_x = at_y;
-            y = high - golden * (high - low);
-            at_y = amplitude_at(f, y, e);
-        }
-    }
-    return (low + high) / 2;
+    const pair *x = self;
+    return -amplitude_at(x->f, hz, x->e);
 }
 
 /* Whether a pole that nothing damps is in this answer: near it the amplitude goes with the inverse of the distance. */
@@ -294,13 +276,17 @@ static bool parted(const kmp_frequency *f, double low, double high)
     return false;
 }
 
+/* Places of maxima, as near as values tell a maximum. */
+static const double as_near = 1e-9;
+
 /* A maximum counts that rises and falls by more than rounding. */
 static const double risen = 1e-9;
 
 static bool add_maximum(kmp_frequency *f, const double *place, int k, int input, int output)
 {
     int e = output + input * f->outputs;
-    double hz = refine(f, place[k - 1], place[k + 1], e);
+    pair x = {f, e};
+    double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
     (void)kmp_frequency_eval(f, hz);
     return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
 }

@@ -32,6 +32,7 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
+    kmp_arena a = {0};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = n,
@@ -39,90 +40,58 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .p = p,
                         .inputs = inputs,
                         .outputs = outputs,
-                        .columns = columns};
-    size_t sizes[] = {(size_t)n * (size_t)p,
-                      (size_t)n * (size_t)p,
-                      (size_t)p * (size_t)columns,
-                      (size_t)outputs * (size_t)p,
-                      (size_t)outputs * (size_t)p,
-                      (size_t)outputs * (size_t)p,
-                      (size_t)outputs * (size_t)columns,
-                      (size_t)outputs,
-                      (size_t)(3 * m + 2 * n + 3 * p + slopes->count),
-                      (size_t)(3 * n + m + p),
-                      (size_t)slopes->shown};
-    double **room[] = {&t->map,    &t->map_rate, &t->loads,  &t->by_u,  &t->by_ud, &t->by_udd,
-                       &t->direct, &t->value,    &t->change, &t->moved, &t->shown};
-    bool ok = (t->seen = KMP_NEW(kmp_seen, outputs)) && (t->load = KMP_NEW(kmp_load, columns));
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
-    if (!ok) {
-        kmp_transfer_free(t);
+                        .columns = columns,
+                        .seen = KMP_ARENA_NEW(&a, kmp_seen, outputs),
+                        .load = KMP_ARENA_NEW(&a, kmp_load, columns),
+                        .map = KMP_ARENA_NEW(&a, double, n *p),
+                        .map_rate = KMP_ARENA_NEW(&a, double, n *p),
+                        .loads = KMP_ARENA_NEW(&a, double, p *columns),
+                        .by_u = KMP_ARENA_NEW(&a, double, outputs *p),
+                        .by_ud = KMP_ARENA_NEW(&a, double, outputs *p),
+                        .by_udd = KMP_ARENA_NEW(&a, double, outputs *p),
+                        .direct = KMP_ARENA_NEW(&a, double, outputs *columns),
+                        .value = KMP_ARENA_NEW(&a, double, outputs),
+                        .side = KMP_ARENA_NEW(&a, double, 3 * m + n),
+                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m),
+                        .unit = KMP_ARENA_NEW(&a, double, p),
+                        .parameters = KMP_ARENA_NEW(&a, double, slopes->count),
+                        .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
+    t->arena = a;
+    if (a.failed)
         return kmp_fail_memory(linear->system->context);
-    }
-    for (int k = 0; k < outputs; k++)
-        t->seen[k] = seen[k];
+    memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
     return KEMPE_OK;
 }
 
 void kmp_transfer_free(kmp_transfer *transfer)
 {
-    double *room[] = {transfer->map,    transfer->map_rate, transfer->loads,  transfer->by_u,
-                      transfer->by_ud,  transfer->by_udd,   transfer->direct, transfer->value,
-                      transfer->change, transfer->moved,    transfer->shown};
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        kmp_free(room[k]);
-    kmp_free(transfer->seen);
-    kmp_free(transfer->load);
+    kmp_arena_free(&transfer->arena);
     *transfer = (kmp_transfer){0};
 }
 
 /* -- at a state -------------------------------------------------------------------------------------- */
 
-/* The parts of the room for a change and for what follows of it. */
-typedef struct parts {
-    double *h, *rate, *curve, *force, *u, *ud, *udd, *parameters;
-    double *q, *qd, *qdd, *lambda, *residual;
-} parts;
-
-static parts parts_of(const kmp_transfer *t)
+static void see(const kmp_transfer *t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                const double *shown, double *out)
 {
-    int n = t->n, m = t->m, p = t->p;
-    double *c = t->change, *r = t->moved;
-    return (parts){.h = c,
-                   .rate = c + m,
-                   .curve = c + 2 * m,
-                   .force = c + 3 * m,
-                   .u = c + 3 * m + n,
-                   .ud = c + 3 * m + n + p,
-                   .udd = c + 3 * m + n + 2 * p,
-                   .parameters = c + 3 * m + n + 3 * p,
-                   .q = r,
-                   .qd = r + n,
-                   .qdd = r + 2 * n,
-                   .lambda = r + 3 * n,
-                   .residual = r + 3 * n + m};
-}
-
-static void clear(kmp_transfer *t)
-{
-    memset(t->change, 0, (size_t)(3 * t->m + t->n + 3 * t->p + t->slopes->count) * sizeof *t->change);
-}
-
-/* What follows of the change at hand: dR, and the outputs into out. */
-static void follow(kmp_transfer *t, double *residual, double *out)
-{
-    parts x = parts_of(t);
-    kmp_linear_follow(t->linear, &(kmp_change){x.u, x.ud, x.udd, x.h, x.rate, x.curve, x.force},
-                      &(kmp_response){x.q, x.qd, x.qdd, x.lambda, x.residual});
-    if (residual)
-        memcpy(residual, x.residual, (size_t)t->p * sizeof *residual);
-    kmp_direction along = {.q = x.q, .qd = x.qd, .qdd = x.qdd, .lambda = x.lambda, .parameters = x.parameters};
-    kmp_slopes_outputs_along(t->slopes, &along, t->shown);
-    const double *in[] = {x.q, x.qd, x.qdd, x.lambda, t->shown};
+    const double *in[] = {q, qd, qdd, lambda, shown};
     for (int k = 0; k < t->outputs; k++)
         out[k] = in[t->seen[k].in][t->seen[k].index];
+}
+
+/* What follows of a change, of parameter k with it (-1: none): dR, and the outputs into out. */
+static void follow(kmp_transfer *t, const kmp_change *change, int k, double *residual, double *out)
+{
+    double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
+    kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
+    if (k >= 0)
+        t->parameters[k] = 1;
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters},
+                     t->shown);
+    if (k >= 0)
+        t->parameters[k] = 0;
+    see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
 /* d(position of the point)/dq along the axis, less: what the force takes from R. */
@@ -131,7 +100,7 @@ static void push(kmp_transfer *t, const kmp_load *load, double *force)
     kmp_direction by = {.q = force};
     memset(t->shown, 0, (size_t)t->slopes->shown * sizeof *t->shown);
     t->shown[load->place + t->inputs->input[load->input].axis] = -1;
-    kmp_slopes_outputs_gradient(t->slopes, t->shown, &by);
+    kmp_slopes_gradient(t->slopes, &t->slopes->outputs, t->shown, &by);
 }
 
 /* h = q - f(t) of a drive, f with a little more. */
@@ -142,25 +111,26 @@ static void drive(const kmp_transfer *t, const kmp_load *load, double *rows)
             rows[r] = -1;
 }
 
-static void set_load(kmp_transfer *t, const kmp_load *load)
+static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual, double *out)
 {
-    parts x = parts_of(t);
-    clear(t);
+    int m = t->m;
+    double *h = t->side, *force = h + 3 * m;
+    memset(h, 0, (size_t)(3 * m + t->n) * sizeof *h);
     switch (t->inputs->input[load->input].kind) {
     case KMP_ASKED_EFFORT:
-        x.force[t->inputs->input[load->input].index] = -1;
-        return;
+        force[t->inputs->input[load->input].index] = -1;
+        break;
     case KMP_ASKED_FORCE:
-        push(t, load, x.force);
-        return;
+        push(t, load, force);
+        break;
     case KMP_ASKED_DRIVE:
-        drive(t, load, x.h + load->order * t->m);
-        return;
+        drive(t, load, h + load->order * m);
+        break;
     case KMP_ASKED_PARAMETER:
-        kmp_slopes_of_parameter(t->slopes, load->parameter, x.h, x.rate, x.curve, x.force);
-        x.parameters[load->parameter] = 1;
-        return;
+        kmp_slopes_of_parameter(t->slopes, load->parameter, h, h + m, h + 2 * m, force);
+        break;
     }
+    follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);
 }
 
 static void take_values(kmp_transfer *t)
@@ -168,36 +138,27 @@ static void take_values(kmp_transfer *t)
     const kmp_linear *l = t->linear;
     kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(t->slopes, &at);
-    const double *shown = kmp_slopes_outputs(t->slopes, &at);
-    const double *in[] = {l->q, l->qd, l->qdd, l->lambda, shown};
-    for (int k = 0; k < t->outputs; k++)
-        t->value[k] = in[t->seen[k].in][t->seen[k].index];
+    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
 }
 
 void kmp_transfer_eval(kmp_transfer *transfer)
 {
     kmp_transfer *t = transfer;
-    parts x = parts_of(t);
     int n = t->n, p = t->p, outputs = t->outputs;
+    double *unit = t->unit;
     take_values(t);
     for (int k = 0; k < p; k++) {
-        clear(t);
-        x.u[k] = 1;
-        follow(t, t->linear->stiffness + k * p, t->by_u + k * outputs);
-        memcpy(t->map + k * n, x.q, (size_t)n * sizeof *x.q);
-        memcpy(t->map_rate + k * n, x.qd, (size_t)n * sizeof *x.qd);
-        clear(t);
-        x.ud[k] = 1;
-        follow(t, t->linear->damping + k * p, t->by_ud + k * outputs);
-        clear(t);
-        x.udd[k] = 1;
-        follow(t, t->linear->mass + k * p, t->by_udd + k * outputs);
+        unit[k] = 1;
+        follow(t, &(kmp_change){.u = unit}, -1, t->linear->stiffness + k * p, t->by_u + k * outputs);
+        memcpy(t->map + k * n, t->moved, (size_t)n * sizeof *unit);
+        memcpy(t->map_rate + k * n, t->moved + n, (size_t)n * sizeof *unit);
+        follow(t, &(kmp_change){.ud = unit}, -1, t->linear->damping + k * p, t->by_ud + k * outputs);
+        follow(t, &(kmp_change){.udd = unit}, -1, t->linear->mass + k * p, t->by_udd + k * outputs);
+        unit[k] = 0;
     }
     kmp_linear_inertia(t->linear);
-    for (int k = 0; k < t->columns; k++) {
-        set_load(t, &t->load[k]);
-        follow(t, t->loads + k * p, t->direct + k * outputs);
-    }
+    for (int k = 0; k < t->columns; k++)
+        follow_load(t, &t->load[k], t->loads + k * p, t->direct + k * outputs);
 }
 
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input)
