@@ -19,6 +19,7 @@
 #define RATE_ROUNDING 1e-9
 #define RATE_NOISE    1e-5
 #define RATE_MARGIN   10.0
+#define NOISE_FADES   0.9
 /* Of a state that is closed for an integrator that leaps: a correction of this size, scaled, leaves the square of it.
  */
 #define LAST_CORRECTION 1e-8
@@ -38,6 +39,9 @@ typedef struct projected {
     double *dx;        /* n */
     double *q, *qd;    /* n */
     double rtol, atol;
+    double t;                       /* of the last accepted step */
+    double refused_h, refused_size; /* of the last step refused from there for its rates; 0: none */
+    double noise;                   /* of rates, as part of the fastest */
 } projected;
 
 /* Plant and factors at (t, q, qd). */
@@ -117,10 +121,16 @@ static double size_of(const projected *d, const double *x)
  * through its dead centre, rounding of J qd alone comes to that. Where J comes near to losing a row, h that is `open`
  * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much, so that rates that are right at q
  * are off by dx / sigma = dx^2 / h of themselves at q + dx. */
-static bool is_rounding(const projected *d, double open, const double *dqd, const double *qd)
+static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
 {
-    double moved = size_of(d, d->dx), noise = open <= KMP_CLOSED ? moved * moved / fmax(open, DBL_EPSILON) : 0;
-    return size_of(d, dqd) <= fmax(RATE_ROUNDING, fmin(RATE_MARGIN * noise, RATE_NOISE)) * size_of(d, qd);
+    double most = size_of(d, dqd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
+    double lost = open <= KMP_CLOSED ? RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
+    bool stays = d->refused_h > 0 && h <= 0.6 * d->refused_h && most > 0.5 * d->refused_size;
+    d->refused_h = h;
+    d->refused_size = most;
+    if (stays && most <= RATE_NOISE * fastest)
+        d->noise = fmax(d->noise, 4 * most / fastest);
+    return most <= fmax(RATE_ROUNDING, fmin(fmax(d->noise, lost), RATE_NOISE)) * fastest;
 }
 
 /* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
@@ -142,7 +152,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     kmp_plant_closure(d->plant, t, d->q);
     kmp_plant_rates(d->plant, y + n, d->violation);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
-    if (!is_small(n, d->qd, w + n) && !is_rounding(d, open, d->qd, y + n))
+    if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
         return KMP_RETRY;
     if (kmp_margin_refuses(d->margin, d->plant, t))
         return KMP_RETRY;
@@ -150,6 +160,9 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         y[i] = d->q[i];
         y[n + i] += d->qd[i];
     }
+    d->t = t;
+    d->refused_h = 0;
+    d->noise *= NOISE_FADES;
     d->road.factorizations = d->saddle.factorizations;
     return KMP_GO;
 }
@@ -186,8 +199,9 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                   double *y, double *yp)
 {
-    const projected *d = (projected *)road;
-    (void)t, (void)qdd, (void)lambda, (void)yp;
+    projected *d = (projected *)road;
+    d->t = t;
+    (void)qdd, (void)lambda, (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
     return KMP_GO;
@@ -238,6 +252,7 @@ static kmp_road *create(const kmp_road_start *start)
     d->has_work = start->system->dissipative;
     d->rtol = start->rtol;
     d->atol = start->atol;
+    d->t = start->t;
     d->road.release = release;
     d->road.row = row;
     d->road.position = position;
