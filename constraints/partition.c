@@ -176,6 +176,25 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
     return status;
 }
 
+int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u)
+{
+    kmp_pick c;
+    double *pivots = KMP_NEW(double, system->m + system->n);
+    int count = -1;
+    if (choice_init(&c, system, jacobian) && pivots) {
+        for (int k = 0; k < system->n; k++)
+            c.fixed[k] = liked[k];
+        if (kmp_pick_pivot(&c, c.fixed, pivots)) {
+            int rank = kmp_partition_rank(system, pivots);
+            count = system->n - rank;
+            memcpy(u, c.col + rank, (size_t)count * sizeof *u);
+        }
+    }
+    kmp_pick_free(&c);
+    kmp_free(pivots);
+    return count;
+}
+
 bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots)
 {
     kmp_pick c;

@@ -5,8 +5,7 @@
 
 /* -- small changes ----------------------------------------------------------------------------------- */
 
-/* out = X du - (0; Jv^-1 rows), rows of all m; du NULL: zero. */
-static void spread(kmp_reduction *red, const double *du, const double *rows, double *out)
+void kmp_spread(kmp_reduction *red, const double *du, const double *rows, double *out)
 {
     memset(out, 0, (size_t)red->n * sizeof *out);
     for (int k = 0; du && k < red->p; k++)
@@ -51,14 +50,14 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     double *dq = response->q ? response->q : room + n, *dqd = response->qd ? response->qd : room + 2 * n;
     double *dqdd = response->qdd ? response->qdd : room + 3 * n;
     take(m, change->h, rows);
-    spread(red, change->u, rows, dq);
+    kmp_spread(red, change->u, rows, dq);
     take(m, change->rate, rows);
     kmp_tangents_add(tangents, KMP_RATE_Q, d, 1, dq, rows);
-    spread(red, change->ud, rows, dqd);
+    kmp_spread(red, change->ud, rows, dqd);
     take(m, change->curve, rows);
     kmp_tangents_add(tangents, KMP_CURVE_Q, d, 1, dq, rows);
     kmp_tangents_add(tangents, KMP_CURVE_QD, d, 1, dqd, rows);
-    spread(red, change->udd, rows, dqdd);
+    kmp_spread(red, change->udd, rows, dqdd);
     take(n, change->force, force);
     kmp_tangents_add(tangents, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(tangents, KMP_R_QD, d, 1, dqd, force);

@@ -27,6 +27,10 @@ typedef struct kmp_response {
     double *residual;     /* p: dR */
 } kmp_response;
 
+/** dq where u changes by du (p; NULL: not) and h by `rows` (m): X du - (0; Jv^-1 rows), of factors and tangent alone.
+ */
+void kmp_spread(kmp_reduction *red, const double *du, const double *rows, double *out);
+
 /** At the state of the derivatives `d`, where the reduction has factors and tangent. Forces that depend on multipliers
  * change with those that belong to the accelerations given; or, `moving`, to those that follow
  * (kmp_reduction_press_change, whose factors are there). Room: 5 n + m. No allocation. */

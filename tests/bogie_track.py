@@ -71,6 +71,14 @@ class Balance(unittest.TestCase):
         self.assertLess(abs(load["FL"] + load["RL"] - load["FR"] - load["RR"] - 9.81 * 8 * 0.35 / 0.75), 1e-5 * total)
         self.assertLess(abs(q["y"]), 1e-5)
 
+    def test_plain(self):
+        """The plain command finds the same by itself, on rigid and on elastic wheels."""
+        for model in ("on_rails.yaml", "bogie_track.yaml"):
+            plain, told = kempe("equilibrium", HERE / model), kempe("equilibrium", HERE / model, *STEADY)
+            for spin in SPINS:
+                self.assertLess(abs(plain["free"][f"qd({spin})"] - told["qd"][spin]), 1e-9)
+            self.assertLess(max(abs(plain["q"][name] - told["q"][name]) for name in plain["q"] if "spin" not in name), 1e-10)
+
     def test_elastic(self):
         """Elastic wheels stand lower by Hertz's approach and as the rigid ones in all else; 0.25 and 0.16 % more, as places nearby
         count, too: patches reach to where the rail's arc of 80 mm begins."""

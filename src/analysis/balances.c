@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_BITS = 1000 };
-#define BIT       0.1 /* rad, or characteristic lengths: what is fixed goes there so far at a time */
 #define TWO_PI    6.283185307179586
 #define SAME      1e-6 /* scaled: states that are nearer are one */
 #define ELSEWHERE 0.3  /* rad, or characteristic lengths */
@@ -145,7 +143,10 @@ kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const k
     b->potential = kmp_plant_potential(linear->plant, linear->t, linear->q);
     b->reaction = copy(e, 3 * closures,
                        closures > 0 ? kmp_plant_reactions(linear->plant, linear->t, linear->q, linear->lambda) : NULL);
-    b->freed = e->exchange ? copy(e, e->exchange->free_count, e->exchange->value) : NULL;
+    b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);
+    for (int i = 0, f = 0; !e->exchange && b->freed && i < e->rate_count; i++)
+        if (e->rates[i].how == KMP_RATE_FREED)
+            b->freed[f++] = e->rates[i].rate;
     b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
     keep_history(e, search, b);
     if (!find_idle(e, linear, b) || e->arena.failed)
@@ -173,6 +174,27 @@ static kempe_status read_ask(kempe_equilibrium *e, const kempe_equilibrium_ask *
     return status;
 }
 
+/* What is found beside the state, by its names. */
+static kempe_status name_freed(kempe_equilibrium *e)
+{
+    if (e->exchange) {
+        e->freed_count = e->exchange->free_count;
+        e->freed_name = e->exchange->name;
+        return KEMPE_OK;
+    }
+    e->freed_name = KMP_ARENA_NEW(&e->arena, const char *, e->rate_count);
+    for (int k = 0; e->freed_name && k < e->rate_count; k++) {
+        kmp_text name = {0};
+        if (e->rates[k].how != KMP_RATE_FREED)
+            continue;
+        kmp_text_printf(&name, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
+        e->freed_name[e->freed_count++] = name.s ? kmp_arena_strdup(&e->arena, name.s) : NULL;
+        e->arena.failed = e->arena.failed || name.failed;
+        kmp_text_free(&name);
+    }
+    return e->arena.failed ? kmp_fail_memory(e->system->context) : KEMPE_OK;
+}
+
 /* -- finding ----------------------------------------------------------------------------------------- */
 
 /* What moves on steadily must not change the equations, unless it is held. */
@@ -190,72 +212,39 @@ static kempe_status check_rates(const kempe_equilibrium *e)
     return KEMPE_OK;
 }
 
-/* Brings what is fixed from the start to its values, bit by bit so that the loops close as they did; `*a` becomes what
- * comes out, and stays where the way ends before. */
-static kempe_status lead(const kempe_equilibrium *e, kempe_assembly **a)
-{
-    const kempe_system *s = e->system;
-    int n = s->n, parts = 0;
-    double *from = KMP_NEW(double, n), *to = KMP_NEW(double, n);
-    bool *hold = KMP_NEW(bool, n);
-    kempe_status status = from && to && hold ? KEMPE_OK : kmp_fail_memory(s->context);
-    for (int k = 0; status == KEMPE_OK && k < e->exchange->target_count; k++) {
-        const kmp_target *t = &e->exchange->target[k];
-        if (t->coordinate < 0)
-            continue;
-        from[t->coordinate] = (*a)->q[t->coordinate];
-        hold[t->coordinate] = true;
-        double far = fabs(t->value - from[t->coordinate]) / s->scale[t->coordinate];
-        parts = (int)fmax(parts, ceil(fmin(far / BIT, MOST_BITS)));
-    }
-    for (int i = 1; status == KEMPE_OK && i <= parts; i++) {
-        kempe_assembly *next = NULL;
-        memcpy(to, (*a)->q, (size_t)n * sizeof *to);
-        for (int k = 0; k < e->exchange->target_count; k++) {
-            const kmp_target *t = &e->exchange->target[k];
-            if (t->coordinate >= 0)
-                to[t->coordinate] = from[t->coordinate] + i * (t->value - from[t->coordinate]) / parts;
-        }
-        status = kmp_assemble_from(s, &(kmp_guess){to, hold, 0, false}, &next);
-        bool closed = status == KEMPE_OK && next->closed;
-        kempe_assembly_free(closed ? *a : next);
-        *a = closed ? next : *a;
-        if (!closed)
-            break;
-    }
-    kmp_free(from);
-    kmp_free(to);
-    kmp_free(hold);
-    return status;
-}
-
 static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                 kmp_search *search)
 {
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
         kmp_plant_set_charts(linear->plant, start->chart);
-    return kmp_equilibrium_find(linear, 0, q, search);
+    if (search->rate_count > 0 || search->nearest || search->quiet || search->exchange)
+        return kmp_equilibrium_find(linear, 0, q, search);
+    kempe_status status = kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search);
+    if (search->rate_count > 0) {
+        kmp_free(e->rates);
+        e->rates = search->rates;
+        e->rate_count = search->rate_count;
+    }
+    return status;
 }
 
-/* With unknowns exchanged: first from the equilibrium without, if there is one; else from where what is fixed is met.
- */
-static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, kempe_assembly **start, double *q,
+/* With unknowns exchanged: first from the equilibrium without, if there is one; else from the start. */
+static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                    kmp_search *search)
 {
     kmp_search plain = {.rates = e->rates, .rate_count = e->rate_count, .quiet = true};
-    kempe_status status = search_from(e, linear, *start, q, &plain);
+    kempe_status status = search_from(e, linear, start, q, &plain);
     if (status == KEMPE_OK)
         status = kmp_equilibrium_find(linear, 0, q, search);
     if (status != KEMPE_E_FAILED)
         return status;
     kmp_context_clear(e->system->context);
     kmp_exchange_begin(e->exchange, linear, e->rates);
-    status = lead(e, start);
-    return status == KEMPE_OK ? search_from(e, linear, *start, q, search) : status;
+    return search_from(e, linear, start, q, search);
 }
 
-static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, kempe_assembly **start)
+static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start)
 {
     kmp_search search = {
         .rates = e->rates, .rate_count = e->rate_count, .nearest = e->nearest, .exchange = e->exchange};
@@ -263,9 +252,11 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, kempe_a
     if (!q)
         return kmp_fail_memory(e->system->context);
     kempe_status status =
-        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, *start, q, &search);
+        e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search);
     if (status == KEMPE_OK)
-        status = kmp_balances_keep(e, linear, &search, (*start)->q);
+        status = name_freed(e);
+    if (status == KEMPE_OK)
+        status = kmp_balances_keep(e, linear, &search, start->q);
     if (status == KEMPE_OK)
         status = check_rates(e);
     e->from_start = status == KEMPE_OK;
@@ -283,7 +274,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
         ready = status == KEMPE_OK;
     }
     if (status == KEMPE_OK)
-        status = find_first(e, &linear, &start);
+        status = find_first(e, &linear, start);
     if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && ready))) {
         char *why = kmp_strdup(kempe_context_message(e->system->context));
         status = why ? kmp_balances_sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1)
@@ -392,13 +383,13 @@ const double *kempe_equilibrium_history(const kempe_equilibrium *equilibrium, in
 int kempe_equilibrium_freed_count(const kempe_equilibrium *equilibrium)
 {
     KMP_GIVEN(equilibrium, 0);
-    return equilibrium->exchange ? equilibrium->exchange->free_count : 0;
+    return equilibrium->freed_count;
 }
 
 const char *kempe_equilibrium_freed_name(const kempe_equilibrium *equilibrium, int i)
 {
     KMP_GIVEN(equilibrium && i >= 0 && i < kempe_equilibrium_freed_count(equilibrium), "");
-    return equilibrium->exchange->name[i];
+    return equilibrium->freed_name[i];
 }
 
 double kempe_equilibrium_freed(const kempe_equilibrium *equilibrium, int k, int i)

@@ -1,25 +1,26 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From value to value, each state from the last one; where that is too far, by halves of the way. */
+/* From value to value, each state from the last one; where that is too far, by parts of the way. */
 #include "analysis/contact.h"
 #include "backend/machine.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/parts.h"
 #include "constraints/charts.h"
 #include "constraints/mend.h"
-#include "model/check_mass.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_HALVES = 6 };
+#define LEAST_PART (1.0 / 64) /* of the way from value to value */
 
 typedef struct job {
     kempe_contact_table *t;
+    kmp_arena arena;
     kmp_linear linear;
     kmp_operating *start;
-    double *q, *before;             /* n: the last state, in the charts of the plant */
-    double *here, *there, *between; /* values of what leads */
+    double *q, *before;                    /* n: the last state, in the charts of the plant */
+    double *here, *there, *from, *between; /* values of what leads */
     double *parameters;
     int shown; /* where the outputs of wheels begin among all that are shown */
 } job;
@@ -83,40 +84,27 @@ static kempe_status make_table(kempe_contact_table *t)
 static kempe_status set_parameters(job *j, const double *point)
 {
     kempe_contact_table *t = j->t;
-    kmp_text why = {0};
     if (t->parameter_count == 0)
         return KEMPE_OK;
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].parameter >= 0)
             j->parameters[t->lead[k].parameter] = point[k];
-    kempe_status status = kmp_variant_set(t->variant, j->parameters, &why);
-    if (status == KEMPE_OK && !kmp_system_rescale(t->system))
-        status = kmp_fail_memory(context_of(j));
-    if (status == KEMPE_OK)
-        status = kmp_check_masses(kmp_variant_model(t->variant));
-    if (status == KEMPE_E_INPUT)
-        status = why.s ? kmp_fail(context_of(j), KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
-    kmp_text_free(&why);
-    if (status == KEMPE_OK && j->linear.plant)
-        kmp_linear_renew_parameters(&j->linear);
-    return status;
+    return kmp_linear_vary(&j->linear, t->system, t->variant, j->parameters);
 }
 
-/* What moves and is not decided by closures moves on. */
+/* What moves and is not decided by closures moves on; of what turns the rate is found. */
 static kempe_status hold_what_moves(job *j)
 {
     kempe_contact_table *t = j->t;
     kempe_status status = kmp_linear_choose(&j->linear, 0, j->q, NULL, 0);
     for (int k = 0; status == KEMPE_OK && k < j->linear.p; k++) {
         int c = j->linear.part.u[k];
+        bool turns = t->system->model->motions[c].rotation;
         if (j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
-            t->hold[t->hold_count++] = (kmp_hold){c, t->system->model->motions[c].rotation};
+            t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = turns ? KMP_RATE_FREED : KMP_RATE_HELD};
     }
-    t->rates = status == KEMPE_OK ? KMP_NEW(kmp_steady, t->hold_count) : NULL;
-    if (status == KEMPE_OK && !t->rates)
-        return kmp_fail_memory(context_of(j));
-    for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
-        t->rates[k] = (kmp_steady){t->hold[k].coordinate, j->start->inner_qd[t->hold[k].coordinate]};
+    for (int k = 0; k < t->hold_count; k++)
+        t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
     return status;
 }
 
@@ -130,16 +118,16 @@ static kempe_status read_freed(job *j, const char *words)
     kempe_status status =
         strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count);
     for (int k = 0; status == KEMPE_OK && k < t->hold_count; k++)
-        t->hold[k].freed = false;
+        t->hold[k].how = KMP_RATE_HELD;
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
         int hold = kmp_contact_hold_of(t, list[k]);
-        if (hold < 0 || t->rates[hold].rate == 0)
+        if (hold < 0 || t->hold[hold].rate == 0)
             status = kmp_fail(context_of(j), KEMPE_E_ARGUMENT,
                               "freed: '%s' does not move at the start, or the closures move it: give it a rate there "
                               "(start: qd)",
                               model->motions[list[k]].name);
         else
-            t->hold[hold].freed = true;
+            t->hold[hold].how = KMP_RATE_FREED;
     }
     kmp_free(list);
     return status;
@@ -148,13 +136,12 @@ static kempe_status read_freed(job *j, const char *words)
 static bool make_room(job *j)
 {
     size_t n = (size_t)j->t->system->n, leads = (size_t)j->t->over.count;
-    j->q = KMP_NEW(double, n);
-    j->before = KMP_NEW(double, n);
-    j->here = KMP_NEW(double, leads);
-    j->there = KMP_NEW(double, leads);
-    j->between = KMP_NEW(double, leads *(MOST_HALVES + 1));
-    j->parameters = KMP_NEW(double, leads);
-    return j->q && j->before && j->here && j->there && j->between && j->parameters;
+    double **of_leads[] = {&j->here, &j->there, &j->from, &j->between, &j->parameters};
+    for (size_t k = 0; k < sizeof of_leads / sizeof *of_leads; k++)
+        *of_leads[k] = KMP_ARENA_NEW(&j->arena, double, leads);
+    j->q = KMP_ARENA_NEW(&j->arena, double, n);
+    j->before = KMP_ARENA_NEW(&j->arena, double, n);
+    return !j->arena.failed;
 }
 
 static kempe_status begin(job *j, const kempe_contact_ask *ask)
@@ -187,17 +174,17 @@ static kempe_status try_point(job *j, const double *point)
 {
     kempe_contact_table *t = j->t;
     size_t size = (size_t)t->system->n * sizeof(double);
-    kmp_held held = {.count = t->hold_count, .hold = t->hold, .rates = t->rates};
+    kmp_search search = {.rates = t->hold, .rate_count = t->hold_count, .balanced = true, .quiet = true};
     kempe_status status = set_parameters(j, point);
     memcpy(j->before, j->q, size);
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].hold >= 0)
             j->q[t->hold[t->lead[k].hold].coordinate] = point[k];
     if (status == KEMPE_OK)
-        status = kmp_held_find(&j->linear, 0, j->q, &held);
-    t->iterations += held.iterations;
+        status = kmp_equilibrium_find(&j->linear, 0, j->q, &search);
+    t->iterations += search.iterations;
     if (status == KEMPE_OK) {
-        t->residual = fmax(t->residual, held.residual);
+        t->residual = fmax(t->residual, search.residual);
         memmove(j->here, point, (size_t)t->over.count * sizeof *point);
     } else {
         memcpy(j->q, j->before, size);
@@ -205,22 +192,24 @@ static kempe_status try_point(job *j, const double *point)
     return status;
 }
 
-static kempe_status go(job *j, const double *point, int depth)
+/* Straight on from where it is, by parts where that is too far. */
+static kempe_status go(job *j, const double *point)
 {
-    kempe_status status = try_point(j, point);
-    if (status != KEMPE_E_FAILED || depth == MOST_HALVES)
-        return status;
-    double *half = j->between + (size_t)depth * (size_t)j->t->over.count;
-    bool way = false;
-    for (int k = 0; k < j->t->over.count; k++) {
-        half[k] = (j->here[k] + point[k]) / 2;
-        way = way || j->here[k] != point[k];
+    kmp_parts way = KMP_PARTS;
+    kempe_status status = KEMPE_OK;
+    size_t count = (size_t)j->t->over.count;
+    memcpy(j->from, j->here, count * sizeof *j->from);
+    double least = memcmp(j->from, point, count * sizeof *point) ? LEAST_PART : 1;
+    while (kmp_parts_next(&way, least)) {
+        for (size_t k = 0; k < count; k++)
+            j->between[k] = way.next < 1 ? j->from[k] + way.next * (point[k] - j->from[k]) : point[k];
+        kmp_context_clear(context_of(j));
+        status = try_point(j, j->between);
+        if (status != KEMPE_OK && status != KEMPE_E_FAILED)
+            return status;
+        kmp_parts_take(&way, status == KEMPE_OK);
     }
-    if (!way)
-        return status;
-    kmp_context_clear(context_of(j));
-    status = go(j, half, depth + 1);
-    return status == KEMPE_OK ? go(j, point, depth + 1) : status;
+    return status;
 }
 
 /* A state at which a run would end, such as beside the rails, is none for a table. */
@@ -283,7 +272,7 @@ static kempe_status run(job *j, const kempe_contact_ask *ask)
     for (int row = 0; status == KEMPE_OK && row < t->asked; row++) {
         for (int k = 0; k < t->over.count; k++)
             j->there[k] = kmp_range_value(&t->over.range[k], row, t->asked);
-        status = go(j, j->there, 0);
+        status = go(j, j->there);
         if (status == KEMPE_OK)
             status = take_row(j);
     }
@@ -292,9 +281,7 @@ static kempe_status run(job *j, const kempe_contact_ask *ask)
 
 static void release(job *j)
 {
-    double *rooms[] = {j->q, j->before, j->here, j->there, j->between, j->parameters};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&j->arena);
     kmp_operating_free(j->start);
     if (j->linear.plant)
         kmp_linear_free(&j->linear);
@@ -338,7 +325,7 @@ void kempe_contact_table_free(kempe_contact_table *t)
     kempe_system_free(t->system);
     kmp_variant_free(t->variant);
     kmp_ranges_free(&t->over);
-    void *rooms[] = {t->reason, t->lead, t->hold, t->rates, t->value, t->q, t->qd, t->first, t->patch, t->warnings};
+    void *rooms[] = {t->reason, t->lead, t->hold, t->value, t->q, t->qd, t->first, t->patch, t->warnings};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     kmp_free(t);

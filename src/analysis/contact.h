@@ -3,7 +3,6 @@
 #ifndef KMP_ANALYSIS_CONTACT_H
 #define KMP_ANALYSIS_CONTACT_H
 
-#include "analysis/held.h"
 #include "analysis/operating.h"
 #include "model/ranges.h"
 #include "model/variant.h"
@@ -25,8 +24,7 @@ struct kempe_contact_table {
     kmp_ranges over;
     kmp_contact_lead *lead;
     int parameter_count;
-    kmp_hold *hold;
-    kmp_steady *rates;
+    kmp_steady *hold; /* what leads or moves on */
     int hold_count;
     bool has_law;
     kempe_creep_law law;

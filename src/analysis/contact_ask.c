@@ -40,7 +40,7 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
     if (status == KEMPE_OK && kmp_contact_hold_of(t, c) >= 0)
         status = kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: '%s' stands twice", range->name);
     *lead = (kmp_contact_lead){-1, t->hold_count};
-    t->hold[t->hold_count++] = (kmp_hold){.coordinate = c};
+    t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = KMP_RATE_HELD};
     return status;
 }
 
@@ -88,7 +88,7 @@ static kempe_status read_hold(kempe_contact_table *t, const char *words)
             status =
                 kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "hold: '%s' is led by over", model->motions[list[k]].name);
         else
-            t->hold[t->hold_count++] = (kmp_hold){.coordinate = list[k]};
+            t->hold[t->hold_count++] = (kmp_steady){.coordinate = list[k], .how = KMP_RATE_HELD};
     }
     kmp_free(list);
     return status;
@@ -121,7 +121,7 @@ kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_ask *as
     if (!ask->over || !*ask->over)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "over what? a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
-    t->hold = KMP_NEW(kmp_hold, t->given->n);
+    t->hold = KMP_NEW(kmp_steady, t->given->n);
     if (!t->hold)
         return kmp_fail_memory(context);
     kempe_status status = kmp_ranges_read(context, ask->over, &t->over);

@@ -3,8 +3,7 @@
  * Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0: of a conservative mechanism the way down its potential, of any
  * other that of a heavily damped motion. A step is bounded, and as long as the work s'R along it has fallen to half at
  * its end or still goes down (Matthies and Strang, IJNME 14 (1979) 1613): no potential has to be known. Where R = 0 and
- * Kr still falls in some direction the state is pushed aside along it. Near: KINSOL on the coordinates that R depends
- * on with the exact Kr; then Newton's steps to round-off. */
+ * Kr still falls in some direction the state is pushed aside along it. Newton's steps by least squares end it. */
 #include "analysis/load_path.h"
 #include "analysis/way.h"
 #include "base/memory.h"
@@ -13,14 +12,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_HALVINGS = 14, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
+enum { MOST_HALVINGS = 40, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
 
-#define NOTHING 1e-9 /* a column of Kr, in parts of its largest entry: of what nothing depends on */
 enum { MOST_TOLD = 12 };
-#define NEAR          0.003 /* Newton's step from which KINSOL goes on, rad or characteristic lengths */
-#define NEARER        0.01
-#define STILL         1e-6 /* Newton's step at an equilibrium */
-#define FIRST_BOUND   0.3  /* rad, or characteristic lengths */
+#define NEAR          0.003 /* Newton's step at a stable equilibrium, rad or characteristic lengths */
+#define STILL         1e-6  /* at any other */
+#define FIRST_BOUND   0.3   /* rad, or characteristic lengths */
+#define SHORT_BOUND   1e-3
+#define LONGEST       0.3
 #define PUSH          0.05
 #define FARTHEST      1e4  /* what moves as far never stops */
 #define RUNAWAY_TURNS 20.0 /* rad: what went as far without an end runs away */
@@ -31,20 +30,29 @@ static void shorten(kmp_way *w, double factor)
 {
     for (int i = 0; i < w->n; i++)
         w->move[i] *= factor;
-    for (int k = 0; k < w->l->p; k++)
+    for (int k = 0; k < w->count; k++)
         w->step[k] *= factor;
+}
+
+/* s'R of the step, of some R. */
+static double work_along(const kmp_way *w, const double *residual)
+{
+    double sum = 0;
+    for (int k = 0; k < w->count; k++)
+        sum += w->step[k] * residual[w->place[k]];
+    return sum;
 }
 
 /* So far along the step that the work has fallen to half or goes on down. 0: nowhere. */
 static double search_line(kmp_way *w)
 {
-    double first = kmp_dot(w->l->p, w->step, w->force), part = 1;
+    double first = work_along(w, w->force), part = 1;
     for (int k = 0; k < MOST_HALVINGS; k++) {
         if (!kmp_way_try(w, part)) {
             part /= 2;
             continue;
         }
-        double last = kmp_dot(w->l->p, w->step, w->l->residual);
+        double last = work_along(w, w->l->residual);
         if (last <= 0.5 * fabs(first))
             return part;
         part *= fmax(0.1, fmin(0.8, first / (first - last)));
@@ -78,37 +86,6 @@ static int place_in_u(const kmp_linear *l, int coordinate)
     return -1;
 }
 
-/* Whether nothing depends on where u[k] is, and some force on its rate: it may go on steadily. After
- * kmp_linear_matrices. */
-static bool may_go_on(const kmp_linear *l, int k)
-{
-    double most = 0, own = 0;
-    for (int column = 0; column < l->p; column++)
-        for (int row = 0; row < l->p; row++) {
-            double size = fabs(l->stiffness[row + column * l->p]) * l->system->scale[l->part.u[row]] *
-                          l->system->scale[l->part.u[column]];
-            most = fmax(most, size);
-            own = column == k ? fmax(own, size) : own;
-        }
-    return own <= NOTHING * most && l->damping[k + k * l->p] > 0;
-}
-
-/* Which coordinates may, all of them: where one runs away the others do. */
-static void tell_steady(const kmp_linear *l, kmp_text *text)
-{
-    int count = 0;
-    for (int k = 0; k < l->p; k++)
-        if (may_go_on(l, k) && count++ < MOST_TOLD)
-            kmp_text_printf(text, "%s%s", count > 1 ? ", " : ". Forces depend on the rates, and not on the places, of ",
-                            l->system->model->motions[l->part.u[k]].name);
-    if (count > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", count - MOST_TOLD);
-    if (count > 0)
-        kmp_text_put(text,
-                     ": they may go on steadily. Give their rates (--rates 'NAME=RATE,..'), and let them be unknown "
-                     "where nothing fixes them (--free 'qd(NAME),..')");
-}
-
 /* Who pulls at the start along the coordinate u[k], which has gone so far since. */
 static kempe_status complain_runaway(kmp_way *w, int k, double far)
 {
@@ -116,7 +93,7 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     int coordinate = l->part.u[k], place = -1;
     const kmp_motion *motion = &l->system->model->motions[coordinate];
     kmp_load_path path = {0};
-    kmp_text pulls = {0}, steady = {0};
+    kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
         place = place_in_u(l, coordinate);
     kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
@@ -125,17 +102,11 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     if (place >= 0 && path.count > 0)
         kmp_text_put(&pulls, "; along it pull, at the start: ");
     kmp_load_path_tell(&pulls, l, place, &path);
-    if (place >= 0) {
-        kmp_linear_matrices(l);
-        if (may_go_on(l, place))
-            tell_steady(l, &steady);
-    }
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
                    "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s; no spring, stop or closure "
-                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead%s",
+                   "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
                    motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
-                   pulls.s ? pulls.s : "", steady.s ? steady.s : "");
-    kmp_text_free(&steady);
+                   pulls.s ? pulls.s : "");
     kmp_load_path_free(&path);
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;
@@ -144,8 +115,8 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
 /* Aside along the direction in which Kr falls most. */
 static bool push_aside(kmp_way *w)
 {
-    int p = w->l->p, largest = 0;
-    for (int k = 0; k < p; k++) {
+    int largest = 0;
+    for (int k = 0; k < w->count; k++) {
         w->step[k] = w->vectors[k] * w->size[k];
         if (fabs(w->vectors[k]) > fabs(w->vectors[largest]))
             largest = k;
@@ -170,37 +141,43 @@ static bool step_down(kmp_way *w, double far)
     }
     double part = search_line(w);
     if (part == 0) {
-        (void)kmp_way_at(w, w->q);
+        (void)kmp_way_back(w);
         return false;
     }
     if (part == 1 && wanted > w->bound)
-        w->bound *= 2;
+        w->bound = w->search->balanced ? fmin(2 * w->bound, LONGEST) : 2 * w->bound;
     else if (part < 1)
         w->bound = fmax(0.5 * w->bound, part * far);
     kmp_way_note_step(w, part * far);
     return kmp_way_arrive(w);
 }
 
-/* Down until Newton's step is as short as `near` and leads to a stable one. Springs that are stiff beside others make
- * every residual small: the step is what tells how far it is. */
-static kempe_status descend(kmp_way *w, double near)
+/* Whether it has come to its end. Springs that are stiff beside others make every residual small: the step is what
+ * tells how far it is. A start that is balanced already is told about, whatever it is. */
+static bool is_there(const kmp_way *w, double far)
 {
-    int pushes = 0, begin = w->search->iterations;
+    if (w->residual > KMP_WAY_BALANCED)
+        return false;
+    if (w->search->balanced)
+        return true;
+    bool stable = w->least >= -KMP_WAY_FLAT;
+    return stable ? far <= (w->flat ? STILL : NEAR) : far <= STILL && w->search->iterations == 1;
+}
+
+static kempe_status descend(kmp_way *w)
+{
+    int pushes = 0;
     double far;
-    for (int i = begin; i < MOST_DOWN && w->search->iterations < MOST_DOWN; i++) {
+    while (w->search->iterations < MOST_DOWN) {
         if (kmp_interrupted(w->l->system->context))
             return kmp_way_complain(w, "interrupted");
         if (!kmp_way_decompose(w))
             return w->status;
-        if (w->residual != w->told)
-            kmp_way_note(w, w->residual);
-        bool stable = w->least >= -KMP_WAY_FLAT;
-        far = kmp_way_direction(w, true) ? kmp_way_spread(w) : HUGE_VAL;
+        kmp_way_note(w, w->residual);
+        far = kmp_way_direction(w) ? kmp_way_spread(w) : HUGE_VAL;
+        if (is_there(w, far))
+            return KEMPE_OK;
         bool balanced = w->residual <= KMP_WAY_BALANCED && far <= STILL;
-        if (balanced && (stable || (begin == 0 && w->search->iterations == 1)))
-            return KEMPE_OK;
-        if (stable && far <= near && !w->flat)
-            return KEMPE_OK;
         bool gone = balanced && pushes < MOST_PUSHES ? push_aside(w) : step_down(w, far);
         pushes += balanced;
         if (!gone)
@@ -211,19 +188,6 @@ static kempe_status descend(kmp_way *w, double near)
     }
     int k = farthest(w, &far);
     return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_way_complain(w, "too many iterations");
-}
-
-/* Down until it is so near, then by KINSOL, whose failure means that it was not near enough. */
-static kempe_status settle(kmp_way *w, double near)
-{
-    kempe_status status = descend(w, near);
-    if (status != KEMPE_OK || w->residual <= KMP_WAY_BALANCED)
-        return status;
-    status = kmp_way_newton(w);
-    if (status != KEMPE_E_FAILED || w->status != KEMPE_OK)
-        return status;
-    kmp_context_clear(w->l->system->context);
-    return KEMPE_OK;
 }
 
 static kempe_status find(kmp_way *w)
@@ -239,25 +203,15 @@ static kempe_status find(kmp_way *w)
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
-    if (w->search->exchange)
-        return kmp_way_exchange(w);
-    if (w->search->nearest) {
-        status = kmp_way_newton(w);
-    } else {
-        for (double near = NEAR; status == KEMPE_OK && w->residual > KMP_WAY_BALANCED; near *= NEARER)
-            status = settle(w, near);
-    }
-    if (status != KEMPE_OK)
-        return status;
-    if (w->residual != w->told)
-        kmp_way_note(w, w->residual);
-    kmp_way_polish(w);
-    return w->residual <= KMP_WAY_BALANCED ? KEMPE_OK : kmp_way_complain(w, "Newton's method does not get nearer");
+    if (!w->search->nearest && !w->search->exchange)
+        status = descend(w);
+    return status == KEMPE_OK ? kmp_way_least(w) : status;
 }
 
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
-    kmp_way w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN, .bound = FIRST_BOUND};
+    kmp_way w = {.l = linear, .search = search, .t = t, .n = linear->n, .told = NAN};
+    w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
     search->iterations = search->exchanges = 0;
     kempe_status status = kmp_way_init(&w) ? KEMPE_OK : kmp_fail_memory(linear->system->context);
     if (status == KEMPE_OK) {
@@ -269,6 +223,85 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     }
     if (status == KEMPE_OK)
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
-    kmp_way_free(&w);
+    else
+        kmp_way_give_up(&w);
+    kmp_arena_free(&w.arena);
+    return status;
+}
+
+/* -- steady motion -------------------------------------------------------------------------------------- */
+
+/* What may go on steadily at rates that are found, at first those of the start (n): nothing depends on where it is,
+ * and something that resists on how fast it goes. */
+static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
+{
+    double *ud = KMP_NEW(double, 2 * l->n), *work = ud ? ud + l->n : NULL, most;
+    search->rates = KMP_NEW(kmp_steady, l->n);
+    kempe_status status =
+        ud && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    for (int k = 0; status == KEMPE_OK && k < l->p; k++)
+        ud[k] = qd[l->part.u[k]];
+    if (status == KEMPE_OK && kmp_linear_at(l, t, q, ud, NULL) == KEMPE_OK) {
+        kmp_linear_matrices(l);
+        (void)kmp_way_measure(l, work, &most);
+        for (int k = 0; k < l->p; k++)
+            if (kmp_way_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
+                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], ud[k], KMP_RATE_FREED};
+    }
+    kmp_free(ud);
+    return status;
+}
+
+static void tell_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
+{
+    for (int k = 0; k < search->rate_count && k < MOST_TOLD; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", model->motions[search->rates[k].coordinate].name);
+    if (search->rate_count > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", search->rate_count - MOST_TOLD);
+}
+
+/* Where rest is not found, for `why`. */
+static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady, const char *why)
+{
+    kempe_context *context = l->system->context;
+    kmp_text names = {0};
+    tell_names(l->system->model, steady, &names);
+    kempe_status status = kmp_equilibrium_find(l, t, q, steady);
+    if (status == KEMPE_OK)
+        kmp_log(context, KEMPE_LOG_NOTE, "nothing holds it at rest: a steady motion is found, by the rates of %s",
+                names.s);
+    else if (status == KEMPE_E_FAILED) {
+        char *last = kmp_strdup(kempe_context_message(context));
+        kmp_context_clear(context);
+        (void)kmp_fail(context, status,
+                       "%s; and no steady motion is found from the start with the rates of %s unknown: %s; give rates "
+                       "that are nearer (--rates 'NAME=RATE,..', --free 'qd(NAME),..')",
+                       why, names.s, last ? last : "no memory");
+        kmp_free(last);
+    }
+    kmp_text_free(&names);
+    return status;
+}
+
+kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
+{
+    kmp_search steady = {.nearest = true};
+    kempe_context *context = linear->system->context;
+    kempe_status status = find_going_on(linear, t, q, qd, &steady);
+    bool goes_on = steady.rate_count > 0;
+    search->quiet = search->quiet || goes_on;
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(linear, t, q, search);
+    if (status == KEMPE_E_FAILED && goes_on) {
+        char *why = kmp_strdup(kempe_context_message(context));
+        kmp_context_clear(context);
+        status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
+        kmp_free(why);
+        if (status == KEMPE_OK) {
+            *search = steady;
+            return status;
+        }
+    }
+    kmp_free(steady.rates);
     return status;
 }

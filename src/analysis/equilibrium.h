@@ -16,11 +16,12 @@ typedef struct kmp_iteration {
 enum { KMP_MOST_ITERATIONS = 400 };
 
 typedef struct kmp_search {
-    kmp_steady *rates; /* of coordinates that stay independent */
+    kmp_steady *rates; /* of coordinates that stay independent; those that are freed become what is found */
     int rate_count;
-    bool
-        nearest; /* Newton's method from the guess, to whatever is near; otherwise the way goes down, to a stable one */
-    bool quiet;  /* nothing is said of a failure beyond that */
+    bool nearest;  /* Newton's method from the guess, to whatever is near; otherwise the way goes down, to a stable
+                      one */
+    bool balanced; /* the way goes down in short steps, to whatever is balanced */
+    bool quiet;    /* nothing is said of a failure beyond that */
     struct kmp_exchange *exchange; /* other unknowns and equations (analysis/exchange.h); NULL: none */
     int iterations;
     kmp_iteration history[KMP_MOST_ITERATIONS];
@@ -30,8 +31,13 @@ typedef struct kmp_search {
 
 /** From q (n, closed, in the charts of linear->plant), which becomes the equilibrium; charts may be centred on the way.
  * `linear` is then taken there, its matrices with it, with independent coordinates that may be others than before.
- * KEMPE_E_FAILED: there is none, or it is not found, and why. q is then as it was. */
+ * KEMPE_E_FAILED: there is none, or it is not found, and why. q and rates are then as they were. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
+
+/** The same without rates; where there is no rest, the steady motion that a start with the rates qd (n) leads to: what
+ *  nothing depends on goes on at the rates at which R = 0. These are then in search->rates, to be freed by kmp_free. A
+ *  note says so. */
+kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
 
 /** The residual of the last state, its matrices made. */
 double kmp_equilibrium_residual(const kmp_linear *linear);

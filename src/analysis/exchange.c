@@ -18,39 +18,41 @@ static bool is_rate(const char *word)
     return length > 4 && strncmp(word, "qd(", 3) == 0 && word[length - 1] == ')';
 }
 
-static char *copy_word(kmp_exchange *x, const char *from, size_t length)
-{
-    while (length > 0 && (*from == ' ' || *from == '\t')) {
-        from++;
-        length--;
-    }
-    while (length > 0 && (from[length - 1] == ' ' || from[length - 1] == '\t'))
-        length--;
-    char *word = KMP_ARENA_NEW(&x->arena, char, length + 1);
-    if (word)
-        memcpy(word, from, length);
-    return word;
-}
-
 static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const char *word, const kmp_steady *rates,
                              int rate_count)
 {
-    char *name = copy_word(x, word + 3, strlen(word) - 4);
     int c = -1, at = 0;
-    kempe_status status =
-        name ? kmp_coordinate_find(model, "free", name, strlen(name), &c) : kmp_fail_memory(model->context);
+    kempe_status status = kmp_coordinate_find(model, "free", word + 3, strlen(word) - 4, &c);
     if (status != KEMPE_OK)
         return status;
     while (at < rate_count && rates[at].coordinate != c)
         at++;
     if (at == rate_count)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                        "free: the rate of '%s' can be found from one to begin with: give it (--rates %s=..)", name,
-                        name);
+                        "free: the rate of '%s' can be found from one to begin with: give it (--rates %s=..)",
+                        model->motions[c].name, model->motions[c].name);
     x->rate[x->free_count - x->parameter_count] = at;
     x->value[x->free_count] = rates[at].rate;
     x->name[x->free_count++] = word;
     return KEMPE_OK;
+}
+
+/* Words with commas between, without the blanks around them, in a copy of the list. */
+static int split(char *list, char **word)
+{
+    int count = 0;
+    for (char *s = list, *next; s; s = next) {
+        next = strchr(s, ',');
+        if (next)
+            *next++ = 0;
+        s += strspn(s, " \t");
+        size_t length = strlen(s);
+        while (length > 0 && (s[length - 1] == ' ' || s[length - 1] == '\t'))
+            s[--length] = 0;
+        word[count] = s;
+        count += length > 0;
+    }
+    return count;
 }
 
 static double parameter_value(const kempe_model *model, const char *name)
@@ -73,14 +75,10 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
     x->trial = KMP_ARENA_NEW(&x->arena, double, most);
     x->given = KMP_ARENA_NEW(&x->arena, double, most);
     x->rate = KMP_ARENA_NEW(&x->arena, int, most);
-    for (const char *s = list; word && *s; s += *s == ',') {
-        size_t length = strcspn(s, ",");
-        word[count] = copy_word(x, s, length);
-        count += word[count] && *word[count];
-        s += length;
-    }
+    char *own = kmp_arena_strdup(&x->arena, list);
     if (x->arena.failed)
         return kmp_fail_memory(model->context);
+    count = split(own, word);
     for (int k = 0; k < count; k++)
         if (!is_rate(word[k])) {
             x->value[x->free_count] = parameter_value(model, word[k]);
@@ -101,7 +99,7 @@ static kmp_target *add_target(kmp_exchange *x, const kmp_range *range)
 {
     kmp_target *target = &x->target[x->target_count++];
     *target = (kmp_target){.coordinate = -1, .value = range->from};
-    target->name = copy_word(x, range->name, strlen(range->name));
+    target->name = kmp_arena_strdup(&x->arena, range->name);
     return target;
 }
 
@@ -259,15 +257,12 @@ bool kmp_exchange_set(kmp_exchange *exchange, const double *values, kmp_linear *
         rates[exchange->rate[k - exchange->parameter_count]].rate = values[k];
     if (exchange->parameter_count == 0)
         return true;
-    kmp_text why = {0};
-    bool ok = kmp_variant_set(exchange->variant, values, &why) == KEMPE_OK && kmp_system_rescale(exchange->system);
-    if (!ok) {
+    if (kmp_linear_vary(linear, exchange->system, exchange->variant, values) != KEMPE_OK) {
         kmp_text_free(&exchange->why);
-        exchange->why = why;
-    }
-    if (!ok)
+        kmp_text_put(&exchange->why, kempe_context_message(exchange->system->context));
+        kmp_context_clear(exchange->system->context);
         return false;
-    kmp_linear_renew_parameters(linear);
+    }
     kmp_slopes_renew_parameters(exchange->slopes);
     return true;
 }

@@ -4,7 +4,9 @@
  * little beside what moved: another assembly mode is not within reach then. */
 #include "analysis/operating.h"
 #include "analysis/shift.h"
+#include "base/arena.h"
 #include "base/memory.h"
+#include "base/parts.h"
 #include "constraints/mend.h"
 #include "model/coordinates.h"
 #include "model/output_table.h"
@@ -21,6 +23,7 @@
 
 struct kempe_gradient {
     kempe_context *context;
+    kmp_arena arena; /* of all rooms */
     kmp_variant *variant;
     kempe_system *system;
     kmp_linear linear;
@@ -55,23 +58,6 @@ static kmp_instant instant(const kempe_gradient *g)
     return at;
 }
 
-/* dq where the closures change by h (NULL: not) and u by one: Jv dv = -h - Ju du. */
-static void follow(kempe_gradient *g, int u, const double *h, double *dq)
-{
-    kmp_reduction *red = &g->linear.red;
-    const kmp_partition *part = &g->linear.part;
-    memset(dq, 0, (size_t)g->n * sizeof *dq);
-    if (u >= 0)
-        memcpy(dq, red->x + (size_t)u * (size_t)g->n, (size_t)g->n * sizeof *dq);
-    if (!h || red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -h[part->rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        dq[part->v[i]] += red->dv[i];
-}
-
 /* Closes q on its u; the factors and X there. */
 static bool close_loops(kempe_gradient *g, double *q)
 {
@@ -91,21 +77,22 @@ static void find_slopes(kempe_gradient *g)
 {
     kmp_instant at = instant(g);
     kmp_slopes_at(g->slopes, &at);
-    for (int k = 0; k < g->driven; k++)
-        follow(g, k, NULL, slope_by(g, k));
+    memcpy(g->slope, g->linear.red.x, (size_t)(g->n * g->driven) * sizeof *g->slope);
     for (int k = 0; k < g->count; k++) {
         kmp_slopes_of_parameter(g->slopes, k, g->h, g->rate, g->curve, g->force);
-        follow(g, -1, g->h, slope_by(g, g->driven + k));
+        kmp_spread(&g->linear.red, NULL, g->h, slope_by(g, g->driven + k));
     }
 }
 
 /* -- the way ----------------------------------------------------------------------------------------- */
 
-static bool set_parameters(kempe_gradient *g, const double *values, kmp_text *why)
+/* What the model cannot have is no place on the way. */
+static bool set_parameters(kempe_gradient *g, const double *values)
 {
-    if (kmp_variant_set(g->variant, values, why) != KEMPE_OK || !kmp_system_rescale(g->system))
+    if (kmp_linear_vary(&g->linear, g->system, g->variant, values) != KEMPE_OK) {
+        kmp_context_clear(g->context);
         return false;
-    kmp_linear_renew_parameters(&g->linear);
+    }
     kmp_slopes_renew_parameters(g->slopes);
     return true;
 }
@@ -121,7 +108,6 @@ static double distance(const kempe_gradient *g, const double *a, const double *b
 /* From where it stands to `value`, in one step; false: it is too long. */
 static bool step_to(kempe_gradient *g, const double *value)
 {
-    kmp_text why = {0};
     memcpy(g->predicted, g->q, (size_t)g->n * sizeof *g->q);
     for (int k = 0; k < g->driven + g->count; k++)
         for (int i = 0; i < g->n; i++)
@@ -131,14 +117,12 @@ static bool step_to(kempe_gradient *g, const double *value)
     if (distance(g, g->predicted, g->q) > LONGEST)
         return false;
     bool ok = !memcmp(value + g->driven, g->value + g->driven, (size_t)g->count * sizeof *value) ||
-              set_parameters(g, value + g->driven, &why);
-    kmp_text_free(&why);
+              set_parameters(g, value + g->driven);
     memcpy(g->trial, g->predicted, (size_t)g->n * sizeof *g->q);
     ok = ok && close_loops(g, g->trial);
     ok = ok && distance(g, g->trial, g->predicted) <= MENDED * distance(g, g->trial, g->q) + ROUNDING;
     if (!ok) {
-        (void)set_parameters(g, g->value + g->driven, &why); /* they held before */
-        kmp_text_free(&why);
+        (void)set_parameters(g, g->value + g->driven); /* they held before */
         return false;
     }
     memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
@@ -150,31 +134,22 @@ static bool step_to(kempe_gradient *g, const double *value)
 /* Of the straight way from `from` to `to`, how far it came. */
 static double lead(kempe_gradient *g)
 {
-    int size = g->driven + g->count;
-    double done = 0, step = 1;
+    kmp_parts way = KMP_PARTS;
     double *value = g->column;
-    while (done < 1 && step >= LEAST_STEP) {
-        double next = fmin(done + step, 1);
-        for (int k = 0; k < size; k++)
-            value[k] = next < 1 ? g->from[k] + next * (g->to[k] - g->from[k]) : g->to[k];
-        if (step_to(g, value)) {
-            done = next;
-            step *= 2;
-        } else {
-            step /= 4;
-        }
+    while (kmp_parts_next(&way, LEAST_STEP)) {
+        for (int k = 0; k < g->driven + g->count; k++)
+            value[k] = way.next < 1 ? g->from[k] + way.next * (g->to[k] - g->from[k]) : g->to[k];
+        kmp_parts_take(&way, step_to(g, value));
     }
-    return done;
+    return way.done;
 }
 
 /* Back to where it stood, by state and not by way. */
 static void go_back(kempe_gradient *g, const double *q)
 {
-    kmp_text why = {0};
     memcpy(g->value, g->from, (size_t)(g->driven + g->count) * sizeof *g->value);
     memcpy(g->q, q, (size_t)g->n * sizeof *g->q);
-    (void)set_parameters(g, g->value + g->driven, &why);
-    kmp_text_free(&why);
+    (void)set_parameters(g, g->value + g->driven);
     if (close_loops(g, g->q))
         find_slopes(g);
 }
@@ -302,11 +277,10 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
 
 static bool make_room(kempe_gradient *g)
 {
-    size_t n = (size_t)g->n, m = (size_t)g->m, count = (size_t)g->count, driven = (size_t)g->driven;
-    size_t shown = (size_t)g->shown, all = driven + count;
+    int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
     struct {
         double **room;
-        size_t size;
+        int size;
     } rooms[] = {{&g->wanted, count},
                  {&g->value, all},
                  {&g->q, n},
@@ -330,13 +304,11 @@ static bool make_room(kempe_gradient *g)
                  {&g->jacobian, shown * count},
                  {&g->by_driven, shown * driven},
                  {&g->q_jacobian, n * count}};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++) {
-        *rooms[k].room = KMP_NEW(double, rooms[k].size);
-        if (!*rooms[k].room)
-            return false;
-    }
-    g->name = KMP_NEW(char *, shown);
-    return g->name;
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        *rooms[k].room = KMP_ARENA_NEW(&g->arena, double, rooms[k].size);
+    g->order = KMP_ARENA_NEW(&g->arena, int, driven);
+    g->name = KMP_ARENA_NEW(&g->arena, char *, shown);
+    return !g->arena.failed;
 }
 
 static bool name_values(kempe_gradient *g)
@@ -347,11 +319,11 @@ static bool name_values(kempe_gradient *g)
         for (int i = 0; i < kmp_output_rows[m->outputs[o].kind].width; i++) {
             kmp_text text = {0};
             kmp_output_column(&text, m, &m->outputs[o], i);
-            g->name[k] = kmp_text_take(&text);
-            if (!g->name[k++])
-                return false;
+            g->name[k++] = text.failed ? NULL : kmp_arena_strdup(&g->arena, text.s);
+            g->arena.failed = g->arena.failed || text.failed;
+            kmp_text_free(&text);
         }
-    return true;
+    return !g->arena.failed;
 }
 
 static kempe_status tell_freedoms(const kempe_gradient *g)
@@ -382,8 +354,7 @@ static kempe_status stand(kempe_gradient *g, const int *driven)
     status = kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven);
     if (status == KEMPE_OK && g->linear.p != g->driven)
         status = tell_freedoms(g);
-    g->order = KMP_NEW(int, g->driven);
-    if (status == KEMPE_OK && (!g->order || !make_room(g) || !name_values(g)))
+    if (status == KEMPE_OK && (!make_room(g) || !name_values(g)))
         status = kmp_fail_memory(g->context);
     if (status == KEMPE_OK) {
         memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
@@ -465,21 +436,12 @@ void kempe_gradient_free(kempe_gradient *gradient)
     if (!gradient)
         return;
     kempe_gradient *g = gradient;
-    double *const rooms[] = {
-        g->wanted,  g->value,         g->q,    g->to,   g->from,     g->trial,     g->predicted, g->slope,
-        g->rates,   g->accelerations, g->h,    g->rate, g->curve,    g->force,     g->dqd,       g->dqdd,
-        g->dlambda, g->column,        g->unit, g->out,  g->jacobian, g->by_driven, g->q_jacobian};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    for (int k = 0; g->name && k < g->shown; k++)
-        kmp_free(g->name[k]);
-    kmp_free(g->name);
-    kmp_free(g->order);
     kmp_slopes_free(g->slopes);
     if (g->has_linear)
         kmp_linear_free(&g->linear);
     kempe_system_free(g->system);
     kmp_variant_free(g->variant);
+    kmp_arena_free(&g->arena);
     kmp_free(g);
 }
 

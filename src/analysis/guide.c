@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/guide.h"
 #include "base/memory.h"
+#include "base/parts.h"
 #include "constraints/assemble.h"
 #include "constraints/rounding.h"
 #include "constraints/tolerances.h"
@@ -27,16 +28,15 @@ static bool make_room(kmp_guide *g)
 {
     double **rooms[] = {&g->q,   &g->qd,   &g->qdd,  &g->trial, &g->before, &g->move, &g->ud,
                         &g->udd, &g->rest, &g->from, &g->tq,    &g->tqd,    &g->tqdd};
-    bool ok = true;
+    int **lists[] = {&g->sign, &g->sign_now, &g->u};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        ok = (*rooms[k] = KMP_NEW(double, g->n)) && ok;
-    g->left_out = KMP_NEW(bool, g->m);
-    g->given = KMP_NEW(bool, g->n);
-    g->place = KMP_NEW(int, g->n);
-    g->masked = KMP_NEW(double, g->system->jacobian.count);
-    g->sign = KMP_NEW(int, g->n);
-    g->sign_now = KMP_NEW(int, g->n);
-    return ok && g->sign && g->sign_now && g->left_out && g->given && g->place && g->masked;
+        *rooms[k] = KMP_ARENA_NEW(&g->arena, double, g->n);
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
+        *lists[k] = KMP_ARENA_NEW(&g->arena, int, g->n);
+    g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
+    g->given = KMP_ARENA_NEW(&g->arena, bool, g->n);
+    g->masked = KMP_ARENA_NEW(&g->arena, double, g->system->jacobian.count);
+    return !g->arena.failed;
 }
 
 /* Drives of coordinates that the table has say nothing. */
@@ -68,10 +68,8 @@ kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const 
         kmp_guide_free(g);
         return kmp_fail_memory(system->context);
     }
-    for (int k = 0; motion && k < motion->count; k++) {
+    for (int k = 0; motion && k < motion->count; k++)
         g->given[motion->coordinate[k]] = true;
-        g->place[motion->coordinate[k]] = k;
-    }
     leave_out(g);
     g->plant->left_out = g->left_out;
     return KEMPE_OK;
@@ -91,15 +89,7 @@ void kmp_guide_free(kmp_guide *guide)
 {
     kmp_guide *g = guide;
     forget_choice(g);
-    double *rooms[] = {g->q,   g->qd,   g->qdd,  g->trial, g->before, g->move, g->ud,
-                       g->udd, g->rest, g->from, g->tq,    g->tqd,    g->tqdd, g->masked};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    kmp_free(g->left_out);
-    kmp_free(g->given);
-    kmp_free(g->place);
-    kmp_free(g->sign);
-    kmp_free(g->sign_now);
+    kmp_arena_free(&g->arena);
     kmp_plant_free(g->plant);
     *g = (kmp_guide){0};
 }
@@ -148,58 +138,32 @@ static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *
     return KEMPE_E_FAILED;
 }
 
-/* u among the coordinates of the table: these are pivoted last, so that what stays over at the end are some of them.
- * All others must be pivots, and regular. */
-static kempe_status choose_among_given(kmp_guide *g, int *u, int *count)
+/* u among the coordinates of the table: all others must be determined by them. */
+static kempe_status choose_among_given(kmp_guide *g, int *count)
 {
-    const kempe_system *s = g->system;
-    int n = g->n, m = g->m, most = m < n ? m : n, rank, missing = 0;
-    double *a = KMP_NEW(double, m *n), *pivots = KMP_NEW(double, most + 1);
-    int *row = KMP_NEW(int, m), *col = KMP_NEW(int, n), *fixed = KMP_NEW(int, n);
-    bool ok = a && pivots && row && col && fixed;
-    for (int e = 0; ok && e < s->jacobian.count; e++) {
-        int r = s->jacobian.row[e], k = s->jacobian.col[e];
-        a[r + k * m] = g->masked[e] * s->scale[k] / s->row_scale[r];
-    }
-    for (int k = 0; ok && k < n; k++) {
-        fixed[k] = g->given[k];
-        col[k] = k;
-    }
-    if (ok && most > 0)
-        kmp_lu_complete(m, n, a, fixed, row, col, pivots);
-    rank = ok ? kmp_partition_rank(s, pivots) : 0;
-    *count = 0;
-    for (int k = rank; ok && k < n; k++)
-        if (g->given[col[k]])
-            u[(*count)++] = col[k];
-        else
-            col[missing++] = col[k]; /* rank >= missing: what is overwritten is done with, or itself */
-    kempe_status status = !ok ? kmp_fail_memory(s->context) : missing ? fail_undetermined(g, missing, col) : KEMPE_OK;
-    kmp_free(a);
-    kmp_free(pivots);
-    kmp_free(row);
-    kmp_free(col);
-    kmp_free(fixed);
-    return status;
+    int missing = 0, *u = g->u;
+    *count = kmp_partition_prefer(g->system, g->masked, g->given, u);
+    if (*count < 0)
+        return kmp_fail_memory(g->system->context);
+    for (int k = 0; k < *count; k++)
+        if (!g->given[u[k]])
+            u[missing++] = u[k];
+    return missing ? fail_undetermined(g, missing, u) : KEMPE_OK;
 }
 
 /* Which are independent at (t, q). */
 static kempe_status choose(kmp_guide *g, double t, const double *q)
 {
-    const kempe_system *s = g->system;
     bool some = g->motion && g->motion->count < g->n;
-    int count = g->at_rest ? g->wish_count : 0, *u = KMP_NEW(int, g->n);
-    kempe_status status = u ? KEMPE_OK : kmp_fail_memory(s->context);
+    int count = g->at_rest ? g->wish_count : 0;
     forget_choice(g);
     kmp_plant_closure(g->plant, t, q);
     kmp_guide_mask(g->plant, g->left_out, g->masked);
-    if (status == KEMPE_OK && g->at_rest && count > 0)
-        memcpy(u, g->wish, (size_t)count * sizeof *u);
-    if (status == KEMPE_OK && some)
-        status = choose_among_given(g, u, &count);
+    if (count > 0)
+        memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
+    kempe_status status = some ? choose_among_given(g, &count) : KEMPE_OK;
     if (status == KEMPE_OK)
-        status = kmp_partition_init(&g->part, s, g->masked, u, count);
-    kmp_free(u);
+        status = kmp_partition_init(&g->part, g->system, g->masked, g->u, count);
     if (status != KEMPE_OK)
         return status;
     if (!g->motion && !g->at_rest && g->part.p > 0)
@@ -389,24 +353,20 @@ static kempe_status try_step(kmp_guide *g, double next, bool *done)
 kempe_status kmp_guide_advance(kmp_guide *guide, double t)
 {
     kmp_guide *g = guide;
-    double all = t - g->t, h = all;
-    while (g->t < t) {
-        double next = g->t + h >= t - SHORTEST * all ? t : g->t + h;
+    kmp_parts way = KMP_PARTS;
+    double from = g->t;
+    while (g->t < t && kmp_parts_next(&way, SHORTEST)) {
         bool done = false;
-        kempe_status status = try_step(g, next, &done);
-        if (status != KEMPE_OK)
-            return status;
-        if (done) {
+        kempe_status status = try_step(g, way.next < 1 ? from + way.next * (t - from) : t, &done);
+        if (status == KEMPE_OK && done) {
             note_off(g);
             status = renew(g);
-            if (status != KEMPE_OK)
-                return status;
-            h *= 2;
-        } else if ((h /= 2) < SHORTEST * all) {
-            return fail_beyond(g, t);
         }
+        if (status != KEMPE_OK)
+            return status;
+        kmp_parts_take(&way, done);
     }
-    return KEMPE_OK;
+    return g->t < t ? fail_beyond(g, t) : KEMPE_OK;
 }
 
 /* -- the beginning ----------------------------------------------------------------------------------- */
@@ -428,41 +388,33 @@ static kempe_status take_start(kmp_guide *g)
 /* From the start to where the motion begins: u along a straight line while time goes on to t, v along the tangent. */
 static kempe_status approach(kmp_guide *g, double t)
 {
-    const kmp_reduction *red = &g->red;
-    int p = g->part.p;
-    double s = 0, h = 1;
+    kmp_parts way = KMP_PARTS;
     memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
-    while (s < 1) {
-        double next = s + h >= 1 - SHORTEST ? 1 : s + h;
+    while (kmp_parts_next(&way, SHORTEST)) {
         memcpy(g->before, g->q, (size_t)g->n * sizeof *g->q);
-        kmp_plant_closure(g->plant, s * t, g->q);
+        kmp_plant_closure(g->plant, way.done * t, g->q);
         if (kmp_reduction_factor(&g->red))
             break;
         kmp_reduction_tangent(&g->red);
-        for (int k = 0; k < p; k++) {
-            int u = g->part.u[k];
-            double end = next * g->tq[u] + (1 - next) * g->from[u];
-            g->ud[k] = (next < 1 ? end : g->tq[u]) - g->q[u];
+        for (int k = 0; k < g->n; k++)
+            g->move[k] = (way.next - way.done) * t * g->red.x_t[k];
+        for (int i = 0; i < g->part.p; i++) {
+            int u = g->part.u[i];
+            double end = way.next < 1 ? way.next * g->tq[u] + (1 - way.next) * g->from[u] : g->tq[u];
+            for (int k = 0; k < g->n; k++)
+                g->move[k] += g->red.x[k + i * g->n] * (end - g->q[u]);
         }
-        for (int k = 0; k < g->n; k++) {
-            g->move[k] = (next - s) * t * red->x_t[k];
-            for (int i = 0; i < p; i++)
-                g->move[k] += red->x[k + i * g->n] * g->ud[i];
-        }
-        if (follow(g, next * t)) {
+        bool there = follow(g, way.next * t);
+        if (there)
             memcpy(g->q, g->trial, (size_t)g->n * sizeof *g->q);
-            s = next;
-            h *= 2;
-        } else if ((h /= 2) < SHORTEST) {
-            break;
-        }
+        kmp_parts_take(&way, there);
     }
-    if (s >= 1)
+    if (way.done >= 1)
         return KEMPE_OK;
     return kmp_fail(g->system->context, KEMPE_E_FAILED,
                     "the loops cannot be closed where the motion begins, at t = %.9g s, coming from the model's start: "
                     "%.3g of the way is possible; a start that is nearer helps, or a motion that gives all coordinates",
-                    t, s);
+                    t, way.done);
 }
 
 /* q where the motion begins, as far as it can be known before the loops are closed there. */

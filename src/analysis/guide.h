@@ -9,9 +9,11 @@
 #define KMP_ANALYSIS_GUIDE_H
 
 #include "analysis/prescribed.h"
+#include "base/arena.h"
 #include "constraints/reduction.h"
 
 typedef struct kmp_guide {
+    kmp_arena arena; /* of all rooms */
     const kempe_system *system;
     kmp_plant *plant;
     const kmp_prescribed *motion; /* not owned; NULL: the drives alone */
@@ -21,7 +23,7 @@ typedef struct kmp_guide {
     int n, m;
     bool *left_out; /* m: rows that the table stands for */
     bool *given;    /* n: coordinates of the table */
-    int *place;     /* n: their place in it */
+    int *u;         /* n: room for what shall be independent */
     double *masked; /* J without those rows */
     bool chosen;    /* part and red are there */
     kmp_partition part;

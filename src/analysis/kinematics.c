@@ -26,38 +26,42 @@ bool kmp_kinematics_shows(const kempe_model *model, int output)
     return true;
 }
 
+static char *keep_text(kempe_kinematics *k, kmp_text *text)
+{
+    char *kept = text->failed ? NULL : kmp_arena_strdup(&k->arena, text->s ? text->s : "");
+    k->arena.failed = k->arena.failed || !kept;
+    kmp_text_free(text);
+    return kept;
+}
+
 static kempe_status take_columns(kempe_kinematics *k)
 {
     const kempe_model *model = k->system->model;
-    bool ok = (k->column = KMP_NEW(kmp_shown_column, kmp_outputs_width(model))) != NULL;
+    k->column = KMP_ARENA_NEW(&k->arena, kmp_shown_column, kmp_outputs_width(model));
     for (int o = 0, at = 0; o < model->output_count; o++) {
         int width = kmp_output_width(model, &model->outputs[o]);
-        for (int c = 0; ok && c < width && kmp_kinematics_shows(model, o); c++) {
+        for (int c = 0; k->column && c < width && kmp_kinematics_shows(model, o); c++) {
             kmp_text name = {0};
             kmp_output_column(&name, model, &model->outputs[o], c);
-            char *word = kmp_text_take(&name);
-            k->column[k->width++] = (kmp_shown_column){o, c, at + c, word};
-            ok = word;
+            k->column[k->width++] = (kmp_shown_column){o, c, at + c, keep_text(k, &name)};
         }
         at += width;
     }
-    return ok ? KEMPE_OK : kmp_fail_memory(k->system->context);
+    return k->arena.failed ? kmp_fail_memory(k->system->context) : KEMPE_OK;
 }
 
 static bool make_room(kempe_kinematics *k)
 {
     size_t rows = (size_t)k->asked, n = (size_t)k->system->n;
-    k->asked_s = KMP_NEW(double, rows);
-    k->s = KMP_NEW(double, rows);
-    k->q = KMP_NEW(double, rows *n);
-    k->qd = KMP_NEW(double, rows *n);
-    k->qdd = KMP_NEW(double, rows *n);
-    k->shown = KMP_NEW(double, rows *(size_t)k->width);
-    if (!k->asked_s || !k->s || !k->q || !k->qd || !k->qdd || !k->shown)
-        return false;
-    for (int i = 0; i < k->asked; i++)
+    double **rooms[] = {&k->q, &k->qd, &k->qdd};
+    for (size_t r = 0; r < sizeof rooms / sizeof *rooms; r++)
+        *rooms[r] = KMP_ARENA_NEW(&k->arena, double, rows *n);
+    k->asked_s = KMP_ARENA_NEW(&k->arena, double, rows);
+    k->s = KMP_ARENA_NEW(&k->arena, double, rows);
+    k->shown = KMP_ARENA_NEW(&k->arena, double, rows *(size_t)k->width);
+    for (int i = 0; k->asked_s && i < k->asked; i++)
         k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
-    return true;
+    return !k->arena.failed;
 }
 
 /* -- what the sweep delivers ------------------------------------------------------------------------- */
@@ -116,7 +120,7 @@ static int take_change(void *user, const kmp_pose *pose, double margin)
         return 1;
     k->change = more;
     more += k->change_count;
-    *more = (kmp_change_point){pose->s, margin, KMP_NEW(double, n)};
+    *more = (kmp_change_point){pose->s, margin, KMP_ARENA_NEW(&k->arena, double, n)};
     if (!more->q)
         return 1;
     memcpy(more->q, pose->q, n * sizeof *more->q);
@@ -158,9 +162,13 @@ static char *list_instead(const job *j)
         before = best;
         kmp_text_printf(&text, "%s%s", listed++ ? ", " : "", s->model->motions[best].name);
     }
-    if (!listed)
-        kmp_text_put(&text, "");
-    return kmp_text_take(&text);
+    return keep_text(j->k, &text);
+}
+
+static double value_here(const job *j, const kmp_lead *lead)
+{
+    const kmp_pose *here = &j->sweep.here;
+    return lead->coordinate < 0 ? kmp_lead_value(lead, here->s) : here->q[lead->coordinate];
 }
 
 /* Where the sweep stands; `up`: s was growing. */
@@ -171,25 +179,22 @@ static bool take_dead(job *j, bool up)
     const kmp_lead *lead = &k->lead[k->first];
     size_t n = (size_t)k->system->n, width = (size_t)k->width;
     int d = k->dead_count++;
-    double *nothing = KMP_NEW(double, n);
-    k->dead_q[d] = KMP_NEW(double, n);
-    k->dead_shown[d] = KMP_NEW(double, width);
-    k->instead[d] = list_instead(j);
-    bool ok = nothing && k->dead_q[d] && k->dead_shown[d] && k->instead[d];
-    if (ok) {
-        memcpy(k->dead_q[d], here->q, n * sizeof *here->q);
-        show(j, here->s, here->q, nothing, nothing, k->dead_shown[d]);
-        double value = lead->coordinate < 0 ? kmp_lead_value(lead, here->s) : here->q[lead->coordinate];
-        k->dead[d] = (kempe_dead_centre){here->s,
-                                         kmp_kinematics_name(k, lead),
-                                         value,
-                                         up == (lead->to > lead->from) ? 1 : -1,
-                                         kmp_sweep_hold(&j->sweep, here),
-                                         kmp_sweep_margin(&j->sweep, here),
-                                         k->instead[d]};
-    }
-    kmp_free(nothing);
-    return ok;
+    double *nothing = KMP_ARENA_NEW(&k->arena, double, n);
+    k->dead_q[d] = KMP_ARENA_NEW(&k->arena, double, n);
+    k->dead_shown[d] = KMP_ARENA_NEW(&k->arena, double, width);
+    char *instead = list_instead(j);
+    if (k->arena.failed)
+        return false;
+    memcpy(k->dead_q[d], here->q, n * sizeof *here->q);
+    show(j, here->s, here->q, nothing, nothing, k->dead_shown[d]);
+    k->dead[d] = (kempe_dead_centre){here->s,
+                                     kmp_kinematics_name(k, lead),
+                                     value_here(j, lead),
+                                     up == (lead->to > lead->from) ? 1 : -1,
+                                     kmp_sweep_hold(&j->sweep, here),
+                                     kmp_sweep_margin(&j->sweep, here),
+                                     instead};
+    return true;
 }
 
 /* -- the way ----------------------------------------------------------------------------------------- */
@@ -230,10 +235,9 @@ static void say_lost(job *j)
     const kempe_kinematics *k = j->k;
     const kmp_lead *lead = &k->lead[k->first];
     const kmp_pose *here = &j->sweep.here;
-    double value = lead->coordinate < 0 ? kmp_lead_value(lead, here->s) : here->q[lead->coordinate];
-    double margin = kmp_sweep_margin(&j->sweep, here);
     kmp_text_printf(&j->reason, "steps come to nothing at %s = %.9g %s (margin of the closures %.1e)",
-                    kmp_kinematics_name(k, lead), value, unit_of(k, lead), margin);
+                    kmp_kinematics_name(k, lead), value_here(j, lead), unit_of(k, lead),
+                    kmp_sweep_margin(&j->sweep, here));
     kmp_angles_explain(k->system->model, here->q, &j->reason);
 }
 
@@ -276,7 +280,7 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
-    kmp_lead *way = KMP_NEW(kmp_lead, k->lead_count);
+    kmp_lead *way = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
     bool moves = false;
     int rows;
     if (!way)
@@ -301,10 +305,8 @@ static kempe_status approach_aside(job *j)
         if (status == KEMPE_OK && j->sweep.here.s != 1)
             status = kmp_fail(k->system->context, KEMPE_E_FAILED,
                               "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
-        while (k->change_count > 0) /* not of the range */
-            kmp_free(k->change[--k->change_count].q);
+        k->change_count = 0; /* not of the range */
     }
-    kmp_free(way);
     return status;
 }
 
@@ -318,8 +320,7 @@ static kempe_status approach_along(job *j, double s)
     if (status != KEMPE_OK)
         return status;
     kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
-    while (k->change_count > 0) /* told again on the way back */
-        kmp_free(k->change[--k->change_count].q);
+    k->change_count = 0; /* told again on the way back */
     if (end != KMP_SWEEP_DEAD)
         return end_of(j, end);
     if (!take_dead(j, s < 0))
@@ -406,9 +407,9 @@ static kempe_status run(job *j, const kempe_kinematics_ask *ask)
     bool any = false;
     for (int c = 0; c < s->model->closure_count; c++)
         any = any || j->k->released[c];
-    j->zero = KMP_NEW(double, s->m);
-    j->start = KMP_NEW(double, j->k->lead_count);
-    if (status == KEMPE_OK && (!j->zero || !j->start))
+    j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);
+    j->start = KMP_ARENA_NEW(&j->k->arena, double, j->k->lead_count);
+    if (status == KEMPE_OK && j->k->arena.failed)
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK)
         status = kmp_sweep_init(&j->sweep, s, backend, any ? j->k->released : NULL);
@@ -419,8 +420,6 @@ static kempe_status run(job *j, const kempe_kinematics_ask *ask)
     }
     kempe_assembly_free(assembly);
     kmp_plant_free(j->plant);
-    kmp_free(j->zero);
-    kmp_free(j->start);
     return status;
 }
 
@@ -480,19 +479,9 @@ void kempe_kinematics_free(kempe_kinematics *k)
     if (!k)
         return;
     kmp_free(k->warnings);
-    for (int c = 0; k->column && c < k->width; c++)
-        kmp_free(k->column[c].name);
-    for (int d = 0; d < KMP_MOST_DEAD; d++) {
-        kmp_free(k->instead[d]);
-        kmp_free(k->dead_q[d]);
-        kmp_free(k->dead_shown[d]);
-    }
-    for (int c = 0; c < k->change_count; c++)
-        kmp_free(k->change[c].q);
-    void *rooms[] = {k->reason, k->lead, k->released, k->asked_s, k->s,     k->q,
-                     k->qd,     k->qdd,  k->column,   k->shown,   k->change};
-    for (size_t r = 0; r < sizeof rooms / sizeof *rooms; r++)
-        kmp_free(rooms[r]);
+    kmp_free(k->reason);
+    kmp_free(k->change);
+    kmp_arena_free(&k->arena);
     kmp_free(k);
 }
 

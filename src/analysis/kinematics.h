@@ -20,6 +20,7 @@ typedef struct kmp_shown_column {
 
 struct kempe_kinematics {
     const kempe_system *system;
+    kmp_arena arena; /* of all but reason, warnings and change points */
     kempe_status status;
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one a line */
@@ -37,7 +38,6 @@ struct kempe_kinematics {
     kmp_shown_column *column; /* width */
     double *shown;            /* width a row */
     kempe_dead_centre dead[KMP_MOST_DEAD];
-    char *instead[KMP_MOST_DEAD];
     double *dead_q[KMP_MOST_DEAD]; /* n each */
     double *dead_shown[KMP_MOST_DEAD];
     int dead_count;

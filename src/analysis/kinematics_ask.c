@@ -184,9 +184,9 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_ask *as
     int most = ranges->count + 1;
     for (const char *s = ask->hold; s && *s; s++)
         most += *s == ',';
-    k->lead = KMP_NEW(kmp_lead, most + 1);
-    k->released = KMP_NEW(bool, k->system->model->closure_count);
-    if (!k->lead || !k->released)
+    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, most + 1);
+    k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
+    if (k->arena.failed)
         return kmp_fail_memory(k->system->context);
     kempe_status status = add_ranges(k, ranges);
     if (status == KEMPE_OK)

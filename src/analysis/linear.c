@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
+#include "model/check_mass.h"
 #include <string.h>
 
 static bool make_room(kmp_linear *l)
@@ -65,6 +66,22 @@ void kmp_linear_renew_parameters(kmp_linear *linear)
 {
     kmp_plant_renew_parameters(linear->plant);
     kmp_tangents_renew_parameters(&linear->tangents, linear->system->parameters);
+}
+
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values)
+{
+    kmp_text why = {0};
+    kempe_status status = kmp_variant_set(variant, values, &why);
+    if (status == KEMPE_OK && !kmp_system_rescale(system))
+        status = kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(kmp_variant_model(variant));
+    if (status == KEMPE_E_INPUT)
+        status = why.s ? kmp_fail(system->context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
+    kmp_text_free(&why);
+    if (status == KEMPE_OK && linear->plant)
+        kmp_linear_renew_parameters(linear);
+    return status;
 }
 
 kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count)

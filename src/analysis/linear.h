@@ -14,6 +14,7 @@
 
 #include "integrators/reduced_jacobian.h"
 #include "linalg/spectrum.h"
+#include "model/variant.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;
@@ -49,6 +50,10 @@ void kmp_linear_derive(kmp_linear *linear);
 
 /** The system's parameters have other values now. */
 void kmp_linear_renew_parameters(kmp_linear *linear);
+
+/** Gives the parameters of a variant, of which the system is, these values; `linear` follows if it is made.
+ *  KEMPE_E_FAILED: the model cannot have them, and why. */
+kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_variant *variant, const double *values);
 
 /** Chooses u at (t, q), closed; `wish`: those that the caller wants (count 0: none). KEMPE_E_FAILED: the wish is not
  *  possible, and why. The state is then none. */

@@ -64,6 +64,17 @@ static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q
     return status;
 }
 
+/* A failure that has no sentence yet gets one. */
+static kempe_status say_why(kempe_context *context, kempe_status status)
+{
+    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
+        return kmp_fail(
+            context, status,
+            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
+            "which closures lose rank");
+    return status;
+}
+
 kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *search)
 {
     size_t n = (size_t)l->n * sizeof(double);
@@ -75,7 +86,8 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         kmp_plant_set_charts(l->plant, o->chart);
     kempe_status status = search->nearest ? close_loops(o, l, q) : KEMPE_OK;
     if (status == KEMPE_OK)
-        status = kmp_equilibrium_find(l, o->t, q, search);
+        status = search->rate_count > 0 || search->nearest ? kmp_equilibrium_find(l, o->t, q, search)
+                                                           : kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
     if (status == KEMPE_OK)
         status = kmp_operating_check(l, search);
     if (status == KEMPE_OK) {
@@ -91,7 +103,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         kmp_charts_show(l->system, o->chart, q, o->q, o->qd);
     }
     kmp_free(q);
-    return status;
+    return say_why(l->system->context, status);
 }
 
 /* `linear`: NULL, one is made. */
@@ -99,13 +111,14 @@ static kempe_status settle(kmp_operating *o, kmp_linear *linear, kmp_steady *rat
 {
     kmp_linear own;
     kmp_search search = {.rates = rates, .rate_count = rate_count};
-    if (linear)
-        return kmp_operating_settle(o, linear, &search);
-    kempe_status status = kmp_linear_init(&own, o->system, kmp_backend_default());
+    kempe_status status = linear ? KEMPE_OK : kmp_linear_init(&own, o->system, kmp_backend_default());
     if (status != KEMPE_OK)
         return status;
-    status = kmp_operating_settle(o, &own, &search);
-    kmp_linear_free(&own);
+    status = kmp_operating_settle(o, linear ? linear : &own, &search);
+    if (!linear)
+        kmp_linear_free(&own);
+    if (search.rates != rates)
+        kmp_free(search.rates);
     return status;
 }
 
@@ -191,12 +204,7 @@ static kempe_status explain(const kmp_linear *l, kempe_status status)
                         "no length there, a bushing "
                         "turned by half a turn, or an expression beyond its range; begin elsewhere",
                         l->system->model->motions[k].name);
-    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
-        return kmp_fail(
-            context, status,
-            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
-            "which closures lose rank");
-    return status;
+    return say_why(context, status);
 }
 
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)

@@ -23,9 +23,9 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
                                kmp_operating **operating);
 void kmp_operating_free(kmp_operating *operating);
 
-/** The state becomes the equilibrium that it leads to, and `linear` is taken there. Where the nearest is sought, the
- *  loops are closed first with the parameters that hold now. On failure (as of kmp_equilibrium_find and
- *  kmp_operating_check) the state stays. */
+/** The state becomes the equilibrium that it leads to, or without rates the steady motion (kmp_equilibrium_or_steady),
+ *  and `linear` is taken there. Where the nearest is sought, the loops are closed first with the parameters that hold
+ *  now. On failure (as of kmp_equilibrium_find and kmp_operating_check) the state stays. */
 kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, kmp_search *search);
 
 /** Takes `linear` there: its charts, independent coordinates (`wish`: those that the caller wants), rates, and the

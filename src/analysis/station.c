@@ -4,7 +4,6 @@
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
 #include "constraints/mend.h"
-#include "model/check_mass.h"
 #include <math.h>
 #include <string.h>
 
@@ -37,6 +36,7 @@ void kmp_station_free(kmp_station *station)
     if (!station)
         return;
     kmp_operating_free(station->state);
+    kmp_free(station->found);
     if (station->linear.plant)
         kmp_linear_free(&station->linear);
     kempe_system_free(station->own);
@@ -44,44 +44,27 @@ void kmp_station_free(kmp_station *station)
     kmp_free(station);
 }
 
-/* -- a value ----------------------------------------------------------------------------------------- */
-
-static kempe_status take_value(kmp_station *s, double value)
-{
-    kempe_context *context = s->base->context;
-    kmp_text why = {0};
-    kempe_status status = kmp_variant_set(s->variant, &value, &why);
-    if (status == KEMPE_OK && !kmp_system_rescale(s->own))
-        status = kmp_fail_memory(context);
-    if (status == KEMPE_OK)
-        status = kmp_check_masses(kmp_variant_model(s->variant));
-    if (status == KEMPE_E_INPUT)
-        status = why.s ? kmp_fail(context, KEMPE_E_FAILED, "%s", why.s) : KEMPE_E_FAILED;
-    kmp_text_free(&why);
-    if (status == KEMPE_OK)
-        kmp_linear_renew_parameters(&s->linear);
-    return status;
-}
-
 /* -- a state ----------------------------------------------------------------------------------------- */
-
-/* A failure that has no sentence yet gets one. */
-static kempe_status explain(const kmp_station *s, kempe_status status)
-{
-    kempe_context *context = s->base->context;
-    if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == 0)
-        return kmp_fail(
-            context, status,
-            "the loops cannot be closed near the state, or a mass is not positive there: 'kempe check' says "
-            "which closures lose rank");
-    return status;
-}
 
 /* `nearest`: whatever is near, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_station *s, bool nearest)
 {
     kmp_search search = {.nearest = nearest, .rates = s->ask.rates, .rate_count = s->ask.rate_count};
-    return explain(s, kmp_operating_settle(s->state, &s->linear, &search));
+    kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
+    if (search.rates != s->ask.rates) {
+        s->found = s->ask.rates = search.rates;
+        s->ask.rate_count = search.rate_count;
+    }
+    return status;
+}
+
+static void forget_found(kmp_station *s)
+{
+    if (!s->found)
+        return;
+    kmp_free(s->found);
+    s->found = s->ask.rates = NULL;
+    s->ask.rate_count = 0;
 }
 
 static kempe_status find_state(kmp_station *s)
@@ -100,6 +83,7 @@ static kempe_status find_state(kmp_station *s)
         return status;
     kmp_operating_free(s->state);
     s->state = fresh;
+    forget_found(s);
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 
@@ -107,7 +91,7 @@ kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
 {
     kmp_station *s = station;
     kempe_context *context = s->base->context;
-    kempe_status status = s->variant ? take_value(s, value) : KEMPE_OK;
+    kempe_status status = s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK;
     if (s->ask.varies)
         s->ask.varies->rate = value;
     if (status == KEMPE_OK)

@@ -26,6 +26,7 @@ typedef struct kmp_station {
     kempe_system *own;    /* of the variant */
     kmp_linear linear;    /* at the last state */
     kmp_operating *state; /* the last one */
+    kmp_steady *found;    /* the rates of a steady motion that was found where there is no rest; NULL: none */
 } kmp_station;
 
 /** KEMPE_E_ARGUMENT: what is to vary cannot. */

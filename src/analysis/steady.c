@@ -13,7 +13,7 @@ static kempe_status take(const kempe_model *model, const kmp_range *range, int c
     for (int i = 0; status == KEMPE_OK && i < count; i++)
         if (rates[i].coordinate == c)
             status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' stands twice", range->name);
-    rates[count] = (kmp_steady){c, range->from};
+    rates[count] = (kmp_steady){.coordinate = c, .rate = range->from};
     return status;
 }
 

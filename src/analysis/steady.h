@@ -6,9 +6,16 @@
 #include "model/model.h"
 #include "model/ranges.h"
 
+typedef enum kmp_steady_how {
+    KMP_RATE_GIVEN, /* and R = 0 along it */
+    KMP_RATE_HELD,  /* given, by whatever load that takes; it stays where it is */
+    KMP_RATE_FREED  /* found, so that R = 0 along it; it stays where it is */
+} kmp_steady_how;
+
 typedef struct kmp_steady {
     int coordinate;
     double rate;
+    kmp_steady_how how;
 } kmp_steady;
 
 /** Reads a list (NULL: an empty one), to be freed by kmp_free. KEMPE_E_ARGUMENT: what in it is wrong. */

@@ -39,19 +39,6 @@ enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7 };
 
 /* -- making and standing ----------------------------------------------------------------------------- */
 
-static bool pose_init(kmp_pose *pose, int n)
-{
-    *pose = (kmp_pose){.q = KMP_NEW(double, n), .dq = KMP_NEW(double, n)};
-    return pose->q && pose->dq;
-}
-
-static void pose_free(kmp_pose *pose)
-{
-    kmp_free(pose->q);
-    kmp_free(pose->dq);
-    *pose = (kmp_pose){0};
-}
-
 static void pose_copy(const kmp_sweep *w, const kmp_pose *from, kmp_pose *to)
 {
     to->s = from->s;
@@ -67,31 +54,34 @@ static void poses_swap(kmp_pose *a, kmp_pose *b)
     *b = c;
 }
 
+static bool make_room(kmp_sweep *w)
+{
+    int n = w->n, m = w->system->m;
+    kmp_pose *poses[] = {&w->here, &w->next, &w->part_way, &w->entry};
+    double **vectors[] = {&w->dx, &w->normal, &w->qs, &w->qss, &w->x, &w->unit}, **rows[] = {&w->h, &w->h_t, &w->jd};
+    for (size_t k = 0; k < sizeof poses / sizeof *poses; k++)
+        *poses[k] = (kmp_pose){.q = KMP_ARENA_NEW(&w->arena, double, n), .dq = KMP_ARENA_NEW(&w->arena, double, n)};
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = KMP_ARENA_NEW(&w->arena, double, n + 1);
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        *rows[k] = KMP_ARENA_NEW(&w->arena, double, m);
+    w->jacobian = KMP_ARENA_NEW(&w->arena, double, w->system->jacobian.count);
+    w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
+    w->moving = KMP_ARENA_NEW(&w->arena, int, m);
+    return !w->arena.failed;
+}
+
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
 {
-    int n = system->n, m = system->m;
-    *sweep = (kmp_sweep){.system = system, .n = n, .time = -1, .size = 1};
+    *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1, .size = 1};
     sweep->plant = kmp_plant_new(system, backend);
     if (!sweep->plant)
         return KEMPE_E_MEMORY;
-    kmp_pose *poses[] = {&sweep->here, &sweep->next, &sweep->part_way, &sweep->entry};
-    bool ok = true;
-    for (size_t k = 0; k < sizeof poses / sizeof *poses; k++)
-        ok = pose_init(poses[k], n) && ok;
-    double **vectors[] = {&sweep->dx, &sweep->normal, &sweep->qs, &sweep->qss, &sweep->x, &sweep->unit};
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        ok = (*vectors[k] = KMP_NEW(double, n + 1)) && ok;
-    sweep->h = KMP_NEW(double, m);
-    sweep->h_t = KMP_NEW(double, m);
-    sweep->jd = KMP_NEW(double, m);
-    sweep->jacobian = KMP_NEW(double, system->jacobian.count);
-    sweep->dropped = KMP_NEW(bool, m);
-    sweep->moving = KMP_NEW(int, m);
-    if (!ok || !sweep->h || !sweep->h_t || !sweep->jd || !sweep->jacobian || !sweep->dropped || !sweep->moving) {
+    if (!make_room(sweep)) {
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
-    for (int r = 0; closures && r < m; r++) {
+    for (int r = 0; closures && r < system->m; r++) {
         sweep->dropped[r] = closures[system->rows[r].closure];
         sweep->any_dropped = sweep->any_dropped || sweep->dropped[r];
     }
@@ -103,42 +93,37 @@ static void forget_choice(kmp_sweep *w)
     if (w->reduced)
         kmp_reduction_free(&w->red);
     kmp_partition_free(&w->part);
-    kmp_free(w->signs);
-    kmp_free(w->signs_after);
-    w->signs = w->signs_after = NULL;
+    kmp_arena_free(&w->of_choice);
     w->reduced = w->chosen = false;
 }
 
-static void forget_leads(kmp_sweep *w)
+/* Room for so many other leads. */
+static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
 {
-    kmp_free(w->lead);
-    kmp_free(w->matrix);
-    kmp_free(w->rhs);
-    kmp_free(w->ahead);
-    kmp_free(w->pivots);
-    kmp_free(w->order);
-    w->lead = NULL;
-    w->matrix = w->rhs = w->ahead = w->pivots = NULL;
-    w->order = NULL;
-    w->count = 0;
+    int p = w->p;
+    kmp_arena *arena = &w->of_leads;
+    kmp_arena_free(arena);
+    w->count = count;
     w->time = -1;
+    w->lead = KMP_ARENA_NEW(arena, kmp_lead, count);
+    w->ahead = KMP_ARENA_NEW(arena, double, count);
+    w->matrix = KMP_ARENA_NEW(arena, double, (p + 1) * (p + 1));
+    w->rhs = KMP_ARENA_NEW(arena, double, p + 1);
+    w->pivots = KMP_ARENA_NEW(arena, double, p + 1);
+    w->order = KMP_ARENA_NEW(arena, int, 2 * (p + 1));
+    if (arena->failed)
+        return false;
+    memcpy(w->lead, leads, (size_t)count * sizeof *leads);
+    return true;
 }
 
 void kmp_sweep_free(kmp_sweep *sweep)
 {
     forget_choice(sweep);
-    forget_leads(sweep);
     if (sweep->watched)
         kmp_margin_free(&sweep->margin);
-    kmp_pose *poses[] = {&sweep->here, &sweep->next, &sweep->part_way, &sweep->entry};
-    for (size_t k = 0; k < sizeof poses / sizeof *poses; k++)
-        pose_free(poses[k]);
-    double *vectors[] = {sweep->dx,   sweep->normal, sweep->qs,  sweep->qss, sweep->x,
-                         sweep->unit, sweep->h,      sweep->h_t, sweep->jd,  sweep->jacobian};
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        kmp_free(vectors[k]);
-    kmp_free(sweep->dropped);
-    kmp_free(sweep->moving);
+    kmp_arena_free(&sweep->of_leads);
+    kmp_arena_free(&sweep->arena);
     kmp_plant_free(sweep->plant);
     *sweep = (kmp_sweep){0};
 }
@@ -158,20 +143,15 @@ static kempe_status choose(kmp_sweep *w, int rank)
         return status;
     w->reduced = true;
     w->block_count = w->red.block ? kmp_block_count(w->red.block) : 0;
-    w->signs = KMP_NEW(int, w->block_count);
-    w->signs_after = KMP_NEW(int, w->block_count);
-    return w->signs && w->signs_after ? KEMPE_OK : kmp_fail_memory(w->system->context);
+    w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->block_count);
+    w->signs_after = KMP_ARENA_NEW(&w->of_choice, int, w->block_count);
+    return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
 }
 
 kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
 {
-    kmp_lead at = {-1, t, t};
-    forget_leads(w);
-    w->lead = KMP_NEW(kmp_lead, 1);
-    if (!w->lead)
+    if (!renew_leads(w, 1, &(kmp_lead){-1, t, t}))
         return kmp_fail_memory(w->system->context);
-    *w->lead = at;
-    w->count = 1;
     w->time = 0;
     memcpy(w->here.q, q, (size_t)w->n * sizeof *q);
     w->here.s = 0;
@@ -232,13 +212,6 @@ kempe_status kmp_sweep_stand_moving(kmp_sweep *w, const kmp_lead *time, double t
 
 /* -- what may lead ----------------------------------------------------------------------------------- */
 
-/* Row of X of a coordinate, in scales. */
-static void motion_row(const kmp_sweep *w, int c, double *row)
-{
-    for (int j = 0; j < w->p; j++)
-        row[j] = w->red.x[c + j * w->n] * w->system->scale[w->part.u[j]] / w->system->scale[c];
-}
-
 /* What is left of a row across `count` orthonormal ones, twice for the sake of rounding; its length. */
 static double across(int p, const double *basis, int count, double *row)
 {
@@ -273,9 +246,9 @@ int kmp_sweep_find_more(kmp_sweep *w, int count, const int *coordinates, int *fo
     (void)kmp_sweep_evaluate(w, w->here.s, w->here.q);
     for (int k = -w->moving_count; k < count; k++) {
         if (k < 0)
-            kmp_sweep_moving_row(w, w->moving[k + w->moving_count], row);
+            kmp_sweep_moving_row(w, w->moving[k + w->moving_count], row, 1);
         else
-            motion_row(w, coordinates[k], row);
+            kmp_sweep_motion_row(w, coordinates[k], row, 1);
         double length = rank < p ? across(p, basis, rank, row) : 0;
         if (length > FOLLOWS) {
             keep(p, row, length);
@@ -288,7 +261,7 @@ int kmp_sweep_find_more(kmp_sweep *w, int count, const int *coordinates, int *fo
         int best = -1;
         double longest = FOLLOWS;
         for (int c = 0; c < w->n; c++) {
-            motion_row(w, c, row);
+            kmp_sweep_motion_row(w, c, row, 1);
             double length = across(p, basis, rank, row);
             if (length > longest * (1 + 1e-9)) {
                 longest = length;
@@ -297,7 +270,7 @@ int kmp_sweep_find_more(kmp_sweep *w, int count, const int *coordinates, int *fo
         }
         if (best < 0)
             break;
-        motion_row(w, best, row);
+        kmp_sweep_motion_row(w, best, row, 1);
         keep(p, row, across(p, basis, rank, row));
         memcpy(basis + rank++ * p, row, (size_t)p * sizeof *row);
         more[found++] = best;
@@ -310,18 +283,8 @@ int kmp_sweep_find_more(kmp_sweep *w, int count, const int *coordinates, int *fo
 
 kempe_status kmp_sweep_lead(kmp_sweep *w, int count, const kmp_lead *leads, double s)
 {
-    size_t p = (size_t)w->p;
-    forget_leads(w);
-    w->lead = KMP_NEW(kmp_lead, count);
-    w->matrix = KMP_NEW(double, (p + 1) * (p + 1));
-    w->rhs = KMP_NEW(double, p + 1);
-    w->ahead = KMP_NEW(double, count);
-    w->pivots = KMP_NEW(double, p + 1);
-    w->order = KMP_NEW(int, 2 * (p + 1));
-    if (!w->lead || !w->matrix || !w->rhs || !w->ahead || !w->pivots || !w->order)
+    if (!renew_leads(w, count, leads))
         return kmp_fail_memory(w->system->context);
-    memcpy(w->lead, leads, (size_t)count * sizeof *leads);
-    w->count = count;
     w->size = 0;
     for (int k = 0; k < count; k++) {
         double range = fabs(leads[k].to - leads[k].from);

@@ -8,6 +8,7 @@
 #ifndef KMP_ANALYSIS_SWEEP_H
 #define KMP_ANALYSIS_SWEEP_H
 
+#include "base/arena.h"
 #include "constraints/margin.h"
 #include "constraints/reduction.h"
 
@@ -26,6 +27,7 @@ typedef struct kmp_pose {
 } kmp_pose;
 
 typedef struct kmp_sweep {
+    kmp_arena arena, of_choice, of_leads; /* of the rooms; those of u and v, and of what leads, that are there */
     const kempe_system *system;
     kmp_plant *plant; /* its own */
     kmp_partition part;

@@ -106,15 +106,11 @@ static double size_of(const kmp_sweep *w, const double *dq, double ds)
 
 /* -- the leading coordinates among u and s ----------------------------------------------------------- */
 
-/* Row k of d(lead)/d(u, s), in scales, of the last evaluation: the coordinate moves by X du + x_t t' ds and ought to
- * move by (to - from) ds. */
-static void lead_row(const kmp_sweep *w, const kmp_lead *lead, double *row, int stride)
+void kmp_sweep_motion_row(const kmp_sweep *w, int c, double *row, int stride)
 {
     const double *scale = w->system->scale;
-    int c = lead->coordinate, p = w->p;
-    for (int j = 0; j < p; j++)
+    for (int j = 0; j < w->p; j++)
         row[j * stride] = w->red.x[c + j * w->n] * scale[w->part.u[j]] / scale[c];
-    row[p * stride] = (w->red.x_t[c] * pace_of_time(w) - (lead->to - lead->from)) / scale[c] / w->size;
 }
 
 /* J x of a row of h with all it has. */
@@ -128,20 +124,27 @@ static double row_times(const kmp_sweep *w, int r, const double *x)
     return sum;
 }
 
-/* The same of a moving row: J X du + (J x_t + h_t) t' ds = 0. */
-static void moving_row(const kmp_sweep *w, int r, double *row, int stride)
+void kmp_sweep_moving_row(const kmp_sweep *w, int r, double *row, int stride)
 {
     const double *scale = w->system->scale;
-    double size = w->system->row_scale[r], pace = pace_of_time(w);
     for (int j = 0; j < w->p; j++)
-        row[j * stride] = row_times(w, r, w->red.x + j * w->n) * scale[w->part.u[j]] / size;
-    row[w->p * stride] = (row_times(w, r, w->red.x_t) + w->full_h_t[r]) * pace / size / w->size;
+        row[j * stride] = row_times(w, r, w->red.x + j * w->n) * scale[w->part.u[j]] / w->system->row_scale[r];
 }
 
-void kmp_sweep_moving_row(const kmp_sweep *w, int r, double *row)
+/* d(lead)/d(u, s), in scales, of the last evaluation: a coordinate moves by X du + x_t t' ds and ought to move by (to -
+ * from) ds, of a moving row J X du + (J x_t + h_t) t' ds = 0. */
+static void lead_row(const kmp_sweep *w, const kmp_lead *lead, double *row, int stride)
 {
-    for (int j = 0; j < w->p; j++)
-        row[j] = row_times(w, r, w->red.x + j * w->n) * w->system->scale[w->part.u[j]] / w->system->row_scale[r];
+    int c = lead->coordinate;
+    kmp_sweep_motion_row(w, c, row, stride);
+    row[w->p * stride] = (w->red.x_t[c] * pace_of_time(w) - (lead->to - lead->from)) / w->system->scale[c] / w->size;
+}
+
+static void moving_row(const kmp_sweep *w, int r, double *row, int stride)
+{
+    kmp_sweep_moving_row(w, r, row, stride);
+    row[w->p * stride] =
+        (row_times(w, r, w->red.x_t) + w->full_h_t[r]) * pace_of_time(w) / w->system->row_scale[r] / w->size;
 }
 
 /* p x (p + 1) in an array with that leading dimension. */

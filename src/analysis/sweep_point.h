@@ -25,8 +25,11 @@ bool kmp_sweep_tangent(kmp_sweep *sweep, kmp_pose *pose, const kmp_pose *along);
 double kmp_sweep_cosine(const kmp_sweep *sweep, const kmp_pose *a, const kmp_pose *b);
 double kmp_sweep_offset(const kmp_sweep *sweep, const kmp_pose *a, const kmp_pose *b);
 
-/** J X (p values) of a row of h that is dropped, in scales. */
-void kmp_sweep_moving_row(const kmp_sweep *sweep, int r, double *row);
+/** The row of X of a coordinate, in scales: p values, so far apart. */
+void kmp_sweep_motion_row(const kmp_sweep *sweep, int c, double *row, int stride);
+
+/** The same of J X of a row of h that is dropped. */
+void kmp_sweep_moving_row(const kmp_sweep *sweep, int r, double *row, int stride);
 
 /** dq/ds and d2q/ds2 at a closed pose, where s determines it. false: it does not. */
 bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_pose *pose, double *qs, double *qss);

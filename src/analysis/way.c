@@ -13,29 +13,34 @@
 
 bool kmp_way_init(kmp_way *w)
 {
-    size_t n = (size_t)w->n;
+    int n = w->n;
     double **rooms[] = {&w->q,     &w->begin, &w->rates, &w->work, &w->size, &w->values,
                         &w->right, &w->step,  &w->force, &w->move, &w->trial};
-    bool ok = true;
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++) {
-        *rooms[k] = KMP_NEW(double, n);
-        ok = ok && *rooms[k];
-    }
-    w->matrix = KMP_NEW(double, n *n);
-    w->vectors = KMP_NEW(double, n *n);
-    w->pivot = KMP_NEW(int, n);
-    w->active = KMP_NEW(int, n);
-    return ok && w->matrix && w->vectors && w->pivot && w->active;
+    int **lists[] = {&w->pivot, &w->place, &w->rate};
+    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
+        *rooms[k] = KMP_ARENA_NEW(&w->arena, double, n);
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
+        *lists[k] = KMP_ARENA_NEW(&w->arena, int, n);
+    w->matrix = KMP_ARENA_NEW(&w->arena, double, n *n);
+    w->vectors = KMP_ARENA_NEW(&w->arena, double, n *n);
+    w->factors = KMP_ARENA_NEW(&w->arena, double, n *n);
+    w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
+    for (int k = 0; w->given && k < w->search->rate_count; k++)
+        w->given[k] = w->search->rates[k].rate;
+    size_t charts = (size_t)(KMP_CHART_SIZE * w->l->system->chart_count);
+    if (charts > 0)
+        w->given_chart = KMP_ARENA_NEW(&w->arena, double, charts);
+    if (w->given_chart)
+        memcpy(w->given_chart, w->l->plant->chart, charts * sizeof *w->given_chart);
+    return !w->arena.failed;
 }
 
-void kmp_way_free(kmp_way *w)
+void kmp_way_give_up(kmp_way *w)
 {
-    double *rooms[] = {w->q,    w->begin, w->rates, w->work,  w->size,   w->values, w->right,
-                       w->step, w->force, w->move,  w->trial, w->matrix, w->vectors};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    kmp_free(w->pivot);
-    kmp_free(w->active);
+    for (int k = 0; w->given && k < w->search->rate_count; k++)
+        w->search->rates[k].rate = w->given[k];
+    if (w->given_chart)
+        kmp_plant_set_charts(w->l->plant, w->given_chart);
 }
 
 /* -- the measure of R -------------------------------------------------------------------------------- */
@@ -45,13 +50,14 @@ double kmp_way_scale(const kmp_linear *l, int k)
     return l->system->scale[l->part.u[k]];
 }
 
-/* What acts along u_k, and what a unit of each coordinate changes there, as work. */
+/* What acts along u_k, and what a unit of each coordinate and each rate as it is change there, as work. */
 static double work_of(const kmp_linear *l, int k)
 {
     double acting = 0, row = 0, column = 0, s = kmp_way_scale(l, k);
     for (int i = 0; i < l->n; i++)
         acting += fabs(l->red.x[i + k * l->n] * l->force[i]) * s;
     for (int j = 0; j < l->p; j++) {
+        acting += fabs(l->damping[k + j * l->p] * l->qd[l->part.u[j]]) * s;
         row += fabs(l->stiffness[k + j * l->p]) * s * kmp_way_scale(l, j);
         column += fabs(l->stiffness[j + k * l->p]) * s * kmp_way_scale(l, j);
     }
@@ -76,11 +82,68 @@ double kmp_way_measure(const kmp_linear *l, double *work, double *most)
 
 double kmp_equilibrium_residual(const kmp_linear *linear)
 {
-    double most = 0, worst = 0;
-    for (int k = 0; k < linear->p; k++)
-        most = fmax(most, work_of(linear, k));
-    for (int k = 0; most > 0 && k < linear->p; k++)
-        worst = fmax(worst, fabs(linear->residual[k]) * kmp_way_scale(linear, k) / (work_of(linear, k) + SLACK * most));
+    double most;
+    return kmp_way_measure(linear, linear->unit, &most);
+}
+
+bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work)
+{
+    for (int i = 0; i < l->p; i++)
+        if (fabs(l->stiffness[i + k * l->p]) * kmp_way_scale(l, i) * kmp_way_scale(l, k) > KMP_WAY_FLAT * work[i])
+            return false;
+    return true;
+}
+
+/* -- unknowns ---------------------------------------------------------------------------------------- */
+
+double kmp_way_unit(const kmp_way *w, int i)
+{
+    double scale = kmp_way_scale(w->l, w->place[i]);
+    return w->rate[i] < 0 ? scale : fmax(scale, fabs(w->search->rates[w->rate[i]].rate));
+}
+
+double kmp_way_entry(const kmp_way *w, int row, int column)
+{
+    const double *from = w->rate[column] < 0 ? w->l->stiffness : w->l->damping;
+    return from[w->place[row] + w->place[column] * w->l->p];
+}
+
+/* Which of the steady coordinates u_k is; -1: none. */
+static int steady_of(const kmp_way *w, int k)
+{
+    for (int i = 0; i < w->search->rate_count; i++)
+        if (w->search->rates[i].coordinate == w->l->part.u[k])
+            return i;
+    return -1;
+}
+
+/* Those of the state at hand; what rates change counts as work, too. The residual of their equations, infinite where
+ * something there changes without bound. */
+static double take_unknowns(kmp_way *w)
+{
+    const kmp_linear *l = w->l;
+    double worst = 0;
+    w->count = 0;
+    for (int k = 0; k < l->p; k++) {
+        int steady = steady_of(w, k);
+        if (steady >= 0 && w->search->rates[steady].how == KMP_RATE_HELD)
+            continue;
+        w->place[w->count] = k;
+        w->rate[w->count++] = steady >= 0 && w->search->rates[steady].how == KMP_RATE_FREED ? steady : -1;
+    }
+    for (int i = 0; i < w->count; i++) {
+        int k = w->place[i];
+        double scale = kmp_way_scale(l, k);
+        for (int j = 0; j < w->count; j++) {
+            double changed = fabs(kmp_way_entry(w, i, j)) * scale * kmp_way_unit(w, j);
+            if (!isfinite(changed))
+                return INFINITY;
+            if (w->rate[j] >= 0)
+                w->work[k] = fmax(w->work[k], changed);
+        }
+        if (w->work[k] > 0)
+            worst = fmax(worst, fabs(l->residual[k]) * scale / w->work[k]);
+    }
     return worst;
 }
 
@@ -89,63 +152,48 @@ double kmp_equilibrium_residual(const kmp_linear *linear)
 void kmp_way_take_rates(kmp_way *w)
 {
     for (int k = 0; k < w->l->p; k++) {
-        w->rates[k] = 0;
-        for (int i = 0; i < w->search->rate_count; i++)
-            if (w->search->rates[i].coordinate == w->l->part.u[k])
-                w->rates[k] = w->search->rates[i].rate;
+        int i = steady_of(w, k);
+        w->rates[k] = i < 0 ? 0 : w->search->rates[i].rate;
     }
 }
 
-static bool is_independent(const kmp_linear *l, int coordinate)
-{
-    for (int k = 0; k < l->p; k++)
-        if (l->part.u[k] == coordinate)
-            return true;
-    return false;
-}
-
-/* A choice with the steady coordinates in it: those columns of J are pivoted last. `wish` has room for n. */
-static bool wish_for(kmp_way *w, int *wish)
+/* A choice with the steady coordinates in it: those columns of J are pivoted last. */
+static kempe_status choose_with_steady(kmp_way *w)
 {
     const kempe_system *s = w->l->system;
-    int n = s->n, m = s->m, r = w->l->part.r;
-    double *jacobian = KMP_NEW(double, m *n), *pivots = KMP_NEW(double, m + n);
-    int *fixed = KMP_NEW(int, n), *row = KMP_NEW(int, m), *column = KMP_NEW(int, n);
-    bool ok = jacobian && pivots && fixed && row && column;
-    if (ok) {
-        kmp_plant_dense_jacobian(w->l->plant, jacobian);
-        for (int k = 0; k < n; k++)
-            for (int i = 0; i < m; i++)
-                jacobian[i + k * m] *= s->scale[k] / s->row_scale[i];
-        for (int k = 0; k < w->search->rate_count; k++)
-            fixed[w->search->rates[k].coordinate] = 1;
-        kmp_lu_complete(m, n, jacobian, fixed, row, column, pivots);
-        memcpy(wish, column + r, (size_t)(n - r) * sizeof *wish);
+    bool *liked = KMP_NEW(bool, s->n);
+    for (int k = 0; liked && k < w->search->rate_count; k++)
+        liked[w->search->rates[k].coordinate] = true;
+    int count = liked ? kmp_partition_prefer(s, w->l->plant->jacobian, liked, w->pivot) : -1;
+    kmp_free(liked);
+    return count < 0 ? kmp_fail_memory(s->context) : kmp_linear_choose(w->l, w->t, w->q, w->pivot, count);
+}
+
+/* The first of the steady coordinates that is not independent; -1: all are. */
+static int find_dependent(const kmp_way *w)
+{
+    for (int k = 0; k < w->search->rate_count; k++) {
+        int found = 0;
+        while (found < w->l->p && w->l->part.u[found] != w->search->rates[k].coordinate)
+            found++;
+        if (found == w->l->p)
+            return w->search->rates[k].coordinate;
     }
-    kmp_free(jacobian);
-    kmp_free(pivots);
-    kmp_free(fixed);
-    kmp_free(row);
-    kmp_free(column);
-    return ok;
+    return -1;
 }
 
 kempe_status kmp_way_choose(kmp_way *w)
 {
     kempe_status status = kmp_linear_choose(w->l, w->t, w->q, NULL, 0);
-    bool all = true;
-    for (int k = 0; status == KEMPE_OK && k < w->search->rate_count; k++)
-        all = all && is_independent(w->l, w->search->rates[k].coordinate);
-    if (status == KEMPE_OK && !all)
-        status = wish_for(w, w->pivot) ? kmp_linear_choose(w->l, w->t, w->q, w->pivot, w->l->p)
-                                       : kmp_fail_memory(w->l->system->context);
+    if (status == KEMPE_OK && find_dependent(w) >= 0)
+        status = choose_with_steady(w);
     if (status != KEMPE_OK)
         return status;
-    for (int k = 0; k < w->search->rate_count; k++)
-        if (!is_independent(w->l, w->search->rates[k].coordinate))
-            return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
-                            "the closures decide the rate of '%s': it cannot be prescribed with the others",
-                            w->l->system->model->motions[w->search->rates[k].coordinate].name);
+    int dependent = find_dependent(w);
+    if (dependent >= 0)
+        return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
+                        "the closures decide the rate of '%s': it cannot be prescribed with the others",
+                        w->l->system->model->motions[dependent].name);
     kmp_way_take_rates(w);
     return KEMPE_OK;
 }
@@ -154,6 +202,12 @@ bool kmp_way_at(kmp_way *w, const double *q)
 {
     return kmp_linear_at(w->l, w->t, q, w->rates, NULL) == KEMPE_OK &&
            isfinite(kmp_dot(w->l->p, w->l->residual, w->l->residual));
+}
+
+bool kmp_way_back(kmp_way *w)
+{
+    kmp_way_take_rates(w);
+    return kmp_way_at(w, w->q);
 }
 
 /* Joints whose angles come near to their singular position begin in the middle of other charts. */
@@ -177,6 +231,11 @@ bool kmp_way_arrive(kmp_way *w)
     kmp_linear *l = w->l;
     int v, u;
     memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
+    for (int k = 0; k < l->p; k++) {
+        int steady = steady_of(w, k);
+        if (steady >= 0)
+            w->search->rates[steady].rate = w->rates[k];
+    }
     if (kmp_way_center(w) || kmp_reduction_growth(&l->red, &v, &u) > KMP_EXCHANGE_STILL) {
         w->status = kmp_way_choose(w);
         w->search->exchanges++;
@@ -185,7 +244,8 @@ bool kmp_way_arrive(kmp_way *w)
         memcpy(w->q, l->q, (size_t)w->n * sizeof *w->q);
     }
     kmp_linear_matrices(l);
-    w->residual = kmp_way_measure(l, w->work, &w->most);
+    (void)kmp_way_measure(l, w->work, &w->most);
+    w->residual = take_unknowns(w);
     memcpy(w->force, l->residual, (size_t)l->p * sizeof *w->force);
     return isfinite(w->residual);
 }
@@ -206,21 +266,20 @@ void kmp_way_note_step(kmp_way *w, double step)
 
 /* -- directions -------------------------------------------------------------------------------------- */
 
-/* The scaled Kr and the eigenvectors of its symmetric part. */
+/* The scaled Kr, of what is unknown, and the eigenvectors of its symmetric part. */
 bool kmp_way_decompose(kmp_way *w)
 {
-    const kmp_linear *l = w->l;
-    int p = l->p;
+    int p = w->count;
     for (int k = 0; k < p; k++)
-        w->size[k] = w->most > 0 ? kmp_way_scale(l, k) / sqrt(w->work[k]) : kmp_way_scale(l, k);
+        w->size[k] = kmp_way_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
-            w->matrix[i + k * p] = l->stiffness[i + k * p] * w->size[i] * w->size[k];
+            w->matrix[i + k * p] = kmp_way_entry(w, i, k) * w->size[i] * w->size[k];
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
             w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;
     if (p > 0 && kmp_symmetric_eigen(p, w->vectors, w->values) != 0) {
-        w->status = kmp_fail_memory(l->system->context);
+        w->status = kmp_fail_memory(w->l->system->context);
         return false;
     }
     w->least = p > 0 ? w->values[0] : 1;
@@ -230,16 +289,28 @@ bool kmp_way_decompose(kmp_way *w)
     return true;
 }
 
-/* The step in w->step, coordinate units; along flat directions that nothing pulls it stands still. */
-bool kmp_way_direction(kmp_way *w, bool down)
+/* The step in w->step, of what the matrix says. false: it says none. */
+static bool solve(kmp_way *w)
 {
-    int p = w->l->p;
+    int p = w->count;
+    double *factors = w->factors;
+    memcpy(factors, w->matrix, (size_t)(p * p) * sizeof *factors);
+    if (p > 0 && kmp_lu_factor(p, factors, w->pivot))
+        return false;
     for (int k = 0; k < p; k++)
-        w->right[k] = w->force[k] * w->size[k];
+        w->step[k] = -w->right[k];
+    kmp_lu_solve(p, factors, w->pivot, 1, w->step);
+    return true;
+}
+
+/* Makes the symmetric part positive; along flat directions that nothing pulls the step stands still. */
+static void make_positive(kmp_way *w)
+{
+    int p = w->count;
     for (int k = 0; k < p; k++) {
         const double *v = w->vectors + k * p;
         double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
-        if (down && value < -KMP_WAY_FLAT)
+        if (value < -KMP_WAY_FLAT)
             wanted = -value;
         else if (fabs(value) <= KMP_WAY_FLAT)
             wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
@@ -247,12 +318,18 @@ bool kmp_way_direction(kmp_way *w, bool down)
             for (int i = 0; i < p; i++)
                 w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
     }
-    if (p > 0 && kmp_lu_factor(p, w->matrix, w->pivot))
-        return false;
-    for (int k = 0; k < p; k++)
-        w->step[k] = -w->right[k];
-    kmp_lu_solve(p, w->matrix, w->pivot, 1, w->step);
-    for (int k = 0; k < p; k++)
+}
+
+bool kmp_way_direction(kmp_way *w)
+{
+    for (int k = 0; k < w->count; k++)
+        w->right[k] = w->force[w->place[k]] * w->size[k];
+    if (!w->search->balanced || w->flat || !solve(w) || !(kmp_dot(w->count, w->step, w->right) < 0)) {
+        make_positive(w);
+        if (!solve(w))
+            return false;
+    }
+    for (int k = 0; k < w->count; k++)
         w->step[k] *= w->size[k];
     return true;
 }
@@ -262,10 +339,13 @@ double kmp_way_spread(kmp_way *w)
 {
     const kmp_linear *l = w->l;
     double far = 0;
+    memset(w->move, 0, (size_t)w->n * sizeof *w->move);
+    for (int k = 0; k < w->count; k++) {
+        for (int i = 0; w->rate[k] < 0 && i < w->n; i++)
+            w->move[i] += l->red.x[i + w->place[k] * w->n] * w->step[k];
+        far = fmax(far, w->rate[k] < 0 ? 0 : fabs(w->step[k]) / kmp_way_unit(w, k));
+    }
     for (int i = 0; i < w->n; i++) {
-        w->move[i] = 0;
-        for (int k = 0; k < l->p; k++)
-            w->move[i] += l->red.x[i + k * w->n] * w->step[k];
         double size = fabs(w->move[i]) / l->system->scale[i];
         far = size > far || !isfinite(size) ? size : far;
     }
@@ -276,6 +356,9 @@ bool kmp_way_try(kmp_way *w, double part)
 {
     for (int i = 0; i < w->n; i++)
         w->trial[i] = w->q[i] + part * w->move[i];
+    for (int k = 0; k < w->count; k++)
+        if (w->rate[k] >= 0)
+            w->rates[w->place[k]] = w->search->rates[w->rate[k]].rate + part * w->step[k];
     return kmp_way_at(w, w->trial);
 }
 
@@ -283,8 +366,24 @@ bool kmp_way_try(kmp_way *w, double part)
 
 kempe_status kmp_way_complain(const kmp_way *w, const char *why)
 {
-    return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
-                    "no equilibrium is found: after %d iterations a residual of %.2e is left (wanted %.0e): %s; start "
-                    "from another position",
-                    w->search->iterations, w->residual, KMP_WAY_BALANCED, why);
+    const kmp_linear *l = w->l;
+    int worst = -1;
+    double most = -1;
+    for (int i = 0; i < w->count; i++) {
+        int k = w->place[i];
+        double size = fabs(w->force[k]) * kmp_way_scale(l, k) / w->work[k];
+        if (size > most) {
+            most = size;
+            worst = k;
+        }
+    }
+    const kmp_motion *m = worst >= 0 ? &l->system->model->motions[l->part.u[worst]] : NULL;
+    return kmp_fail(l->system->context, KEMPE_E_FAILED,
+                    "no equilibrium is found: after %d iterations a residual of %.2e is left (wanted %.0e), most of it "
+                    "along '%s', %.3g %s: %s; %s",
+                    w->search->iterations, w->residual, KMP_WAY_BALANCED, m ? m->name : "", m ? w->force[worst] : 0,
+                    m && m->rotation ? "N m" : "N", why,
+                    w->search->balanced ? "what is held may push it over: hold it too, or begin where what carries it "
+                                          "is near"
+                                        : "start from another position");
 }

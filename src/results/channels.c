@@ -202,7 +202,7 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
     kempe_status status = ud && rates ? KEMPE_OK : kmp_fail_memory(c->system->context);
     for (int k = 0; k < l->p && status == KEMPE_OK; k++) {
         ud[k] = c->at->inner_qd[l->part.u[k]];
-        rates[k] = (kmp_steady){l->part.u[k], ud[k]};
+        rates[k] = (kmp_steady){.coordinate = l->part.u[k], .rate = ud[k]};
     }
     if (status == KEMPE_OK)
         status = kmp_linear_at(l, c->at->t, c->at->inner_q, ud, NULL);

@@ -38,12 +38,12 @@ static void say_holds(kmp_text *text, const kempe_contact_table *t)
         int c = t->hold[k].coordinate;
         const char *unit = kmp_print_unit(t->system, c);
         const double *qd = kempe_contact_table_qd(t, 0);
-        if (t->hold[k].freed)
+        if (t->hold[k].how == KMP_RATE_FREED)
             kmp_text_printf(text, "  %s goes on so that nothing drives it, at %.6g %s/s first\n",
                             model->motions[c].name, qd ? qd[c] : NAN, unit);
-        else if (t->rates[k].rate != 0)
+        else if (t->hold[k].rate != 0)
             kmp_text_printf(text, "  %s goes on at %.6g %s/s, whatever that takes\n", model->motions[c].name,
-                            t->rates[k].rate, unit);
+                            t->hold[k].rate, unit);
     }
 }
 

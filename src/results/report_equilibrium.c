@@ -99,8 +99,11 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     else
         kmp_text_put(text, "\n");
     show_coordinates(text, e, b);
-    for (int i = 0; e->exchange && i < e->exchange->free_count; i++)
-        kmp_text_printf(text, "%s%s = %.15g\n", i ? "           " : "\nfound      ", e->exchange->name[i], b->freed[i]);
+    for (int i = 0; i < e->freed_count; i++)
+        kmp_text_printf(text, "%s%s = %.15g\n", i ? "           " : "\nfound      ", e->freed_name[i], b->freed[i]);
+    if (e->freed_count > 0 && !e->exchange)
+        kmp_text_put(text,
+                     "           nothing holds it at rest; it goes on at these rates, found from those of the start\n");
     show_reactions(text, e, b);
     show_stability(text, e, b);
     kmp_text_put(text, "residual   ");
@@ -145,8 +148,8 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_print_coordinates(j, "indifferent", e->system, b->stability.still, b->stability.along);
     kmp_print_coordinates(j, "left_out", e->system, b->idle_count, b->idle);
     kmp_json_object(j, "free");
-    for (int i = 0; e->exchange && i < e->exchange->free_count; i++)
-        kmp_json_number(j, e->exchange->name[i], b->freed[i]);
+    for (int i = 0; i < e->freed_count; i++)
+        kmp_json_number(j, e->freed_name[i], b->freed[i]);
     kmp_json_end(j);
     kmp_json_object(j, "reaction");
     for (int c = 0; c < model->closure_count; c++)

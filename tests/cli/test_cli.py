@@ -222,21 +222,30 @@ class Equilibria(Case):
         self.assertIn("from 100 random starts", self.expect(1, "equilibrium", path, "--all").stderr)
         self.expect(3, "equilibrium", path, "--rates", "T=1")
         self.expect(3, "equilibrium", path, "--rates", "S")
-    def test_what_may_go_on_is_told(self):
-        """A shaft with a motor has no place, but a speed: the failure says how to ask for it, and that works."""
+    def test_what_has_no_place_has_a_speed(self):
+        """A shaft with a motor goes on steadily: found without being asked for, by its name and with a sentence."""
         path = self.model("""kempe: 1
 gravity: [0, 0, -9.81]
 bodies:
   a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [1, 0, 0]}}
   b: {joint: {revolute: y, at: a.P}, mass: 1, com: [0, 0, -0.5], inertia: {yy: 0.1}}
-forces: {motor: {joint: a, torque: "3 - 0.5*qd(a)"}}
+parameters: {drag: 0.5}
+forces: {motor: {joint: a, torque: "3 - drag*qd(a)"}}
 """)
-        done = self.expect(1, "equilibrium", path)
-        self.assertIn("nothing holds 'a'", done.stderr)
-        self.assertIn("Forces depend on the rates, and not on the places, of a: they may go on steadily. Give their rates "
-                      "(--rates 'NAME=RATE,..')", done.stderr)
-        found = self.object(0, "equilibrium", path, "--rates", "a=5", "--free", "qd(a)")
-        self.assertAlmostEqual(found["qd"]["a"], 6, 9)
+        text = self.expect(0, "equilibrium", path).stdout
+        self.assertIn("found      qd(a) = 6\n           nothing holds it at rest; it goes on at these rates", text)
+        for words in ((), ("--all",), ("--rates", "a=5", "--free", "qd(a)")):
+            found = self.object(0, "equilibrium", path, *words)
+            self.assertAlmostEqual(found["qd"]["a"], 6, 9)
+            self.assertAlmostEqual(found["free"]["qd(a)"], 6, 9)
+        modes = self.object(0, "modes", path)
+        self.assertEqual(modes["modes"], self.object(0, "modes", path, "--at", "equilibrium a=6")["modes"])
+        varied = self.object(0, "modes", path, "--vary", "drag=0.5:0.6:3")
+        self.assertEqual(varied["status"], "ok")
+        stopped = self.expect(1, "equilibrium", path, "--set", "drag=0").stderr
+        self.assertIn("nothing holds 'a'", stopped)
+        path = self.model(path.read_text().replace("- drag", "+ drag*exp(-qd(a)) - 1e-9"))
+        self.assertIn("and no steady motion is found from the start with the rates of a unknown", self.expect(1, "equilibrium", path).stderr)
         falls = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
                            "  a: {joint: {prismatic: z, at: ground}, mass: 1}\n")
         self.assertNotIn("steadily", self.expect(1, "equilibrium", falls).stderr)

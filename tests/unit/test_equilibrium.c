@@ -94,6 +94,38 @@ static void a_state_to_look_from(void)
     unload(&m);
 }
 
+/* A stone in thick oil has no rest, but a speed, from whichever it starts: m g = c v + d v^3. */
+static void what_is_slowed_falls_steadily(void)
+{
+    static const char *const starts[] = {"0", "-1", "7"};
+    double low = 0, high = 30;
+    for (int k = 0; k < 100; k++) {
+        double v = (low + high) / 2;
+        if (0.5 * v + 0.01 * v * v * v < 3 * 9.81)
+            low = v;
+        else
+            high = v;
+    }
+    for (size_t k = 0; k < sizeof starts / sizeof *starts; k++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {c: 0.5, d: 0.01}\n"
+                       "bodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 3}}\n"
+                       "forces: {oil: {joint: S, force: \"-c*qd(S) - d*qd(S)^3\"}}\nstart: {qd: {S: %s}}\n",
+                       starts[k]);
+        loaded m = load_text(text);
+        kempe_equilibrium *e = NULL;
+        CHECK(kempe_equilibrium_new(m.system, NULL, &e) == KEMPE_OK);
+        CHECK(kempe_equilibrium_freed_count(e) == 1);
+        CHECK_TEXT(kempe_equilibrium_freed_name(e, 0), "qd(S)");
+        CHECK_NEAR(kempe_equilibrium_freed(e, 0, 0), -low, 1e-12);
+        CHECK_NEAR(kempe_equilibrium_qd(e, 0)[0], -low, 1e-12);
+        CHECK(kempe_equilibrium_q(e, 0)[0] == 0 && kempe_equilibrium_residual(e, 0) < 1e-14);
+        kempe_equilibrium_free(e);
+        unload(&m);
+    }
+}
+
 /* -- the double four-bar from its potential ------------------------------------------------------------ */
 
 /* Where circles meet, left of the way from p to q, in complex numbers so that a small imaginary part of the crank's
@@ -638,6 +670,7 @@ int main(void)
     TEST(a_hanging_mass_stretches_its_spring);
     TEST(a_pendulum_is_found_from_anywhere);
     TEST(what_nothing_holds_is_told);
+    TEST(what_is_slowed_falls_steadily);
     TEST(a_state_to_look_from);
     TEST(a_double_four_bar_against_its_potential);
     TEST(a_damped_run_comes_to_rest_there);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Balance of what is not held: a roller on an elastic floor, dropped from above it, against its closed form. */
-#include "analysis/held.h"
+#include "analysis/equilibrium.h"
 #include "base/memory.h"
 #include "loaded.h"
 
@@ -25,21 +25,20 @@ static void a_roller_sinks_in_and_turns(void)
     loaded l = load_text(roller);
     kmp_linear linear;
     int x = coordinate_named(&l, "go.2"), z = coordinate_named(&l, "go.1"), spin = coordinate_named(&l, "go.3");
-    kmp_hold hold[] = {{x, false}, {spin, true}};
-    kmp_steady rates[] = {{x, 4}, {spin, 1}};
-    kmp_held held = {.count = 2, .hold = hold, .rates = rates};
+    kmp_steady rates[] = {{x, 4, KMP_RATE_HELD}, {spin, 1, KMP_RATE_FREED}};
+    kmp_search search = {.rates = rates, .rate_count = 2, .balanced = true};
     double q[3] = {0};
     q[x] = 2;
     q[z] = 0.7;
     CHECK(kmp_linear_init(&linear, l.system, "tape") == KEMPE_OK);
-    CHECK(kmp_held_find(&linear, 0, q, &held) == KEMPE_OK);
+    CHECK(kmp_equilibrium_find(&linear, 0, q, &search) == KEMPE_OK);
     CHECK_NEAR(q[x], 2, 0);
     CHECK_NEAR(0.5 - q[z], pow(1000 / 1e9, 2.0 / 3), 1e-14);
     CHECK_NEAR(rates[1].rate, 4 * 0.5 * 2e4 / (0.25 * 2e4 + 3), 1e-13);
     CHECK_NEAR(rates[0].rate, 4, 0);
     CHECK_NEAR(linear.qd[spin], rates[1].rate, 0);
-    CHECK(held.residual < 1e-10);
-    CHECK(held.iterations < 60);
+    CHECK(search.residual < 1e-10);
+    CHECK(search.iterations < 60);
     kmp_linear_free(&linear);
     unload(&l);
 }
@@ -52,12 +51,10 @@ static void what_nothing_carries_is_named(void)
                          "bodies:\n"
                          "  stone: {joint: {name: down, prismatic: z, at: ground}, mass: 1}\n");
     kmp_linear linear;
-    kmp_hold none;
-    kmp_steady rates;
-    kmp_held held = {.count = 0, .hold = &none, .rates = &rates};
+    kmp_search search = {.balanced = true};
     double q = 3;
     CHECK(kmp_linear_init(&linear, l.system, "tape") == KEMPE_OK);
-    CHECK(kmp_held_find(&linear, 0, &q, &held) == KEMPE_E_FAILED);
+    CHECK(kmp_equilibrium_find(&linear, 0, &q, &search) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(l.context), "'down'") != NULL);
     CHECK_NEAR(q, 3, 0);
     kmp_linear_free(&linear);

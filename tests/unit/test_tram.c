@@ -5,6 +5,7 @@
 #include "loaded.h"
 #include <kempe/equilibrium.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { BODIES = 51, COORDINATES = 90, LOOPS = 20, ROWS = 42, WHEELS = 12, MOST_BLOCK = 7 };
@@ -83,11 +84,12 @@ static double load_of_a_rod(double car, double leans)
     return load / 2 * (1 - 0.165 / 0.15 * leans);
 }
 
-static void cranks_bear_the_cars(void)
+/* The equilibrium, or the steady motion, of the tram at a speed. */
+static void cranks_bear_the_cars_at(const char *speed)
 {
-    static const kempe_setting rest = {"V", "0"};
+    const kempe_setting set = {"V", speed};
     static const double car[] = {8500, 5500, 8500};
-    loaded l = load_set(file, &rest, 1);
+    loaded l = load_set(file, &set, 1);
     kempe_equilibrium *e = NULL;
     if (l.system && kempe_equilibrium_new(l.system, NULL, &e) != KEMPE_OK)
         printf("%s\n", kempe_context_message(l.context));
@@ -104,13 +106,33 @@ static void cranks_bear_the_cars(void)
             CHECK(fabs(found / wanted - 1) < 2e-5);
         }
     }
+    for (int k = 0; e && k < kempe_equilibrium_freed_count(e); k++) {
+        const char *name = kempe_equilibrium_freed_name(e, k);
+        double radius = strstr(name, "_x") ? 1 : strstr(name, "_F") ? 0.32 : 0.1875;
+        CHECK(fabs(kempe_equilibrium_freed(e, 0, k) * radius / strtod(speed, NULL) - 1) < 2e-3);
+    }
+    CHECK(e && kempe_equilibrium_freed_count(e) == (strtod(speed, NULL) > 0 ? 13 : 0));
     kempe_equilibrium_free(e);
     unload(&l);
+}
+
+static void cranks_bear_the_cars(void)
+{
+    cranks_bear_the_cars_at("0");
+}
+
+/* Without a word about rates: the way and all twelve wheels go on, as fast as the motors want it, and the cranks bear
+ * what they bear at rest. */
+static void it_rolls_at_its_own_speed(void)
+{
+    cranks_bear_the_cars_at("10");
+    cranks_bear_the_cars_at("15");
 }
 
 int main(void)
 {
     TEST(bogies_are_blocks_of_their_own);
     TEST(cranks_bear_the_cars);
+    TEST(it_rolls_at_its_own_speed);
     return check_report();
 }

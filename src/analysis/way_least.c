@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Unknowns exchanged: R and what is fixed and required, over u and what is released. By least squares, damped as far as
- * a bound on the step asks for (Levenberg, Marquardt): rows may be more than unknowns where R says the same twice, and
- * coordinates that nothing depends on stay where they are. Derivatives are exact. */
+/* Newton's method on R, and on what is fixed and required, over the unknowns of the way and what is released. By least
+ * squares, damped as far as a bound on the step asks for (Levenberg, Marquardt): rows may be more than unknowns where R
+ * says the same twice, and coordinates that nothing depends on stay where they are. Derivatives are exact. */
 #include "analysis/exchange.h"
 #include "analysis/way.h"
 #include "base/memory.h"
+#include "base/parts.h"
 #include "constraints/tolerances.h"
+#include "linalg/dot.h"
 #include "linalg/least.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6 };
+enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6, CLOSINGS = 2 };
 
 #define FIRST_BOUND   0.3
 #define LARGEST       1.0 /* rad, or characteristic lengths */
@@ -18,75 +20,73 @@ enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6 
 #define SMALLEST_PART 1e-3
 #define DEPENDENT     1e-8
 
+/* A state to come back to. */
+typedef struct state {
+    double *q, *value, *rate; /* n; what is free; of the steady coordinates */
+} state;
+
 typedef struct solver {
     kmp_way *w;
     kmp_exchange *x;
-    int p, rows, columns, shown, capacity;
-    double *jacobian;          /* rows x columns, scaled */
-    double *value, *row_size;  /* rows */
-    double *column_size;       /* columns */
-    double *damped, *right;    /* (rows + columns) x columns; rows + columns */
-    double *step;              /* columns, scaled */
-    double *moves;             /* n x columns: dq of each */
-    double *unit;              /* columns */
-    double *dqd, *dqdd;        /* n */
-    double *dlambda;           /* m */
-    double *parameters;        /* of a direction of the outputs */
-    double *partial;           /* 3 m + n */
-    double *along;             /* shown */
-    double *dr;                /* p */
-    double *kept, *kept_value; /* n; what is free */
-    double *good, *good_value; /* the same: the last that met its targets */
-    double *from, *to;         /* targets */
+    int p, rows, columns, shown; /* p: unknowns of the way */
+    double *jacobian;            /* rows x columns, scaled */
+    double *value, *row_size;    /* rows */
+    double *column_size;         /* columns */
+    double *damped, *right;      /* (rows + columns) x columns; rows + columns */
+    double *step;                /* columns, scaled */
+    double *moves;               /* n x columns: dq of each */
+    double *unit;                /* n: a change of u or ud */
+    double *dqd, *dqdd;          /* n */
+    double *dlambda;             /* m */
+    double *parameters;          /* of a direction of the outputs */
+    double *partial;             /* 3 m + n */
+    double *along;               /* shown */
+    double *dr;                  /* p */
+    state kept, good;            /* before a step; the last that met its targets */
+    double *from, *to;           /* targets */
 } solver;
 
 static bool make_room(solver *s)
 {
-    size_t n = (size_t)s->w->n, m = (size_t)s->w->l->m, f = (size_t)s->x->free_count, t = (size_t)s->x->target_count;
-    size_t rows = n + t, columns = n + f;
-    s->jacobian = KMP_NEW(double, rows *columns);
-    s->value = KMP_NEW(double, rows);
-    s->row_size = KMP_NEW(double, rows);
-    s->column_size = KMP_NEW(double, columns);
-    s->damped = KMP_NEW(double, (rows + columns) * columns);
-    s->right = KMP_NEW(double, rows + columns);
-    s->step = KMP_NEW(double, columns);
-    s->moves = KMP_NEW(double, n *columns);
-    s->unit = KMP_NEW(double, columns);
-    s->dqd = KMP_NEW(double, n);
-    s->dqdd = KMP_NEW(double, n);
-    s->dlambda = KMP_NEW(double, m);
-    s->parameters = KMP_NEW(double, f);
-    s->partial = KMP_NEW(double, 3 * m + n);
-    s->along = KMP_NEW(double, s->shown);
-    s->dr = KMP_NEW(double, n);
-    s->kept = KMP_NEW(double, n);
-    s->kept_value = KMP_NEW(double, f);
-    s->good = KMP_NEW(double, n);
-    s->good_value = KMP_NEW(double, f);
-    s->from = KMP_NEW(double, t);
-    s->to = KMP_NEW(double, t);
-    return s->jacobian && s->value && s->row_size && s->column_size && s->damped && s->right && s->step && s->moves &&
-           s->unit && s->dqd && s->dqdd && s->dlambda && s->parameters && s->partial && s->along && s->dr && s->kept &&
-           s->kept_value && s->good && s->good_value && s->from && s->to;
-}
-
-static void free_room(solver *s)
-{
-    double *rooms[] = {s->jacobian, s->value,      s->row_size, s->column_size, s->damped, s->right,
-                       s->step,     s->moves,      s->unit,     s->dqd,         s->dqdd,   s->dlambda,
-                       s->along,    s->dr,         s->partial,  s->parameters,  s->kept,   s->kept_value,
-                       s->good,     s->good_value, s->from,     s->to};
+    int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
+    int rows = n + t, columns = n + f;
+    struct {
+        double **room;
+        int size;
+    } rooms[] = {{&s->jacobian, rows * columns},
+                 {&s->value, rows},
+                 {&s->row_size, rows},
+                 {&s->column_size, columns},
+                 {&s->damped, (rows + columns) * columns},
+                 {&s->right, rows + columns},
+                 {&s->step, columns},
+                 {&s->moves, n * columns},
+                 {&s->unit, n},
+                 {&s->dqd, n},
+                 {&s->dqdd, n},
+                 {&s->dlambda, m},
+                 {&s->parameters, f},
+                 {&s->partial, 3 * m + n},
+                 {&s->along, s->shown},
+                 {&s->dr, n},
+                 {&s->kept.q, n},
+                 {&s->kept.value, f},
+                 {&s->kept.rate, r},
+                 {&s->good.q, n},
+                 {&s->good.value, f},
+                 {&s->good.rate, r},
+                 {&s->from, t},
+                 {&s->to, t}};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+        *rooms[k].room = KMP_ARENA_NEW(&s->w->arena, double, rooms[k].size);
+    return !s->w->arena.failed;
 }
 
 /* -- the equations ----------------------------------------------------------------------------------- */
 
 static kmp_instant instant(const kmp_linear *l)
 {
-    const kmp_plant *plant = l->plant;
-    return (kmp_instant){l->t, l->q, l->qd, l->qdd, l->lambda, NULL, plant->mode, plant->chart, plant->chart_version};
+    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
 }
 
 /* All rows at l's state, in the sizes at hand; the largest. */
@@ -97,7 +97,7 @@ static double evaluate(solver *s, double *value)
     const double *shown = s->shown > 0 ? kmp_slopes_outputs(s->x->slopes, &at) : NULL;
     double worst = 0;
     for (int k = 0; k < s->p; k++)
-        value[k] = l->residual[k] / s->row_size[k];
+        value[k] = l->residual[s->w->place[k]] / s->row_size[k];
     for (int k = 0; k < s->x->target_count; k++) {
         const kmp_target *t = &s->x->target[k];
         double reached = t->coordinate >= 0 ? l->q[t->coordinate] : shown ? shown[t->shown] : NAN;
@@ -108,34 +108,44 @@ static double evaluate(solver *s, double *value)
     return isfinite(worst) ? worst : INFINITY;
 }
 
-/* What unknown j changes, one size of a coordinate or a unit of what is free. */
+/* What one unit of unknown j changes, of a position or a rate. */
+static kmp_change position_or_rate(solver *s, int j)
+{
+    const kmp_way *w = s->w;
+    s->unit[w->place[j]] = kmp_way_unit(w, j);
+    return w->rate[j] < 0 ? (kmp_change){.u = s->unit} : (kmp_change){.ud = s->unit};
+}
+
+/* The same of what is free. */
+static kmp_change freed(solver *s, int f)
+{
+    const kmp_linear *l = s->w->l;
+    int m = l->m;
+    double *h = s->partial;
+    if (f < s->x->parameter_count) {
+        kmp_slopes_of_parameter(s->x->slopes, f, h, h + m, h + 2 * m, h + 3 * m);
+        s->parameters[f] = 1;
+        return (kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = h + 3 * m};
+    }
+    int c = s->w->search->rates[s->x->rate[f - s->x->parameter_count]].coordinate;
+    for (int k = 0; k < l->p; k++)
+        s->unit[k] = l->part.u[k] == c;
+    return (kmp_change){.ud = s->unit};
+}
+
 static void fill_column(solver *s, int j)
 {
     kmp_linear *l = s->w->l;
-    int n = l->n, m = l->m, free = j - s->p;
-    double *h = s->partial, *move = s->moves + j * n, *column = s->jacobian + j * s->rows;
-    kmp_change change = {0};
-    memset(s->unit, 0, (size_t)s->columns * sizeof *s->unit);
+    double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows, no_time = 0;
+    memset(s->unit, 0, (size_t)l->n * sizeof *s->unit);
     memset(s->parameters, 0, (size_t)s->x->free_count * sizeof *s->parameters);
-    if (free < 0) {
-        s->unit[j] = kmp_way_scale(l, j);
-        change.u = s->unit;
-    } else if (free < s->x->parameter_count) {
-        kmp_slopes_of_parameter(s->x->slopes, free, h, h + m, h + 2 * m, h + 3 * m);
-        change = (kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = h + 3 * m};
-        s->parameters[free] = 1;
-    } else {
-        int c = s->w->search->rates[s->x->rate[free - s->x->parameter_count]].coordinate;
-        for (int k = 0; k < s->p; k++)
-            s->unit[k] = l->part.u[k] == c;
-        change.ud = s->unit;
-    }
+    kmp_change change = j < s->p ? position_or_rate(s, j) : freed(s, j - s->p);
     kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
-    double no_time = 0;
     if (s->shown > 0)
         kmp_slopes_outputs_along(
             s->x->slopes, &(kmp_direction){&no_time, move, s->dqd, s->dqdd, s->dlambda, s->parameters}, s->along);
-    memcpy(column, s->dr, (size_t)s->p * sizeof *column);
+    for (int k = 0; k < s->p; k++)
+        column[k] = s->dr[s->w->place[k]];
     for (int k = 0; k < s->x->target_count; k++) {
         const kmp_target *t = &s->x->target[k];
         column[s->p + k] = t->coordinate >= 0 ? move[t->coordinate] : s->along[t->shown];
@@ -158,16 +168,19 @@ static void linearise(solver *s)
 {
     kmp_linear *l = s->w->l;
     kmp_instant at = instant(l);
-    s->p = l->p;
+    s->p = s->w->count;
     s->rows = s->p + s->x->target_count;
     s->columns = s->p + s->x->free_count;
-    kmp_slopes_at(s->x->slopes, &at);
+    if (s->x->slopes)
+        kmp_slopes_at(s->x->slopes, &at);
     if (s->shown > 0)
         (void)kmp_slopes_outputs(s->x->slopes, &at);
     for (int j = 0; j < s->columns; j++)
         fill_column(s, j);
-    for (int i = 0; i < s->rows; i++)
-        s->row_size[i] = i >= s->p ? target_size(s, i) : s->w->work[i] > 0 ? s->w->work[i] / kmp_way_scale(l, i) : 1;
+    for (int i = 0; i < s->rows; i++) {
+        int k = i < s->p ? s->w->place[i] : 0;
+        s->row_size[i] = i >= s->p ? target_size(s, i) : s->w->work[k] > 0 ? s->w->work[k] / kmp_way_scale(l, k) : 1;
+    }
     for (int j = 0; j < s->columns; j++) {
         double most = 0, *column = s->jacobian + j * s->rows;
         for (int i = 0; i < s->rows; i++) {
@@ -186,10 +199,7 @@ static void linearise(solver *s)
 
 static double norm(int n, const double *x)
 {
-    double sum = 0;
-    for (int i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
+    return sqrt(kmp_dot(n, x, x));
 }
 
 /* The step of least |J s + f|^2 + |damping s|^2. false: no memory. */
@@ -207,11 +217,15 @@ static bool damped_step(solver *s, double damping)
     return kmp_least_squares(all, s->columns, s->damped, s->right, KMP_RANK, s->step) >= 0;
 }
 
-/* dq of the step in w->move, and how far it goes: what is free counts in parts of its value. */
+/* The step as the way has it, and how far it goes: what is free counts in parts of its value. */
 static double spread(solver *s)
 {
     kmp_way *w = s->w;
     double far = 0;
+    for (int j = 0; j < s->p; j++) {
+        w->step[j] = s->step[j] * kmp_way_unit(w, j);
+        far = fmax(far, w->rate[j] < 0 ? 0 : FIRST_BOUND * fabs(s->step[j]));
+    }
     for (int i = 0; i < w->n; i++) {
         w->move[i] = 0;
         for (int j = 0; j < s->columns; j++)
@@ -256,7 +270,7 @@ static double promise(const solver *s)
 
 static bool set_free(solver *s, const double *value)
 {
-    if (!kmp_exchange_set(s->x, value, s->w->l, s->w->search->rates))
+    if (s->x->free_count > 0 && !kmp_exchange_set(s->x, value, s->w->l, s->w->search->rates))
         return false;
     kmp_way_take_rates(s->w);
     return true;
@@ -282,6 +296,27 @@ static bool accept(solver *s)
 static bool go_back(solver *s)
 {
     return set_free(s, s->x->value) && kmp_way_at(s->w, s->w->q) && kmp_way_arrive(s->w);
+}
+
+static void save(const solver *s, state *to)
+{
+    const kmp_search *search = s->w->search;
+    memcpy(to->q, s->w->q, (size_t)s->w->n * sizeof *to->q);
+    for (int k = 0; k < s->x->free_count; k++)
+        to->value[k] = s->x->value[k];
+    for (int k = 0; k < search->rate_count; k++)
+        to->rate[k] = search->rates[k].rate;
+}
+
+static bool restore(solver *s, const state *from)
+{
+    kmp_search *search = s->w->search;
+    memcpy(s->w->q, from->q, (size_t)s->w->n * sizeof *from->q);
+    for (int k = 0; k < s->x->free_count; k++)
+        s->x->value[k] = from->value[k];
+    for (int k = 0; k < search->rate_count; k++)
+        search->rates[k].rate = from->rate[k];
+    return go_back(s);
 }
 
 static bool step_down(solver *s, double *bound)
@@ -317,6 +352,8 @@ static kempe_status complain(const solver *s)
 {
     const kmp_way *w = s->w;
     int worst = 0;
+    if (!w->search->exchange)
+        return kmp_way_complain(w, "Newton's method does not get nearer");
     for (int k = 0; k < s->rows; k++)
         if (fabs(s->value[k]) > fabs(s->value[worst]))
             worst = k;
@@ -326,7 +363,8 @@ static kempe_status complain(const solver *s)
                     "%.2e (relative, wanted %.0e)%s%s: check that what is fixed or required can be reached, that what "
                     "is free acts on it, or start nearer",
                     w->search->iterations, target ? "the value of" : "the balance along",
-                    target ? s->x->target[worst - s->p].name : w->l->system->model->motions[w->l->part.u[worst]].name,
+                    target ? s->x->target[worst - s->p].name
+                           : w->l->system->model->motions[w->l->part.u[w->place[worst]]].name,
                     fabs(s->value[worst]), KMP_WAY_BALANCED, s->x->why.s ? "; the way is barred: " : "",
                     s->x->why.s ? s->x->why.s : "");
 }
@@ -363,22 +401,18 @@ static bool polish(solver *s)
 {
     for (int k = 0; k < MOST_POLISH && s->w->residual > 0; k++) {
         double before = s->w->residual;
-        memcpy(s->kept, s->w->q, (size_t)s->w->n * sizeof *s->kept);
-        memcpy(s->kept_value, s->x->value, (size_t)s->x->free_count * sizeof *s->kept_value);
+        save(s, &s->kept);
         if (!damped_step(s, 0))
             return false;
         double far = spread(s);
-        if (try_step(s) < INFINITY && accept(s) && take(s) < 0.5 * before) {
-            kmp_way_note_step(s->w, far);
-            kmp_way_note(s->w, s->w->residual);
-            continue;
+        if (!(try_step(s) < INFINITY && accept(s) && take(s) < 0.5 * before)) {
+            if (!restore(s, &s->kept))
+                return false;
+            (void)take(s);
+            return true;
         }
-        memcpy(s->w->q, s->kept, (size_t)s->w->n * sizeof *s->kept);
-        memcpy(s->x->value, s->kept_value, (size_t)s->x->free_count * sizeof *s->kept_value);
-        if (!go_back(s))
-            return false;
-        (void)take(s);
-        return true;
+        kmp_way_note_step(s->w, far);
+        kmp_way_note(s->w, s->w->residual);
     }
     return true;
 }
@@ -402,18 +436,20 @@ static kempe_status check_counts(const solver *s)
 /* From the state at hand to the targets as they are. */
 static kempe_status solve(solver *s, int most)
 {
+    kmp_way *w = s->w;
     double bound = FIRST_BOUND;
-    for (int k = 0; k < most; k++) {
-        if (kmp_interrupted(s->w->l->system->context))
-            return s->w->status = kmp_way_complain(s->w, "interrupted");
-        kmp_way_note(s->w, take(s));
-        if (s->w->residual <= KMP_WAY_BALANCED)
+    for (int k = 0;; k++) {
+        bool told = k == 0 && w->told == w->residual;
+        if (kmp_interrupted(w->l->system->context))
+            return w->status = kmp_way_complain(w, "interrupted");
+        double residual = take(s);
+        if (!told)
+            kmp_way_note(w, residual);
+        if (residual <= KMP_WAY_BALANCED)
             return KEMPE_OK;
-        if (!step_down(s, &bound))
-            return s->w->status != KEMPE_OK ? s->w->status : KEMPE_E_FAILED;
+        if (k == most || !step_down(s, &bound))
+            return w->status != KEMPE_OK ? w->status : KEMPE_E_FAILED;
     }
-    kmp_way_note(s->w, take(s));
-    return s->w->residual <= KMP_WAY_BALANCED ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 static void put_targets(solver *s, double part)
@@ -422,48 +458,32 @@ static void put_targets(solver *s, double part)
         s->x->target[k].value = s->from[k] + part * (s->to[k] - s->from[k]);
 }
 
-static void save(solver *s)
-{
-    memcpy(s->good, s->w->q, (size_t)s->w->n * sizeof *s->good);
-    memcpy(s->good_value, s->x->value, (size_t)s->x->free_count * sizeof *s->good_value);
-}
-
-static bool restore(solver *s)
-{
-    memcpy(s->w->q, s->good, (size_t)s->w->n * sizeof *s->good);
-    memcpy(s->x->value, s->good_value, (size_t)s->x->free_count * sizeof *s->good_value);
-    return go_back(s);
-}
-
 /* The targets go from what they are at the state at hand to what they shall be: at once, or where that fails by smaller
  * and smaller parts. From a state that is no equilibrium the first part only succeeds by luck. */
 static kempe_status follow(solver *s)
 {
-    double done = 0, part = 1;
+    kmp_parts way = KMP_PARTS;
+    kempe_status status = KEMPE_OK;
     (void)take(s);
     for (int k = 0; k < s->x->target_count; k++) {
         s->to[k] = s->x->target[k].value;
         s->from[k] = s->to[k] + s->value[s->p + k] * s->row_size[s->p + k];
     }
-    save(s);
-    while (done < 1) {
-        double next = fmin(1, done + part);
-        put_targets(s, next);
-        s->w->search->iterations = 0;
-        kempe_status status = solve(s, done == 0 && part == 1 ? MOST_STEPS : MOST_OF_PART);
-        if (status == KEMPE_OK) {
-            done = next;
-            part *= 2;
-            save(s);
-            continue;
-        }
-        part /= 2;
-        if (status != KEMPE_E_FAILED || s->w->status != KEMPE_OK || part < SMALLEST_PART)
+    save(s, &s->good);
+    while (kmp_parts_next(&way, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
+        if (status == KEMPE_E_FAILED && !restore(s, &s->good))
             return status;
-        if (!restore(s))
-            return KEMPE_E_FAILED;
+        put_targets(s, way.next);
+        if (s->x->target_count > 0)
+            s->w->search->iterations = 0;
+        status = solve(s, way.next == 1 && way.done == 0 ? MOST_STEPS : MOST_OF_PART);
+        if (status != KEMPE_OK && (status != KEMPE_E_FAILED || s->w->status != KEMPE_OK))
+            return status;
+        kmp_parts_take(&way, status == KEMPE_OK);
+        if (status == KEMPE_OK)
+            save(s, &s->good);
     }
-    return KEMPE_OK;
+    return status;
 }
 
 static kempe_status run(solver *s)
@@ -483,11 +503,25 @@ static kempe_status run(solver *s)
     return status;
 }
 
-kempe_status kmp_way_exchange(kmp_way *w)
+/* Loops are closed to round-off, so that what is computed there is the same whatever coordinates are chosen: of poor
+ * ones each correction is rounded by as much as they move the others. */
+static bool close_well(kmp_way *w)
 {
-    solver s = {.w = w, .x = w->search->exchange};
-    s.shown = s.x->slopes->shown;
+    for (int k = 0; k < CLOSINGS && w->l->m > 0; k++) {
+        memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
+        if (!kmp_way_at(w, w->trial))
+            return false;
+    }
+    return w->l->m == 0 || kmp_way_arrive(w);
+}
+
+kempe_status kmp_way_least(kmp_way *w)
+{
+    kmp_exchange none = {0};
+    solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
+    s.shown = s.x->slopes ? s.x->slopes->shown : 0;
     kempe_status status = make_room(&s) ? run(&s) : kmp_fail_memory(w->l->system->context);
-    free_room(&s);
+    if (status == KEMPE_OK && !close_well(w))
+        status = w->status != KEMPE_OK ? w->status : kmp_way_complain(w, "the state is lost");
     return status;
 }
