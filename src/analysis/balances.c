@@ -8,10 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-#define TWO_PI    6.283185307179586
-#define SAME      1e-6 /* scaled: states that are nearer are one */
-#define ELSEWHERE 0.3  /* rad, or characteristic lengths */
-#define UNCHANGED 1e-9
+#define TWO_PI 6.283185307179586
+#define SAME   1e-6 /* scaled: states that are nearer are one */
 
 /* -- what is kept ------------------------------------------------------------------------------------ */
 
@@ -67,44 +65,6 @@ static void show(const kmp_linear *l, const double *near, double *q, double *qd)
         kmp_charts_show(s, l->plant->chart, near, q, qd);
 }
 
-/* Whether R is the same with u_k elsewhere. */
-static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const double *work)
-{
-    double *moved = l->unit; /* n, free between calls */
-    int c = l->part.u[k];
-    memcpy(moved, q, (size_t)l->n * sizeof *moved);
-    moved[c] += ELSEWHERE * l->system->scale[c];
-    bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
-    for (int i = 0; same && i < l->p; i++)
-        same = fabs(l->residual[i]) * kmp_way_scale(l, i) <= UNCHANGED * work[i];
-    return same;
-}
-
-/* Coordinates of u that R does not depend on, here and elsewhere. */
-static bool find_idle(kempe_equilibrium *e, kmp_linear *l, kmp_balance *b)
-{
-    int p = l->p;
-    double *work = KMP_ARENA_NEW(&e->arena, double, p), *ud = KMP_ARENA_NEW(&e->arena, double, p), most;
-    double *q = copy(e, l->n, l->q);
-    bool *candidate = KMP_ARENA_NEW(&e->arena, bool, p), any = false;
-    b->idle = KMP_ARENA_NEW(&e->arena, int, p);
-    if (e->arena.failed)
-        return false;
-    (void)kmp_way_measure(l, work, &most);
-    for (int k = 0; k < p; k++) {
-        ud[k] = l->qd[l->part.u[k]];
-        any = (candidate[k] = kmp_way_is_idle(l, k, work)) || any;
-    }
-    if (!any)
-        return true;
-    for (int k = 0; k < p; k++)
-        if (candidate[k] && stays(l, q, ud, k, work))
-            b->idle[b->idle_count++] = l->part.u[k];
-    bool back = kmp_linear_at(l, l->t, q, ud, NULL) == KEMPE_OK;
-    kmp_linear_matrices(l);
-    return back;
-}
-
 static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_balance *b)
 {
     b->iterations = search->iterations;
@@ -149,7 +109,9 @@ kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const k
             b->freed[f++] = e->rates[i].rate;
     b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
     keep_history(e, search, b);
-    if (!find_idle(e, linear, b) || e->arena.failed)
+    b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
+    b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
+    if (b->idle_count < 0 || e->arena.failed)
         return kmp_fail_memory(s->context);
     e->count++;
     return kmp_stability_judge(linear, &b->stability);

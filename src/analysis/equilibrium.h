@@ -39,6 +39,9 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
  *  note says so. */
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
 
+/** Coordinates that nothing depends on, at the state and beside it, into `idle` (p): how many, -1: no memory. */
+int kmp_equilibrium_idle(kmp_linear *linear, int *idle);
+
 /** The residual of the last state, its matrices made. */
 double kmp_equilibrium_residual(const kmp_linear *linear);
 

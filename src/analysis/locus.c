@@ -86,31 +86,41 @@ static double follow(maker *m, const station *from, station *to)
     return doubt;
 }
 
+static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt);
+
 /* From one to the next, by values between where it must be. `doubt`: the largest that remains. */
 static kempe_status advance(maker *m, const station *from, station *to, int halvings, double *doubt)
 {
+    station middle;
     double here = follow(m, from, to);
     if (here < 0)
         return kmp_fail_memory(m->context);
-    if (here <= 1 || halvings == MOST_HALVINGS || kmp_interrupted(m->context)) {
-        *doubt = fmax(*doubt, here);
-        return KEMPE_OK;
-    }
-    station middle;
-    kempe_status status = arrive(m, (from->value + to->value) / 2, &middle);
-    if (status == KEMPE_OK && middle.modes.count == to->modes.count) {
-        status = advance(m, from, &middle, halvings + 1, doubt);
-        if (status == KEMPE_OK)
-            status = advance(m, &middle, to, halvings + 1, doubt);
+    kempe_status status = KEMPE_E_FAILED;
+    if (here > 1 && halvings < MOST_HALVINGS && !kmp_interrupted(m->context))
+        status = reach(m, from, (from->value + to->value) / 2, halvings + 1, &middle, doubt);
+    if (status == KEMPE_OK) {
+        status = advance(m, &middle, to, halvings + 1, doubt);
         leave(&middle);
         return status;
     }
-    if (status == KEMPE_OK)
-        leave(&middle);
-    if (status == KEMPE_E_MEMORY)
-        return status;
     *doubt = fmax(*doubt, here); /* what is between cannot be reached: as good as it is */
-    return KEMPE_OK;
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* The station at a value, its branches those of `from`. */
+static kempe_status reach(maker *m, const station *from, double value, int halvings, station *to, double *doubt)
+{
+    kempe_status status = arrive(m, value, to);
+    if (status != KEMPE_OK)
+        return status;
+    if (to->modes.count == from->modes.count)
+        status = advance(m, from, to, halvings, doubt);
+    else
+        status = kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
+                          from->modes.p, from->value, to->modes.p, value);
+    if (status != KEMPE_OK)
+        leave(to);
+    return status;
 }
 
 /* -- critical values --------------------------------------------------------------------------------- */
@@ -161,16 +171,10 @@ static kempe_status refine(maker *m, bracket *b)
     double at, doubt = 0;
     while (!is_found(b) && !kmp_interrupted(m->context) && kmp_bracket_next(&search, exactly(b), &at)) {
         station middle;
-        kempe_status status = arrive(m, at, &middle);
+        bool from_low = fabs(at - b->low.value) <= fabs(at - b->high.value);
+        kempe_status status = reach(m, from_low ? &b->low : &b->high, at, MOST_HALVINGS, &middle, &doubt);
         if (status != KEMPE_OK)
             return status;
-        bool from_low = fabs(at - b->low.value) <= fabs(at - b->high.value);
-        if (middle.modes.count == m->l->count)
-            status = advance(m, from_low ? &b->low : &b->high, &middle, MOST_HALVINGS, &doubt);
-        if (status != KEMPE_OK || middle.modes.count != m->l->count) {
-            leave(&middle);
-            return status;
-        }
         replace(b, &search, &middle);
     }
     return KEMPE_OK;
@@ -206,25 +210,21 @@ static kempe_status step_back(maker *m, bracket *b, station *end, double *at_end
 {
     double doubt = 0;
     station farther;
-    kempe_status status = arrive(m, beyond, &farther);
-    if (status == KEMPE_E_MEMORY)
-        return status;
+    kempe_status status = reach(m, end, beyond, 0, &farther, &doubt);
     if (status != KEMPE_OK) {
-        kmp_context_clear(m->context);
+        if (status != KEMPE_E_MEMORY)
+            kmp_context_clear(m->context);
+        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+    }
+    if (-growth(&farther, b->branch) <= kmp_modes_noise(&farther.modes)) {
+        leave(&farther);
         return KEMPE_OK;
     }
-    if (farther.modes.count == end->modes.count)
-        status = advance(m, end, &farther, 0, &doubt);
-    if (status == KEMPE_OK && farther.modes.count == end->modes.count &&
-        -growth(&farther, b->branch) > kmp_modes_noise(&farther.modes)) {
-        leave(end);
-        *end = farther;
-        *at_end = growth(end, b->branch);
-        b->crosses = true;
-    } else {
-        leave(&farther);
-    }
-    return status;
+    leave(end);
+    *end = farther;
+    *at_end = growth(end, b->branch);
+    b->crosses = true;
+    return KEMPE_OK;
 }
 
 /* Values on either side of an interval, NaN where there is none. */
@@ -331,21 +331,12 @@ static kempe_status go(maker *m, station *here)
         double doubt = 0;
         if (kmp_interrupted(m->context))
             return KEMPE_STOPPED;
-        kempe_status status = arrive(m, l->value[k], &next);
+        kempe_status status = reach(m, here, l->value[k], 0, &next, &doubt);
         if (status != KEMPE_OK)
             return status;
-        if (next.modes.count != l->count) {
-            int freedoms = next.modes.p;
-            leave(&next);
-            return kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
-                            l->count / 2, here->value, freedoms, l->value[k]);
-        }
-        status = advance(m, here, &next, 0, &doubt);
-        if (status == KEMPE_OK) {
-            note(l, &next, doubt);
-            const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
-            status = look_between(m, here, &next, &values);
-        }
+        note(l, &next, doubt);
+        const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
+        status = look_between(m, here, &next, &values);
         leave(here);
         *here = next;
         if (status != KEMPE_OK)

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/operating.h"
-#include "analysis/way.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
@@ -38,18 +37,20 @@ static void begin(kmp_operating *o, const kempe_assembly *a)
             kmp_chart_center(s, c, o->chart, o->inner_q, o->inner_qd, NULL);
 }
 
-kempe_status kmp_operating_check(const kmp_linear *l, const kmp_search *search)
+kempe_status kmp_operating_check(kmp_linear *l, const kmp_search *search)
 {
-    double *work = KMP_NEW(double, l->p), most;
-    kempe_status status = work ? KEMPE_OK : kmp_fail_memory(l->system->context);
-    if (work)
-        (void)kmp_way_measure(l, work, &most);
-    for (int i = 0; i < search->rate_count; i++)
-        for (int k = 0; status == KEMPE_OK && k < l->p; k++)
-            if (l->part.u[k] == search->rates[i].coordinate && search->rates[i].rate != 0 &&
-                !kmp_way_is_idle(l, k, work))
-                status = kmp_steady_complain(l->system->model, &search->rates[i]);
-    kmp_free(work);
+    kempe_status status = KEMPE_OK;
+    int *idle = KMP_NEW(int, l->p), count = idle ? kmp_equilibrium_idle(l, idle) : -1;
+    if (count < 0)
+        status = kmp_fail_memory(l->system->context);
+    for (int i = 0; status == KEMPE_OK && i < search->rate_count; i++) {
+        bool goes_on = search->rates[i].rate == 0;
+        for (int k = 0; k < count; k++)
+            goes_on = goes_on || idle[k] == search->rates[i].coordinate;
+        if (!goes_on)
+            status = kmp_steady_complain(l->system->model, &search->rates[i]);
+    }
+    kmp_free(idle);
     return status;
 }
 

@@ -35,6 +35,6 @@ kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *line
 
 /** Whether what goes on steadily leaves the forces as they are, at a state that was found. KEMPE_E_FAILED: it does not.
  */
-kempe_status kmp_operating_check(const kmp_linear *linear, const kmp_search *search);
+kempe_status kmp_operating_check(kmp_linear *linear, const kmp_search *search);
 
 #endif

@@ -9,7 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-#define SLACK 1e-4 /* in parts of the largest work: what rounds among others is not asked for */
+#define ELSEWHERE 0.3  /* rad, or characteristic lengths */
+#define UNCHANGED 1e-9 /* of R there, in parts of what acts */
+#define SLACK     1e-4 /* in parts of the largest work: what rounds among others is not asked for */
 
 bool kmp_way_init(kmp_way *w)
 {
@@ -92,6 +94,43 @@ bool kmp_way_is_idle(const kmp_linear *l, int k, const double *work)
         if (fabs(l->stiffness[i + k * l->p]) * kmp_way_scale(l, i) * kmp_way_scale(l, k) > KMP_WAY_FLAT * work[i])
             return false;
     return true;
+}
+
+/* Whether R is the same with u_k elsewhere: q and ud are the state's. */
+static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const double *work, double *moved)
+{
+    int c = l->part.u[k];
+    memcpy(moved, q, (size_t)l->n * sizeof *moved);
+    moved[c] += ELSEWHERE * l->system->scale[c];
+    bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
+    for (int i = 0; same && i < l->p; i++)
+        same = fabs(l->residual[i]) * kmp_way_scale(l, i) <= UNCHANGED * work[i];
+    return same;
+}
+
+int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
+{
+    kmp_linear *l = linear;
+    int n = l->n, count = 0, candidates = 0;
+    double *q = KMP_NEW(double, 4 * n), most;
+    if (!q)
+        return -1;
+    double *ud = q + n, *work = ud + n, *moved = work + n;
+    (void)kmp_way_measure(l, work, &most);
+    memcpy(q, l->q, (size_t)n * sizeof *q);
+    for (int k = 0; k < l->p; k++) {
+        ud[k] = l->qd[l->part.u[k]];
+        if (kmp_way_is_idle(l, k, work))
+            idle[candidates++] = k;
+    }
+    for (int i = 0; i < candidates; i++)
+        if (stays(l, q, ud, idle[i], work, moved))
+            idle[count++] = l->part.u[idle[i]];
+    bool back = candidates == 0 || kmp_linear_at(l, l->t, q, ud, NULL) == KEMPE_OK;
+    if (candidates > 0)
+        kmp_linear_matrices(l);
+    kmp_free(q);
+    return back ? count : -1;
 }
 
 /* -- unknowns ---------------------------------------------------------------------------------------- */

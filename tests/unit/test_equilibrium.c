@@ -645,6 +645,8 @@ static void mistakes_are_told(void)
                              "forces: {k: {joint: S, force: \"-F*(q(S)/s)^3\"}}\n");
     ask = (kempe_equilibrium_ask){.rates = "S=1"}; /* here to first order nothing depends on it */
     expect(cubic.system, &ask, KEMPE_E_FAILED, "no steady motion: 'S' shall go on at 1 m/s");
+    kmp_operating *o = NULL; /* nor is it one to look from */
+    CHECK(kmp_operating_new(cubic.system, "equilibrium S=1", NULL, &o) == KEMPE_E_FAILED && !o);
     unload(&cubic);
     ask = (kempe_equilibrium_ask){.freed = "qd(shaft)", .fix = "slider=0.5"};
     expect(m.system, &ask, KEMPE_E_ARGUMENT, "give it (--rates shaft=..)");
