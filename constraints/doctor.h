@@ -127,8 +127,7 @@ typedef struct kmp_examination {
     kmp_arena *arena;
     kmp_walk *walk;
     kmp_doctor *doctor;
-    double *points; /* n x point_count: random configurations */
-    int point_count;
+    int point_count;   /* random configurations */
     double *jacobians; /* m x n each, scaled: here, then at the points */
 } kmp_examination;
 

@@ -23,17 +23,12 @@ static void compare_ranks(kmp_examination *x)
 {
     kmp_walk *w = x->walk;
     kmp_doctor *d = x->doctor;
-    size_t size = (size_t)w->m * (size_t)w->n;
     double most = 0;
     for (int k = 1; k <= x->point_count; k++) {
-        memcpy(w->copy, kmp_doctor_jacobian(x, k), size * sizeof *w->copy);
-        int rank = kmp_null_space(w->m, w->n, w->copy, kmp_rounding_zero(x->system, KMP_RANK), w->n, w->basis, w->order,
-                                  &w->last);
-        if (rank > d->generic_rank)
-            most = 0;
+        memcpy(w->copy, kmp_doctor_jacobian(x, k), (size_t)(w->m * w->n) * sizeof *w->copy);
+        int rank = kmp_walk_null_space(w, w->m, w->n, kmp_rounding_zero(x->system, KMP_RANK), w->n);
+        most = rank > d->generic_rank ? w->last : rank == d->generic_rank ? fmax(most, w->last) : most;
         d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
-        if (rank == d->generic_rank)
-            most = fmax(most, w->last);
     }
     d->moved = x->point_count > 0;
     if (d->generic_rank > x->part->r)
@@ -45,28 +40,22 @@ static void compare_ranks(kmp_examination *x)
 void kmp_doctor_points(kmp_examination *x)
 {
     const kempe_system *s = x->system;
-    kmp_walk *w = x->walk;
-    size_t n = (size_t)s->n, size = (size_t)s->m * (size_t)s->n;
-    unsigned state = 20;
-    double *way = KMP_ARENA_NEW(x->arena, double, s->n);
-    x->points = KMP_ARENA_NEW(x->arena, double, s->n *KMP_DOCTOR_POINTS);
+    size_t n = (size_t)s->n, size = (size_t)s->m * n;
+    kmp_waypoint place[KMP_DOCTOR_POINTS + 1];
+    double *q = KMP_ARENA_NEW(x->arena, double, s->n *(KMP_DOCTOR_POINTS + 2));
     x->jacobians = KMP_ARENA_NEW(x->arena, double, size *(KMP_DOCTOR_POINTS + 1));
     x->doctor->generic_rank = x->part->r;
     x->doctor->margin = 1;
-    if (!way || !x->points || !x->jacobians)
+    if (!q || !x->jacobians)
         return;
-    kmp_walk_evaluate(w, x->q);
-    memcpy(x->jacobians, w->jacobian, size * sizeof *w->jacobian);
-    const double *from = x->q;
-    while (s->m > 0 && x->point_count < KMP_DOCTOR_POINTS) {
-        double *to = x->points + n * (size_t)x->point_count;
-        if (!kmp_walk_wander(w, from, &state, way, to))
-            break;
-        from = to;
-        memcpy(x->jacobians + size * (size_t)++x->point_count, w->jacobian, size * sizeof *w->jacobian);
+    memcpy(q, x->q, n * sizeof *q);
+    int count = s->m > 0 ? kmp_rounding_waypoints(x->walk, NULL, KMP_DOCTOR_POINTS + 1, q, place) : 1;
+    for (int k = 0; k < count; k++) {
+        kmp_walk_evaluate(x->walk, q + (size_t)k * n);
+        memcpy(x->jacobians + (size_t)k * size, x->walk->jacobian, size * sizeof *x->jacobians);
     }
-    if (!x->arena->failed)
-        compare_ranks(x);
+    x->point_count = count - 1;
+    compare_ranks(x);
 }
 
 /* -- dependent sets ---------------------------------------------------------------------------------- */
@@ -85,7 +74,7 @@ static int rank_of_rows(const kmp_examination *x, int k, const int *rows, int co
             double entry = jacobian[(rows ? rows[r] : r) + c * w->m];
             w->copy[c + r * w->n] = fabs(entry) > tolerance * whole ? entry : 0;
         }
-    return kmp_null_space(w->n, count, w->copy, tolerance, count, w->basis, w->order, &w->last);
+    return kmp_walk_null_space(w, w->n, count, tolerance, count);
 }
 
 static bool dependent_everywhere(const kmp_examination *x, const int *rows, int count)

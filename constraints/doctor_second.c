@@ -142,11 +142,7 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
     if (x->arena->failed)
         return false;
     memcpy(f->tangent, w->basis, (size_t)(n * f->d) * sizeof *f->tangent);
-    for (int r = 0; r < m; r++)
-        for (int k = 0; k < n; k++)
-            w->copy[k + r * n] = w->jacobian[r + k * m];
-    f->l =
-        m - kmp_null_space(n, m, w->copy, kmp_rounding_zero(x->system, KMP_RANK), rank, w->basis, w->order, &w->last);
+    f->l = m - kmp_walk_left(w, kmp_rounding_zero(x->system, KMP_RANK), rank);
     f->left = KMP_ARENA_NEW(x->arena, double, m * f->l);
     f->form = KMP_ARENA_NEW(x->arena, double, f->l * f->pairs);
     if (!x->arena->failed)

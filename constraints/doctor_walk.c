@@ -30,7 +30,7 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     w->copy = KMP_NEW(double, size *size);
     w->basis = KMP_NEW(double, size *size);
     w->order = KMP_NEW(int, size);
-    w->row_order = KMP_NEW(int, m);
+    w->row_order = KMP_NEW(int, size);
     w->pivots = KMP_NEW(double, m + n);
     w->dropped = KMP_NEW(bool, m);
     if (w->plant && w->jacobian && w->h && w->copy && w->basis && w->order && w->row_order && w->pivots && w->dropped &&
@@ -102,88 +102,41 @@ bool kmp_walk_close(kmp_walk *w, double *q)
 
 /* -- null spaces ------------------------------------------------------------------------------------- */
 
-static void swap_columns(int rows, double *a, int i, int k)
+/* U x = 0 of the factors with complete pivoting. */
+int kmp_walk_null_space(kmp_walk *w, int rows, int cols, double tolerance, int most)
 {
-    for (int r = 0; r < rows; r++) {
-        double t = a[r + i * rows];
-        a[r + i * rows] = a[r + k * rows];
-        a[r + k * rows] = t;
-    }
-}
-
-static void swap_rows(int rows, int cols, double *a, int i, int k)
-{
-    for (int c = 0; c < cols; c++) {
-        double t = a[i + c * rows];
-        a[i + c * rows] = a[k + c * rows];
-        a[k + c * rows] = t;
-    }
-}
-
-/* The largest entry from (k, k) on brought there; its size. */
-static double pivot(int rows, int cols, double *a, int k, int *order)
-{
-    int row = k, col = k;
-    double most = 0;
-    for (int c = k; c < cols; c++)
-        for (int r = k; r < rows; r++)
-            if (fabs(a[r + c * rows]) > most * (1 + 1e-12)) { /* ties go to the first, also with rounding */
-                most = fabs(a[r + c * rows]);
-                row = r;
-                col = c;
-            }
-    swap_rows(rows, cols, a, k, row);
-    swap_columns(rows, a, k, col);
-    int t = order[k];
-    order[k] = order[col];
-    order[col] = t;
-    return most;
-}
-
-/* Row k over its pivot, and column k zero elsewhere. */
-static void eliminate(int rows, int cols, double *a, int k)
-{
-    double over = 1 / a[k + k * rows];
-    for (int c = k; c < cols; c++)
-        a[k + c * rows] *= over;
-    for (int c = k + 1; c < cols; c++)
-        for (int r = 0; r < rows; r++)
-            if (r != k)
-                a[r + c * rows] -= a[r + k * rows] * a[k + c * rows];
-    for (int r = 0; r < rows; r++)
-        a[r + k * rows] = r == k;
-}
-
-int kmp_null_space(int rows, int cols, double *a, double tolerance, int most, double *basis, int *order, double *last)
-{
-    double first = 0;
-    int rank = 0;
-    for (int c = 0; c < cols; c++)
-        order[c] = c;
-    for (*last = 0; rank < rows && rank < cols && rank < most; rank++) {
-        double size = pivot(rows, cols, a, rank, order);
-        first = rank ? first : size;
-        if (!(size > tolerance * first))
-            break;
-        *last = size;
-        eliminate(rows, cols, a, rank);
-    }
-    memset(basis, 0, (size_t)(cols * (cols - rank)) * sizeof *basis);
+    int all = rows < cols ? rows : cols, rank = 0;
+    kmp_lu_complete(rows, cols, w->copy, NULL, w->row_order, w->order, w->pivots);
+    while (rank < all && rank < most && w->pivots[rank] > tolerance * w->pivots[0])
+        rank++;
+    w->last = rank > 0 ? w->pivots[rank - 1] : 0;
+    memset(w->basis, 0, (size_t)(cols * (cols - rank)) * sizeof *w->basis);
     for (int k = rank; k < cols; k++) {
-        double *x = basis + (k - rank) * cols;
-        for (int r = 0; r < rank; r++)
-            x[order[r]] = -a[r + k * rows];
-        x[order[k]] = 1;
+        double *x = w->basis + (k - rank) * cols;
+        x[w->order[k]] = 1;
+        for (int i = rank - 1; i >= 0; i--) {
+            double sum = w->copy[i + k * rows];
+            for (int j = i + 1; j < rank; j++)
+                sum += w->copy[i + j * rows] * x[w->order[j]];
+            x[w->order[i]] = -sum / w->copy[i + i * rows];
+        }
     }
     return rank;
+}
+
+int kmp_walk_left(kmp_walk *w, double tolerance, int most)
+{
+    for (int r = 0; r < w->m; r++)
+        for (int k = 0; k < w->n; k++)
+            w->copy[k + r * w->n] = w->jacobian[r + k * w->m];
+    return kmp_walk_null_space(w, w->n, w->m, tolerance, most);
 }
 
 int kmp_walk_tangents(kmp_walk *w, int most)
 {
     memcpy(w->copy, w->jacobian, (size_t)(w->m * w->n) * sizeof *w->copy);
     most = w->rank >= 0 && w->rank < most ? w->rank : most;
-    int rank =
-        kmp_null_space(w->m, w->n, w->copy, kmp_rounding_zero(w->system, KMP_RANK), most, w->basis, w->order, &w->last);
+    int rank = kmp_walk_null_space(w, w->m, w->n, kmp_rounding_zero(w->system, KMP_RANK), most);
     for (int k = 0; k < w->n - rank; k++) {
         double sum = 0, *x = w->basis + k * w->n;
         for (int i = 0; i < w->n; i++)

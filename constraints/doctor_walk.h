@@ -23,7 +23,7 @@ typedef struct kmp_walk {
     double *basis;    /* max(m, n)^2 */
     kmp_least_change least;
     int *order;     /* max(m, n) */
-    int *row_order; /* m */
+    int *row_order; /* max(m, n) */
     double *pivots; /* m + n */
 } kmp_walk;
 
@@ -41,11 +41,13 @@ bool kmp_walk_close(kmp_walk *walk, double *q);
  * rank r, at most `most`, so that d = n - r. */
 int kmp_walk_tangents(kmp_walk *walk, int most);
 
-/** A basis of the null space of a (rows x cols, column-major, destroyed) in echelon form: column k of `basis`
- *  (cols x (cols - rank)) has a one where the others have zeros. Complete pivoting; a pivot below `tolerance` of the
- *  first is a zero, and at most `most` are taken. Returns the rank; *last is the last pivot taken; order (cols) is work
- * space. */
-int kmp_null_space(int rows, int cols, double *a, double tolerance, int most, double *basis, int *order, double *last);
+/** A basis of the null space of walk->copy (rows x cols, column-major, destroyed) in walk->basis, in echelon form:
+ * column k (cols x (cols - rank)) has a one where the others have zeros. Complete pivoting; a pivot below `tolerance`
+ * of the first is a zero, and at most `most` are taken. Returns the rank; walk->last is the last pivot taken. */
+int kmp_walk_null_space(kmp_walk *walk, int rows, int cols, double tolerance, int most);
+
+/** That of the last J', from the left. */
+int kmp_walk_left(kmp_walk *walk, double tolerance, int most);
 
 /** Pivots of the last J, min(m, n) of them, with the rows that they stand in walk->row_order. */
 void kmp_walk_pivots(kmp_walk *walk, double *pivots);

@@ -44,10 +44,12 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->w_stood = KMP_NEW(double, n);
     margin->t = KMP_NEW(double, (m - r) * r);
     margin->t_stood = KMP_NEW(double, (m - r) * r);
+    margin->t_kept = KMP_NEW(int, (m - r) * r);
+    margin->t_start = KMP_NEW(int, m - r + 1);
     if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->signs ||
         !margin->signs_stood || !margin->jacobian_stood || !margin->jacobian || !margin->z || !margin->z_stood ||
         !margin->begin || !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->t ||
-        !margin->t_stood)
+        !margin->t_stood || !margin->t_kept || !margin->t_start)
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
@@ -60,10 +62,11 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 
 void kmp_margin_free(kmp_margin *margin)
 {
-    void *arrays[] = {
-        margin->weight,   margin->place, margin->column,  margin->entry,          margin->value, margin->begin,
-        margin->u,        margin->room,  margin->w,       margin->w_stood,        margin->t,     margin->t_stood,
-        margin->jacobian, margin->z,     margin->z_stood, margin->jacobian_stood, margin->signs, margin->signs_stood};
+    void *arrays[] = {margin->weight,   margin->place,       margin->column,  margin->entry,
+                      margin->value,    margin->begin,       margin->u,       margin->room,
+                      margin->w,        margin->w_stood,     margin->t,       margin->t_stood,
+                      margin->jacobian, margin->z,           margin->z_stood, margin->jacobian_stood,
+                      margin->signs,    margin->signs_stood, margin->t_kept,  margin->t_start};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_block_free(margin->block);
@@ -119,9 +122,11 @@ static void add_dropped(const kmp_margin *margin, const double *x, double *out)
     memcpy(out, x, (size_t)r * sizeof *out);
     for (int d = 0; d < margin->part.m - r; d++) {
         const double *t = margin->t + d * r;
-        double part = kmp_dot(r, t, x);
-        for (int k = 0; k < r; k++)
-            out[k] += part * t[k];
+        double part = 0;
+        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
+            part += t[margin->t_kept[e]] * x[margin->t_kept[e]];
+        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
+            out[margin->t_kept[e]] += part * t[margin->t_kept[e]];
     }
 }
 
@@ -210,11 +215,15 @@ static void find_t(kmp_margin *margin)
             margin->t[col + (-1 - row) * r] = margin->jacobian[e];
     }
     kmp_block_solve_transposed(margin->block, dropped, margin->t);
-    for (int k = 0; k < r * dropped; k++)
+    for (int k = 0, e = 0; k < r * dropped; k++) {
         if (!(fabs(margin->t[k]) <= margin->rows)) {
             margin->rows = fabs(margin->t[k]);
             margin->rows_at = k;
         }
+        if (margin->t[k] != 0) /* a dropped row needs those of its own loops alone */
+            margin->t_kept[e++] = k % r;
+        margin->t_start[k / r + 1] = e;
+    }
 }
 
 static void take(kmp_margin *margin, const kmp_plant *plant)
@@ -394,22 +403,24 @@ static bool passes(const kmp_margin *margin)
     line l = line_of(margin);
     if (l.cosine < KMP_MARGIN_TURNED && l.closest < KMP_MARGIN_PASSED * margin->usual)
         return true;
-    return margin->last < KMP_MARGIN_DEEP * margin->usual && l.before > KMP_MARGIN_DEEP * margin->usual &&
-           l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
+    double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
+    return margin->last < deep && l.before > deep && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
-/* A quick look where no row is dropped: no pivot of the block has fallen far, none has changed its sign since the last
- * step's end. Nothing is near then. */
+/* A quick look: no pivot of the block has fallen far, none has changed its sign since the last step's end, and dropped
+ * rows need little of the kept ones. Nothing is near then. */
 static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
 {
-    if (margin->part.m > margin->r || !margin->stands || margin->refused || !(margin->pivot > 0))
+    if (!margin->stands || margin->refused || !(margin->pivot > 0))
         return false;
     take(margin, plant);
     double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
+    if (least > 0)
+        find_t(margin);
     margin->pivot = fmax(margin->pivot, least);
     kmp_block_take_signs(margin->block, margin->signs);
     margin->quick =
-        least > KMP_MARGIN_CALLS * margin->pivot &&
+        least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT &&
         memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) == 0;
     return margin->quick;
 }
@@ -431,6 +442,7 @@ static void catch_up(kmp_margin *margin)
     exchange(&margin->jacobian, &margin->jacobian_stood);
     exchange(&margin->w, &margin->w_stood);
     exchange(&margin->z, &margin->z_stood);
+    exchange(&margin->t, &margin->t_stood);
     margin->seen = true;
 }
 
@@ -472,7 +484,8 @@ bool kmp_margin_leads_on(const kmp_margin *margin, double *when)
     if (!margin->stands || margin->quick || margin->ignored || margin->r == 0)
         return false;
     line l = line_of(margin);
-    bool soon = margin->refused || margin->last < KMP_ZONE_IN * margin->usual;
+    double soonest = margin->tried > 0 ? KMP_MARGIN_AGAIN * margin->tried : KMP_ZONE_IN * margin->usual;
+    bool soon = (margin->refused && margin->tried == 0) || margin->last < soonest;
     *when = l.when;
     return l.when > 0 && soon && aims(margin, &l, margin->last, KMP_MARGIN_AIM);
 }
@@ -492,6 +505,7 @@ void kmp_margin_stand(kmp_margin *margin)
     exchange(&margin->z, &margin->z_stood);
     exchange(&margin->t, &margin->t_stood);
     margin->seen = !margin->quick;
+    margin->tried = margin->quick || margin->last > KMP_ZONE_OUT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
     margin->stands = true;
 }
@@ -512,13 +526,36 @@ static void sort(int *x, int count)
             swap(&x[k], &x[k - 1]);
 }
 
-/* Each exchange multiplies |det Jv| by more than KMP_ROWS_OUT, so that they end. */
+/* Dropped rows that need more than KMP_ROWS_OUT of a kept one change places with it, as many at once as have no kept
+ * row in common: each multiplies |det Jv| by what it needs, so that this ends. */
+static void exchange_apart(kmp_margin *margin)
+{
+    kmp_partition *part = &margin->part;
+    int *taken = margin->signs; /* kept rows */
+    memset(taken, 0, (size_t)part->r * sizeof *taken);
+    for (int d = 0; d < part->m - part->r; d++) {
+        const double *t = margin->t + d * part->r;
+        int most = -1;
+        bool apart = true;
+        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++) {
+            int k = margin->t_kept[e];
+            apart = apart && !taken[k];
+            most = fabs(t[k]) > (most < 0 ? KMP_ROWS_OUT : fabs(t[most])) ? k : most;
+        }
+        if (!apart || most < 0)
+            continue;
+        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
+            taken[margin->t_kept[e]] = 1;
+        swap(&part->rows[most], &part->redundant[d]);
+    }
+}
+
 bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
 {
     kmp_partition *part = &margin->part;
     (void)kmp_margin_at(margin, plant);
     for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
-        swap(&part->rows[margin->rows_at % part->r], &part->redundant[margin->rows_at / part->r]);
+        exchange_apart(margin);
         sort(part->rows, part->r);
         sort(part->redundant, part->m - part->r);
         if (!renew_block(margin))

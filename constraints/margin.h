@@ -31,6 +31,7 @@ typedef struct kmp_margin {
     double pivot; /* the largest of the block's least ones seen */
     int *signs, *signs_stood; /* of its blocks */
     double step_t;            /* of the last step asked about */
+    double tried;             /* the margin from which no way through was found, until it is left; 0: none was sought */
     double clear_t;           /* up to which somebody has looked and found no change point */
     double *weight;           /* of each entry of J */
     int *place;               /* m: of a row among the independent ones; -1 - place of a dropped one */
@@ -44,6 +45,7 @@ typedef struct kmp_margin {
     double *z, *z_stood;               /* m */
     double *w, *w_stood;               /* n */
     double *t, *t_stood;               /* r x (m - r): T' */
+    int *t_start, *t_kept;             /* what of T' is not zero: a dropped row's kept rows, from t_start on */
 } kmp_margin;
 
 /** Of the partition's rows. false: no memory. */

@@ -71,6 +71,7 @@ typedef struct mending {
     double *rest;   /* conditions */
     double *shift;  /* count */
     bool explained; /* by the rounding of the numbers */
+    bool done;      /* the moved numbers close */
 } mending;
 
 /* -- numbers that may move --------------------------------------------------------------------------- */
@@ -233,16 +234,6 @@ static kmp_walk *walk_of(const mending *x, const kempe_system *s)
     return w;
 }
 
-/* The left null space at the walk's last state. */
-static void keep_left(mending *x, kmp_walk *w, double *left)
-{
-    for (int r = 0; r < w->m; r++)
-        for (int k = 0; k < w->n; k++)
-            w->copy[k + r * w->n] = w->jacobian[r + k * w->m];
-    (void)kmp_null_space(w->n, w->m, w->copy, 0, x->rank, w->basis, w->order, &w->last);
-    memcpy(left, w->basis, (size_t)(w->m * x->left) * sizeof *left);
-}
-
 static bool find_places(mending *x)
 {
     kmp_waypoint place[MOST_PLACES];
@@ -337,8 +328,10 @@ static bool find_slopes(mending *x)
 static void take_conditions(mending *x, kmp_walk *w, int place)
 {
     size_t m = (size_t)w->m, first = (size_t)place * m;
-    if (place < x->places)
-        keep_left(x, w, x->w + first * (size_t)x->left);
+    if (place < x->places) {
+        (void)kmp_walk_left(w, 0, x->rank);
+        memcpy(x->w + first * (size_t)x->left, w->basis, m * (size_t)x->left * sizeof *x->w);
+    }
     contract(x, place, w->h, x->rest);
     for (int i = 0; i < x->count; i++)
         contract(x, place, x->slope + (size_t)i * rows_of(x) + first, x->matrix + (size_t)i * (size_t)x->conditions);
@@ -440,8 +433,17 @@ static bool step(mending *x, double widest)
     return near;
 }
 
-/* *mended stays NULL where the steps do not lead to closures that say the same to rounding. */
-static kempe_status go(mending *x, const char *word, kempe_system **mended)
+/* Whether a mechanism closes without any row that stays open. */
+static bool is_whole(const kempe_system *s)
+{
+    kempe_assembly *a = NULL;
+    bool whole = kmp_assemble_start(s, &a) == KEMPE_OK && a->closed && !kmp_rounding_of(s);
+    kempe_assembly_free(a);
+    return whole;
+}
+
+/* Steps until the closures say the same to rounding; x->done: so they do. */
+static kempe_status go(mending *x)
 {
     const kempe_system *now = x->s;
     kempe_system *next = NULL;
@@ -457,15 +459,13 @@ static kempe_status go(mending *x, const char *word, kempe_system **mended)
             break;
         kempe_system_free(next);
         next = NULL;
-        status = kmp_system_new_by(x->model, word, &next);
+        status = kmp_system_of_closures(x->model, &next);
         if (status != KEMPE_OK)
             break;
         now = next;
     }
-    if (met)
-        *mended = next;
-    else
-        kempe_system_free(next);
+    x->done = met && is_whole(next);
+    kempe_system_free(next);
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
 }
 
@@ -490,7 +490,6 @@ static bool begin(mending *x)
 {
     const kempe_system *s = x->s;
     size_t n = (size_t)s->n, m = (size_t)s->m;
-    x->model = kmp_variant_model(x->variant);
     x->excluded = KMP_NEW(bool, m);
     x->number = KMP_NEW(number, MOST_NUMBERS);
     x->drawn = KMP_NEW(drawn, MOST_NUMBERS);
@@ -524,6 +523,68 @@ static void end(mending *x)
         kmp_free(rooms[k]);
 }
 
+/* Larger ones are not looked at: their closures stay open where they are redundant but for rounding. */
+enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
+
+typedef enum outcome { AS_DRAWN, UNEXPLAINED, MENDED } outcome;
+
+/* Moves the numbers of the variant, whose model is that of a rounded system or equal to it. *by: how far, scaled. */
+static kempe_status mend(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, outcome *out, double *by)
+{
+    mending x = {.s = s, .a = a, .variant = variant, .model = kmp_variant_model(variant)};
+    kempe_status status = begin(&x) ? KEMPE_OK : kmp_fail_memory(s->context);
+    *by = 0;
+    if (status == KEMPE_OK && x.count > 0 && find_slopes(&x))
+        status = go(&x);
+    for (int i = 0; i < x.count; i++) {
+        *by = fmax(*by, fabs(x.number[i].total));
+        if (!x.done)
+            put_back(&x.number[i], &x.drawn[i]);
+    }
+    *out = x.done ? MENDED : x.explained || s->model->closure_tolerance_given ? AS_DRAWN : UNEXPLAINED;
+    end(&x);
+    return status;
+}
+
+/* The same where the system is rounded, of the size that is looked at; *variant is made where it is NULL, and freed
+ * where nothing is mended. */
+static kempe_status look_for_rounding(kempe_system *s, kempe_assembly **a, kmp_variant **variant, outcome *out,
+                                      double *by)
+{
+    bool given = *variant, looked = s->m > 0 && s->closure_tolerance > 0;
+    *out = AS_DRAWN;
+    kempe_status status = looked ? kmp_assemble_start(s, a) : KEMPE_OK;
+    looked = looked && status == KEMPE_OK && (*a)->closed && kmp_rounding_of(s);
+    if (looked && s->n <= MOST_COORDINATES && s->m <= MOST_ROWS) {
+        status = given ? KEMPE_OK : kmp_variant_new(s->model, 0, NULL, variant);
+        if (status == KEMPE_OK)
+            status = mend(s, *a, *variant, out, by);
+    }
+    kmp_context_clear(s->context);
+    if (!given && *out != MENDED) {
+        kmp_variant_free(*variant);
+        *variant = NULL;
+    }
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
+}
+
+kempe_status kmp_meant(const kempe_model *model, kmp_variant **meant)
+{
+    kempe_system *s = NULL;
+    kempe_assembly *a = NULL;
+    outcome out;
+    double by;
+    *meant = NULL;
+    kempe_status status = kmp_system_of_closures(model, &s);
+    if (status == KEMPE_OK)
+        status = look_for_rounding(s, &a, meant, &out, &by);
+    kempe_assembly_free(a);
+    kempe_system_free(s);
+    return status;
+}
+
+/* -- systems ----------------------------------------------------------------------------------------- */
+
 /* What stays open as drawn, at the start or else elsewhere, for a system made of the same drawing. */
 static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, kempe_system *s)
 {
@@ -535,62 +596,6 @@ static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, k
         *most = a->dropped[r] && open > KMP_CLOSED_ENOUGH ? fmax(*most, open) : *most;
     }
 }
-
-/* The mended system in place of *system, when it closes without any row that stays open. */
-static kempe_status replace(mending *x, kempe_system **system, kempe_system *mended, bool *done)
-{
-    kempe_assembly *a = NULL;
-    kempe_status status = kmp_assemble_start(mended, &a);
-    *done = status == KEMPE_OK && a->closed && !kmp_rounding_of(mended);
-    kempe_assembly_free(a);
-    if (!*done) {
-        kempe_system_free(mended);
-        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
-    }
-    note_misfits(x->s, x->a, mended);
-    for (int i = 0; i < x->count; i++)
-        mended->mended_by = fmax(mended->mended_by, fabs(x->number[i].total));
-    mended->mended = true;
-    mended->build_s += x->s->build_s;
-    kempe_system_free(*system);
-    *system = mended;
-    return KEMPE_OK;
-}
-
-/* Larger ones are not looked at: their closures stay open where they are redundant but for rounding. */
-enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
-
-/* The mechanism that a rounded drawing means in place of *system, whose rows stay open as the assembly says. Where
- * rounding of the numbers does not explain that, closures hold as they are written, unless a tolerance was given. */
-static kempe_status mend(kempe_system **system, const kempe_assembly *a, kmp_variant *given, const char *word)
-{
-    kempe_system *s = *system, *mended = NULL;
-    mending x = {.s = s, .a = a, .variant = given};
-    bool done = false;
-    if (s->n > MOST_COORDINATES || s->m > MOST_ROWS)
-        return KEMPE_OK;
-    kempe_status status = given ? KEMPE_OK : kmp_variant_new(s->model, 0, NULL, &x.variant);
-    if (status == KEMPE_OK)
-        status = begin(&x) ? KEMPE_OK : kmp_fail_memory(s->context);
-    if (status == KEMPE_OK && x.count > 0 && find_slopes(&x))
-        status = go(&x, word, &mended);
-    if (mended)
-        status = replace(&x, system, mended, &done);
-    if (status == KEMPE_OK && !x.explained && !s->model->closure_tolerance_given) {
-        s->strict = true;
-        atomic_store(&s->rounding->state, 0);
-    }
-    for (int i = 0; !done && i < x.count; i++)
-        put_back(&x.number[i], &x.drawn[i]);
-    if (!given && done)
-        (*system)->own = x.variant;
-    else if (!given)
-        kmp_variant_free(x.variant);
-    end(&x);
-    return status;
-}
-
-/* -- systems ----------------------------------------------------------------------------------------- */
 
 /* What stays open as drawn; those that a mended system closes are told with it. */
 static void tell(const kempe_system *s)
@@ -617,34 +622,56 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
                         s->mended_by, s->length);
 }
 
-/* `given`: the variant whose model it is, if its parameters vary. */
-static kempe_status look_for_rounding(kempe_system **system, kmp_variant *given, const char *word)
+/* The system of the mended model in place of *system; of one that rounding does not explain the closures hold as they
+ * are written. */
+static kempe_status take_up(kempe_system **system, const kempe_assembly *a, kmp_variant *variant, outcome out,
+                            const char *word)
 {
-    kempe_assembly *a = NULL;
-    kempe_context *context = (*system)->context;
-    kempe_status status = kmp_assemble_start(*system, &a);
-    if (status == KEMPE_OK && a->closed && kmp_rounding_of(*system))
-        status = mend(system, a, given, word);
-    if (status == KEMPE_OK && kmp_rounding_of(*system))
-        note_misfits(*system, a, *system);
-    kempe_assembly_free(a);
-    kmp_context_clear(context);
-    return status == KEMPE_E_MEMORY ? kmp_fail_memory(context) : KEMPE_OK;
+    kempe_system *s = *system, *mended = NULL;
+    kempe_status status = KEMPE_OK;
+    if (out == MENDED) {
+        status = kmp_system_new_by(kmp_variant_model(variant), word, &mended);
+        if (status != KEMPE_OK)
+            return status;
+        mended->mended = true;
+        mended->build_s += s->build_s;
+        note_misfits(s, a, mended);
+        kempe_system_free(s);
+        *system = mended;
+    } else if (out == UNEXPLAINED) {
+        s->strict = true;
+        atomic_store(&s->rounding->state, 0);
+    } else if (kmp_rounding_of(s)) {
+        note_misfits(s, a, s);
+    }
+    return status;
 }
 
+/* `given`: the variant whose model it is, if its parameters vary. */
 static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
     kempe_system *s = NULL;
+    kempe_assembly *a = NULL;
+    kmp_variant *variant = given;
+    outcome out;
+    double by;
     kempe_status status = kmp_system_new_by(model, word, &s);
-    if (status == KEMPE_OK && s->m > 0 && s->closure_tolerance > 0)
-        status = look_for_rounding(&s, given, word);
     if (status == KEMPE_OK)
-        tell(s);
+        status = look_for_rounding(s, &a, &variant, &out, &by);
     if (status == KEMPE_OK)
-        *system = s;
-    else
+        status = take_up(&s, a, variant, out, word);
+    kempe_assembly_free(a);
+    if (status != KEMPE_OK) {
         kempe_system_free(s);
-    return status;
+        if (!given)
+            kmp_variant_free(variant);
+        return status;
+    }
+    s->own = given ? NULL : variant;
+    s->mended_by = s->mended ? by : 0;
+    tell(s);
+    *system = s;
+    return KEMPE_OK;
 }
 
 kempe_status kempe_system_new_by(const kempe_model *model, const char *word, kempe_system **system)

@@ -11,6 +11,9 @@
  * parameters vary they are shifted by as much. */
 kempe_status kmp_system_of_variant(kmp_variant *variant, kempe_system **system);
 
+/** The mechanism that a drawing means; NULL: the model says what it means. The caller frees it. */
+kempe_status kmp_meant(const kempe_model *model, kmp_variant **meant);
+
 /** What a closure stays open by as drawn, as a sentence; nothing where it closes. */
 void kmp_put_misfit(kmp_text *text, const kempe_system *system, int closure);
 

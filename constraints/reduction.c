@@ -269,17 +269,29 @@ static int solve_reduced(kmp_reduction *red, double *udd)
     return fault;
 }
 
-/* lambda from Jv' lambda = (force)_v, `force` being M qdd + C. */
-static void take_multipliers(kmp_reduction *red, double *lambda)
+void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out)
 {
-    memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
-    if (red->r == 0) /* no row is kept: the blocks are none */
+    bool some = false;
+    for (int i = 0; i < red->r; i++) {
+        red->dv[i] = factor * rows[red->part->rows[i]];
+        some = some || red->dv[i] != 0;
+    }
+    if (!some)
         return;
+    kmp_block_solve(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
-        red->dv[i] = red->force[red->part->v[i]];
-    kmp_block_solve_transposed(red->block, 1, red->dv);
+        out[red->part->v[i]] += red->dv[i];
+}
+
+void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
+{
+    memset(rows, 0, (size_t)red->part->m * sizeof *rows);
     for (int i = 0; i < red->r; i++)
-        lambda[red->part->rows[i]] = red->dv[i];
+        red->dv[i] = force[red->part->v[i]];
+    if (red->r > 0) /* otherwise the blocks are none */
+        kmp_block_solve_transposed(red->block, 1, red->dv);
+    for (int i = 0; i < red->r; i++)
+        rows[red->part->rows[i]] = red->dv[i];
 }
 
 static int fail(int p, double *out)
@@ -303,7 +315,7 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
     memset(qdd, 0, (size_t)n * sizeof *qdd);
     spread(red, red->answer, qdd, qdd);
     kmp_plant_add_mass_times(red->plant, qdd, red->force);
-    take_multipliers(red, lambda);
+    kmp_reduction_pull(red, red->force, lambda);
 }
 
 /* The same where the accelerations are given: those in mx. */
@@ -313,7 +325,7 @@ static void answer_given(void *self, const double *bias, bool change, double *la
     memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
     if (!change)
         kmp_plant_add_mass_times(red->plant, red->mx, red->force);
-    take_multipliers(red, lambda);
+    kmp_reduction_pull(red, red->force, lambda);
 }
 
 /* C at the multipliers that follow from it, and accelerations with it. */
@@ -399,12 +411,9 @@ void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias)
 
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
 {
-    memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
-    if (red->r == 0)
-        return;
     memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
     kmp_plant_add_mass_times(red->plant, qdd, red->force);
-    take_multipliers(red, lambda);
+    kmp_reduction_pull(red, red->force, lambda);
 }
 
 /* -- closure ----------------------------------------------------------------------------------------- */

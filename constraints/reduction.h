@@ -69,6 +69,10 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
 
+/** out_v += factor Jv^-1 rows, for all m rows given; and transposed: rows (m; zero where dropped) = Jv'^-1 force_v. */
+void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out);
+void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows);
+
 /** Small changes of C beside a state where it is at its multipliers (kmp_press_factor, kmp_press_change); `moving`:
  *  accelerations change with it, as after kmp_reduction_accelerate, otherwise they stay, as after
  *  kmp_reduction_residual. `bias` may be red->force. */

@@ -110,17 +110,19 @@
 /** The margin below which a run enters the zone about a change point that lies straight ahead, and at which it leaves
  * it again; a next step of an ensemble's lane may be longer than the last one by KMP_GROWING. */
 #define KMP_ZONE_IN  0.15
-#define KMP_ZONE_OUT 0.2
+#define KMP_ZONE_OUT 0.03
 #define KMP_GROWING  1.5
 /** What is left of the margin where the line ahead comes nearest to zero, below which it leads to a change point; and
  * the same as a part of what the margin is now, so that small margins alone are no alarm. Mechanisms that only pass by
  * at one or some hundredths are resolved by steps as they are. */
 #define KMP_MARGIN_AIM   1e-2
 #define KMP_MARGIN_STEEP 0.3
-/** Where J is then evaluated on the way, a margin that makes it a change point. */
-#define KMP_MARGIN_THERE 2e-3
+/** Where J is then evaluated on the way, the part of the margin now that makes it a change point. */
+#define KMP_MARGIN_THERE 2e-2
 /** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
 #define KMP_MARGIN_DEEP 0.1
+/** Where no way through was found, because the motion turns, the next is sought at this part of the margin. */
+#define KMP_MARGIN_AGAIN 0.1
 /** Least pivots above this part of their usual size call for nothing more. */
 #define KMP_MARGIN_CALLS 0.4
 /** A step has passed a singular place when w has turned so far (cosine), past zero by less than this. */

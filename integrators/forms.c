@@ -54,6 +54,7 @@ typedef struct dae {
     form form;
     const kempe_system *s;
     kmp_plant *plant;
+    kmp_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
     kmp_tangents tangents;
@@ -287,10 +288,11 @@ static int accept(void *self, double t, const double *y, const double *yp)
 {
     dae *d = self;
     (void)yp;
-    if (d->r == d->m)
+    if (kmp_margin_unwatched(d->margin))
         return KMP_GO;
     kmp_plant_closure(d->plant, t, y);
-    return kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->road.reason);
+    int said = kmp_redundant_check(d->plant, d->part, t, d->tolerance, &d->road.reason);
+    return said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t) ? KMP_RETRY : said;
 }
 
 static void position(kmp_road *road, double t, const double *y, double *q)
@@ -465,6 +467,7 @@ static kmp_road *create(const kmp_road_start *start, const form *chosen)
     }
     d->s = start->system;
     d->plant = start->plant;
+    d->margin = start->margin;
     d->part = start->part;
     d->n = start->part->n;
     d->m = start->part->m;

@@ -7,30 +7,27 @@
  * for x from -1 to 1, the nodes evaluated on what the solution keeps to and the polynomial found by Picard's iteration
  * (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.7: collocation of order 2 s). The
  * last coefficients tell whether the solution is smooth: where it turns close by instead of going straight on they do
- * not vanish, and where a node is too near to the place they are noise; then nothing is leapt over, and DOP853 goes on.
+ * not vanish, and where a node is too near to the place they are noise; then nothing is leapt over.
  */
 #include "integrators/leap.h"
 #include "base/memory.h"
-#include "integrators/rk.h"
 #include <math.h>
 #include <string.h>
 
-enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, ROUGHLY = 12, FINELY = 60 };
+enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12 };
+#define DOUBLING 2.0
 
 /* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
-static const double LANDINGS[] = {0.22, 0.06, 0.5};
+static const double LANDINGS[] = {0.25, 0.06, 0.5};
 /* Relative size of the last terms of the polynomial at which it is taken for smooth. */
 #define SMOOTH 1e-9
 /* Part of it to which Picard's iteration is carried, the least that it must shrink by, and the noise in which it may
  * end. */
-#define SETTLED 1e-4
+#define SETTLED 1e-2
 #define SHRINKS 0.7
 #define NOISE   10.0
 /* Beyond so much, or so many times the change of the last iteration, it is given up early. */
 #define ROUGH 100.0
-/* After a leap that failed the next is tried at this part of its distance, and none below LEAST. */
-#define CLOSER 0.1
-#define LEAST  1e-3
 /* Lengths that differ by less, of their size, are one. */
 #define SAME 1e-4
 /* A landing may lie this much beyond the one aimed at. */
@@ -39,15 +36,10 @@ static const double LANDINGS[] = {0.22, 0.06, 0.5};
 typedef struct leap {
     kmp_ode ode;
     kmp_tolerance tolerance;
-    kmp_rk *rk;
-    bool marching; /* rk is at (t, y) */
-    bool leapt;    /* the last step was a leap */
     double t, t_old, t_end;
-    double tried; /* distance at which the last leap failed; 0: none did */
     double nearest, nearest_t;
     double *y;        /* n */
     double *y0, *dy0; /* n: start of the leap */
-    double *first;    /* n: slope of the first way there */
     double *trial;    /* n */
     double *node;     /* NODES x n: y there, as the polynomial has it */
     double *slope;    /* NODES x n: dy/dt there */
@@ -142,7 +134,7 @@ static double weighted(const leap *s, const double *x)
 {
     double most = 0;
     for (int i = 0; i < s->ode.n; i++) {
-        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * fmin(1, SMOOTH / s->tolerance.rtol);
+        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * SMOOTH / s->tolerance.rtol;
         most = isfinite(x[i]) ? fmax(most, fabs(x[i]) / w) : INFINITY;
     }
     return most;
@@ -176,55 +168,52 @@ static double within(leap *s, double tau)
     return distance(s, s->t_old + tau, s->trial);
 }
 
-/* The place of the least distance between two times, by so many golden sections. */
-static double least(leap *s, double (*of)(leap *, double), double from, double to, int sections, double *size)
+/* The place of the least distance between two times. Its square is a parabola as far as what is left of the lost row
+ * changes evenly, so the vertex of the one through three places is taken for the worst of them, again and again. */
+static double least(leap *s, double (*of)(leap *, double), double from, double to, double *size)
 {
-    const double golden = 0.61803398874989485;
-    double x[2] = {to - golden * (to - from), from + golden * (to - from)}, d[2] = {of(s, x[0]), of(s, x[1])};
-    for (int k = 0; k < sections; k++) {
-        if (d[0] < d[1]) {
-            to = x[1];
-            x[1] = x[0];
-            d[1] = d[0];
-            x[0] = to - golden * (to - from);
-            d[0] = of(s, x[0]);
-        } else {
-            from = x[0];
-            x[0] = x[1];
-            d[0] = d[1];
-            x[1] = from + golden * (to - from);
-            d[1] = of(s, x[1]);
-        }
+    double x[3] = {from, 0.5 * (from + to), to}, d[3];
+    int best = 0;
+    for (int k = 0; k < 3; k++) {
+        d[k] = of(s, x[k]) * of(s, x[k]);
+        best = d[k] < d[best] ? k : best;
     }
-    *size = fmin(d[0], d[1]);
-    return 0.5 * (from + to);
+    for (int pass = 0; pass < VERTICES && isfinite(d[0] + d[1] + d[2]); pass++) {
+        int worst = d[0] > d[1] ? (d[0] > d[2] ? 0 : 2) : (d[1] > d[2] ? 1 : 2);
+        double left = (d[1] - d[0]) / (x[1] - x[0]), right = (d[2] - d[1]) / (x[2] - x[1]);
+        double bend = (right - left) / (x[2] - x[0]), vertex = 0.5 * (x[0] + x[1] - left / bend);
+        if (!(bend > 0) || !(vertex >= from && vertex <= to) || vertex == x[0] || vertex == x[1] || vertex == x[2])
+            break;
+        x[worst] = vertex;
+        d[worst] = of(s, vertex) * of(s, vertex);
+        best = d[worst] < d[best] ? worst : best;
+    }
+    *size = sqrt(d[best]);
+    return x[best];
 }
 
 /* The time after which the distance has grown to `landing`, at most to the end; the singular place lies `place` after
  * the start (0: behind it). 0 when the way does not lead from below to the landing. */
 static double look_ahead(leap *s, double now, double landing, double *place)
 {
-    double left = s->t_end - s->t, tau = 1e-7 * left, before = 0, last = now, lowest = 0, low = now, after = tau;
-    for (int k = 0; k < PROBES && !(low < landing && last >= landing) && before < left; k++) {
-        double d = ahead(s, tau);
-        after = d < low || lowest == before ? tau : after;
+    double left = s->t_end - s->t, tau = 1e-7 * left, low = now, lowest = 0, before = 0, d = now, size = now;
+    for (int k = 0; k < PROBES && before < left && !(d > low && d > 1.01 * now); k++) { /* until it grows */
+        d = ahead(s, tau);
         lowest = d < low ? tau : lowest;
         low = fmin(low, d);
         before = tau;
-        last = d;
-        tau = fmin(1.5 * tau, left);
+        tau = fmin(DOUBLING * tau, left);
     }
-    *place = 0;
-    if (low >= landing)
+    *place = lowest > 0 ? least(s, ahead, lowest / DOUBLING, fmin(DOUBLING * lowest, left), &size) : 0;
+    if (fmin(low, size) >= landing)
         return 0;
-    double size, from = lowest / 1.5, to = before;
-    if (lowest > 0)
-        *place = least(s, ahead, from, fmin(1.01 * after, left), ROUGHLY, &size);
-    for (from = before / 1.5; last >= landing && to - from > 1e-2 * to;) {
-        double half = 0.5 * (from + to);
-        *(ahead(s, half) < landing ? &from : &to) = half;
+    double from = *place, least_d = fmin(low, size);
+    for (; d < landing && before < left; before = fmin(DOUBLING * before, left)) {
+        from = before;
+        least_d = d;
+        d = ahead(s, fmin(DOUBLING * before, left));
     }
-    return to;
+    return d > landing ? from + (before - from) * (landing - least_d) / (d - least_d) : before;
 }
 
 /* A length near the one wanted, at most `most`, such that the singular place falls between nodes. */
@@ -314,12 +303,12 @@ static outcome settle(leap *s)
             return UNSETTLED;
         if (k > 2 && change > SHRINKS * last)
             break; /* noise, or no convergence */
-        if (k > 1 && roughness(s) > ROUGH * fmax(1, change))
+        if (k > 1 && roughness(s) > ROUGH * fmax(1, change * change / last))
             return TURNS; /* more than what is still to come may mend */
         last = change;
     }
     fit(s);
-    return change > NOISE ? UNSETTLED : roughness(s) > 1 ? TURNS : SMOOTHLY;
+    return change > NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
 }
 
 /* The singular place as the polynomial at hand sees it: a node that lies on it spoils the last digits of the slope, not
@@ -328,7 +317,7 @@ static double place_within(leap *s)
 {
     double size, t_old = s->t_old;
     s->t_old = s->t;
-    double place = least(s, within, 0, s->h, FINELY, &size);
+    double place = least(s, within, 0, s->h, &size);
     s->t_old = t_old;
     return place;
 }
@@ -363,37 +352,21 @@ static outcome leap_to(leap *s, double now, double landing)
     return SMOOTHLY;
 }
 
-/* Tries to; with the slope at the start as it is, then without what is lost in noise there. */
+/* From where the closures are at a distance of `now` from the place. */
 static bool try(leap *s)
 {
-    int n = s->ode.n;
-    double now = 0, *first = s->first;
-    bool turn = true;
-    memcpy(s->y0, s->y, (size_t)n * sizeof *s->y0);
-    memcpy(s->trial, s->y, (size_t)n * sizeof *s->y0);
-    if (s->ode.closed(s->ode.self, s->t, s->trial, true, NULL, &now) != KMP_GO)
+    size_t size = (size_t)s->ode.n * sizeof *s->y0;
+    double now = 0;
+    outcome what = UNSETTLED;
+    memcpy(s->y0, s->y, size);
+    memcpy(s->trial, s->y, size);
+    s->rhs++;
+    if (s->ode.closed(s->ode.self, s->t, s->trial, true, s->dy0, &now) != KMP_GO)
         return false;
-    if (s->tried > 0 && (now > CLOSER * s->tried || now < LEAST))
-        return false;
-    for (int way = 0; way < 2; way++) {
-        s->rhs++;
-        memcpy(s->trial, s->y, (size_t)n * sizeof *s->y0);
-        int said = way ? s->ode.rhs(s->ode.self, s->t, s->y0, s->dy0)
-                       : s->ode.closed(s->ode.self, s->t, s->trial, true, s->dy0, NULL);
-        if (way && memcmp(first, s->dy0, (size_t)n * sizeof *first) == 0)
-            break;
-        memcpy(first, s->dy0, (size_t)n * sizeof *first);
-        for (size_t k = 0; said == KMP_GO && k < sizeof LANDINGS / sizeof *LANDINGS; k++) {
-            outcome what = leap_to(s, now, LANDINGS[k]);
-            if (what == SMOOTHLY)
-                return true;
-            turn = turn && what == TURNS;
-        }
-    }
-    s->ode.turns(s->ode.self, turn);
-    s->tried = now;
-    s->refused++;
-    return false;
+    for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
+        what = leap_to(s, now, LANDINGS[k]);
+    s->refused += what != SMOOTHLY;
+    return what == SMOOTHLY;
 }
 
 /* -- behind the socket ------------------------------------------------------------------------------ */
@@ -403,28 +376,26 @@ static void release(void *solver)
     leap *s = solver;
     if (!s)
         return;
-    kmp_rk_free(s->rk);
     kmp_free(s->memory);
     kmp_free(s);
 }
 
 static void *create(const kmp_solver_setup *setup)
 {
-    enum { SINGLE = 5, VECTORS = SINGLE + 3 * NODES };
+    enum { SINGLE = 4, VECTORS = SINGLE + 3 * NODES };
     int n = setup->ode->n;
     leap *s = KMP_NEW(leap, 1);
     if (s) {
         s->ode = *setup->ode;
         s->tolerance = setup->tolerance;
-        s->rk = kmp_rk_new(&kmp_dop853, setup->ode, setup->tolerance);
         s->memory = KMP_NEW(double, VECTORS *n);
     }
-    if (!s || !s->rk || !s->memory) {
+    if (!s || !s->memory) {
         (void)kmp_fail_memory(setup->context);
         release(s);
         return NULL;
     }
-    double **vector[SINGLE] = {&s->y, &s->y0, &s->dy0, &s->first, &s->trial};
+    double **vector[SINGLE] = {&s->y, &s->y0, &s->dy0, &s->trial};
     for (int k = 0; k < SINGLE; k++)
         *vector[k] = s->memory + k * n;
     s->node = s->memory + SINGLE * n;
@@ -440,24 +411,9 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     (void)yp, (void)h0;
     s->t = s->t_old = t;
     s->t_end = t_end;
-    s->tried = 0;
-    s->marching = s->leapt = false;
     s->nearest = INFINITY;
     memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
     return KEMPE_OK;
-}
-
-static int march(leap *s)
-{
-    int said = s->marching ? KMP_GO : kmp_rk_start(s->rk, s->t, s->y, s->t_end, 0);
-    s->marching = said == KMP_GO;
-    said = said == KMP_GO ? kmp_rk_step(s->rk) : said;
-    if (said != KMP_GO)
-        return said;
-    s->t = kmp_rk_t(s->rk);
-    s->t_old = kmp_rk_t_old(s->rk);
-    memcpy(s->y, kmp_rk_y(s->rk), (size_t)s->ode.n * sizeof *s->y);
-    return KMP_GO;
 }
 
 static kempe_status step(void *solver)
@@ -465,13 +421,10 @@ static kempe_status step(void *solver)
     leap *s = solver;
     if (!(s->t < s->t_end))
         return KEMPE_OK;
-    s->leapt = try(s);
-    if (!s->leapt)
-        return march(s) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-    s->marching = false;
-    s->tried = 0;
+    if (!try(s))
+        return KEMPE_E_FAILED;
     s->steps++;
-    double size, tau = least(s, within, 0, s->h, FINELY, &size);
+    double size, tau = least(s, within, 0, s->h, &size);
     s->nearest_t = size < s->nearest ? s->t_old + tau : s->nearest_t;
     s->nearest = fmin(s->nearest, size);
     return KEMPE_OK;
@@ -493,29 +446,22 @@ static kempe_status dense(void *solver, double time, double *y, double *yp)
     (void)yp;
     if (time == s->t)
         memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
-    else if (s->leapt)
-        at(s, time, y);
     else
-        return kmp_rk_dense(s->rk, time, y) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+        at(s, time, y);
     return KEMPE_OK;
 }
 
 static kmp_solver_work work(const void *solver)
 {
     const leap *s = solver;
-    kmp_ode_work w = kmp_rk_work(s->rk);
-    return (kmp_solver_work){
-        .steps = w.steps + s->steps, .rejected = w.rejected, .refused = w.refused + s->refused, .rhs = w.rhs + s->rhs};
+    return (kmp_solver_work){.steps = s->steps, .refused = s->refused, .rhs = s->rhs};
 }
 
-bool kmp_leap_nearest(const void *solver, double *time, double *size)
+void kmp_leap_nearest(const void *solver, double *time, double *size)
 {
     const leap *s = solver;
-    if (!(s->nearest < INFINITY))
-        return false;
     *time = s->nearest_t;
     *size = s->nearest;
-    return true;
 }
 
 const kmp_solver_kind kmp_solver_leap = {.name = "leap",

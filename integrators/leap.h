@@ -10,6 +10,6 @@ extern const kmp_solver_kind kmp_solver_leap;
 
 /** The least distance from the singular place on the way of all leaps since the start, and when it was; false when
  * there was no leap. */
-bool kmp_leap_nearest(const void *solver, double *time, double *size);
+void kmp_leap_nearest(const void *solver, double *time, double *size);
 
 #endif

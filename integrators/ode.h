@@ -33,9 +33,6 @@ typedef struct kmp_ode {
      *  `as_it_is`, then dy = f(t, y) with nothing left out, and the distance from where f is singular, as a part of the
      *  usual one. dy or distance may be NULL. NULL: there is none. */
     int (*closed)(void *self, double t, double *y, bool as_it_is, double *dy, double *distance);
-    /** What such an integrator has found where f is singular: that the solution turns close to the place (true), or no
-     *  such thing. */
-    void (*turns)(void *self, bool found);
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
 } kmp_ode;

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The projected road: y = (q, qd[, work]); accelerations from the saddle system; after each accepted step q and qd go
  * back to the closures along the mass-orthogonal direction, one simplified Newton step with the factors at hand. It
- * needs no choice of u. The independent rows are those of the start; dropped ones are watched. */
+ * needs no choice of u. The independent rows are those of the start; dropped ones are watched.
+ *
+ * The same unknowns lead through a change point: an integrator that chooses where to evaluate (leap.h) has each state
+ * closed first, since accelerations beside the closures are not those of the motion where J comes near to losing a
+ * row. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/redundant.h"
@@ -10,8 +14,12 @@
 #include <string.h>
 
 #define RATE_ROUNDING 1e-9
-#define RATE_NOISE    1e-6
+#define RATE_NOISE    1e-5
 #define NOISE_FADES   0.9
+/* Of a state that is closed for an integrator that leaps: a correction of this size, scaled, leaves the square of it.
+ */
+#define LAST_CORRECTION 1e-8
+enum { MOST_CORRECTIONS = 8 };
 
 typedef struct projected {
     kmp_road road; /* first */
@@ -41,12 +49,10 @@ static int place(projected *d, double t, const double *q, const double *qd)
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
 }
 
-static int rhs(void *self, double t, const double *y, double *dy)
+/* dy of the state that the plant and the factors have. */
+static int give(projected *d, const double *y, double *dy)
 {
-    projected *d = self;
     int n = d->n;
-    if (place(d, t, y, y + n) != KMP_GO)
-        return KMP_RETRY;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
     kmp_saddle_accelerations(&d->saddle, dy + n, d->s->rheonomic ? d->lambda : NULL);
     for (int i = 0; i < n; i++)
@@ -55,6 +61,38 @@ static int rhs(void *self, double t, const double *y, double *dy)
     if (d->has_work)
         dy[2 * n] = kmp_plant_power_here(d->plant, y + n) + kmp_plant_drive_power(d->plant, d->lambda);
     return KMP_GO;
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    projected *d = self;
+    return place(d, t, y, y + d->n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
+}
+
+/* For an integrator that leaps. */
+static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
+{
+    projected *d = self;
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
+    const kmp_close_rule rule = {
+        .most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH, .w = d->s->scale, .fraction = LAST_CORRECTION};
+    int n = d->n, said = KMP_GO;
+    if (!dy)
+        kmp_plant_closure(d->plant, t, y);
+    else if (!as_it_is && !kmp_close(&closer, &rule, t, y).closed)
+        said = KMP_RETRY;
+    else if (place(d, t, y, y + n) != KMP_GO)
+        said = KMP_RETRY;
+    else {
+        if (!as_it_is) {
+            kmp_close_rates(&closer, d->violation, y + n);
+            kmp_plant_bias(d->plant, y + n);
+        }
+        said = give(d, y, dy);
+    }
+    if (distance)
+        *distance = kmp_margin_at(d->margin, d->plant);
+    return said;
 }
 
 /* Whether a correction stays within the error weights. */
@@ -209,7 +247,8 @@ static kmp_road *create(const kmp_road_start *start)
     d->road.position = position;
     d->road.resume = resume;
     d->road.size = 2 * n + d->has_work;
-    d->road.ode = (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept};
+    d->road.ode =
+        (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
     if (!allocate(d)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->road);
@@ -230,3 +269,6 @@ static kmp_road *create(const kmp_road_start *start)
 
 const kmp_road_kind kmp_road_projected = {
     .road = "projected", .form = "none", .standard = true, .corrected = true, .by_bodies = true, .create = create};
+
+/* By M and C: the equations of articulated bodies have the square of J's condition. */
+const kmp_road_kind kmp_road_zone = {.road = "zone", .form = "none", .corrected = true, .create = create};

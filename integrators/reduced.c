@@ -397,10 +397,11 @@ static int come_to_end(reduced *d, double t, const double *y, kmp_fused_end *end
     return end->regular ? KMP_GO : KMP_RETRY;
 }
 
-/* v back to the closures. */
+/* v back to the closures; where nothing can move it stays as the start was closed. */
 static int correct(reduced *d, double *v, const double *w)
 {
-    if (!d->carried || d->r == 0 || is_noise(d))
+    bool still = d->p == 0 && !d->s->rheonomic;
+    if (!d->carried || d->r == 0 || still || is_noise(d))
         return KMP_GO;
     double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
     for (int i = 0; i < d->r; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/reduced_jacobian.h"
-#include "base/memory.h"
+#include "linalg/dot.h"
 #include <string.h>
 
 /* -- small changes ----------------------------------------------------------------------------------- */
@@ -11,35 +11,7 @@ void kmp_spread(kmp_reduction *red, const double *du, const double *rows, double
     for (int k = 0; du && k < red->p; k++)
         for (int i = 0; du[k] != 0 && i < red->n; i++)
             out[i] += red->x[i + k * red->n] * du[k];
-    bool open = false;
-    for (int i = 0; i < red->r; i++) {
-        red->dv[i] = -rows[red->part->rows[i]];
-        open = open || red->dv[i] != 0;
-    }
-    if (open)
-        kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; open && i < red->r; i++)
-        out[red->part->v[i]] += red->dv[i];
-}
-
-static void take(int count, const double *from, double *to)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
-}
-
-/* dlambda from Jv' dlambda = force_v. */
-static void find_multipliers(kmp_reduction *red, const double *force, double *lambda)
-{
-    memset(lambda, 0, (size_t)red->part->m * sizeof *lambda);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = force[red->part->v[i]];
-    if (red->r > 0)
-        kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        lambda[red->part->rows[i]] = red->dv[i];
+    kmp_reduction_push(red, -1, rows, out);
 }
 
 void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *d, bool moving,
@@ -49,16 +21,16 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     double *rows = room + 4 * n, *force = room;
     double *dq = response->q ? response->q : room + n, *dqd = response->qd ? response->qd : room + 2 * n;
     double *dqdd = response->qdd ? response->qdd : room + 3 * n;
-    take(m, change->h, rows);
+    kmp_copy_or_zero(m, change->h, rows);
     kmp_spread(red, change->u, rows, dq);
-    take(m, change->rate, rows);
+    kmp_copy_or_zero(m, change->rate, rows);
     kmp_tangents_add(tangents, KMP_RATE_Q, d, 1, dq, rows);
     kmp_spread(red, change->ud, rows, dqd);
-    take(m, change->curve, rows);
+    kmp_copy_or_zero(m, change->curve, rows);
     kmp_tangents_add(tangents, KMP_CURVE_Q, d, 1, dq, rows);
     kmp_tangents_add(tangents, KMP_CURVE_QD, d, 1, dqd, rows);
     kmp_spread(red, change->udd, rows, dqdd);
-    take(n, change->force, force);
+    kmp_copy_or_zero(n, change->force, force);
     kmp_tangents_add(tangents, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(tangents, KMP_R_QD, d, 1, dqd, force);
     kmp_tangents_add(tangents, KMP_M, d, 1, dqdd, force);
@@ -68,7 +40,7 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
     for (int k = 0; response->residual && k < red->p; k++)
         response->residual[k] = -response->residual[k];
     if (response->lambda)
-        find_multipliers(red, force, response->lambda);
+        kmp_reduction_pull(red, force, response->lambda);
 }
 
 /* -- the Jacobian ------------------------------------------------------------------------------------ */
@@ -76,14 +48,16 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
 kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power)
 {
     int n = red->n, m = red->part->m;
+    kmp_arena a = {0};
     *jacobian = (kmp_reduced_jacobian){.red = red,
-                                       .qdd = KMP_NEW(double, n),
-                                       .lambda = KMP_NEW(double, m),
-                                       .unit = KMP_NEW(double, 2 * red->p),
-                                       .dq = KMP_NEW(double, n),
-                                       .dqd = KMP_NEW(double, n),
-                                       .room = KMP_NEW(double, 5 * n + m)};
-    if (!jacobian->qdd || !jacobian->lambda || !jacobian->unit || !jacobian->dq || !jacobian->dqd || !jacobian->room)
+                                       .qdd = KMP_ARENA_NEW(&a, double, n),
+                                       .lambda = KMP_ARENA_NEW(&a, double, m),
+                                       .unit = KMP_ARENA_NEW(&a, double, 2 * red->p),
+                                       .dq = KMP_ARENA_NEW(&a, double, n),
+                                       .dqd = KMP_ARENA_NEW(&a, double, n),
+                                       .room = KMP_ARENA_NEW(&a, double, 5 * n + m)};
+    jacobian->arena = a;
+    if (a.failed)
         return kmp_fail_memory(red->plant->system->context);
     return kmp_tangents_init(&jacobian->tangents, red->plant->system, red->plant->backend,
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));
@@ -91,10 +65,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
 
 void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)
 {
-    double *rooms[] = {jacobian->qdd, jacobian->lambda, jacobian->unit, jacobian->dq, jacobian->dqd, jacobian->room};
     kmp_tangents_free(&jacobian->tangents);
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&jacobian->arena);
     *jacobian = (kmp_reduced_jacobian){0};
 }
 

@@ -10,6 +10,7 @@
 #ifndef KMP_INTEGRATORS_REDUCED_JACOBIAN_H
 #define KMP_INTEGRATORS_REDUCED_JACOBIAN_H
 
+#include "base/arena.h"
 #include "constraints/reduction.h"
 #include "integrators/tangent.h"
 
@@ -38,6 +39,7 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
                 const kmp_change *change, const kmp_response *response, double *room);
 
 typedef struct kmp_reduced_jacobian {
+    kmp_arena arena; /* of all arrays */
     kmp_tangents tangents;
     kmp_reduction *red;          /* not owned */
     double *qdd, *lambda, *unit; /* n, m, 2 p */

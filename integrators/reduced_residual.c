@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/reduced_residual.h"
-#include "base/memory.h"
 #include <string.h>
 
 /* Column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
-static int fill_pattern(kmp_reduced_residual *d)
+static void fill_pattern(kmp_reduced_residual *d)
 {
     int nz = 0;
     for (int c = 0; c < d->size; c++) {
@@ -15,7 +14,6 @@ static int fill_pattern(kmp_reduced_residual *d)
             d->row[nz++] = i;
     }
     d->col_start[d->size] = nz;
-    return nz;
 }
 
 bool kmp_reduced_residual_init(kmp_reduced_residual *residual, int p, bool power)
@@ -23,26 +21,22 @@ bool kmp_reduced_residual_init(kmp_reduced_residual *residual, int p, bool power
     kmp_reduced_residual *d = residual;
     int size = 2 * p + power;
     *d = (kmp_reduced_residual){.p = p, .size = size};
-    d->col_start = KMP_NEW(long, size + 1);
-    d->row = KMP_NEW(long, size *(size + 1));
-    d->differential = KMP_NEW(double, size);
-    d->factor = KMP_NEW(double, size);
-    d->jacobian = KMP_NEW(double, size *size);
-    if (!d->col_start || !d->row || !d->differential || !d->factor || !d->jacobian)
+    kmp_arena *a = &d->arena;
+    d->col_start = KMP_ARENA_NEW(a, long, size + 1);
+    d->row = KMP_ARENA_NEW(a, long, size *(size + 1));
+    d->differential = d->factor = KMP_ARENA_NEW(a, double, size);
+    d->jacobian = KMP_ARENA_NEW(a, double, size *size);
+    if (a->failed)
         return false;
     for (int i = 0; i < size; i++)
-        d->differential[i] = d->factor[i] = 1;
-    (void)fill_pattern(d);
+        d->factor[i] = 1;
+    fill_pattern(d);
     return true;
 }
 
 void kmp_reduced_residual_free(kmp_reduced_residual *residual)
 {
-    kmp_free(residual->col_start);
-    kmp_free(residual->row);
-    kmp_free(residual->differential);
-    kmp_free(residual->factor);
-    kmp_free(residual->jacobian);
+    kmp_arena_free(&residual->arena);
     *residual = (kmp_reduced_residual){0};
 }
 

@@ -10,6 +10,7 @@
 #include "integrators/reduced_jacobian.h"
 
 typedef struct kmp_reduced_residual {
+    kmp_arena arena; /* of all arrays */
     int p, size;
     long *col_start, *row;
     double *differential, *factor; /* size: ones */

@@ -160,7 +160,7 @@ kempe_status kmp_runner_step(kmp_runner *run)
         status = kmp_runner_change(run, t);
     if (status == KEMPE_OK) {
         status = run->kind->step(run->solver);
-        if (status == KEMPE_E_FAILED && !run->in_zone)
+        if (status == KEMPE_E_FAILED)
             status = kmp_runner_rescue(run, t);
     }
     if (status == KEMPE_OK && run->kind->t(run->solver) < run->stop)

@@ -24,8 +24,7 @@ struct kmp_runner {
     kmp_road *road;
     const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
     bool in_zone;
-    double zone_t, zone_margin; /* entered at; least margin seen in it */
-    bool brief;                 /* the road before lasted for a few steps */
+    bool brief; /* the road before lasted for a few steps */
     const kmp_solver_kind *kind;
     void *solver;
     kmp_run_report before; /* work of roads and solvers that are gone */

@@ -10,8 +10,10 @@
 
 /* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
 #define CANCELLED 1e-2
-/* Looks for a change point ahead of where it seems to be. */
-enum { PROBES = 4 };
+/* Looks for a change point ahead of where it seems to be, as long as each finds so much less of the margin: where the
+ * motion comes to rest at one the margin goes down as the square of time, and the line meets zero half-way. */
+enum { PROBES = 10 };
+#define SHRINKS 0.6
 /* Steps that must lie between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
@@ -86,29 +88,13 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->kind->next ? run->kind->next(run->solver) : 0;
-    kempe_status status = change_road(run, t, run->in_zone, h);
+    kempe_status status = change_road(run, t, false, h);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
                          "other closure rows are taken as the independent ones: the dropped ones took %.2g times one "
                          "of them, now %.2g",
                          before, run->margin.rows);
     return status;
-}
-
-/* A leap knows better than the ends of steps how near it was. */
-static void note_passage(kmp_runner *run, double t, double margin, bool leapt, double at, double size)
-{
-    if (fmin(size, run->zone_margin) > KMP_ZONE_IN)
-        return; /* it turned back before */
-    if (leapt && size < run->zone_margin)
-        kmp_journal_note(run->journal, "change point", at, size, margin,
-                         "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
-                         "come within %.2g of losing a row",
-                         run->zone_t, t, size);
-    else
-        kmp_journal_note(run->journal, "change point", t, run->zone_margin, margin,
-                         "passed a change point since t = %.9g, where the closures come within %.2g of losing a row",
-                         run->zone_t, run->zone_margin);
 }
 
 /* The plant's closure at the end of the last step, unless its road has asked for the margin there. */
@@ -143,17 +129,21 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     int n = run->s->n;
     const double *q = run->state, *qd = q + n;
     double *way = run->moved, *jerk = way + 2 * n, before = 0, farthest = 0;
+    const double there = KMP_MARGIN_THERE * run->margin.last / run->margin.usual;
     bool found = false;
     find_jerk(run, t, jerk);
-    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found; k++) {
+    double size = run->margin.last, last = INFINITY;
+    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < SHRINKS * last; k++) {
         double when, next;
         for (int i = 0; i < n; i++)
             way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
         kmp_plant_closure(run->plant, t + tau, way);
-        found = kmp_margin_at(&run->margin, run->plant) < KMP_MARGIN_THERE;
+        found = kmp_margin_at(&run->margin, run->plant) < there;
         when = kmp_margin_when(&run->margin);
         kmp_margin_stand(&run->margin);
         farthest = fmax(farthest, tau);
+        last = size;
+        size = run->margin.last;
         next = tau + when * (tau - before);
         before = tau;
         tau = next;
@@ -161,30 +151,42 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     kmp_plant_closure(run->plant, t, q);
     (void)kmp_margin_at(&run->margin, run->plant);
     kmp_margin_stand(&run->margin);
-    run->margin.clear_t = found ? t : t + farthest;
+    run->margin.clear_t = found ? t : t + 0.5 * farthest;
     return found;
 }
 
 /* Into the zone when the margin leads to a change point. */
-static kempe_status enter_zone(kmp_runner *run, double t, double margin, double tau)
+static kempe_status enter_zone(kmp_runner *run, double t, double tau)
 {
     double *q = run->state, work;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
     if (status != KEMPE_OK || !lies_ahead(run, t, tau))
         return status;
-    run->zone_t = t;
-    run->zone_margin = margin;
     return kmp_runner_change_road(run, t, true);
 }
 
-static kempe_status leave_zone(kmp_runner *run, double t, double margin)
+/* The zone is one step long. */
+static kempe_status leave_zone(kmp_runner *run, double t)
 {
-    double at = run->zone_t, size = run->zone_margin;
-    bool leapt = run->kind == &kmp_solver_leap && kmp_leap_nearest(run->solver, &at, &size);
+    double from = kmp_runner_t_old(run), at, size;
+    kmp_leap_nearest(run->solver, &at, &size);
     kempe_status status = kmp_runner_change_road(run, t, false);
-    if (status == KEMPE_OK)
-        note_passage(run, t, margin, leapt, at, size);
+    bool through = at > from || from == run->spec.t_start;
+    if (status == KEMPE_OK && through && size < KMP_ZONE_IN)
+        kmp_journal_note(run->journal, "change point", at, size, run->margin.last / run->margin.usual,
+                         "passed a change point between t = %.9g and %.9g, straight on in one step, where the closures "
+                         "come within %.2g of losing a row",
+                         from, t, size);
     return status;
+}
+
+/* The motion turns before the place that it seemed to lead to: the road takes it from there, and is not asked about
+ * change points until it has left the surroundings. */
+static kempe_status quit_zone(kmp_runner *run, double t)
+{
+    run->margin.tried = run->margin.last;
+    kempe_status status = kmp_runner_change_road(run, t, false);
+    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
 
 /* Where J comes near to losing a row the zone takes over, and hands back behind it. Where the independent rows go bad
@@ -196,17 +198,15 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kempe_status status = come_to(run, t);
     if (status != KEMPE_OK)
         return status;
-    double margin = kmp_margin_after_step(&run->margin, run->plant, t);
-    if (run->in_zone)
-        run->zone_margin = fmin(run->zone_margin, margin);
+    (void)kmp_margin_after_step(&run->margin, run->plant, t);
     double when;
-    bool enters = !run->in_zone && kmp_margin_leads_on(&run->margin, &when);
+    bool enters = kmp_margin_leads_on(&run->margin, &when);
     kmp_margin_stand(&run->margin);
+    if (run->in_zone)
+        return run->margin.last > KMP_ZONE_OUT * run->margin.usual ? leave_zone(run, t) : KEMPE_OK;
     if (run->margin.rows > KMP_ROWS_OUT)
         return change_rows(run, t);
-    if (enters)
-        return enter_zone(run, t, margin, when * (t - kmp_runner_t_old(run)));
-    return run->in_zone && margin > KMP_ZONE_OUT ? leave_zone(run, t, margin) : KEMPE_OK;
+    return enters ? enter_zone(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are those with the loops open and what the closure forces add: where the former
@@ -221,7 +221,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     if (DBL_EPSILON * most <= CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     run->by_bodies = false;
-    kempe_status status = kmp_runner_change_road(run, t, run->in_zone);
+    kempe_status status = kmp_runner_change_road(run, t, false);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "dynamics", t, most, size,
                          "with the loops open some joint moves next to no inertia: by M and C from there, not by "
@@ -405,8 +405,6 @@ static kempe_status take_zone(kmp_runner *run, double t)
 {
     kmp_text_free(&run->road->reason);
     kmp_context_clear(run->s->context);
-    run->zone_t = t;
-    run->zone_margin = run->margin.last / run->margin.usual;
     kempe_status status = kmp_runner_change_road(run, t, true);
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
@@ -414,8 +412,8 @@ static kempe_status take_zone(kmp_runner *run, double t)
 /* Whether it may. */
 static bool is_near_zone(kmp_runner *run, double t)
 {
-    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
-        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (run->margin.tried > 0 || run->margin.ignored || run->margin.r == 0 ||
+        kmp_memory_failures() != run->memory_failures || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
@@ -427,6 +425,9 @@ static bool is_near_zone(kmp_runner *run, double t)
  * past steps left may be all that was wrong. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
+    kempe_status quitted = run->in_zone ? quit_zone(run, t) : KEMPE_E_FAILED;
+    if (quitted != KEMPE_E_FAILED)
+        return quitted;
     if (may_project(run))
         return take_projected(run, t);
     if (is_near_zone(run, t))

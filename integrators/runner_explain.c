@@ -45,7 +45,7 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
     bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
-    bool been = run->in_zone && run->zone_margin < KMP_MARGIN_LOCKED && open;
+    bool been = run->margin.tried > 0 && open;
     int row = kmp_margin_lock(&run->margin, run->plant, been);
     if (row < 0)
         return false;

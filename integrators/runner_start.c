@@ -277,8 +277,6 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->rate_scale = rate_scale_of(run, qd);
     run->way = run->spec.kind ? run->spec.kind : kmp_road_find(run->spec.road, run->spec.form);
     run->in_zone = run->margin.near;
-    run->zone_t = run->spec.t_start;
-    run->zone_margin = 1;
     status = choose_dynamics(run, q, qd);
     if (status != KEMPE_OK)
         return status;

@@ -248,15 +248,14 @@ static int by_place(const void *a, const void *b)
     return x->col != y->col ? x->col - y->col : x->row - y->row;
 }
 
-static void sort_entries(gather *g)
+/* The entries of a list, by place. */
+static void sort_entries(kmp_tangents *t, kmp_listing *list)
 {
-    kmp_tangents *t = g->t;
-    int count = g->list.count;
-    t->entry = g->list.entry;
-    g->list.entry = NULL;
-    if (count)
-        qsort(t->entry, (size_t)count, sizeof *t->entry, by_place);
-    for (int e = 0; e < count; e++)
+    t->entry = list->entry;
+    list->entry = NULL;
+    if (list->count)
+        qsort(t->entry, (size_t)list->count, sizeof *t->entry, by_place);
+    for (int e = 0; e < list->count; e++)
         t->start[t->entry[e].block + 1] = e + 1;
     for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
         if (t->start[b + 1] < t->start[b])
@@ -343,7 +342,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         return status;
     bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
     if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
-        sort_entries(&g);
+        sort_entries(tangents, &g.list);
         ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
     }
     kmp_free(g.value);
@@ -364,13 +363,10 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
     *tangents = (kmp_tangents){.n = system->n, .m = system->m};
     for (int v = 0; v < KMP_VALUES; v++)
         tangents->at[v] = -1;
-    tangents->numbers = kmp_tangent_numbers_new(system, &tangents->entry, tangents->start);
-    if (!tangents->numbers) {
-        kmp_tangents_free(tangents);
-        return kmp_fail_memory(system->context);
-    }
-    qsort(tangents->entry, (size_t)tangents->start[KMP_TANGENT_BLOCKS], sizeof *tangents->entry, by_place);
-    if (!list_columns(tangents)) {
+    kmp_listing list = {0};
+    tangents->numbers = kmp_tangent_numbers_new(system, &list);
+    sort_entries(tangents, &list);
+    if (!tangents->numbers || !list_columns(tangents)) {
         kmp_tangents_free(tangents);
         return kmp_fail_memory(system->context);
     }

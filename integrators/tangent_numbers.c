@@ -167,50 +167,24 @@ static int rows_of(const kmp_tangent_numbers *x, int block)
     }
 }
 
-/* `list` NULL: they are counted. M has both its triangles. */
-static int list_pattern(const kmp_tangent_numbers *x, int block, kmp_tangent *list)
+/* M has both its triangles. */
+static void list_pattern(const kmp_tangent_numbers *x, int block, const kmp_pattern *pattern, kmp_listing *list)
 {
-    const kmp_pattern *pattern = block == KMP_M ? &x->system->mass : &x->system->jacobian;
-    int count = 0;
-    for (int e = 0; e < pattern->count; e++)
-        for (int side = 0; side < (block == KMP_M && pattern->row[e] != pattern->col[e] ? 2 : 1); side++, count++)
-            if (list)
-                list[count] = (kmp_tangent){block, side ? pattern->col[e] : pattern->row[e],
-                                            side ? pattern->row[e] : pattern->col[e], x->at[block] + e};
-    return count;
-}
-
-static int list_marked(const kmp_tangent_numbers *x, int block, const bool *mark, kmp_tangent *list)
-{
-    int count = 0, rows = rows_of(x, block);
-    for (int col = 0; col < x->n; col++)
-        for (int row = 0; row < rows; row++) {
-            int place = x->at[block] + row * x->n + col;
-            if (mark[place] && list)
-                list[count] = (kmp_tangent){block, row, col, place};
-            count += mark[place];
-        }
-    return count;
-}
-
-static bool list_entries(kmp_tangent_numbers *x, const bool *mark, kmp_tangent **entry, int *start)
-{
-    for (int round = 0; round < 2; round++) {
-        int count = 0;
-        for (int b = 0; b < KMP_TANGENT_BLOCKS; b++) {
-            kmp_tangent *list = round ? *entry + count : NULL;
-            start[b] = count;
-            count += b == KMP_M || b == KMP_J ? list_pattern(x, b, list) : list_marked(x, b, mark, list);
-        }
-        start[KMP_TANGENT_BLOCKS] = count;
-        if (round == 0 && !(*entry = KMP_NEW(kmp_tangent, count)))
-            return false;
+    for (int e = 0; e < pattern->count; e++) {
+        kmp_listing_place(list, block, pattern->row[e], pattern->col[e], x->at[block] + e);
+        if (block == KMP_M && pattern->row[e] != pattern->col[e])
+            kmp_listing_place(list, block, pattern->col[e], pattern->row[e], x->at[block] + e);
     }
-    return true;
 }
 
-kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_tangent **entry,
-                                             int start[KMP_TANGENT_BLOCKS + 1])
+static void list_marked(const kmp_tangent_numbers *x, int block, const bool *mark, kmp_listing *list)
+{
+    for (int place = x->at[block], k = 0; k < rows_of(x, block) * x->n; k++)
+        if (mark[place + k])
+            kmp_listing_place(list, block, k / x->n, k % x->n, place + k);
+}
+
+kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list)
 {
     kmp_tangent_numbers *x = KMP_NEW(kmp_tangent_numbers, 1);
     if (!x)
@@ -221,12 +195,14 @@ kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_tan
     x->duals = kmp_duals_new(system->motion);
     x->value = KMP_NEW(double, x->size);
     bool ok = mark && x->duals && x->value;
-    if (ok) {
-        add_all(x, NULL, mark);
-        ok = list_entries(x, mark, entry, start);
-    }
-    kmp_free(mark);
     if (ok)
+        add_all(x, NULL, mark);
+    for (int k = 0; ok && k < COMPUTED; k++)
+        list_marked(x, computed[k], mark, list);
+    list_pattern(x, KMP_M, &system->mass, list);
+    list_pattern(x, KMP_J, &system->jacobian, list);
+    kmp_free(mark);
+    if (ok && !list->failed)
         return x;
     kmp_tangent_numbers_free(x);
     return NULL;

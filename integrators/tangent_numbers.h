@@ -11,10 +11,8 @@ typedef struct kmp_tangent_numbers kmp_tangent_numbers;
 /** Whether they can be had so: no implicit block, no force of the user's, a moderate number of coordinates. */
 bool kmp_tangent_numbers_can(const kempe_system *system);
 
-/** `entry`: all entries, by block; their sources are places in what is evaluated; `start` as in
- * kmp_tangents. NULL: no memory. */
-kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_tangent **entry,
-                                             int start[KMP_TANGENT_BLOCKS + 1]);
+/** Adds all entries to the list, with places in what is evaluated as their sources. NULL: no memory. */
+kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list);
 void kmp_tangent_numbers_free(kmp_tangent_numbers *numbers);
 
 void kmp_tangent_numbers_set_parameters(kmp_tangent_numbers *numbers, const double *parameters);

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "dynamics/pressed.h"
 #include "integrators/solver.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -194,15 +195,10 @@ static void weigh_target(adjoint *a, double *out)
 {
     kmp_varied *v = a->v;
     const kmp_target *x = a->target;
-    const double *given[] = {x->q, x->qd, x->qdd, x->lambda};
-    double *w[] = {a->wq, a->wqd, a->wqdd, a->wlambda};
-    for (int k = 0; k < 4; k++) {
-        size_t bytes = (size_t)(k < 3 ? a->n : a->m) * sizeof(double);
-        if (given[k])
-            memcpy(w[k], given[k], bytes);
-        else
-            memset(w[k], 0, bytes);
-    }
+    kmp_copy_or_zero(a->n, x->q, a->wq);
+    kmp_copy_or_zero(a->n, x->qd, a->wqd);
+    kmp_copy_or_zero(a->n, x->qdd, a->wqdd);
+    kmp_copy_or_zero(a->m, x->lambda, a->wlambda);
     const kmp_linear *l = &v->linear;
     if (!a->integral) /* else it has no angles that are others in other charts */
         carry_back(a, &(kmp_chart_motion){l->plant->chart, l->q, l->qd, l->qdd},

@@ -2,6 +2,7 @@
 #include "analysis/bend.h"
 #include "analysis/slopes.h"
 #include "base/memory.h"
+#include "linalg/dot.h"
 #include "symbolic/derivative.h"
 #include <string.h>
 
@@ -129,10 +130,7 @@ void kmp_bend_at(kmp_bend *bend, const kmp_instant *at)
 
 static double *put(double *to, int count, const double *from)
 {
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
+    kmp_copy_or_zero(count, from, to);
     return to + count;
 }
 

@@ -357,12 +357,6 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     return KMP_GO;
 }
 
-/* Nothing is left out on the way there, whether it turns or not. */
-static void turns(void *self, bool found)
-{
-    (void)self, (void)found;
-}
-
 static void say_change_point(forward *f, double t)
 {
     kmp_text_printf(&f->road.reason,
@@ -786,7 +780,6 @@ static bool make_unknowns(forward *f)
                           .accept = accept,
                           .jacobian = jacobian,
                           .closed = closed,
-                          .turns = turns,
                           .positions = blocks(f),
                           .quadratures = f->integrals};
     return road->y && road->atol;

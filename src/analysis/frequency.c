@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/frequency.h"
+#include "base/bracket.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include <float.h>
@@ -23,27 +24,28 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
     size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
     *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
     size_t block = inputs * outputs, all = block * (size_t)count;
-    size_t sizes[] = {(size_t)count, all, all, block, p * p, p * p, p, p, p, block, block, p * p, p, p};
-    double **room[] = {&f->at,    &f->re,    &f->im,   &f->still, &f->a_re,  &f->a_im,   &f->du_re,
-                       &f->du_im, &f->scale, &f->h_re, &f->h_im,  &f->terms, &f->off_re, &f->off_im};
-    bool ok = (f->pole = KMP_NEW(bool, count)) && (f->pivot = KMP_NEW(int, p));
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
-    if (ok)
-        return KEMPE_OK;
-    kmp_frequency_free(f);
-    return kmp_fail_memory(transfer->linear->system->context);
+    kmp_arena *a = &f->arena;
+    double **const large[] = {&f->re, &f->im}, **const square[] = {&f->a_re, &f->a_im, &f->terms},
+                   **const pairs[] = {&f->still, &f->h_re, &f->h_im},
+                   **const vectors[] = {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im};
+    for (int k = 0; k < 2; k++)
+        *large[k] = KMP_ARENA_NEW(a, double, all);
+    for (int k = 0; k < 3; k++) {
+        *square[k] = KMP_ARENA_NEW(a, double, p *p);
+        *pairs[k] = KMP_ARENA_NEW(a, double, block);
+    }
+    for (int k = 0; k < 5; k++)
+        *vectors[k] = KMP_ARENA_NEW(a, double, p);
+    f->at = KMP_ARENA_NEW(a, double, count);
+    f->pole = KMP_ARENA_NEW(a, bool, count);
+    f->pivot = KMP_ARENA_NEW(a, int, p);
+    return a->failed ? kmp_fail_memory(transfer->linear->system->context) : KEMPE_OK;
 }
 
 void kmp_frequency_free(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
-    double *room[] = {f->at,    f->re,    f->im,   f->still, f->a_re,  f->a_im,   f->du_re,
-                      f->du_im, f->scale, f->h_re, f->h_im,  f->terms, f->off_re, f->off_im};
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        kmp_free(room[k]);
-    kmp_free(f->pole);
-    kmp_free(f->pivot);
+    kmp_arena_free(&f->arena);
     kmp_free(f->peak);
     if (f->has_spectrum)
         kmp_spectrum_free(&f->poles);
@@ -252,28 +254,15 @@ static bool add_peak(kmp_frequency *f, kmp_peak peak)
     return true;
 }
 
-/* Golden section between two neighbours of a maximum, as near as values tell a maximum (Brent 1973, chapter 5). */
-static double refine(kmp_frequency *f, double low, double high, int e)
+typedef struct pair {
+    kmp_frequency *f;
+    int e;
+} pair;
+
+static double less_at(void *self, double hz)
 {
-    static const double golden = 0.38196601125010515;
-    double x = low + golden * (high - low), y = high - golden * (high - low);
-    double at_x = amplitude_at(f, x, e), at_y = amplitude_at(f, y, e);
-    while (high - low > 1e-9 * high) {
-        if (at_x > at_y) {
-            high = y;
-            y = x;
-            at_y = at_x;
-            x = low + golden * (high - low);
-            at_x = amplitude_at(f, x, e);
-        } else {
-            low = x;
-            x = y;
-            at_x = at_y;
-            y = high - golden * (high - low);
-            at_y = amplitude_at(f, y, e);
-        }
-    }
-    return (low + high) / 2;
+    const pair *x = self;
+    return -amplitude_at(x->f, hz, x->e);
 }
 
 /* Whether a pole that nothing damps is in this answer: near it the amplitude goes with the inverse of the distance. */
@@ -294,13 +283,17 @@ static bool parted(const kmp_frequency *f, double low, double high)
     return false;
 }
 
+/* Places of maxima, as near as values tell a maximum. */
+static const double as_near = 1e-9;
+
 /* A maximum counts that rises and falls by more than rounding. */
 static const double risen = 1e-9;
 
 static bool add_maximum(kmp_frequency *f, const double *place, int k, int input, int output)
 {
     int e = output + input * f->outputs;
-    double hz = refine(f, place[k - 1], place[k + 1], e);
+    pair x = {f, e};
+    double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
     (void)kmp_frequency_eval(f, hz);
     return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
 }

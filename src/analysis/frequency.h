@@ -21,6 +21,7 @@ typedef struct kmp_peak {
 } kmp_peak;
 
 typedef struct kmp_frequency {
+    kmp_arena arena;              /* of all arrays but peaks */
     const kmp_transfer *transfer; /* not owned, evaluated */
     int inputs, outputs, count;
     double *at;        /* count: Hz, ascending */

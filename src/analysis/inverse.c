@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/inverse.h"
 #include "analysis/guide.h"
-#include "base/memory.h"
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
@@ -14,17 +13,17 @@
 
 static bool make_room(kmp_inverse *v)
 {
-    v->actuator = KMP_NEW(int, v->a);
-    v->weight = KMP_NEW(double, v->a);
-    v->tau = KMP_NEW(double, v->a);
-    v->lambda = KMP_NEW(double, v->m);
-    v->left_out = KMP_NEW(bool, v->m);
-    v->masked = KMP_NEW(double, v->system->jacobian.count);
-    v->rest = KMP_NEW(double, v->n);
-    v->sum = KMP_NEW(double, v->n);
-    if (v->system->pressed_count > 0 && !(v->inertia = KMP_NEW(double, v->n)))
-        return false;
-    return v->actuator && v->weight && v->tau && v->lambda && v->left_out && v->masked && v->rest && v->sum;
+    kmp_arena *a = &v->arena;
+    v->actuator = KMP_ARENA_NEW(a, int, v->a);
+    v->weight = KMP_ARENA_NEW(a, double, v->a);
+    v->tau = KMP_ARENA_NEW(a, double, v->a);
+    v->lambda = KMP_ARENA_NEW(a, double, v->m);
+    v->left_out = KMP_ARENA_NEW(a, bool, v->m);
+    v->masked = KMP_ARENA_NEW(a, double, v->system->jacobian.count);
+    v->rest = KMP_ARENA_NEW(a, double, v->n);
+    v->sum = KMP_ARENA_NEW(a, double, v->n);
+    v->inertia = v->system->pressed_count > 0 ? KMP_ARENA_NEW(a, double, v->n) : NULL;
+    return !a->failed;
 }
 
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count, const int *actuator,
@@ -48,11 +47,7 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count,
 
 static void forget_choice(kmp_inverse *v)
 {
-    double **rooms[] = {&v->gram, &v->matrix, &v->reach, &v->inner, &v->choice, &v->left};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++) {
-        kmp_free(*rooms[k]);
-        *rooms[k] = NULL;
-    }
+    kmp_arena_free(&v->choices);
     kmp_singular_free(&v->svd);
     if (v->chosen)
         kmp_reduction_free(&v->red);
@@ -62,18 +57,9 @@ static void forget_choice(kmp_inverse *v)
 
 void kmp_inverse_free(kmp_inverse *inverse)
 {
-    kmp_inverse *v = inverse;
-    forget_choice(v);
-    kmp_free(v->actuator);
-    kmp_free(v->weight);
-    kmp_free(v->tau);
-    kmp_free(v->lambda);
-    kmp_free(v->left_out);
-    kmp_free(v->masked);
-    kmp_free(v->rest);
-    kmp_free(v->inertia);
-    kmp_free(v->sum);
-    *v = (kmp_inverse){0};
+    forget_choice(inverse);
+    kmp_arena_free(&inverse->arena);
+    *inverse = (kmp_inverse){0};
 }
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
@@ -87,14 +73,14 @@ static kempe_status choose(kmp_inverse *v)
     if (status != KEMPE_OK)
         return status;
     int p = v->p = v->part.p;
-    v->gram = KMP_NEW(double, p *p);
-    v->matrix = KMP_NEW(double, p * v->a);
-    v->reach = KMP_NEW(double, p);
-    v->inner = KMP_NEW(double, p *p);
-    v->choice = KMP_NEW(double, p);
-    v->left = KMP_NEW(double, p);
-    if (!v->gram || !v->matrix || !v->reach || !v->inner || !v->choice || !v->left ||
-        !kmp_singular_init(&v->svd, p, v->a))
+    kmp_arena *a = &v->choices;
+    v->gram = KMP_ARENA_NEW(a, double, p *p);
+    v->matrix = KMP_ARENA_NEW(a, double, p * v->a);
+    v->reach = KMP_ARENA_NEW(a, double, p);
+    v->inner = KMP_ARENA_NEW(a, double, p *p);
+    v->choice = KMP_ARENA_NEW(a, double, p);
+    v->left = KMP_ARENA_NEW(a, double, p);
+    if (a->failed || !kmp_singular_init(&v->svd, p, v->a))
         return kmp_fail_memory(v->system->context);
     status = kmp_reduction_init(&v->red, v->plant, &v->part);
     v->chosen = status == KEMPE_OK;
@@ -216,19 +202,6 @@ static void project(const kmp_inverse *v, const double *x, double *out)
         out[k] = kmp_dot(v->n, v->red.x + k * v->n, x);
 }
 
-/* lambda of the independent rows from Jv' lambda = (M qdd + C - S tau)_v, which is in `rest`. */
-static void find_multipliers(kmp_inverse *v)
-{
-    kmp_reduction *red = &v->red;
-    memset(v->lambda, 0, (size_t)v->m * sizeof *v->lambda);
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = v->rest[v->part.v[i]];
-    if (red->r > 0)
-        kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        v->lambda[v->part.rows[i]] = red->dv[i];
-}
-
 /* What is left of all n equations, against the sizes of their terms: |M qdd|, |C|, |J' lambda|, |S tau|. */
 static void find_residual(kmp_inverse *v)
 {
@@ -265,7 +238,7 @@ static void judge(kmp_inverse *v)
         v->rest[v->actuator[j]] -= v->tau[j];
     project(v, v->rest, v->left);
     v->unmet = norm_of(v, v->left);
-    find_multipliers(v);
+    kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
     find_residual(v);
 }
 
@@ -289,7 +262,7 @@ static void answer(void *self, const double *bias, bool change, double *lambda)
     bool found = find_efforts(v);
     for (int j = 0; j < v->a; j++)
         v->rest[v->actuator[j]] -= found ? v->tau[j] : NAN;
-    find_multipliers(v);
+    kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
     memcpy(lambda, v->lambda, (size_t)v->m * sizeof *lambda);
 }
 

@@ -13,6 +13,7 @@
 #ifndef KMP_ANALYSIS_INVERSE_H
 #define KMP_ANALYSIS_INVERSE_H
 
+#include "base/arena.h"
 #include "constraints/reduction.h"
 #include "linalg/singular.h"
 
@@ -20,11 +21,12 @@ typedef struct kmp_inverse {
     const kempe_system *system;
     kmp_plant *plant; /* not owned */
     int n, m, p, a;
-    int *actuator;  /* a */
-    double *weight; /* a, positive */
-    bool *left_out; /* m: rows of drives and locks */
-    double *masked; /* J without them */
-    bool chosen;    /* part and red are there */
+    int *actuator;            /* a */
+    double *weight;           /* a, positive */
+    bool *left_out;           /* m: rows of drives and locks */
+    double *masked;           /* J without them */
+    bool chosen;              /* part and red are there */
+    kmp_arena arena, choices; /* of all arrays; of those that a choice of coordinates needs */
     kmp_partition part;
     kmp_reduction red;
     kmp_singular svd;

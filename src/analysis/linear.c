@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/context.h"
-#include "base/memory.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include "model/check_mass.h"
@@ -9,14 +8,15 @@
 
 static bool make_room(kmp_linear *l)
 {
-    l->q = KMP_NEW(double, l->n);
-    l->qd = KMP_NEW(double, l->n);
-    l->qdd = KMP_NEW(double, l->n);
-    l->force = KMP_NEW(double, l->n);
-    l->lambda = KMP_NEW(double, l->m);
-    l->unit = KMP_NEW(double, l->n);
-    l->work = KMP_NEW(double, 5 * l->n + l->m);
-    return l->q && l->qd && l->qdd && l->force && l->lambda && l->unit && l->work;
+    kmp_arena *a = &l->arena;
+    l->q = KMP_ARENA_NEW(a, double, l->n);
+    l->qd = KMP_ARENA_NEW(a, double, l->n);
+    l->qdd = KMP_ARENA_NEW(a, double, l->n);
+    l->force = KMP_ARENA_NEW(a, double, l->n);
+    l->lambda = KMP_ARENA_NEW(a, double, l->m);
+    l->unit = KMP_ARENA_NEW(a, double, l->n);
+    l->work = KMP_ARENA_NEW(a, double, 5 * l->n + l->m);
+    return !a->failed;
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -35,15 +35,8 @@ kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, con
 
 static void forget_choice(kmp_linear *l)
 {
-    kmp_free(l->residual);
-    kmp_free(l->mass);
-    kmp_free(l->damping);
-    kmp_free(l->stiffness);
-    kmp_free(l->inertia);
-    kmp_free(l->pressed);
-    kmp_free(l->pivot);
-    l->residual = l->mass = l->damping = l->stiffness = l->inertia = l->pressed = NULL;
-    l->pivot = NULL;
+    kmp_arena_free(&l->choice);
+    l->inertia = l->pressed = NULL;
     if (l->chosen)
         kmp_reduction_free(&l->red);
     kmp_partition_free(&l->part);
@@ -56,9 +49,7 @@ void kmp_linear_free(kmp_linear *linear)
     forget_choice(linear);
     kmp_tangents_free(&linear->tangents);
     kmp_plant_free(linear->plant);
-    double *rooms[] = {linear->q, linear->qd, linear->qdd, linear->force, linear->lambda, linear->unit, linear->work};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&linear->arena);
     *linear = (kmp_linear){0};
 }
 
@@ -106,19 +97,18 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     linear->part = *part;
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
-    linear->residual = KMP_NEW(double, p);
-    linear->mass = KMP_NEW(double, p *p);
-    linear->damping = KMP_NEW(double, p *p);
-    linear->stiffness = KMP_NEW(double, p *p);
-    if (!linear->residual || !linear->mass || !linear->damping || !linear->stiffness)
-        return kmp_fail_memory(s->context);
+    kmp_arena *a = &linear->choice;
+    linear->residual = KMP_ARENA_NEW(a, double, p);
+    linear->mass = KMP_ARENA_NEW(a, double, p *p);
+    linear->damping = KMP_ARENA_NEW(a, double, p *p);
+    linear->stiffness = KMP_ARENA_NEW(a, double, p *p);
     if (s->pressed_count > 0) {
-        linear->pressed = KMP_NEW(double, p *p);
-        linear->inertia = KMP_NEW(double, p *p);
-        linear->pivot = KMP_NEW(int, p);
-        if (!linear->pressed || !linear->inertia || !linear->pivot)
-            return kmp_fail_memory(s->context);
+        linear->pressed = KMP_ARENA_NEW(a, double, p *p);
+        linear->inertia = KMP_ARENA_NEW(a, double, p *p);
+        linear->pivot = KMP_ARENA_NEW(a, int, p);
     }
+    if (a->failed)
+        return kmp_fail_memory(s->context);
     kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;
@@ -258,14 +248,9 @@ static void gather(kmp_linear *l, const double *w, double *du, double *rows)
     kmp_reduction *red = &l->red;
     for (int k = 0; k < l->p; k++)
         du[k] = kmp_dot(l->n, red->x + k * l->n, w);
-    memset(rows, 0, (size_t)l->m * sizeof *rows);
-    if (red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -w[l->part.v[i]];
-    kmp_block_solve_transposed(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        rows[l->part.rows[i]] = red->dv[i];
+    kmp_reduction_pull(red, w, rows);
+    for (int r = 0; r < l->m; r++)
+        rows[r] = -rows[r];
 }
 
 /* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
@@ -276,21 +261,8 @@ static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
     for (int k = 0; w->residual && k < l->p; k++)
         for (int i = 0; i < l->n; i++)
             force[i] += red->x[i + k * l->n] * w->residual[k];
-    if (!w->lambda || red->r == 0)
-        return;
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = w->lambda[l->part.rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        force[l->part.v[i]] += red->dv[i];
-}
-
-static void take(int count, const double *from, double *to)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
+    if (w->lambda)
+        kmp_reduction_push(red, 1, w->lambda, force);
 }
 
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
@@ -299,9 +271,9 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     const kmp_tangents *t = &linear->tangents;
     const double *d = linear->d;
     double *q = linear->work + n, *qd = linear->work + 2 * n, *qdd = linear->work + 3 * n;
-    take(n, weights->q, q);
-    take(n, weights->qd, qd);
-    take(n, weights->qdd, qdd);
+    kmp_copy_or_zero(n, weights->q, q);
+    kmp_copy_or_zero(n, weights->qd, qd);
+    kmp_copy_or_zero(n, weights->qdd, qdd);
     weigh_force(linear, weights, back->force);
     kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
     kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);

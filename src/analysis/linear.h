@@ -12,13 +12,15 @@
 #ifndef KMP_ANALYSIS_LINEAR_H
 #define KMP_ANALYSIS_LINEAR_H
 
+#include "base/arena.h"
 #include "integrators/reduced_jacobian.h"
 #include "linalg/spectrum.h"
 #include "model/variant.h"
 
 typedef struct kmp_linear {
     const kempe_system *system;
-    kmp_plant *plant; /* its own, at the state */
+    kmp_arena arena, choice; /* of all arrays; of those that a choice of coordinates needs */
+    kmp_plant *plant;        /* its own, at the state */
     kmp_partition part;
     kmp_reduction red;
     kmp_tangents tangents;

@@ -27,7 +27,7 @@ typedef struct work {
     const kmp_spectrum *spectrum;
     kmp_mode_slopes *out;
     int p, n, m;
-    double *room;
+    kmp_arena arena;
     part part[2];
     double *rest[2];          /* p: dP x */
     double *unit;             /* a parameter each */
@@ -42,43 +42,23 @@ static number value_of(const kmp_spectrum *s, int i)
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
-static double *take(double **room, int count)
-{
-    double *taken = *room;
-    *room += count;
-    return taken;
-}
-
 static bool make_room(work *w)
 {
-    int n = w->n, m = w->m, count = w->spectrum->count;
-    size_t size = 2 * (size_t)(7 * n + m);
-    double *room = w->room = KMP_NEW(double, size + (size_t)w->out->count);
-    w->left = KMP_NEW(number, count * count);
-    w->moved = KMP_NEW(number, count * count);
-    w->s = KMP_NEW(number, count);
-    w->group = KMP_NEW(int, count);
-    if (!room || !w->left || !w->moved || !w->s || !w->group)
-        return false;
+    kmp_arena *a = &w->arena;
+    int n = w->n, count = w->spectrum->count;
+    w->left = KMP_ARENA_NEW(a, number, count * count);
+    w->moved = KMP_ARENA_NEW(a, number, count * count);
+    w->s = KMP_ARENA_NEW(a, number, count);
+    w->group = KMP_ARENA_NEW(a, int, count);
+    w->unit = KMP_ARENA_NEW(a, double, w->out->count);
     for (int k = 0; k < 2; k++) {
-        double **of[] = {&w->part[k].u, &w->part[k].ud, &w->part[k].udd,
-                         &w->part[k].q, &w->part[k].qd, &w->part[k].qdd};
+        double **of[] = {&w->part[k].u,  &w->part[k].ud,  &w->part[k].udd, &w->part[k].q,
+                         &w->part[k].qd, &w->part[k].qdd, &w->rest[k]};
         for (size_t i = 0; i < sizeof of / sizeof *of; i++)
-            *of[i] = take(&room, n);
-        w->part[k].lambda = take(&room, m);
-        w->rest[k] = take(&room, n);
+            *of[i] = KMP_ARENA_NEW(a, double, n);
+        w->part[k].lambda = KMP_ARENA_NEW(a, double, w->m);
     }
-    w->unit = room;
-    return true;
-}
-
-static void free_room(work *w)
-{
-    kmp_free(w->room);
-    kmp_free(w->left);
-    kmp_free(w->moved);
-    kmp_free(w->s);
-    kmp_free(w->group);
+    return !a->failed;
 }
 
 /* -- one mode ---------------------------------------------------------------------------------------- */
@@ -303,7 +283,7 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
         kmp_bend_at(bend, &at);
         ok = follow_all(&w) == KEMPE_OK;
     }
-    free_room(&w);
+    kmp_arena_free(&w.arena);
     if (ok)
         return KEMPE_OK;
     kmp_mode_slopes_free(slopes);

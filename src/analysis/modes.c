@@ -9,29 +9,22 @@
 static bool make_room(kmp_modes *s)
 {
     size_t size = (size_t)s->n * (size_t)s->count;
-    s->u = KMP_NEW(int, s->p);
-    s->re = KMP_NEW(double, size);
-    s->im = KMP_NEW(double, size);
-    s->kinetic = KMP_NEW(double, size);
-    s->potential = KMP_NEW(double, size);
+    kmp_arena *a = &s->arena;
+    s->u = KMP_ARENA_NEW(a, int, s->p);
+    s->re = KMP_ARENA_NEW(a, double, size);
+    s->im = KMP_ARENA_NEW(a, double, size);
+    s->kinetic = KMP_ARENA_NEW(a, double, size);
+    s->potential = KMP_ARENA_NEW(a, double, size);
     bool charts = s->system->chart_count > 0;
-    s->shown_re = charts ? KMP_NEW(double, size) : s->re;
-    s->shown_im = charts ? KMP_NEW(double, size) : s->im;
-    return s->u && s->re && s->im && s->kinetic && s->potential && s->shown_re && s->shown_im;
+    s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
+    s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;
+    return !a->failed;
 }
 
 void kmp_modes_free(kmp_modes *modes)
 {
     kmp_spectrum_free(&modes->spectrum);
-    kmp_free(modes->u);
-    if (modes->shown_re != modes->re)
-        kmp_free(modes->shown_re);
-    if (modes->shown_im != modes->im)
-        kmp_free(modes->shown_im);
-    kmp_free(modes->re);
-    kmp_free(modes->im);
-    kmp_free(modes->kinetic);
-    kmp_free(modes->potential);
+    kmp_arena_free(&modes->arena);
     *modes = (kmp_modes){0};
 }
 

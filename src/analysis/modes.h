@@ -5,10 +5,12 @@
 #define KMP_ANALYSIS_MODES_H
 
 #include "analysis/linear.h"
+#include "base/arena.h"
 #include "linalg/spectrum.h"
 
 typedef struct kmp_modes {
     const kempe_system *system;
+    kmp_arena arena; /* of all arrays */
     int n, p, count; /* coordinates, independent ones, eigenvalues: 2 p */
     int *u;          /* p */
     kmp_spectrum spectrum;

@@ -2,7 +2,6 @@
 /* Differentiated, R(u, p) = 0 is Kr du = -dR, with dR what a parameter changes while u stays. Kr is scaled by the sizes
  * of coordinates before its rank is decided. */
 #include "analysis/shift.h"
-#include "base/memory.h"
 #include "linalg/dense.h"
 #include <float.h>
 #include <math.h>
@@ -11,44 +10,35 @@
 kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
 {
     int n = system->n, m = system->m;
+    kmp_arena a = {0};
     *shift = (kmp_shift){.system = system,
                          .n = n,
                          .m = m,
                          .count = count,
                          .names = names,
-                         .q = KMP_NEW(double, n *count),
-                         .qd = KMP_NEW(double, n *count),
-                         .qdd = KMP_NEW(double, n *count),
-                         .lambda = KMP_NEW(double, m *count),
-                         .residual = KMP_NEW(double, n *count),
-                         .h = KMP_NEW(double, m),
-                         .rate = KMP_NEW(double, m),
-                         .curve = KMP_NEW(double, m),
-                         .force = KMP_NEW(double, n),
-                         .u = KMP_NEW(double, n),
-                         .ud = KMP_NEW(double, n),
-                         .matrix = KMP_NEW(double, n *n),
-                         .side = KMP_NEW(double, 2 * n),
-                         .pivots = KMP_NEW(double, n),
-                         .r = KMP_NEW(int, n),
-                         .c = KMP_NEW(int, n)};
-    if (shift->q && shift->qd && shift->qdd && shift->lambda && shift->residual && shift->h && shift->rate &&
-        shift->curve && shift->force && shift->u && shift->ud && shift->matrix && shift->side && shift->pivots &&
-        shift->r && shift->c)
-        return KEMPE_OK;
-    kmp_shift_free(shift);
-    return kmp_fail_memory(system->context);
+                         .q = KMP_ARENA_NEW(&a, double, n *count),
+                         .qd = KMP_ARENA_NEW(&a, double, n *count),
+                         .qdd = KMP_ARENA_NEW(&a, double, n *count),
+                         .lambda = KMP_ARENA_NEW(&a, double, m *count),
+                         .residual = KMP_ARENA_NEW(&a, double, n *count),
+                         .h = KMP_ARENA_NEW(&a, double, m),
+                         .rate = KMP_ARENA_NEW(&a, double, m),
+                         .curve = KMP_ARENA_NEW(&a, double, m),
+                         .force = KMP_ARENA_NEW(&a, double, n),
+                         .u = KMP_ARENA_NEW(&a, double, n),
+                         .ud = KMP_ARENA_NEW(&a, double, n),
+                         .matrix = KMP_ARENA_NEW(&a, double, n *n),
+                         .side = KMP_ARENA_NEW(&a, double, 2 * n),
+                         .pivots = KMP_ARENA_NEW(&a, double, n),
+                         .r = KMP_ARENA_NEW(&a, int, n),
+                         .c = KMP_ARENA_NEW(&a, int, n)};
+    shift->arena = a;
+    return a.failed ? kmp_fail_memory(system->context) : KEMPE_OK;
 }
 
 void kmp_shift_free(kmp_shift *shift)
 {
-    double *const rooms[] = {shift->q,    shift->qd,     shift->qdd,   shift->lambda, shift->residual,
-                             shift->h,    shift->rate,   shift->curve, shift->force,  shift->matrix,
-                             shift->side, shift->pivots, shift->u,     shift->ud};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
-    kmp_free(shift->r);
-    kmp_free(shift->c);
+    kmp_arena_free(&shift->arena);
     *shift = (kmp_shift){0};
 }
 

@@ -5,6 +5,7 @@
 
 #include "analysis/linear.h"
 #include "analysis/slopes.h"
+#include "base/arena.h"
 
 /** What stays. */
 typedef enum kmp_keeping {
@@ -15,6 +16,7 @@ typedef enum kmp_keeping {
 
 typedef struct kmp_shift {
     const kempe_system *system;
+    kmp_arena arena;                  /* of all arrays */
     int n, m, count;                  /* parameters */
     const char *const *names;         /* theirs; not owned */
     double *q, *qd, *qdd, *lambda;    /* n, n, n and m a parameter */

@@ -354,44 +354,37 @@ void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at)
     (void)take(&slopes->equations, at);
 }
 
+/* Rows first .. first + count - 1 of column k. */
+static void take_rows(const kmp_slopes *s, int k, int first, int count, double *out)
+{
+    const kmp_slope_matrix *x = &s->equations;
+    memset(out, 0, (size_t)count * sizeof *out);
+    for (int e = x->start[k]; e < x->start[k + 1]; e++)
+        if (x->entry[e].row >= first && x->entry[e].row < first + count)
+            out[x->entry[e].row - first] = x->value[x->entry[e].source];
+}
+
 void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double *rate, double *curve, double *force)
 {
-    int n = slopes->n, m = slopes->m;
-    const kmp_slope_matrix *x = &slopes->equations;
-    double *part[] = {h, rate, curve};
-    for (int i = 0; i < 3; i++)
-        memset(part[i], 0, (size_t)m * sizeof(double));
-    memset(force, 0, (size_t)n * sizeof *force);
-    for (int e = x->start[k]; e < x->start[k + 1]; e++) {
-        int row = x->entry[e].row;
-        double value = x->value[x->entry[e].source];
-        if (row < 3 * m)
-            part[row / m][row % m] = value;
-        else if (row < 3 * m + n)
-            force[row - 3 * m] = value;
-    }
+    int m = slopes->m;
+    take_rows(slopes, k, 0, m, h);
+    take_rows(slopes, k, m, m, rate);
+    take_rows(slopes, k, 2 * m, m, curve);
+    take_rows(slopes, k, 3 * m, slopes->n, force);
 }
 
 void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
 {
     int n = slopes->n, first = 3 * slopes->m + n;
-    const kmp_slope_matrix *x = &slopes->equations;
-    memset(q, 0, (size_t)n * sizeof *q);
-    memset(qd, 0, (size_t)n * sizeof *qd);
-    for (int e = x->start[k]; e < x->start[k + 1]; e++) {
-        int i = x->entry[e].row - first;
-        if (i >= 0 && i < 2 * n)
-            (i < n ? q : qd)[i % n] = x->value[x->entry[e].source];
-    }
+    take_rows(slopes, k, first, n, q);
+    take_rows(slopes, k, first + n, n, qd);
 }
 
 double kmp_slopes_of_length(const kmp_slopes *slopes, int k)
 {
-    const kmp_slope_matrix *x = &slopes->equations;
-    for (int e = x->start[k]; e < x->start[k + 1]; e++)
-        if (x->entry[e].row == 3 * slopes->m + 3 * slopes->n)
-            return x->value[x->entry[e].source];
-    return 0;
+    double length;
+    take_rows(slopes, k, 3 * (slopes->m + slopes->n), 1, &length);
+    return length;
 }
 
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,

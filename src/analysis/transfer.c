@@ -32,6 +32,7 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
+    kmp_arena a = {0};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = n,
@@ -39,42 +40,31 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .p = p,
                         .inputs = inputs,
                         .outputs = outputs,
-                        .columns = columns};
-    size_t sizes[] = {(size_t)n * (size_t)p,
-                      (size_t)n * (size_t)p,
-                      (size_t)p * (size_t)columns,
-                      (size_t)outputs * (size_t)p,
-                      (size_t)outputs * (size_t)p,
-                      (size_t)outputs * (size_t)p,
-                      (size_t)outputs * (size_t)columns,
-                      (size_t)outputs,
-                      (size_t)(3 * m + 2 * n + 3 * p + slopes->count),
-                      (size_t)(3 * n + m + p),
-                      (size_t)slopes->shown};
-    double **room[] = {&t->map,    &t->map_rate, &t->loads,  &t->by_u,  &t->by_ud, &t->by_udd,
-                       &t->direct, &t->value,    &t->change, &t->moved, &t->shown};
-    bool ok = (t->seen = KMP_NEW(kmp_seen, outputs)) && (t->load = KMP_NEW(kmp_load, columns));
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        ok = (*room[k] = KMP_NEW(double, sizes[k])) && ok;
-    if (!ok) {
-        kmp_transfer_free(t);
+                        .columns = columns,
+                        .seen = KMP_ARENA_NEW(&a, kmp_seen, outputs),
+                        .load = KMP_ARENA_NEW(&a, kmp_load, columns),
+                        .map = KMP_ARENA_NEW(&a, double, n *p),
+                        .map_rate = KMP_ARENA_NEW(&a, double, n *p),
+                        .loads = KMP_ARENA_NEW(&a, double, p *columns),
+                        .by_u = KMP_ARENA_NEW(&a, double, outputs *p),
+                        .by_ud = KMP_ARENA_NEW(&a, double, outputs *p),
+                        .by_udd = KMP_ARENA_NEW(&a, double, outputs *p),
+                        .direct = KMP_ARENA_NEW(&a, double, outputs *columns),
+                        .value = KMP_ARENA_NEW(&a, double, outputs),
+                        .change = KMP_ARENA_NEW(&a, double, 3 * m + 2 * n + 3 * p + slopes->count),
+                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m + p),
+                        .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
+    t->arena = a;
+    if (a.failed)
         return kmp_fail_memory(linear->system->context);
-    }
-    for (int k = 0; k < outputs; k++)
-        t->seen[k] = seen[k];
+    memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
     return KEMPE_OK;
 }
 
 void kmp_transfer_free(kmp_transfer *transfer)
 {
-    double *room[] = {transfer->map,    transfer->map_rate, transfer->loads,  transfer->by_u,
-                      transfer->by_ud,  transfer->by_udd,   transfer->direct, transfer->value,
-                      transfer->change, transfer->moved,    transfer->shown};
-    for (size_t k = 0; k < sizeof room / sizeof *room; k++)
-        kmp_free(room[k]);
-    kmp_free(transfer->seen);
-    kmp_free(transfer->load);
+    kmp_arena_free(&transfer->arena);
     *transfer = (kmp_transfer){0};
 }
 

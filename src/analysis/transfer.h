@@ -12,6 +12,7 @@
 
 #include "analysis/linear.h"
 #include "analysis/slopes.h"
+#include "base/arena.h"
 #include "model/asked.h"
 
 /** Where the value of an output is: number `index` of q, qd, qdd, lambda, or of what is shown beside them. */
@@ -30,6 +31,7 @@ typedef struct kmp_load {
 } kmp_load;
 
 typedef struct kmp_transfer {
+    kmp_arena arena;    /* of all arrays */
     kmp_linear *linear; /* not owned, and where it stands */
     kmp_slopes *slopes; /* not owned */
     int n, m, p;

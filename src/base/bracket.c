@@ -41,3 +41,25 @@ void kmp_bracket_take(kmp_bracket *b, double x, double f, bool beyond)
         b->side = 1;
     }
 }
+
+double kmp_bracket_least(double (*of)(void *self, double x), void *self, double low, double high, double width)
+{
+    const double golden = 0.38196601125010515;
+    double x = low + golden * (high - low), y = high - golden * (high - low), at_x = of(self, x), at_y = of(self, y);
+    while (high - low > width) {
+        if (at_x < at_y) {
+            high = y;
+            y = x;
+            at_y = at_x;
+            x = low + golden * (high - low);
+            at_x = of(self, x);
+        } else {
+            low = x;
+            x = y;
+            at_x = at_y;
+            y = high - golden * (high - low);
+            at_y = of(self, y);
+        }
+    }
+    return (low + high) / 2;
+}

@@ -23,4 +23,8 @@ bool kmp_bracket_next(const kmp_bracket *bracket, double tolerance, double *x);
 /** The value at a place between. `beyond`: the change lies between `near` and there. */
 void kmp_bracket_take(kmp_bracket *bracket, double x, double f, bool beyond);
 
+/** The place of the least value between two places by golden section (Brent 1973, chapter 5), until they are nearer
+ * than `width` to each other; of equal values towards `high`. */
+double kmp_bracket_least(double (*of)(void *self, double x), void *self, double low, double high, double width);
+
 #endif

@@ -345,27 +345,34 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *e
     return kmp_equations_derive(eq, s->model, &scene);
 }
 
-static kempe_status derive(kempe_system *s)
+/* What follows the programs of motion, of equations that have all conditions and goals. */
+static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
+{
+    kempe_status status = make_judge(s, eq) ? make_changes(s, eq) : kmp_fail_memory(s->context);
+    return status != KEMPE_OK || kmp_goals_program(eq, &s->goals) ? status : kmp_fail_memory(s->context);
+}
+
+static kempe_status derive(kempe_system *s, bool closures)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    kempe_status status = derive_sets(s, KMP_MOTION_SETS, &eq);
+    kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &eq);
     if (status != KEMPE_OK)
         return status;
     bool ok = take_rows(s, &eq) && kmp_motion_make(s, &eq);
+    if (ok && closures)
+        status = derive_rest(s, &eq);
     kmp_equations_free(&eq);
-    if (ok)
-        status = kmp_motion_add_articulated(s);
-    if (ok && status == KEMPE_OK)
+    if (!ok || closures)
+        return ok ? status : kmp_fail_memory(s->context);
+    status = kmp_motion_add_articulated(s);
+    if (status == KEMPE_OK)
         status = derive_sets(s, judge, &eq);
-    if (ok && status == KEMPE_OK) {
-        ok = make_judge(s, &eq);
-        if (ok)
-            status = make_changes(s, &eq);
-        ok = ok && kmp_goals_program(&eq, &s->goals);
-        kmp_equations_free(&eq);
-    }
-    return !ok ? kmp_fail_memory(s->context) : status;
+    if (status != KEMPE_OK)
+        return status;
+    status = derive_rest(s, &eq);
+    kmp_equations_free(&eq);
+    return status;
 }
 
 /* What was asked for, by the call or the model. */
@@ -380,25 +387,16 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
     return status;
 }
 
-kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, bool closures, kempe_system **system)
 {
     double begin = kmp_cpu_now();
-    kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
-    kmp_context_clear(model->context);
-    kempe_status status = kmp_model_check_finished(model);
-    if (status == KEMPE_OK)
-        status = read_dynamics(model, word, &dynamics);
-    if (status == KEMPE_OK)
-        status = kmp_check_masses(model);
-    if (status != KEMPE_OK)
-        return status;
     kempe_system *s = KMP_NEW(kempe_system, 1);
     if (!s)
         return kmp_fail_memory(model->context);
     s->model = model;
     s->context = model->context;
     s->dynamics = dynamics;
-    status = derive(s);
+    kempe_status status = derive(s, closures);
     if (status != KEMPE_OK) {
         kempe_system_free(s);
         return status;
@@ -406,6 +404,24 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
     s->build_s = kmp_cpu_now() - begin;
     *system = s;
     return KEMPE_OK;
+}
+
+kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
+{
+    kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
+    kmp_context_clear(model->context);
+    kempe_status status = kmp_model_check_finished(model);
+    if (status == KEMPE_OK)
+        status = read_dynamics(model, word, &dynamics);
+    if (status == KEMPE_OK)
+        status = kmp_check_masses(model);
+    return status == KEMPE_OK ? new_system(model, dynamics, false, system) : status;
+}
+
+kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system)
+{
+    kempe_status status = kmp_model_check_finished(model);
+    return status == KEMPE_OK ? new_system(model, KMP_DYNAMICS_PLAIN, true, system) : status;
 }
 
 void kempe_system_free(kempe_system *s)

@@ -20,8 +20,8 @@ bool kmp_pattern_init(kmp_pattern *pattern, int rows, int cols, const kmp_ref *m
 void kmp_pattern_free(kmp_pattern *pattern);
 
 /** What closures that are redundant but for rounding may stay open by where the model does not say, as part of the
- * characteristic length: four hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of it
- * (bench/rounded digits). */
+ * characteristic length: four hundred lamps and as many linkages in space, to four digits, are open by up to 5.2e-4 of
+ * it (bench/rounded digits). */
 #define KMP_CLOSURE_TOLERANCE 6e-4
 
 /** What the first assembly found of closures that are redundant but for rounding of the model's numbers
@@ -103,6 +103,9 @@ struct kempe_system {
 
 /** kempe_system_new_by without a look at rounded numbers. */
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
+
+/** Closures alone, without masses and forces: for assembling, and for walking on closed configurations. */
+kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
 
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {

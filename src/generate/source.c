@@ -2,6 +2,7 @@
 #include "generate/source.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/mend.h"
 #include "dynamics/pressed.h"
 #include "generate/symbols.h"
 #include "model/model_print.h"
@@ -240,22 +241,12 @@ static kempe_status read_form(kmp_source *source, const char *form)
     return kmp_fail(source->context, KEMPE_E_ARGUMENT, "there is no form '%s'; forms are legible, compact", form);
 }
 
-/* Of a rounded drawing the mechanism that is meant is written, which all computations go by (constraints/mend.h).
- * Numbers that stay symbols are those of the drawing. */
-static kempe_status find_meant(kmp_source *source, const kempe_generation *g)
+/* Of a rounded drawing the mechanism that is meant is written, which all computations go by (constraints/mend.h). */
+static kempe_status find_meant(kmp_source *source)
 {
-    if (g->keep_parameters || source->model->closure_count == 0)
-        return KEMPE_OK;
-    kempe_status status = kempe_system_new(source->model, &source->meant);
-    if (status != KEMPE_OK)
-        return status;
-    if (source->meant->mended) {
-        source->model = source->meant->model;
-        return KEMPE_OK;
-    }
-    kempe_system_free(source->meant);
-    source->meant = NULL;
-    return KEMPE_OK;
+    kempe_status status = source->model->closure_count > 0 ? kmp_meant(source->model, &source->meant) : KEMPE_OK;
+    source->model = source->meant ? kmp_variant_model(source->meant) : source->model;
+    return status;
 }
 
 kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const kempe_generation *g)
@@ -268,7 +259,7 @@ kempe_status kmp_source_init(kmp_source *source, const kempe_model *model, const
     if (status == KEMPE_OK)
         status = kmp_choice_read(model, g, &choice);
     if (status == KEMPE_OK)
-        status = find_meant(source, g);
+        status = find_meant(source);
     if (status != KEMPE_OK)
         return status;
     source->vectorised = g->vectorised;
@@ -307,7 +298,7 @@ void kmp_source_free(kmp_source *source)
     kmp_free(source->value);
     kmp_free(source->title);
     kmp_free(source->name);
-    kempe_system_free(source->meant);
+    kmp_variant_free(source->meant);
     *source = (kmp_source){0};
 }
 

@@ -11,6 +11,13 @@ static inline double kmp_dot(int n, const double *a, const double *b)
     return s;
 }
 
+/* to = from; NULL is zero. */
+static inline void kmp_copy_or_zero(int n, const double *from, double *to)
+{
+    for (int i = 0; i < n; i++)
+        to[i] = from ? from[i] : 0;
+}
+
 static inline double kmp_dot3(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

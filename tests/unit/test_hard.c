@@ -167,8 +167,9 @@ static void near_change_points_turn(void)
         for (int road = 0; road < 3; road += 2) {
             hard_result r = hard_run(&s, KEMPE_ROOT, &c, &hard_roads[road], 1e-11);
             CHECK(r.status == KEMPE_OK && r.error < cases[k].allowed);
-            if (!(r.error < cases[k].allowed))
-                printf("  delta %s on %s: error %.1e\n", cases[k].delta, hard_roads[road].road, r.error);
+            if (r.status != KEMPE_OK || !(r.error < cases[k].allowed))
+                printf("  delta %s on %s: error %.1e; %s\n", cases[k].delta, hard_roads[road].road, r.error,
+                       r.report.reason ? r.report.reason : "");
             kmp_free(r.report.reason);
         }
         hard_unload(&s);

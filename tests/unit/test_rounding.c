@@ -176,12 +176,27 @@ static void a_small_loop_is_no_rounding(void)
  * explains. */
 static void a_real_closure_of_small_effect_is_no_rounding(void)
 {
-    stays_as_it_is(NULL,
-                   "kempe: 1\nground: {points: {O: [0, 0, 0], D: [1.20417, 0.40233, 0]}}\nbodies:\n"
-                   "  a: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {P: [-0.00021, 0.00035, 0], "
-                   "E: [0.71443, 0.10267, 0]}}\n"
-                   "  b: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
-                   "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}}\n");
+    stays_as_it_is(
+        NULL,
+        "kempe: 1\nground: {points: {O: [0, 0, 0], D: [1.20417, 0.40233, 0]}}\nbodies:\n"
+        "  a: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {P: [-0.00021, 0.00035, 0], "
+        "E: [0.71443, 0.10267, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
+        "  c: {joint: {revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}}\n"
+        "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}, K: {couple: {b: 1, c: 1}}}\n");
+}
+
+/* Closed to the twelfth digit only, and held: no step is refused, and no other road taken. */
+static void what_cannot_move_is_not_stepped(void)
+{
+    loaded l = draw("tests/models/rounded_and_fixed.yaml", NAN);
+    kempe_run settings = kempe_run_default();
+    kempe_trajectory *t = NULL;
+    settings.once = true;
+    CHECK(kempe_simulate(l.system, &settings, &t) == KEMPE_OK);
+    CHECK(t && t->status == KEMPE_OK && t->report.refused == 0 && t->report.steps < 20);
+    kempe_trajectory_free(t);
+    unload(&l);
 }
 
 /* -- rows that stay open ----------------------------------------------------------------------------- */
@@ -241,6 +256,7 @@ int main(void)
     TEST(a_small_pivot_that_is_real_is_no_rounding);
     TEST(a_small_loop_is_no_rounding);
     TEST(a_real_closure_of_small_effect_is_no_rounding);
+    TEST(what_cannot_move_is_not_stepped);
     TEST(dropped_rows_stay_open_within_the_tolerance);
     TEST(rows_that_nothing_moves_have_the_tolerance_too);
     return check_report();

@@ -549,49 +549,6 @@ static void a_long_chain_passes_its_change_point(void)
     unload(&l);
 }
 
-/* A hair from flat, where every window's row x is lost: accelerations in the zone are those of the rows that are left,
- * which the workspace finds by dense elimination. */
-static void the_zone_leaves_rows_out(void)
-{
-    enum { N = 80, COORDINATES = 2 * N + 1 };
-    loaded l = chain(N, true, 0);
-    kmp_plant *plant = kmp_plant_new(l.system, "tape");
-    kmp_partition part;
-    kempe_workspace *ws = NULL;
-    double q[COORDINATES], qd[COORDINATES], qdd[COORDINATES], dy[2 * COORDINATES];
-    for (int k = 0; k < COORDINATES; k++) {
-        bool upright = l.model->motions[k].name[0] == 'a';
-        q[k] = upright ? 0.9 : -0.9;
-        qd[k] = upright ? -1 : 1;
-    }
-    kmp_plant_closure(plant, 0, q);
-    CHECK(kmp_partition_init(&part, l.system, plant->jacobian, NULL, 0) == KEMPE_OK && part.r == 2 * N);
-    for (int k = 0; k < COORDINATES; k++)
-        q[k] *= 1e-13;
-    kmp_road_start start = {.system = l.system,
-                            .plant = plant,
-                            .part = &part,
-                            .q = q,
-                            .qd = qd,
-                            .rtol = 1e-8,
-                            .atol = 1e-8,
-                            .rate_scale = 1,
-                            .t_end = 1};
-    kmp_road *zone = kmp_road_zone.create(&start);
-    CHECK(zone && zone->ode.rhs(zone->ode.self, 0, zone->y, dy) == KMP_GO);
-    unsigned long before = kmp_memory_count();
-    CHECK(zone->ode.rhs(zone->ode.self, 0, zone->y, dy) == KMP_GO && kmp_memory_count() == before);
-    CHECK(kempe_workspace_new(l.system, &ws) == KEMPE_OK);
-    CHECK(kempe_forward_dynamics(ws, 0, q, qd, NULL, qdd, NULL) == KEMPE_OK);
-    for (int k = 0; k < COORDINATES; k++)
-        CHECK_NEAR(dy[COORDINATES + k], qdd[k], 1e-9);
-    kempe_workspace_free(ws);
-    zone->release(zone);
-    kmp_partition_free(&part);
-    kmp_plant_free(plant);
-    unload(&l);
-}
-
 /* Through a change point, by numbers that a run of a chain twice as long has twice: products of a look at the margin,
  * and right-hand sides as many. */
 static void passing_is_linear(void)
@@ -775,7 +732,6 @@ int main(void)
     TEST(a_singular_choice_is_told);
     TEST(the_roads_agree_on_a_long_chain);
     TEST(a_long_chain_passes_its_change_point);
-    TEST(the_zone_leaves_rows_out);
     TEST(passing_is_linear);
     TEST(many_freedoms_stay_sparse);
     TEST(no_change_point_is_missed);
