@@ -19,10 +19,9 @@ struct kempe_assembly {
     double misfit;      /* the widest of the dropped ones, scaled */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* what prescribed motions ask for and the closures do not allow: of the fastest scaled rate */
-    int iterations;     /* of Gauss-Newton and Newton */
-    int newton;         /* of these, by KINSOL */
-    double *gaps;       /* gap of each closure, m, in the order of the model */
-    int *culprits;      /* closures that stay open, widest first */
+    int iterations;
+    double *gaps;  /* gap of each closure, m, in the order of the model */
+    int *culprits; /* closures that stay open, widest first */
     int culprit_count;
     double *moved;                      /* n: how far each coordinate went from the guess */
     double *inner_q, *inner_qd, *chart; /* the same state in the charts that it was found in; NULL: in the user's own */

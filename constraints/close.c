@@ -3,8 +3,10 @@
 #include "constraints/tolerances.h"
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
-enum { MOST_CORRECTIONS = 12 };
+enum { MOST_CORRECTIONS = 12, MOST_FROM_AFAR = 200, MOST_DAMPINGS = 60, MOST_OF_RATES = 10 };
+#define MORE_DAMPING 3.0
 
 /* max |dx| in scales, and against the weights. */
 static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *weighted)
@@ -76,9 +78,80 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
     return out;
 }
 
+/* -- from afar --------------------------------------------------------------------------------------- */
+
+static double length_of_h(const kmp_plant *plant)
+{
+    double sum = 0;
+    for (int r = 0; r < plant->m; r++)
+        if (kmp_plant_counts(plant, r))
+            sum += kmp_plant_opening(plant, r) * kmp_plant_opening(plant, r);
+    return isnan(sum) ? INFINITY : sqrt(sum);
+}
+
+/* A correction that is no longer than `bound`; what it promises to leave of |h|, infinite: there is none. */
+static double bounded_correction(const kmp_closer *c, double h, double bound)
+{
+    const kmp_close_rule rule = {0};
+    double damping = fmax(h, DBL_MIN), weighted;
+    for (int k = 0; k < MOST_DAMPINGS; k++, damping *= MORE_DAMPING) {
+        if ((k > 0 && c->damp(c->self, damping)) || !c->correct(c->self, c->plant->h, c->dx))
+            return INFINITY;
+        if (measure(c, &rule, &weighted) <= bound)
+            return c->promise(c->self);
+    }
+    return INFINITY;
+}
+
+/* One step down, whose gain is returned; `bound` shrinks where steps break their promise and grows where they keep it.
+ * 0: at rest. */
+static double step_down(const kmp_closer *c, double t, double *x, double *trial, double *bound)
+{
+    size_t bytes = (size_t)c->plant->n * sizeof *x;
+    for (; *bound > KMP_SHORTEST_CORRECTION; *bound *= 0.4) {
+        if (c->place(c->self, t, x))
+            return 0;
+        double before = length_of_h(c->plant), promised = before - bounded_correction(c, before, *bound);
+        if (!(promised > 0)) /* no slope left */
+            return 0;
+        memcpy(trial, x, bytes);
+        add(c, 1, trial);
+        kmp_plant_closure(c->plant, t, trial);
+        double gained = before - length_of_h(c->plant);
+        if (gained > 0.1 * promised) {
+            memcpy(x, trial, bytes);
+            *bound = gained > 0.6 * promised ? fmin(2 * *bound, KMP_LONGEST_CORRECTION) : *bound;
+            return gained;
+        }
+    }
+    return 0;
+}
+
+int kmp_close_from_afar(const kmp_closer *c, double near, double worth, double t, double *x, double *trial)
+{
+    double bound = KMP_LONGEST_CORRECTION;
+    int steps = 0;
+    bool worthwhile = true;
+    kmp_plant_closure(c->plant, t, x);
+    while (worthwhile && steps < MOST_FROM_AFAR && !(kmp_plant_residual(c->plant) <= near)) {
+        double gained = step_down(c, t, x, trial, &bound);
+        kmp_plant_closure(c->plant, t, x);
+        worthwhile = gained > worth * length_of_h(c->plant);
+        steps++;
+    }
+    return steps;
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
 void kmp_close_rates(const kmp_closer *c, double *room, double *qd)
 {
-    for (int pass = 0; pass < 2; pass++) {
+    double last = INFINITY;
+    for (int pass = 0; pass < (c->damp ? MOST_OF_RATES : 2); pass++) {
+        double left = c->damp ? kmp_plant_rate_residual(c->plant, qd) : 0;
+        if (pass > 1 && !(left < 0.5 * last))
+            return;
+        last = left;
         kmp_plant_rates(c->plant, qd, room);
         if (c->correct(c->self, room, c->dx))
             add(c, 1, qd);

@@ -13,6 +13,7 @@
  * so the branch is kept.
  */
 #include "constraints/goals.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor_walk.h"
@@ -56,6 +57,7 @@ typedef struct search {
     const bool *hold;
     kmp_goals_verdict *verdict;
     kmp_walk *walk;
+    kmp_arena arena;
     kmp_machine *points; /* NULL: no goal is about a point */
     place here, there;
     int n, m, count;
@@ -82,10 +84,7 @@ void kmp_goals_free(kmp_goals_verdict *v)
 
 static double norm(int n, const double *x)
 {
-    double s = 0;
-    for (int i = 0; i < n; i++)
-        s += x[i] * x[i];
-    return sqrt(s);
+    return sqrt(kmp_dot(n, x, x));
 }
 
 /* -- distances --------------------------------------------------------------------------------------- */
@@ -348,90 +347,65 @@ static bool descend(search *w)
 
 /* -- all together ------------------------------------------------------------------------------------ */
 
-static bool place_init(place *p, int n, int count)
+static void make_place(search *w, place *p)
 {
-    *p = (place){.q = KMP_NEW(double, n),
-                 .r = KMP_NEW(double, count),
-                 .slope = KMP_NEW(double, count *n),
-                 .tangent = KMP_NEW(double, n *(n + 1)),
-                 .gradient = KMP_NEW(double, n),
-                 .projected = KMP_NEW(double, n)};
-    return p->q && p->r && p->slope && p->tangent && p->gradient && p->projected;
+    size_t n = (size_t)w->n, count = (size_t)w->count;
+    *p = (place){.q = KMP_ARENA_NEW(&w->arena, double, n),
+                 .r = KMP_ARENA_NEW(&w->arena, double, count),
+                 .slope = KMP_ARENA_NEW(&w->arena, double, count *n),
+                 .tangent = KMP_ARENA_NEW(&w->arena, double, n *(n + 1)),
+                 .gradient = KMP_ARENA_NEW(&w->arena, double, n),
+                 .projected = KMP_ARENA_NEW(&w->arena, double, n)};
 }
 
-static void place_free(place *p)
-{
-    kmp_free(p->q);
-    kmp_free(p->r);
-    kmp_free(p->slope);
-    kmp_free(p->tangent);
-    kmp_free(p->gradient);
-    kmp_free(p->projected);
-}
-
-/* With the user's own charts, which an assembly with goals keeps. */
+/* With the user's own charts, which an assembly with goals keeps. false: no memory. */
 static bool start_points(search *w)
 {
-    double *chart = KMP_NEW(double, KMP_CHART_SIZE * w->s->chart_count);
-    if (!chart)
+    double *chart = KMP_ARENA_NEW(&w->arena, double, KMP_CHART_SIZE * w->s->chart_count);
+    w->points = kmp_machine_new(w->s->goals, kmp_backend_find("tape"));
+    if (!w->points || !chart)
         return false;
     kmp_charts_reset(w->s, chart);
     kmp_machine_set(w->points, KMP_IN_CHART, chart);
     kmp_machine_set(w->points, KMP_IN_PARAMETER, w->s->parameters);
     (void)kmp_machine_run(w->points, 0);
-    kmp_free(chart);
     return true;
 }
 
 static bool search_init(search *w, const kempe_system *s, const bool *hold, kmp_goals_verdict *verdict)
 {
-    int n = s->n, m = s->m, count = verdict->count;
-    *w = (search){.s = s, .hold = hold, .verdict = verdict, .n = n, .m = m, .count = count};
-    w->factor = KMP_NEW(double, count);
-    bool ok = place_init(&w->here, n, count) && w->factor;
-    if (ok && s->goals) {
-        w->points = kmp_machine_new(s->goals, kmp_backend_find("tape"));
-        ok = w->points;
-    }
-    if (!ok)
+    *w = (search){.s = s, .hold = hold, .verdict = verdict, .n = s->n, .m = s->m, .count = verdict->count};
+    w->factor = KMP_ARENA_NEW(&w->arena, double, w->count);
+    make_place(w, &w->here);
+    if (w->arena.failed || (s->goals && !start_points(w)))
         return false;
     set_factors(w);
-    return !w->points || start_points(w);
+    return true;
 }
 
 /* What the search needs beyond a measurement. */
 static bool search_extend(search *w)
 {
-    int n = w->n;
+    size_t n = (size_t)w->n, m = (size_t)w->m;
     w->walk = kmp_walk_new(w->s);
-    w->multiplier = KMP_NEW(double, w->m);
-    w->transposed = KMP_NEW(double, n * w->m);
-    w->hessian = KMP_NEW(double, n *n);
-    w->eigen = KMP_NEW(double, n);
-    w->y = KMP_NEW(double, n);
-    w->step = KMP_NEW(double, n);
-    w->rate = KMP_NEW(double, n);
-    if (!w->walk || !w->multiplier || !w->transposed || !w->hessian || !w->eigen || !w->y || !w->step || !w->rate ||
-        !place_init(&w->there, n, w->count))
-        return false;
-    w->walk->hold = w->hold;
-    return true;
+    w->multiplier = KMP_ARENA_NEW(&w->arena, double, m);
+    w->transposed = KMP_ARENA_NEW(&w->arena, double, n *m);
+    w->hessian = KMP_ARENA_NEW(&w->arena, double, n *n);
+    w->eigen = KMP_ARENA_NEW(&w->arena, double, n);
+    w->y = KMP_ARENA_NEW(&w->arena, double, n);
+    w->step = KMP_ARENA_NEW(&w->arena, double, n);
+    w->rate = KMP_ARENA_NEW(&w->arena, double, n);
+    make_place(w, &w->there);
+    if (w->walk)
+        w->walk->hold = w->hold;
+    return w->walk && !w->arena.failed;
 }
 
 static void search_free(search *w)
 {
     kmp_machine_free(w->points);
     kmp_walk_free(w->walk);
-    place_free(&w->here);
-    place_free(&w->there);
-    kmp_free(w->factor);
-    kmp_free(w->multiplier);
-    kmp_free(w->transposed);
-    kmp_free(w->hessian);
-    kmp_free(w->eigen);
-    kmp_free(w->y);
-    kmp_free(w->step);
-    kmp_free(w->rate);
+    kmp_arena_free(&w->arena);
 }
 
 static void measure(search *w, const double *q)

@@ -1,16 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* SUNDIALS KINSOL: Newton's method with a line search for small dense systems f(x) = 0, from far away. */
+/* SUNDIALS KINSOL: Newton's method with a line search for small dense systems f(x) = 0. */
 #ifndef KMP_CONSTRAINTS_KINSOL_H
 #define KMP_CONSTRAINTS_KINSOL_H
 
-#include "base/context.h"
+#include <stdbool.h>
 
-/** Solves f(x) = 0 from x until max |scale_f f| < ftol. scale_x and scale_f make unknowns and residuals of
- *  comparable size 1. r = f(x) and a = df/dx (n x n, column-major, zeroed before the call); both return KMP_GO,
- *  KMP_RETRY (try closer) or KMP_HALT. x is untouched on failure; `iterations` (may be NULL) is set always. */
-kempe_status kmp_kinsol_solve(kempe_context *context, int n, double *x, const double *scale_x, const double *scale_f,
-                              int (*f)(void *self, const double *x, double *r),
-                              int (*jac)(void *self, const double *x, double *a), void *self, double ftol,
-                              int *iterations);
+/* scale_x and scale_f make unknowns and equations of comparable size 1. f: r (n); jac: a = df/dx (n x n, column-major,
+ * zeroed before the call). Both return 0, positive where they cannot be evaluated (nearer is tried), negative to end.
+ */
+typedef struct kmp_kinsol_problem {
+    void *self;
+    int n;
+    const double *scale_x, *scale_f;
+    int (*f)(void *self, const double *x, double *r);
+    int (*jac)(void *self, const double *x, double *a);
+} kmp_kinsol_problem;
+
+/** From x until max |scale_f f| < ftol. false: not there, x as it was. */
+bool kmp_kinsol_solve(const kmp_kinsol_problem *problem, double ftol, double *x, int *iterations);
 
 #endif

@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_DAMPING 1e-12
 /* Beyond so many rows, and with fewer than one in so many places taken, sparse. */
 enum { SPARSE_FROM = 24, SPARSE_BELOW = 8 };
 
@@ -29,8 +28,7 @@ static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int 
 {
     int count = n + m + 2 * jac->count, at = n + m;
     int *row = KMP_NEW(int, count), *col = KMP_NEW(int, count);
-    c->matrix = KMP_NEW(double, count);
-    bool ok = row && col && c->matrix;
+    bool ok = row && col;
     for (int k = 0; ok && k < n + m; k++)
         row[k] = col[k] = k;
     for (int e = 0; ok && e < jac->count; e++, at += 2) {
@@ -46,42 +44,38 @@ static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int 
 bool kmp_least_change_init(kmp_least_change *c, kmp_plant *plant)
 {
     const kmp_pattern *jac = &plant->system->jacobian;
-    int n = plant->n, m = plant->m;
-    bool large = m > SPARSE_FROM && n + m + 2 * jac->count < (long)(n + m) * (n + m) / SPARSE_BELOW;
-    *c = (kmp_least_change){.plant = plant,
-                            .entry = KMP_NEW(double, jac->count),
-                            .start = KMP_NEW(int, n + 1),
-                            .column = KMP_NEW(int, jac->count),
-                            .right = KMP_NEW(double, n + m),
-                            .dx = KMP_NEW(double, n)};
-    bool ok = c->entry && c->start && c->column && c->right && c->dx;
-    if (ok)
-        sort_columns(c, jac, n);
-    if (ok && large)
-        return make_sparse(c, jac, n, m);
-    c->matrix = ok ? KMP_NEW(double, m *m) : NULL;
-    return c->matrix;
+    int n = plant->n, m = plant->m, places = n + m + 2 * jac->count;
+    bool large = m > SPARSE_FROM && places < (long)(n + m) * (n + m) / SPARSE_BELOW;
+    *c = (kmp_least_change){.plant = plant};
+    c->entry = KMP_ARENA_NEW(&c->arena, double, jac->count);
+    c->start = KMP_ARENA_NEW(&c->arena, int, n + 1);
+    c->column = KMP_ARENA_NEW(&c->arena, int, jac->count);
+    c->right = KMP_ARENA_NEW(&c->arena, double, n + m);
+    c->dx = KMP_ARENA_NEW(&c->arena, double, n);
+    c->matrix = KMP_ARENA_NEW(&c->arena, double, large ? places : m *m);
+    if (c->arena.failed)
+        return false;
+    sort_columns(c, jac, n);
+    return !large || make_sparse(c, jac, n, m);
 }
 
 void kmp_least_change_free(kmp_least_change *c)
 {
-    void *arrays[] = {c->entry, c->start, c->column, c->right, c->dx, c->matrix};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
     kmp_sparse_free(c->sparse);
+    kmp_arena_free(&c->arena);
     *c = (kmp_least_change){0};
 }
 
 /* -- a correction ------------------------------------------------------------------------------------ */
 
-/* false: singular */
-static bool factor_sparse(kmp_least_change *c, double damping)
+/* J J' + `square`. false: singular */
+static bool factor_sparse(kmp_least_change *c, double square)
 {
     const kmp_pattern *jac = &c->plant->system->jacobian;
     int n = c->plant->n, m = c->plant->m;
     double *value = c->matrix + n + m;
     for (int k = 0; k < n + m; k++)
-        c->matrix[k] = k < n ? 1 : damping;
+        c->matrix[k] = k < n ? 1 : square;
     for (int e = 0; e < jac->count; e++) {
         *value++ = c->entry[e];
         *value++ = -c->entry[e];
@@ -89,13 +83,13 @@ static bool factor_sparse(kmp_least_change *c, double damping)
     return kmp_sparse_factor(c->sparse, c->matrix) == KMP_SPARSE_FACTORED;
 }
 
-static bool factor_dense(kmp_least_change *c, double damping)
+static bool factor_dense(kmp_least_change *c, double square)
 {
     const int *row = c->plant->system->jacobian.row;
     int m = c->plant->m;
     memset(c->matrix, 0, (size_t)(m * m) * sizeof *c->matrix);
     for (int r = 0; r < m; r++)
-        c->matrix[r + r * m] = damping;
+        c->matrix[r + r * m] = square;
     for (int k = 0; k < c->plant->n; k++)
         for (int a = c->start[k]; a < c->start[k + 1]; a++)
             for (int b = c->start[k]; b <= a; b++) {
@@ -103,6 +97,14 @@ static bool factor_dense(kmp_least_change *c, double damping)
                 c->matrix[high + (row[i] + row[j] - high) * m] += c->entry[i] * c->entry[j];
             }
     return kmp_cholesky_factor(m, c->matrix) == 0;
+}
+
+static int damp(void *self, double damping)
+{
+    kmp_least_change *c = self;
+    double square = damping * damping;
+    c->damping = damping;
+    return !(c->sparse ? factor_sparse(c, square) : factor_dense(c, square));
 }
 
 static int place(void *self, double t, const double *q)
@@ -120,8 +122,7 @@ static int place(void *self, double t, const double *q)
         bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_plant_counts(c->plant, jac->row[e]);
         c->entry[e] = none ? 0 : c->plant->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
     }
-    square = fmax(square, LEAST_DAMPING);
-    return !(c->sparse ? factor_sparse(c, square) : factor_dense(c, square));
+    return damp(c, fmax(sqrt(square), KMP_LEAST_DAMPING));
 }
 
 static bool correct(void *self, const double *violation, double *dx)
@@ -147,6 +148,16 @@ static bool correct(void *self, const double *violation, double *dx)
     return true;
 }
 
+/* J dq + h = -mu^2 y. */
+static double promise(void *self)
+{
+    const kmp_least_change *c = self;
+    double sum = 0;
+    for (int r = 0; r < c->plant->m; r++)
+        sum += c->right[c->plant->n + r] * c->right[c->plant->n + r];
+    return c->damping * c->damping * sqrt(sum);
+}
+
 kmp_closer kmp_least_change_closer(kmp_least_change *c)
 {
     return (kmp_closer){.self = c,
@@ -155,7 +166,9 @@ kmp_closer kmp_least_change_closer(kmp_least_change *c)
                         .count = c->plant->n,
                         .dx = c->dx,
                         .place = place,
-                        .correct = correct};
+                        .correct = correct,
+                        .damp = damp,
+                        .promise = promise};
 }
 
 kmp_close_rule kmp_least_change_rule(int most)

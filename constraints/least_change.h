@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closing by least moves of the scaled coordinates,
  *
- *     dq = S J' y      (J J' + mu^2) y = -h      J scaled, mu = |h|,
+ *     dq = S J' y      (J J' + mu^2) y = -h      J scaled, mu = |h| or more,
  *
  * so that redundant rows, whose rank is undecided before h is closed, are left alone: still quadratic, to the nearest
  * closed state (Yamashita and Fukushima, Computing Suppl. 15 (2001) 239). Dense, or as [1 -J'; J mu^2] when it is
@@ -9,6 +9,7 @@
 #ifndef KMP_CONSTRAINTS_LEAST_CHANGE_H
 #define KMP_CONSTRAINTS_LEAST_CHANGE_H
 
+#include "base/arena.h"
 #include "constraints/close.h"
 #include "linalg/sparse.h"
 
@@ -20,7 +21,9 @@ typedef struct kmp_least_change {
     double *right;       /* n + m */
     double *dx;          /* n */
     double *matrix;      /* m x m; values when sparse */
+    double damping;      /* of the last factorisation */
     kmp_sparse *sparse;
+    kmp_arena arena;
 } kmp_least_change;
 
 /** false: no memory. Nothing is allocated afterwards. */

@@ -26,7 +26,7 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, MOST
 #define RANK       1e-5  /* of the conditions: above what dh/dp is off by, of the size of the rounding */
 #define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
 #define MOST_RANK  1e-2
-#define WIDE       10.0  /* of the median misfit */
+#define WIDE       3.0   /* of the median misfit */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
 #define EXPLAINED  1e-2  /* what is left of the misfit, or the rounding squared, where the rounding explains it */
@@ -381,10 +381,9 @@ static bool look(mending *x, const kempe_system *s, double *widest)
 /* How far a number may move, scaled. */
 static double farthest(const mending *x, const number *n)
 {
-    double most = x->s->closure_tolerance / x->s->length, digits = KMP_MEND_DIGITS * n->rounding;
-    if (!n->point)
-        digits = fmax(digits, KMP_MEND_AXES);
-    return x->s->model->closure_tolerance_given ? most : fmin(most, digits);
+    if (x->s->model->closure_tolerance_given)
+        return x->s->closure_tolerance / x->s->length;
+    return fmax(KMP_MEND_DIGITS * n->rounding, n->point ? 0 : KMP_MEND_AXES);
 }
 
 /* Whether a step leads nowhere but where rounding does. */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The algebra of a choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds
- * 1.5. Dense for a small J. A large one is pivoted with its non-zeros alone, to the same pivots, and then falls apart
- * into the blocks that share no row and no column; each of them is small and dense, or large and sparse. */
+ * 1.5. A large J is pivoted with its non-zeros alone, to the same pivots, and its Jv is factored sparse. */
 #ifndef KMP_CONSTRAINTS_PICK_H
 #define KMP_CONSTRAINTS_PICK_H
 
@@ -17,9 +16,6 @@ typedef struct kmp_pick {
     int nz; /* entries */
     int *entry_row, *entry_col;
     double *value;
-
-    double *a, *jv, *b; /* dense: m x n, m x m, m x n */
-    int *pivot;
 } kmp_pick;
 
 /** Whether m x n with nz entries is so large and so empty that it is not made dense. */
@@ -37,7 +33,7 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
 typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;
 
 /** Exchanges columns of the first r with others, at most so many; then the number of exchanges, max |Bvu| and the
- * 1-norm condition number of Jv, which for large blocks is an estimate from below. */
+ * 1-norm condition number of Jv, which for a large one is an estimate from below. */
 kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond);
 
 #endif

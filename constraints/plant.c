@@ -278,11 +278,14 @@ void kmp_plant_mass(kmp_plant *plant)
     }
 }
 
-/* The user's efforts go through the recursion. */
-static void accelerate_bodies(kmp_plant *plant, const double *effort)
+/* Efforts that are none of the program go through the recursion; `effort` is all zero, or the user's. */
+static void accelerate_bodies(kmp_plant *plant)
 {
-    if (effort)
-        kmp_machine_set(plant->motion, KMP_IN_EFFORT, effort);
+    for (int i = 0; plant->given && i < plant->n; i++)
+        plant->with_force[i] = plant->effort[i] + plant->given[i];
+    if (plant->given || plant->gave || plant->system->force)
+        kmp_machine_set(plant->motion, KMP_IN_EFFORT, plant->given ? plant->with_force : plant->effort);
+    plant->gave = plant->given;
     plant->free_qdd = kmp_machine_run(plant->motion, KMP_STAGE_BIAS);
     plant->drift = plant->free_qdd + plant->n;
 }
@@ -302,7 +305,8 @@ static void add_efforts(kmp_plant *plant)
 void kmp_plant_give(kmp_plant *plant, const double *effort)
 {
     plant->given = effort;
-    add_efforts(plant);
+    if (!plant->by_bodies)
+        add_efforts(plant);
 }
 
 /* C with the multipliers at hand, after jdqd. */
@@ -334,12 +338,11 @@ void kmp_plant_bias(kmp_plant *plant, const double *qd)
 {
     visit(plant, NULL, NULL, qd);
     kmp_machine_set(plant->motion, KMP_IN_QD, qd);
-    const double *effort = kmp_plant_effort(plant, plant->t, plant->q, qd);
-    if (plant->by_bodies) {
-        accelerate_bodies(plant, effort);
-        return;
-    }
-    run_bias(plant);
+    (void)kmp_plant_effort(plant, plant->t, plant->q, qd);
+    if (plant->by_bodies)
+        accelerate_bodies(plant);
+    else
+        run_bias(plant);
 }
 
 const double *kmp_plant_effort(kmp_plant *plant, double t, const double *q, const double *qd)
@@ -505,10 +508,9 @@ double kmp_plant_residual(const kmp_plant *plant)
 {
     double worst = 0;
     for (int r = 0; r < plant->m; r++) {
-        if (!kmp_plant_counts(plant, r))
-            continue;
-        double open = fabs(plant->h[r]) / plant->system->row_scale[r];
-        worst = open > worst ? open : worst;
+        double open = kmp_plant_counts(plant, r) ? kmp_plant_opening(plant, r) : 0;
+        if (!(open <= worst))
+            worst = isnan(open) ? INFINITY : open;
     }
     return worst;
 }

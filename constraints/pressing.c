@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/pressing.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/reduction.h"
 #include "constraints/tolerances.h"
@@ -18,6 +19,7 @@ enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
 #define DESCENT 0.1
 
 typedef struct kmp_press_work {
+    kmp_arena arena;
     int count;                /* unknowns */
     double *lambda, *changed; /* m */
     double *column;           /* n */
@@ -31,20 +33,20 @@ typedef struct kmp_press_work {
 struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
 {
     kmp_press_work *w = KMP_NEW(kmp_press_work, 1);
-    int count = s->pressed_count;
+    size_t count = (size_t)s->pressed_count, m = (size_t)s->m;
     if (!w)
         return NULL;
-    *w = (kmp_press_work){.count = count,
-                          .lambda = KMP_NEW(double, s->m),
-                          .changed = KMP_NEW(double, s->m),
-                          .column = KMP_NEW(double, s->n),
-                          .matrix = KMP_NEW(double, count *count),
-                          .residual = KMP_NEW(double, count),
-                          .step = KMP_NEW(double, count),
-                          .from = KMP_NEW(double, s->m),
-                          .pivot = KMP_NEW(int, count),
-                          .worst = -1};
-    if (w->lambda && w->changed && w->column && w->matrix && w->residual && w->step && w->from && w->pivot)
+    w->count = s->pressed_count;
+    w->worst = -1;
+    w->lambda = KMP_ARENA_NEW(&w->arena, double, m);
+    w->changed = KMP_ARENA_NEW(&w->arena, double, m);
+    w->column = KMP_ARENA_NEW(&w->arena, double, s->n);
+    w->matrix = KMP_ARENA_NEW(&w->arena, double, count *count);
+    w->residual = KMP_ARENA_NEW(&w->arena, double, count);
+    w->step = KMP_ARENA_NEW(&w->arena, double, count);
+    w->from = KMP_ARENA_NEW(&w->arena, double, m);
+    w->pivot = KMP_ARENA_NEW(&w->arena, int, count);
+    if (!w->arena.failed)
         return w;
     kmp_press_work_free(w);
     return NULL;
@@ -52,16 +54,8 @@ struct kmp_press_work *kmp_press_work_new(const kempe_system *s)
 
 void kmp_press_work_free(struct kmp_press_work *w)
 {
-    if (!w)
-        return;
-    kmp_free(w->lambda);
-    kmp_free(w->changed);
-    kmp_free(w->column);
-    kmp_free(w->matrix);
-    kmp_free(w->residual);
-    kmp_free(w->step);
-    kmp_free(w->from);
-    kmp_free(w->pivot);
+    if (w)
+        kmp_arena_free(&w->arena);
     kmp_free(w);
 }
 

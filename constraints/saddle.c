@@ -5,7 +5,6 @@
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense.h"
-#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -64,6 +63,9 @@ static int factor_dense(kmp_saddle *saddle)
         saddle->matrix[n + at + jac->col[k] * size] = plant->jacobian[k];
         saddle->matrix[jac->col[k] + (n + at) * size] = -plant->jacobian[k];
     }
+    for (int k = n; saddle->out && k < size; k++)
+        for (int i = 0; saddle->out[k - n] && i < size; i++)
+            saddle->matrix[k + i * size] = saddle->matrix[i + k * size] = i == k;
     return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
 }
 
@@ -82,11 +84,11 @@ static bool leave_out(kmp_saddle *saddle)
         int row = saddle->position[jac->row[k]];
         if (row < 0)
             continue;
-        saddle->entry_row[nz] = row;
-        saddle->entry_col[nz] = jac->col[k];
-        saddle->entry[nz++] = saddle->plant->jacobian[k] * s->scale[jac->col[k]] / s->row_scale[jac->row[k]];
+        saddle->row[nz] = row;
+        saddle->col[nz] = jac->col[k];
+        saddle->scaled[nz++] = saddle->plant->jacobian[k] * s->scale[jac->col[k]] / s->row_scale[jac->row[k]];
     }
-    kmp_entries a = {saddle->r, saddle->n, nz, saddle->entry_row, saddle->entry_col, saddle->entry};
+    kmp_entries a = {saddle->r, saddle->n, nz, saddle->row, saddle->col, saddle->scaled};
     const int *r, *c;
     const double *pivots;
     double largest, least;
@@ -108,7 +110,7 @@ static int factor_sparse(kmp_saddle *saddle)
     const kmp_plant *plant = saddle->plant;
     const kmp_pattern *mass = &plant->system->mass, *jac = &plant->system->jacobian;
     double *value = saddle->matrix;
-    if (!saddle->sparse || (saddle->order && !leave_out(saddle)))
+    if (!saddle->sparse)
         return 1;
     for (int k = 0; k < mass->count; k++) {
         *value++ = plant->mass[k];
@@ -142,25 +144,7 @@ static void solve_whole(kmp_saddle *saddle, const double *rows)
 
 /* -- rows of its own --------------------------------------------------------------------------------- */
 
-/* All of them at first. */
-static bool allocate_own(kmp_saddle *saddle)
-{
-    int n = saddle->plant->n, m = saddle->plant->m;
-    saddle->own = KMP_NEW(kmp_partition, 1);
-    saddle->scaled = KMP_NEW(double, m *n);
-    saddle->largest = KMP_NEW(double, n);
-    saddle->pivots = KMP_NEW(double, m + n);
-    saddle->row = KMP_NEW(int, m);
-    saddle->col = KMP_NEW(int, n);
-    if (!saddle->own || !saddle->scaled || !saddle->largest || !saddle->pivots || !saddle->row || !saddle->col)
-        return false;
-    *saddle->own = (kmp_partition){.n = n, .m = m, .r = m, .rows = KMP_NEW(int, m)};
-    for (int i = 0; saddle->own->rows && i < m; i++)
-        saddle->own->rows[i] = i;
-    return saddle->own->rows;
-}
-
-/* Those that are independent at the plant's last closure. */
+/* All of them, of which those that are independent at the plant's last closure are not out. */
 static void choose_rows(kmp_saddle *saddle)
 {
     const kempe_system *s = saddle->plant->system;
@@ -175,16 +159,8 @@ static void choose_rows(kmp_saddle *saddle)
     double undecided = KMP_CLOSED_DECIDED * kmp_plant_residual(saddle->plant) * (rank > 0 ? saddle->pivots[0] : 0);
     while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
         rank--;
-    if (saddle->out) {
-        for (int i = 0; i < m; i++)
-            saddle->out[saddle->row[i]] = i >= rank;
-        return;
-    }
-    saddle->r = saddle->own->r = rank;
-    for (int i = 0; i < m; i++) {
-        saddle->own->rows[i] = saddle->row[i];
-        saddle->position[saddle->row[i]] = i < rank ? i : -1;
-    }
+    for (int i = 0; i < m; i++)
+        saddle->out[saddle->row[i]] = i >= rank;
 }
 
 /* -- by articulated bodies ---------------------------------------------------------------------------- */
@@ -200,6 +176,17 @@ static int factor_mobility(kmp_saddle *saddle)
             saddle->matrix[(a > b ? a : b) + (a > b ? b : a) * r] = saddle->plant->mobility[k];
     }
     return kmp_cholesky_factor(r, saddle->matrix);
+}
+
+double kmp_saddle_spread(const kmp_saddle *saddle)
+{
+    double least = INFINITY, largest = 0;
+    for (int k = 0; k < saddle->r; k++) {
+        double pivot = saddle->matrix[k * (saddle->r + 1)] / saddle->plant->system->row_scale[saddle->part->rows[k]];
+        least = fmin(least, pivot * pivot);
+        largest = fmax(largest, pivot * pivot);
+    }
+    return saddle->r > 0 ? least / largest : 1;
 }
 
 /* From y in x, and b + J y. */
@@ -218,92 +205,22 @@ static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
     }
 }
 
-/* -- truncated ---------------------------------------------------------------------------------------- */
-
-static int factor_truncated(kmp_saddle *saddle)
-{
-    const kmp_pattern *jac = &saddle->plant->system->jacobian;
-    int n = saddle->n, r = saddle->r;
-    kmp_plant_dense_mass(saddle->plant, saddle->matrix);
-    if (kmp_cholesky_factor(n, saddle->matrix))
-        return 1;
-    memset(saddle->a, 0, (size_t)(n * r) * sizeof(double));
-    for (int k = 0; k < jac->count; k++) {
-        int row = saddle->position[jac->row[k]];
-        if (row >= 0)
-            saddle->a[jac->col[k] + row * n] = saddle->plant->jacobian[k];
-    }
-    for (int k = 0; k < r; k++)
-        kmp_cholesky_forward(n, saddle->matrix, saddle->a + k * n);
-    memcpy(saddle->full, saddle->a, (size_t)(n * r) * sizeof(double));
-    saddle->kept = kmp_qr_truncated(n, r, saddle->a, saddle->triangle, saddle->pivot, saddle->eps);
-    saddle->last = saddle->kept > 0 ? saddle->triangle[(saddle->kept - 1) * (r + 1)] / saddle->triangle[0] : 1;
-    return 0;
-}
-
-static void solve_truncated(kmp_saddle *saddle, const double *rows)
-{
-    int n = saddle->n, r = saddle->r, kept = saddle->kept;
-    const double *triangle = saddle->triangle;
-    double *x = saddle->x, *z = x + n;
-    kmp_cholesky_forward(n, saddle->matrix, x);
-    for (int k = 0; k < kept; k++) {
-        int row = saddle->pivot[k];
-        double s = (rows ? -rows[saddle->part->rows[row]] : 0) - kmp_dot(n, saddle->full + row * n, x);
-        for (int j = 0; j < k; j++)
-            s -= triangle[j + k * r] * z[j];
-        z[k] = s / triangle[k + k * r];
-    }
-    for (int k = 0; k < kept; k++)
-        for (int i = 0; i < n; i++)
-            x[i] += z[k] * saddle->a[i + k * n];
-    kmp_cholesky_backward(n, saddle->matrix, x);
-    for (int k = kept - 1; k >= 0; k--) {
-        for (int j = k + 1; j < kept; j++)
-            z[k] -= triangle[k + j * r] * z[j];
-        z[k] /= triangle[k + k * r];
-    }
-}
-
 /* -- all together -------------------------------------------------------------------------------------- */
-
-static bool allocate_truncated(kmp_saddle *saddle)
-{
-    size_t n = (size_t)saddle->n, r = (size_t)saddle->r;
-    saddle->a = KMP_NEW(double, n *r);
-    saddle->full = KMP_NEW(double, n *r);
-    saddle->triangle = KMP_NEW(double, r *r);
-    return saddle->a && saddle->full && saddle->triangle;
-}
-
-static bool allocate_out(kmp_saddle *saddle)
-{
-    size_t nz = (size_t)saddle->plant->system->jacobian.count;
-    saddle->out = KMP_NEW(bool, saddle->r);
-    saddle->entry_row = KMP_NEW(int, nz);
-    saddle->entry_col = KMP_NEW(int, nz);
-    saddle->entry = KMP_NEW(double, nz);
-    saddle->order = kmp_order_new(saddle->r, saddle->n);
-    return saddle->out && saddle->entry_row && saddle->entry_col && saddle->entry && saddle->order;
-}
 
 static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_way way)
 {
     const kempe_system *s = saddle->plant->system;
-    int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : way == KMP_SADDLE_TRUNCATED ? n : n + r;
+    int n = part->n, r = part->r, size = way == KMP_SADDLE_BY_BODIES ? r : n + r;
     int entries = 2 * (s->mass.count + s->jacobian.count) + r;
     saddle->part = part;
     saddle->n = n;
     saddle->r = r;
     saddle->way = way;
-    saddle->matrix = KMP_NEW(double, way == KMP_SADDLE_SPARSE ? entries : size * size);
-    saddle->x = KMP_NEW(double, n + r);
-    saddle->pivot = KMP_NEW(int, n + r);
-    saddle->position = KMP_NEW(int, part->m);
-    if (way == KMP_SADDLE_SPARSE && saddle->own)
-        saddle->out = KMP_NEW(bool, r);
-    if (!saddle->matrix || !saddle->x || !saddle->pivot || !saddle->position ||
-        (way == KMP_SADDLE_SPARSE && saddle->own && !saddle->out))
+    saddle->matrix = KMP_ARENA_NEW(&saddle->arena, double, way == KMP_SADDLE_SPARSE ? entries : size * size);
+    saddle->x = KMP_ARENA_NEW(&saddle->arena, double, n + r);
+    saddle->pivot = KMP_ARENA_NEW(&saddle->arena, int, n + r);
+    saddle->position = KMP_ARENA_NEW(&saddle->arena, int, part->m);
+    if (saddle->arena.failed)
         return false;
     for (int k = 0; k < part->m; k++)
         saddle->position[k] = -1;
@@ -324,54 +241,62 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row)
     return saddle->position[row] >= 0 && !is_out(saddle, saddle->position[row]);
 }
 
+static kmp_saddle_way by_size(const kmp_plant *plant, int rows)
+{
+    return is_large(plant->system, plant->n + rows) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+}
+
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
 {
-    bool large = is_large(plant->system, part->n + part->r);
-    kmp_saddle_way way = plant->by_bodies ? KMP_SADDLE_BY_BODIES : large ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
     *saddle = (kmp_saddle){.plant = plant};
-    return init(saddle, part, way);
+    return init(saddle, part, plant->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(plant, part->r));
 }
 
 bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
 {
-    bool large = kmp_pick_is_large(part->m, part->n, plant->system->jacobian.count);
-    *saddle = (kmp_saddle){.plant = plant, .r = part->r, .n = part->n};
-    if (large)
-        return allocate_out(saddle) && init(saddle, part, KMP_SADDLE_SPARSE);
-    return allocate_truncated(saddle) && init(saddle, part, KMP_SADDLE_TRUNCATED);
+    size_t nz = (size_t)plant->system->jacobian.count;
+    *saddle = (kmp_saddle){.plant = plant, .order = kmp_order_new(part->r, part->n)};
+    saddle->out = KMP_ARENA_NEW(&saddle->arena, bool, part->r);
+    saddle->row = KMP_ARENA_NEW(&saddle->arena, int, nz);
+    saddle->col = KMP_ARENA_NEW(&saddle->arena, int, nz);
+    saddle->scaled = KMP_ARENA_NEW(&saddle->arena, double, nz);
+    return saddle->order && init(saddle, part, by_size(plant, part->r));
 }
 
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
 {
-    kmp_saddle_way way = is_large(plant->system, plant->n + plant->m) ? KMP_SADDLE_SPARSE : KMP_SADDLE_DENSE;
+    int n = plant->n, m = plant->m;
     *saddle = (kmp_saddle){.plant = plant, .rank = rank};
-    return allocate_own(saddle) && init(saddle, saddle->own, way);
+    saddle->all = (kmp_partition){.n = n, .m = m, .r = m, .rows = KMP_ARENA_NEW(&saddle->arena, int, m)};
+    saddle->out = KMP_ARENA_NEW(&saddle->arena, bool, m);
+    saddle->row = KMP_ARENA_NEW(&saddle->arena, int, m);
+    saddle->col = KMP_ARENA_NEW(&saddle->arena, int, n);
+    saddle->scaled = KMP_ARENA_NEW(&saddle->arena, double, (size_t)m *(size_t)n);
+    saddle->largest = KMP_ARENA_NEW(&saddle->arena, double, n);
+    saddle->pivots = KMP_ARENA_NEW(&saddle->arena, double, m + n);
+    for (int i = 0; saddle->all.rows && i < m; i++)
+        saddle->all.rows[i] = i;
+    return saddle->all.rows && init(saddle, &saddle->all, by_size(plant, m));
 }
 
 void kmp_saddle_free(kmp_saddle *saddle)
 {
-    if (saddle->own)
-        kmp_free(saddle->own->rows);
-    void *arrays[] = {saddle->own,    saddle->scaled,   saddle->largest,   saddle->pivots,    saddle->row,  saddle->col,
-                      saddle->matrix, saddle->x,        saddle->pivot,     saddle->position,  saddle->out,  saddle->a,
-                      saddle->full,   saddle->triangle, saddle->entry_row, saddle->entry_col, saddle->entry};
     kmp_sparse_free(saddle->sparse);
     kmp_order_free(saddle->order);
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
+    kmp_arena_free(&saddle->arena);
     *saddle = (kmp_saddle){0};
 }
 
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
-    if (saddle->own)
+    if (saddle->pivots)
         choose_rows(saddle);
+    else if (saddle->order && !leave_out(saddle))
+        return 1;
     switch (saddle->way) {
     case KMP_SADDLE_BY_BODIES:
         return factor_mobility(saddle);
-    case KMP_SADDLE_TRUNCATED:
-        return factor_truncated(saddle);
     case KMP_SADDLE_SPARSE:
         return factor_sparse(saddle);
     default:
@@ -390,8 +315,6 @@ static void solve(kmp_saddle *saddle, const double *rows)
 {
     if (saddle->way == KMP_SADDLE_BY_BODIES)
         solve_by_bodies(saddle, rows);
-    else if (saddle->way == KMP_SADDLE_TRUNCATED)
-        solve_truncated(saddle, rows);
     else
         solve_whole(saddle, rows);
 }
@@ -405,10 +328,9 @@ static void put_force(kmp_saddle *saddle, const double *force)
 /* Multipliers of the independent rows among all. */
 static void take_multipliers(const kmp_saddle *saddle, double *lambda)
 {
-    bool by_place = saddle->way == KMP_SADDLE_TRUNCATED;
     memset(lambda, 0, (size_t)saddle->plant->m * sizeof *lambda);
-    for (int k = 0; k < (by_place ? saddle->kept : saddle->r); k++)
-        lambda[saddle->part->rows[by_place ? saddle->pivot[k] : k]] = saddle->x[saddle->n + k];
+    for (int k = 0; k < saddle->r; k++)
+        lambda[saddle->part->rows[k]] = saddle->x[saddle->n + k];
 }
 
 void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, double *x, double *a)

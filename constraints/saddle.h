@@ -8,63 +8,51 @@
  *
  *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
  *
- * Truncated, beside a change point, directions of the constraint forces that are nearly dependent are left out: with
- * M = L L' and A = L^-1 J', A P = Q R by column pivoting, kept while |R_kk| > eps |R_11|:
- *
- *     L' x = y + Q z,      y = -L^-1 f,      R' z = P'(-b - A' y),      a = P R^-1 z.
- *
- * In a large mechanism rows of J are left out instead, those that complete pivoting of the scaled J finds below eps.
- *
- * Of any state, where no choice was made, the independent rows are those that complete pivoting of the scaled J finds
- * there. */
+ * Rows may be left out at each factorisation. Truncated, beside a change point, those that are nearly dependent:
+ * pivots of the scaled J below eps. Of any state, where no choice was made, all that complete pivoting of the scaled J
+ * does not find independent there. */
 #ifndef KMP_CONSTRAINTS_SADDLE_H
 #define KMP_CONSTRAINTS_SADDLE_H
 
+#include "base/arena.h"
 #include "constraints/close.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "linalg/sparse.h"
 
-typedef enum kmp_saddle_way {
-    KMP_SADDLE_DENSE,
-    KMP_SADDLE_SPARSE,
-    KMP_SADDLE_BY_BODIES,
-    KMP_SADDLE_TRUNCATED
-} kmp_saddle_way;
+typedef enum kmp_saddle_way { KMP_SADDLE_DENSE, KMP_SADDLE_SPARSE, KMP_SADDLE_BY_BODIES } kmp_saddle_way;
 
 typedef struct kmp_saddle {
     kmp_plant *plant;
     const kmp_partition *part;
     int n, r;
     kmp_saddle_way way;
-    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies; L, n x n, truncated */
-    int *pivot;         /* truncated: the column of A in each place */
+    kmp_arena arena;
+    double *matrix, *x; /* size x size when dense; the entries when sparse; r x r by bodies */
+    int *pivot;
     kmp_sparse *sparse; /* NULL: not sparse, or singular by its pattern */
     int *position;      /* m: of a row among the independent ones, -1 when dropped */
-    bool *out;          /* r: independent rows that are left out; NULL: none ever is */
     long factorizations;
 
-    double eps;                  /* truncated; these three: */
-    int kept;                    /* directions or rows */
-    double last;                 /* the last pivot, of the largest */
-    double *a, *full, *triangle; /* n x r: A, then Q in its kept columns; A as it was; R, r x r */
-    kmp_order *order;            /* when large */
-    int *entry_row, *entry_col;  /* of the scaled J */
-    double *entry;
-
-    int rank;           /* that is kept beside closed states; -1: that of each state */
-    kmp_partition *own; /* the rows at hand, when they are chosen at each state: all of them when sparse */
-    double *scaled, *largest, *pivots;
-    int *row, *col;
+    bool *out;         /* r: rows that are left out; NULL: none ever is */
+    int *row, *col;    /* of the scaled J: its entries, or the order of its pivots */
+    double *scaled;    /* its entries, or all of it */
+    double eps;        /* truncated; these three: */
+    int kept;          /* rows */
+    double last;       /* the last pivot, of the largest */
+    kmp_order *order;  /* NULL: not truncated */
+    int rank;          /* of any state: that is kept beside closed ones; -1: that of each state */
+    kmp_partition all; /* all rows */
+    double *largest, *pivots;
 } kmp_saddle;
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
 
-/** To leave out by `eps`, 0 at first, whatever the size. */
+/** To leave out by `eps`, 0 at first. */
 bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 
-/** For any states, with rows of its own: dense or sparse. `rank` (-1: not known) is that of closed states: beside them
+/** For any states, with rows of its own. `rank` (-1: not known) is that of closed states: beside them
  * rows that are redundant look weakly independent, and count only when |h| leaves no doubt. */
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank);
 
@@ -73,6 +61,9 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
 
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
+
+/** By bodies: the least pivot over the largest, rows scaled; 1 without rows. */
+double kmp_saddle_spread(const kmp_saddle *saddle);
 
 /** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */
 double kmp_saddle_operations(const kmp_saddle *saddle);

@@ -70,6 +70,11 @@
 
 /** The longest move of a coordinate by one correction, rad or characteristic lengths. */
 #define KMP_LONGEST_CORRECTION 0.5
+/** From afar: where so short a one makes |h| no smaller than promised, it is at rest. */
+#define KMP_SHORTEST_CORRECTION 1e-8
+/** Least moves are damped by |h| and by this at least, scaled: the square of a singular value that rounding leaves of
+ * J J' where rows are redundant is below its square. */
+#define KMP_LEAST_DAMPING 1e-6
 /** A closure correction beyond this many error weights refuses a step. */
 #define KMP_CORRECTION_LIMIT 1.0
 /** The same of v carried along where rows are dropped: with each choice of rows the motion off the closures is another

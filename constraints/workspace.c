@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public workspace. It evaluates as runs do, and accelerates as they do: on the independent rows and coordinates of
- * the start, wherever these are good, otherwise by the saddle system on rows of the state at hand. Closing is by least
- * moves. */
+/* The public workspace. It evaluates as runs do, and accelerates as they do: by articulated bodies where that costs
+ * less, or on the independent rows and coordinates of the start, wherever these are good, otherwise by the saddle
+ * system on rows of the state at hand. Closing is by least moves. */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/least_change.h"
@@ -15,9 +16,14 @@
 #include <string.h>
 
 enum { MAX_CORRECTIONS = 100 };
+/* Articulated bodies divide by what each joint moves with the loops open: taken where they give the accelerations at
+ * the start to this part of their size, and nowhere with less than so many digits. */
+#define SAME_ACCELERATIONS 1e-8
+#define LEAST_PIVOT        1e-8
 
 struct kempe_workspace {
     const kempe_system *system;
+    kmp_arena arena;
     kmp_plant *plant;
     kmp_saddle saddle;
     kmp_least_change least;
@@ -25,7 +31,10 @@ struct kempe_workspace {
     bool chosen;        /* the start can be assembled: */
     kmp_partition part; /* its choice */
     kmp_reduction red;
-    double t, *q, *qd;                         /* n: of the last evaluation; dense copies of its values: */
+    bool by_bodies;                            /* accelerations are made by articulated bodies: */
+    kmp_saddle bodies;                         /* their closure forces */
+    bool stale;                                /* the values below are of a state before q */
+    double t, *q, *qd;                         /* n: of the last call; dense copies of its values: */
     double *mass, *bias, *h, *jdqd, *jacobian; /* n x n, n, m, m, m x n */
     double *trial;                             /* n: q while closing */
     double *answer;                            /* n + m: accelerations and multipliers, or shares */
@@ -53,36 +62,32 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 static bool allocate(kempe_workspace *ws)
 {
     size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    ws->mass = KMP_NEW(double, n *n);
-    ws->bias = KMP_NEW(double, n);
-    ws->h = KMP_NEW(double, m);
-    ws->jdqd = KMP_NEW(double, m);
-    ws->jacobian = KMP_NEW(double, m *n);
-    ws->q = KMP_NEW(double, n);
-    ws->qd = KMP_NEW(double, n);
-    ws->trial = KMP_NEW(double, n);
-    ws->answer = KMP_NEW(double, n + m);
-    ws->row = KMP_NEW(double, n + m);
-    ws->hold = KMP_NEW(bool, n);
-    return ws->mass && ws->bias && ws->h && ws->jdqd && ws->jacobian && ws->q && ws->qd && ws->trial && ws->answer &&
-           ws->row && ws->hold;
+    ws->mass = KMP_ARENA_NEW(&ws->arena, double, n *n);
+    ws->bias = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->h = KMP_ARENA_NEW(&ws->arena, double, m);
+    ws->jdqd = KMP_ARENA_NEW(&ws->arena, double, m);
+    ws->jacobian = KMP_ARENA_NEW(&ws->arena, double, m *n);
+    ws->q = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->qd = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->trial = KMP_ARENA_NEW(&ws->arena, double, n);
+    ws->answer = KMP_ARENA_NEW(&ws->arena, double, n + m);
+    ws->row = KMP_ARENA_NEW(&ws->arena, double, n + m);
+    ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
+    return !ws->arena.failed;
 }
 
-/* Rows and coordinates of the start; none where it cannot be assembled, or where a force depends on multipliers. */
-static kempe_status choose(kempe_workspace *ws)
+/* Rows and coordinates of the start; none where it cannot be assembled. */
+static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
 {
-    kempe_context *context = ws->system->context;
-    kempe_assembly *a = NULL;
-    kempe_status status = kempe_assemble(ws->system, &a);
-    if (status == KEMPE_OK && !a->inner_q) {
-        kmp_plant_closure(ws->plant, 0, a->q);
-        status = kmp_partition_init(&ws->part, ws->system, ws->plant->jacobian, NULL, 0);
-        ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->plant, &ws->part) == KEMPE_OK;
-    }
-    kempe_assembly_free(a);
-    kmp_context_clear(context);
-    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+    if (a->inner_q)
+        return KEMPE_OK;
+    kmp_plant_closure(ws->plant, 0, a->q);
+    kempe_status status = kmp_partition_init(&ws->part, ws->system, ws->plant->jacobian, NULL, 0);
+    ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->plant, &ws->part) == KEMPE_OK;
+    return status;
 }
+
+static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
 
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
@@ -95,27 +100,32 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     ws->n = system->n;
     ws->m = system->m;
     ws->plant = kmp_plant_new(system, kmp_backend_default());
-    if (!ws->plant || !allocate(ws) || choose(ws) != KEMPE_OK ||
-        !kmp_saddle_init_anywhere(&ws->saddle, ws->plant, ws->chosen ? ws->part.r : -1) ||
-        !kmp_least_change_init(&ws->least, ws->plant)) {
-        kempe_workspace_free(ws);
-        return kmp_fail_memory(system->context);
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assemble(system, &a);
+    bool made = ws->plant && allocate(ws) && status != KEMPE_E_MEMORY;
+    if (made && status == KEMPE_OK)
+        made = choose(ws, a) != KEMPE_E_MEMORY;
+    made = made && kmp_saddle_init_anywhere(&ws->saddle, ws->plant, ws->chosen ? ws->part.r : -1) &&
+           kmp_least_change_init(&ws->least, ws->plant) && choose_bodies(ws, a) == KEMPE_OK;
+    kempe_assembly_free(a);
+    kmp_context_clear(system->context);
+    if (made) {
+        *workspace = ws;
+        return KEMPE_OK;
     }
-    *workspace = ws;
-    return KEMPE_OK;
+    kempe_workspace_free(ws);
+    return kmp_fail_memory(system->context);
 }
 
 void kempe_workspace_free(kempe_workspace *ws)
 {
     if (!ws)
         return;
-    void *arrays[] = {ws->mass, ws->bias, ws->h,     ws->jdqd, ws->jacobian, ws->q,
-                      ws->qd,   ws->row,  ws->trial, ws->hold, ws->answer};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
+    kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);
     kmp_saddle_free(&ws->saddle);
+    kmp_saddle_free(&ws->bodies);
     kmp_least_change_free(&ws->least);
     kmp_plant_free(ws->plant);
     kmp_free(ws);
@@ -158,6 +168,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     const kempe_system *s = ws->system;
     ws->message[0] = '\0';
     keep_state(ws, t, q, qd);
+    ws->stale = false;
     kmp_plant_closure(plant, t, ws->q);
     kmp_plant_mass(plant);
     kmp_press_forget(plant);
@@ -175,6 +186,15 @@ kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const do
     return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
 }
 
+/* Values are made when they are asked for, where accelerations did not need them. */
+static const kempe_workspace *up_to_date(const kempe_workspace *workspace)
+{
+    kempe_workspace *ws = (kempe_workspace *)workspace;
+    if (ws->stale)
+        (void)evaluate(ws, ws->t, ws->q, ws->qd);
+    return ws;
+}
+
 const char *kempe_workspace_message(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, "");
@@ -184,43 +204,43 @@ const char *kempe_workspace_message(const kempe_workspace *workspace)
 const double *kempe_workspace_mass(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NULL);
-    return workspace->mass;
+    return up_to_date(workspace)->mass;
 }
 
 const double *kempe_workspace_bias(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NULL);
-    return workspace->bias;
+    return up_to_date(workspace)->bias;
 }
 
 const double *kempe_workspace_h(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NULL);
-    return workspace->h;
+    return up_to_date(workspace)->h;
 }
 
 const double *kempe_workspace_jacobian(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NULL);
-    return workspace->jacobian;
+    return up_to_date(workspace)->jacobian;
 }
 
 const double *kempe_workspace_jdqd(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NULL);
-    return workspace->jdqd;
+    return up_to_date(workspace)->jdqd;
 }
 
 double kempe_workspace_kinetic(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NAN);
-    return workspace->plant->mass ? kmp_plant_kinetic(workspace->plant, workspace->qd) : 0;
+    return up_to_date(workspace)->plant->mass ? kmp_plant_kinetic(workspace->plant, workspace->qd) : 0;
 }
 
 double kempe_workspace_potential(const kempe_workspace *workspace)
 {
     KMP_GIVEN(workspace, NAN);
-    return workspace->plant->mass ? kmp_plant_potential(workspace->plant, workspace->t, workspace->q) : 0;
+    return up_to_date(workspace)->plant->mass ? kmp_plant_potential(workspace->plant, workspace->t, workspace->q) : 0;
 }
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
@@ -329,13 +349,67 @@ static kempe_status by_saddle(kempe_workspace *ws)
     return all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
 
+/* By articulated bodies, into `answer`. false: they are no good here. */
+static bool by_bodies(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
+{
+    kmp_plant *plant = ws->plant;
+    ws->message[0] = '\0';
+    keep_state(ws, t, q, qd);
+    ws->stale = true;
+    kmp_plant_take(plant, true);
+    kmp_plant_closure(plant, t, ws->q);
+    kmp_plant_mass(plant);
+    kmp_plant_give(plant, Q);
+    kmp_plant_bias(plant, ws->qd);
+    bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= LEAST_PIVOT;
+    if (good)
+        kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
+    kmp_plant_give(plant, NULL);
+    kmp_plant_take(plant, false);
+    return good && all_finite(ws->n + ws->m, ws->answer);
+}
+
+/* Where runs may go by them, all rows are independent and they say at the start (NULL: there is none) what M and C say.
+ */
+static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
+{
+    const kempe_system *s = ws->system;
+    double size = 1, off = 0;
+    if (!s->articulated || !ws->chosen || ws->part.r < ws->m)
+        return KEMPE_OK;
+    kempe_status status = kmp_plant_add_articulated(ws->plant);
+    kmp_plant_take(ws->plant, true);
+    bool made = status == KEMPE_OK && kmp_saddle_init(&ws->bodies, ws->plant, &ws->part);
+    kmp_plant_take(ws->plant, false);
+    if (!made)
+        return KEMPE_E_MEMORY;
+    bool good = kempe_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
+                by_bodies(ws, 0, a->q, a->qd, NULL);
+    for (int i = 0; good && i < ws->n; i++) {
+        size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
+        off = fmax(off, fabs(ws->answer[i] - ws->trial[i]) / s->scale[i]);
+    }
+    ws->by_bodies = good && off <= SAME_ACCELERATIONS * size;
+    return KEMPE_OK;
+}
+
+static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
+{
+    memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
+    if (lambda)
+        memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
+}
+
 kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q,
                                     double *qdd, double *lambda)
 {
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
-    int n = ws->n;
+    if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
+        put_answer(ws, qdd, lambda);
+        return KEMPE_OK;
+    }
     kempe_status status = evaluate(ws, t, q, qd);
     if (status != KEMPE_OK)
         return status;
@@ -344,10 +418,8 @@ kempe_status kempe_forward_dynamics(kempe_workspace *ws, double t, const double 
     kmp_plant_give(ws->plant, NULL);
     if (status != KEMPE_OK)
         return status;
-    memcpy(ws->bias, ws->plant->bias, (size_t)n * sizeof *ws->bias);
-    memcpy(qdd, ws->answer, (size_t)n * sizeof *qdd);
-    if (lambda)
-        memcpy(lambda, ws->answer + n, (size_t)ws->m * sizeof *lambda);
+    memcpy(ws->bias, ws->plant->bias, (size_t)ws->n * sizeof *ws->bias);
+    put_answer(ws, qdd, lambda);
     return KEMPE_OK;
 }
 

@@ -106,10 +106,10 @@ static bool list_x(kmp_zeros *z, const kmp_zeros_of *of, sets reach, const int *
         count += size_of(reach, i, z->p);
     if ((double)count > MOST_OF_X * z->n * z->p)
         return false;
-    z->x_start = KMP_NEW(int, z->p + 1);
-    z->x_row = KMP_NEW(int, count);
-    z->b_row = KMP_NEW(int, count - z->p + 1);
-    z->used = KMP_NEW(char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
+    z->x_start = KMP_ARENA_NEW(&z->arena, int, z->p + 1);
+    z->x_row = KMP_ARENA_NEW(&z->arena, int, count);
+    z->b_row = KMP_ARENA_NEW(&z->arena, int, count - z->p + 1);
+    z->used = KMP_ARENA_NEW(&z->arena, char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
     if (!z->x_start || !z->x_row || !z->b_row || !z->used)
         return false;
     int *b = z->b_row;
@@ -145,9 +145,9 @@ static bool find_x(kmp_zeros *z, const kmp_zeros_of *of, sets x)
 
 static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
 {
-    z->m_start = KMP_NEW(int, z->n + 1);
-    z->m_row = KMP_NEW(int, 2 * m->count);
-    z->m_entry = KMP_NEW(int, 2 * m->count);
+    z->m_start = KMP_ARENA_NEW(&z->arena, int, z->n + 1);
+    z->m_row = KMP_ARENA_NEW(&z->arena, int, 2 * m->count);
+    z->m_entry = KMP_ARENA_NEW(&z->arena, int, 2 * m->count);
     int *next = KMP_NEW(int, z->n);
     bool ok = z->m_start && z->m_row && z->m_entry && next;
     for (int k = 0; ok && k < m->count; k++) {
@@ -223,13 +223,13 @@ static bool eliminate(kmp_zeros *z, sets graph, sets fill)
 }
 
 /* In the order of elimination, `of` being sets of u. */
-static bool list_columns(const kmp_zeros *z, sets of, bool by_u, int from, int **start, int **row)
+static bool list_columns(kmp_zeros *z, sets of, bool by_u, int from, int **start, int **row)
 {
     long count = 0;
     for (int c = 0; c < z->p; c++)
         count += size_of(of, c, z->p);
-    *start = KMP_NEW(int, z->p + 1);
-    *row = KMP_NEW(int, count + z->p);
+    *start = KMP_ARENA_NEW(&z->arena, int, z->p + 1);
+    *row = KMP_ARENA_NEW(&z->arena, int, count + z->p);
     if (!*start || !*row)
         return false;
     for (int c = 0; c < z->p; c++) {
@@ -259,7 +259,7 @@ static void count_x(kmp_zeros *z)
 static bool order_factor(kmp_zeros *z, sets coupled)
 {
     sets graph = sets_new(z->p, z->p), fill = sets_new(z->p, z->p);
-    z->order = KMP_NEW(int, z->p);
+    z->order = KMP_ARENA_NEW(&z->arena, int, z->p);
     bool ok = graph.bits && fill.bits && z->order;
     if (ok) {
         memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
@@ -303,8 +303,8 @@ kmp_zeros *kmp_zeros_new(const kmp_zeros_of *of)
     z->n = part->n;
     z->p = part->p;
     z->blocks = of->block ? kmp_block_count(of->block) : 0;
-    z->column = KMP_NEW(double, z->n);
-    z->packed = KMP_NEW(double, z->p);
+    z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
+    z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
     sets x = sets_new(z->p, z->n), coupled = sets_new(z->p, z->p);
     bool ok = z->column && z->packed && x.bits && coupled.bits && find_x(z, of, x) && list_mass(z, of->mass) &&
               find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
@@ -323,10 +323,8 @@ void kmp_zeros_free(kmp_zeros *z)
 {
     if (!z)
         return;
-    void *parts[] = {z->x_start,  z->x_row,  z->b_row,   z->used,  z->m_start, z->m_row,  z->m_entry, z->order,
-                     z->mr_start, z->mr_row, z->l_start, z->l_row, z->column,  z->packed, z};
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-        kmp_free(parts[i]);
+    kmp_arena_free(&z->arena);
+    kmp_free(z);
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------------ */

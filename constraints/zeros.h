@@ -5,11 +5,13 @@
 #ifndef KMP_CONSTRAINTS_ZEROS_H
 #define KMP_CONSTRAINTS_ZEROS_H
 
+#include "base/arena.h"
 #include "constraints/partition.h"
 #include "linalg/block.h"
 
 typedef struct kmp_zeros {
     const kmp_partition *part; /* not owned */
+    kmp_arena arena;
     int n, p, blocks;
     bool whole;                      /* the factor of the reduced mass has few zeros: it is dense, in the order of u */
     int *x_start, *x_row;            /* rows of X that are not zero, by columns, ascending */

@@ -10,12 +10,15 @@
 #include "constraints/tolerances.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
+/* Of rates, over the fastest: rounding of J qd, the most that rounding of h may make of it, and a margin for what the
+ * estimate of that leaves out. */
 #define RATE_ROUNDING 1e-9
 #define RATE_NOISE    1e-5
-#define NOISE_FADES   0.9
+#define RATE_MARGIN   10.0
 /* Of a state that is closed for an integrator that leaps: a correction of this size, scaled, leaves the square of it.
  */
 #define LAST_CORRECTION 1e-8
@@ -35,9 +38,6 @@ typedef struct projected {
     double *dx;        /* n */
     double *q, *qd;    /* n */
     double rtol, atol;
-    double t;                       /* of the last accepted step */
-    double refused_h, refused_size; /* of the last step refused from there for its rates; 0: none */
-    double noise;                   /* of rates, as part of the fastest */
 } projected;
 
 /* Plant and factors at (t, q, qd). */
@@ -104,23 +104,23 @@ static bool is_small(int n, const double *dx, const double *w)
     return true;
 }
 
-/* Rates are corrected freely within RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
- * through its dead centre, rounding of J qd alone comes to that. Beyond it, up to RATE_NOISE, a correction is rounding
- * when a step of at most half the length from the same state asked for no less; what was rounding once is so in the
- * next steps. */
-static bool is_rounding(projected *d, double t, const double *dqd, const double *qd)
+/* Scaled, the largest. */
+static double size_of(const projected *d, const double *x)
 {
-    double most = 0, fastest = 0, h = t - d->t;
-    for (int i = 0; i < d->n; i++) {
-        most = isfinite(dqd[i]) ? fmax(most, fabs(dqd[i]) / d->s->scale[i]) : INFINITY;
-        fastest = fmax(fastest, fabs(qd[i]) / d->s->scale[i]);
-    }
-    bool stays = d->refused_h > 0 && h <= 0.5 * d->refused_h && most > 0.5 * d->refused_size;
-    d->refused_h = h;
-    d->refused_size = most;
-    if (stays && most <= RATE_NOISE * fastest)
-        d->noise = fmax(d->noise, 4 * most / fastest);
-    return most <= fmax(RATE_ROUNDING, fmin(d->noise, RATE_NOISE)) * fastest;
+    double size = 0;
+    for (int i = 0; i < d->n; i++)
+        size = isfinite(x[i]) ? fmax(size, fabs(x[i]) / d->s->scale[i]) : INFINITY;
+    return size;
+}
+
+/* Rates are corrected freely within RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
+ * through its dead centre, rounding of J qd alone comes to that. Where J comes near to losing a row, h that is `open`
+ * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much, so that rates that are right at q
+ * are off by dx / sigma = dx^2 / h of themselves at q + dx. */
+static bool is_rounding(const projected *d, double open, const double *dqd, const double *qd)
+{
+    double moved = size_of(d, d->dx), noise = open <= KMP_CLOSED ? moved * moved / fmax(open, DBL_EPSILON) : 0;
+    return size_of(d, dqd) <= fmax(RATE_ROUNDING, fmin(RATE_MARGIN * noise, RATE_NOISE)) * size_of(d, qd);
 }
 
 /* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
@@ -134,14 +134,15 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         return KMP_HALT;
     kmp_saddle_correction(&d->saddle, d->plant->h, d->dx);
     bool small = is_small(n, d->dx, w);
-    if (!small && kmp_plant_residual(d->plant) > KMP_CLOSED)
+    double open = kmp_plant_residual(d->plant);
+    if (!small && open > KMP_CLOSED)
         return KMP_RETRY;
     for (int i = 0; i < n; i++)
         d->q[i] = y[i] + (small ? d->dx[i] : 0);
     kmp_plant_closure(d->plant, t, d->q);
     kmp_plant_rates(d->plant, y + n, d->violation);
     kmp_saddle_correction(&d->saddle, d->violation, d->qd);
-    if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, d->qd, y + n))
+    if (!is_small(n, d->qd, w + n) && !is_rounding(d, open, d->qd, y + n))
         return KMP_RETRY;
     if (kmp_margin_refuses(d->margin, d->plant, t))
         return KMP_RETRY;
@@ -149,9 +150,6 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         y[i] = d->q[i];
         y[n + i] += d->qd[i];
     }
-    d->t = t;
-    d->refused_h = 0;
-    d->noise *= NOISE_FADES;
     d->road.factorizations = d->saddle.factorizations;
     return KMP_GO;
 }
@@ -188,9 +186,8 @@ static int row(kmp_road *road, double t, const double *y, const double *yp, doub
 static int resume(kmp_road *road, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                   double *y, double *yp)
 {
-    projected *d = (projected *)road;
-    d->t = t;
-    (void)qdd, (void)lambda, (void)yp;
+    const projected *d = (projected *)road;
+    (void)t, (void)qdd, (void)lambda, (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
     return KMP_GO;
@@ -241,7 +238,6 @@ static kmp_road *create(const kmp_road_start *start)
     d->has_work = start->system->dissipative;
     d->rtol = start->rtol;
     d->atol = start->atol;
-    d->t = start->t;
     d->road.release = release;
     d->road.row = row;
     d->road.position = position;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/tangent.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "integrators/tangent_numbers.h"
 #include "symbolic/partials.h"
@@ -25,6 +26,7 @@ typedef struct gather {
     int value_count, size[KMP_VALUES];
     kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
     kmp_listing list;
+    kmp_arena arena; /* of values and matrices */
 } gather;
 
 /* -- expressions ------------------------------------------------------------------------------------- */
@@ -51,7 +53,7 @@ static bool collect_values(gather *g, unsigned values)
 {
     int n = g->eq.n, m = g->eq.m;
     const int size[KMP_VALUES] = {n, n, m, m, m, 1};
-    g->value = KMP_NEW(kmp_ref, 2 * n + 3 * m + 1);
+    g->value = KMP_ARENA_NEW(&g->arena, kmp_ref, 2 * n + 3 * m + 1);
     for (int v = 0; g->value && v < KMP_VALUES; v++) {
         bool asked = (values >> v & 1u) != 0;
         g->t->at[v] = asked ? g->value_count : -1;
@@ -131,19 +133,9 @@ static int rows_of(const gather *g, int block)
 
 static bool make_room_for_matrices(gather *g)
 {
-    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++) {
-        int rows = rows_of(g, b);
-        g->matrix[b] = rows ? KMP_NEW(kmp_ref, rows * g->eq.n) : NULL;
-        if (rows && !g->matrix[b])
-            return false;
-    }
-    return true;
-}
-
-static void free_matrices(gather *g)
-{
-    for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
-        kmp_free(g->matrix[b]);
+    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++)
+        g->matrix[b] = rows_of(g, b) ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
+    return !g->arena.failed;
 }
 
 static void add_matrix(gather *g, int block, const kmp_ref *matrix)
@@ -345,10 +337,9 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         sort_entries(tangents, &g.list);
         ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
     }
-    kmp_free(g.value);
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
-    free_matrices(&g);
+    kmp_arena_free(&g.arena);
     kmp_equations_free(&g.eq);
     if (ok && status == KEMPE_OK)
         return KEMPE_OK;

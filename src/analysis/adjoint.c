@@ -39,7 +39,7 @@ typedef struct adjoint {
     double *own_chart, *own_q, *own_qd, *own_qdd;     /* the end in the user's coordinates: charts; n */
     double *dq, *dqd, *dqdd;                          /* n: room */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
-    double *unit;                                     /* conditions */
+    double *unit, *matrix;                            /* conditions; p x 2 p */
     kmp_changes_weight back;
 } adjoint;
 
@@ -64,18 +64,19 @@ static bool make_room_for_step(adjoint *a)
     return values;
 }
 
-static int keep_step(void *user, double from, double to, int (*at)(void *motion, double t, double *y), void *motion)
+static int keep_step(void *user, kmp_runner *runner, double from, double to)
 {
     adjoint *a = user;
     const kmp_linear *l = &a->v->linear;
-    a->p = l->p;
+    size_t width = 2 * (size_t)(a->p = l->p);
     memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
     if (!make_room_for_step(a))
         return 1;
     for (int j = 0; j < NODES; j++) {
-        double t = j == NODES - 1 ? to : from + node(j) * (to - from);
-        if (at(motion, t, a->values + ((size_t)a->steps * NODES + (size_t)j) * 2 * (size_t)a->p) != KMP_GO)
+        const double *y = kmp_runner_unknowns(runner, j == NODES - 1 ? to : from + node(j) * (to - from));
+        if (!y)
             return 1;
+        memcpy(a->values + ((size_t)a->steps * NODES + (size_t)j) * width, y, width * sizeof *y);
     }
     a->from[a->steps++] = from;
     a->from[a->steps] = to;
@@ -206,8 +207,9 @@ static void weigh_target(adjoint *a, double *out)
     if (!x->shown)
         return;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_outputs(v->slopes, &at);
-    kmp_slopes_outputs_gradient(v->slopes, x->shown, &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
+    (void)kmp_slopes_values(&v->slopes->outputs, &at);
+    kmp_slopes_gradient(v->slopes, &v->slopes->outputs, x->shown,
+                        &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
 }
 
 static void add_back(adjoint *a, double *u, double *ud, double *out)
@@ -269,22 +271,14 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     adjoint *a = self;
-    kmp_linear *l = &a->v->linear;
     int p = a->p;
     (void)y;
     if (place(a, t) != KMP_GO)
         return KMP_RETRY;
-    kmp_linear_matrices(l);
+    kmp_varied_matrix(a->v, a->matrix);
     for (int k = 0; k < p; k++) {
-        double *column = j + (p + k) * a->size;
-        memset(a->wu, 0, (size_t)p * sizeof *a->wu);
-        a->wu[k] = 1;
-        kmp_linear_accelerate(l, a->wu, a->w);
-        for (int i = 0; i < p; i++)
-            for (int r = 0; r < p; r++) {
-                column[i] += l->stiffness[r + i * p] * a->w[r];
-                column[p + i] += l->damping[r + i * p] * a->w[r];
-            }
+        for (int i = 0; i < 2 * p; i++)
+            j[i + (p + k) * a->size] = a->matrix[k + i * p];
         j[p + k + k * a->size] = 1;
     }
     return KMP_GO;
@@ -353,14 +347,15 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
         weight += a->y[a->p + i] * l->qdd[l->part.u[i]];
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_events(v->slopes, &at);
-    kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
     weight /= -a->unit[mark->condition];
     memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
     a->unit[mark->condition] = weight;
     memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
     memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
-    kmp_slopes_events_gradient(v->slopes, a->unit, &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+    kmp_slopes_gradient(v->slopes, &v->slopes->events, a->unit,
+                        &(kmp_direction){NULL, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
     kmp_linear_back(l, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
     add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
     return KEMPE_OK;
@@ -422,6 +417,7 @@ static bool make_room(adjoint *a)
     a->wlambda = KMP_ARENA_NEW(room, double, m);
     a->w = KMP_ARENA_NEW(room, double, n);
     a->wu = KMP_ARENA_NEW(room, double, p);
+    a->matrix = KMP_ARENA_NEW(room, double, 2 * p * p);
     double **rooms[] = {&a->dq, &a->dqd, &a->dqdd};
     for (int k = 0; k < 3; k++)
         *rooms[k] = KMP_ARENA_NEW(room, double, n);

@@ -38,7 +38,6 @@ typedef struct forward {
     const kempe_system *system;
     const double *sizes;
     kmp_margin *margin;
-    kmp_runner *runner;
     int n, m, p, count, integrals; /* the last of the unknowns */
     int redundant;                 /* rows */
     int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
@@ -119,7 +118,7 @@ double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
     kmp_instant at = kmp_linear_instant(&varied->linear);
-    const double *shown = target->shown ? kmp_slopes_outputs(varied->slopes, &at) : NULL;
+    const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
     const kmp_varied_row here = {.q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
     return kmp_target_of_row(target, varied, &here);
 }
@@ -130,7 +129,7 @@ double kmp_target_value(const kmp_target *target, kmp_varied *varied)
 static void outputs_along(forward *f, int k, double *q, double *qd, double *qdd, double *lambda, double *out)
 {
     f->unit[k] = 1;
-    kmp_slopes_outputs_along(f->v->slopes, &(kmp_direction){NULL, q, qd, qdd, lambda, f->unit}, out);
+    kmp_slopes_along(f->v->slopes, &f->v->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, f->unit}, out);
     f->unit[k] = 0;
 }
 
@@ -179,40 +178,25 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-/* df/dy of (u, ud): what the sensitivities have for theirs as well. How that changes with u, which Newton does not
+/* df/dy of (u, ud) is what the sensitivities have for theirs as well. How that changes with u, which Newton does not
  * need, is left out. */
-static int state_jacobian(forward *f, double t, const double *y)
+static int jacobian(void *self, double t, const double *y, double *j)
 {
+    forward *f = self;
     kmp_linear *l = &f->v->linear;
     bool plain = l->plain;
-    int p = f->p;
+    int p = f->p, half = blocks(f), size = f->road.size;
     l->plain = false;
     int said = come_to(f, t, y);
     l->plain = plain;
     if (said != KMP_GO)
-        return said;
-    kmp_linear_matrices(l);
-    for (int k = 0; k < p; k++) {
-        kmp_linear_accelerate(l, l->stiffness + k * p, f->matrix + k * p);
-        kmp_linear_accelerate(l, l->damping + k * p, f->matrix + (p + k) * p);
-    }
-    return KMP_GO;
-}
-
-static int jacobian(void *self, double t, const double *y, double *j)
-{
-    forward *f = self;
-    int p = f->p, half = blocks(f);
-    if (state_jacobian(f, t, y) != KMP_GO)
         return KMP_RETRY;
+    kmp_varied_matrix(f->v, f->matrix);
     for (int i = 0; i < half; i++)
-        j[i + (half + i) * f->road.size] = 1;
-    for (int b = 0; b <= f->count; b++)
-        for (int k = 0; k < p; k++)
-            for (int i = 0; i < p; i++) {
-                j[half + b * p + i + (b * p + k) * f->road.size] = f->matrix[i + k * p];
-                j[half + b * p + i + (half + b * p + k) * f->road.size] = f->matrix[i + (p + k) * p];
-            }
+        j[i + (half + i) * size] = 1;
+    for (int b = 0; b < half; b += p)
+        for (int k = 0; k < 2 * p; k++)
+            memcpy(j + half + b + (b + k % p + (k < p ? 0 : half)) * size, f->matrix + k * p, (size_t)p * sizeof *j);
     return KMP_GO;
 }
 
@@ -498,15 +482,15 @@ static bool find_swing(forward *f, int k)
     kmp_linear *l = &v->linear;
     double one = 1, *along = f->along, rate, faster;
     kmp_instant at = kmp_linear_instant(&v->linear);
-    (void)kmp_slopes_events(v->slopes, &at);
-    kmp_slopes_events_along(v->slopes, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, along);
     rate = along[k];
-    kmp_slopes_events_along(v->slopes, &(kmp_direction){NULL, NULL, l->qdd, NULL, NULL, NULL}, along);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){NULL, NULL, l->qdd, NULL, NULL, NULL}, along);
     faster = fabs(along[k]) + fabs(rate - along[k]);
     for (int i = 0; i < f->count; i++) {
         f->unit[i] = 1;
-        kmp_slopes_events_along(
-            v->slopes, &(kmp_direction){NULL, f->dq + i * f->n, f->dqd + i * f->n, NULL, NULL, f->unit}, along);
+        kmp_slopes_along(v->slopes, &v->slopes->events,
+                         &(kmp_direction){NULL, f->dq + i * f->n, f->dqd + i * f->n, NULL, NULL, f->unit}, along);
         f->unit[i] = 0;
         f->swing[i] = -along[k] / rate;
     }
@@ -696,7 +680,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     if (!f->ask->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
-    const double *shown = kmp_slopes_outputs(v->slopes, &at);
+    const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
     if (f->count > 0)
         kmp_varied_parts(v);
@@ -706,28 +690,15 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return f->ask->watch.row(f->ask->watch.user, &row_of);
 }
 
-static int unknowns_at(void *motion, double t, double *y)
-{
-    forward *f = motion;
-    const double *from = kmp_runner_unknowns(f->runner, t);
-    if (!from)
-        return KMP_HALT;
-    memcpy(y, rows_of(f, from, f->su), (size_t)f->p * sizeof *y);
-    memcpy(y + f->p, rows_of(f, from + blocks(f), f->su), (size_t)f->p * sizeof *y);
-    return KMP_GO;
-}
-
 static int take_step(void *user, kmp_runner *runner, double from, double to)
 {
     forward *f = user;
-    f->runner = runner;
-    if (f->integrals) {
-        const double *y = kmp_runner_unknowns(runner, to);
-        if (!y)
-            return 1;
+    const double *y = f->integrals ? kmp_runner_unknowns(runner, to) : NULL;
+    if (f->integrals && !y)
+        return 1;
+    if (y)
         memcpy(f->tail, y + 2 * blocks(f), (size_t)f->integrals * sizeof *y);
-    }
-    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, from, to, unknowns_at, f) : 0;
+    return f->ask->watch.step && to > from ? f->ask->watch.step(f->ask->watch.user, runner, from, to) : 0;
 }
 
 /* -- the road ---------------------------------------------------------------------------------------- */

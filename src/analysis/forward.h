@@ -42,8 +42,8 @@ typedef struct kmp_varied_mark {
 typedef struct kmp_varied_watch {
     void *user;
     int (*row)(void *user, const kmp_varied_row *row);
-    /** A step: `at` gives u and ud (2 p) at any t in it, KMP_GO or KMP_HALT. */
-    int (*step)(void *user, double from, double to, int (*at)(void *motion, double t, double *y), void *motion);
+    /** A step, alone: the first of the runner's unknowns are u and ud (p each). */
+    kmp_step_fn *step;
     int (*mark)(void *user, const kmp_varied_mark *mark);
 } kmp_varied_watch;
 

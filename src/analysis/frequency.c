@@ -3,6 +3,7 @@
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
+#include <complex.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -83,10 +84,9 @@ static bool factor(kmp_frequency *f, double w)
 }
 
 /* (i w)^order */
-static void power(double w, int order, double *re, double *im)
+static double complex power(double w, int order)
 {
-    *re = order == 0 ? 1 : order == 2 ? -w * w : 0;
-    *im = order == 1 ? w : 0;
+    return order == 0 ? 1 : order == 1 ? w * I : -w * w;
 }
 
 static double largest(int count, const double *re, const double *im)
@@ -118,13 +118,10 @@ static void solve(kmp_frequency *f, double w, int input)
     memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
     memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
     for (int c = 0; c < t->columns; c++) {
-        double re, im;
-        if (t->load[c].input != input)
-            continue;
-        power(w, t->load[c].order, &re, &im);
-        for (int i = 0; i < p; i++) {
-            f->du_re[i] -= f->scale[i] * re * t->loads[i + c * p];
-            f->du_im[i] -= f->scale[i] * im * t->loads[i + c * p];
+        double complex swing = power(w, t->load[c].order);
+        for (int i = 0; t->load[c].input == input && i < p; i++) {
+            f->du_re[i] -= f->scale[i] * creal(swing) * t->loads[i + c * p];
+            f->du_im[i] -= f->scale[i] * cimag(swing) * t->loads[i + c * p];
         }
     }
     kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
@@ -135,16 +132,9 @@ static void solve(kmp_frequency *f, double w, int input)
     }
 }
 
-/* A sum of products that knows how large its terms were. */
-typedef struct sum {
-    double re, im, size;
-} sum;
-
-static void add(sum *s, double re, double im, double x_re, double x_im)
+static double size_of(double complex x)
 {
-    s->re += re * x_re - im * x_im;
-    s->im += re * x_im + im * x_re;
-    s->size += (fabs(re) + fabs(im)) * (fabs(x_re) + fabs(x_im));
+    return fabs(creal(x)) + fabs(cimag(x));
 }
 
 /* What cancels to rounding is zero, and has no peaks. */
@@ -152,21 +142,24 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
 {
     const kmp_transfer *t = f->transfer;
     int e = output + input * f->outputs;
-    sum s = {0};
+    double complex sum = 0;
+    double size = 0; /* of its terms */
     for (int k = 0; k < t->p; k++) {
         int at = output + k * t->outputs;
-        add(&s, t->by_u[at] - w * w * t->by_udd[at], w * t->by_ud[at], f->du_re[k], f->du_im[k]);
+        double complex by = t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+        double complex du = f->du_re[k] + f->du_im[k] * I;
+        sum += by * du;
+        size += size_of(by) * size_of(du);
     }
-    for (int c = 0; c < t->columns; c++) {
-        double re, im;
-        if (t->load[c].input != input)
-            continue;
-        power(w, t->load[c].order, &re, &im);
-        add(&s, t->direct[output + c * t->outputs], 0, re, im);
-    }
-    bool nothing = fabs(s.re) + fabs(s.im) <= 16 * (t->p + 1) * DBL_EPSILON * s.size;
-    f->h_re[e] = nothing ? 0 : s.re;
-    f->h_im[e] = nothing ? 0 : s.im;
+    for (int c = 0; c < t->columns; c++)
+        if (t->load[c].input == input) {
+            double complex term = t->direct[output + c * t->outputs] * power(w, t->load[c].order);
+            sum += term;
+            size += size_of(term);
+        }
+    bool nothing = size_of(sum) <= 16 * (t->p + 1) * DBL_EPSILON * size;
+    f->h_re[e] = nothing ? 0 : creal(sum);
+    f->h_im[e] = nothing ? 0 : cimag(sum);
 }
 
 bool kmp_frequency_eval(kmp_frequency *frequency, double hz)

@@ -183,7 +183,7 @@ static void put_column(int rows, int columns, int k, const double *column, doubl
 static void differentiate(kempe_gradient *g, int k, kmp_direction *along)
 {
     bool parameter = k >= g->driven;
-    kmp_slopes_outputs_along(g->slopes, along, g->column);
+    kmp_slopes_along(g->slopes, &g->slopes->outputs, along, g->column);
     if (parameter)
         put_column(g->shown, g->count, k - g->driven, g->column, g->jacobian);
     else
@@ -201,7 +201,7 @@ static kempe_status evaluate(kempe_gradient *g)
     kmp_instant at = instant(g);
     if (g->deep)
         kmp_slopes_at(g->slopes, &at);
-    const double *shown = kmp_slopes_outputs(g->slopes, &at);
+    const double *shown = kmp_slopes_values(&g->slopes->outputs, &at);
     if (g->shown)
         memcpy(g->out, shown, (size_t)g->shown * sizeof *shown);
     for (int k = 0; k < g->driven + g->count; k++) {

@@ -2,6 +2,7 @@
 /* The parameters are inputs of the graph; those that follow from others are inputs of their own, along with which the
  * direction of a named one moves: d(follower) = its expression, differentiated. */
 #include "analysis/slopes.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
@@ -12,6 +13,7 @@
 /* Expressions of one program while its entries are found. */
 typedef struct gather {
     kmp_slopes *s;
+    kmp_arena arena;
     kmp_equations eq;
     kmp_derivative *along;     /* of one parameter after the other */
     kmp_ref *leaf, *direction; /* room for all parameters */
@@ -132,7 +134,7 @@ static bool add_equations(gather *g)
 {
     int n = g->s->n, m = g->s->m;
     const kmp_start *start = &g->eq.model->start;
-    g->of = KMP_NEW(kmp_ref, 3 * m + 3 * n + 1);
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * m + 3 * n + 1);
     if (!g->of || !begin_matrix(&g->s->equations, g->s->count))
         return false;
     kmp_slopes_collect(&g->eq, g->of);
@@ -193,7 +195,7 @@ static bool add_values(gather *g, kmp_slope_matrix *x)
 static bool add_outputs(gather *g)
 {
     g->s->shown = g->of_count = g->eq.shown_count;
-    g->of = KMP_NEW(kmp_ref, g->of_count);
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->of_count; i++)
         g->of[i] = g->eq.shown[i];
     return add_values(g, &g->s->outputs);
@@ -202,7 +204,7 @@ static bool add_outputs(gather *g)
 static bool add_events(gather *g)
 {
     g->of_count = g->s->system->events.count;
-    g->of = KMP_NEW(kmp_ref, g->of_count);
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->of_count; i++)
         if (!g->s->system->events.condition[i].ends && !kmp_tree_event(&g->eq.tree, i, &g->of[i]))
             return false;
@@ -217,6 +219,7 @@ static bool make_machine(gather *g, kmp_slope_matrix *x, const kmp_backend *back
     if (kmp_graph_failed(g->eq.graph) || list->failed)
         return false;
     x->count = list->count;
+    x->rows = g->of_count;
     x->entry = list->entry;
     g->list.entry = NULL;
     return list->output_count == 0 || kmp_formulas_init(&x->formulas, g->eq.graph, list->output_count, list->output,
@@ -226,18 +229,16 @@ static bool make_machine(gather *g, kmp_slope_matrix *x, const kmp_backend *back
 static bool make_room(gather *g)
 {
     int parameters = g->eq.model->parameter_count;
-    g->leaf = KMP_NEW(kmp_ref, parameters + 1);
-    g->direction = KMP_NEW(kmp_ref, parameters + 1);
-    g->along = kmp_derivative_new(g->eq.graph, 0, g->leaf, g->direction);
-    return g->leaf && g->direction && g->along;
+    g->leaf = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
+    g->direction = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
+    g->along = g->arena.failed ? NULL : kmp_derivative_new(g->eq.graph, 0, g->leaf, g->direction);
+    return g->along;
 }
 
 static void clear(gather *g)
 {
     kmp_derivative_free(g->along);
-    kmp_free(g->leaf);
-    kmp_free(g->direction);
-    kmp_free(g->of);
+    kmp_arena_free(&g->arena);
     kmp_free(g->list.output);
     kmp_free(g->list.entry);
 }
@@ -342,16 +343,16 @@ void kmp_slopes_renew_parameters(kmp_slopes *slopes)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-static const double *take(kmp_slope_matrix *x, const kmp_instant *at)
+const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at)
 {
-    if (x->formulas.machine)
-        x->value = kmp_formulas_at(&x->formulas, at);
-    return x->value;
+    if (of->formulas.machine)
+        of->value = kmp_formulas_at(&of->formulas, at);
+    return of->value;
 }
 
 void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at)
 {
-    (void)take(&slopes->equations, at);
+    (void)kmp_slopes_values(&slopes->equations, at);
 }
 
 /* Rows first .. first + count - 1 of column k. */
@@ -402,11 +403,6 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
     }
 }
 
-const double *kmp_slopes_outputs(kmp_slopes *slopes, const kmp_instant *at)
-{
-    return take(&slopes->outputs, at);
-}
-
 /* A part of a direction for each kind of columns, parameters behind them. */
 static void parts_of(const kmp_direction *d, double *part[COLUMN_KINDS + 1])
 {
@@ -419,49 +415,24 @@ static int part_size(const kmp_slopes *s, int part)
     return part < COLUMN_KINDS ? size_of(s, part) : s->count;
 }
 
-static void add_along(const kmp_slopes *s, const kmp_slope_matrix *x, const kmp_direction *direction, double *out)
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, double *out)
 {
     double *part[COLUMN_KINDS + 1];
     parts_of(direction, part);
-    for (int c = 0, column = 0; c <= COLUMN_KINDS; c++)
-        for (int k = 0; k < part_size(s, c); k++, column++)
-            for (int e = x->start[column]; part[c] && e < x->start[column + 1]; e++)
-                out[x->entry[e].row] += x->value[x->entry[e].source] * part[c][k];
+    memset(out, 0, (size_t)of->rows * sizeof *out);
+    for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
+        for (int k = 0; k < part_size(slopes, c); k++, column++)
+            for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
+                out[of->entry[e].row] += of->value[of->entry[e].source] * part[c][k];
 }
 
-static void add_gradient(const kmp_slopes *s, const kmp_slope_matrix *x, const double *w, const kmp_direction *gradient)
+void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
+                         const kmp_direction *gradient)
 {
     double *part[COLUMN_KINDS + 1];
     parts_of(gradient, part);
-    for (int c = 0, column = 0; c <= COLUMN_KINDS; c++)
-        for (int k = 0; k < part_size(s, c); k++, column++)
-            for (int e = x->start[column]; part[c] && e < x->start[column + 1]; e++)
-                part[c][k] += x->value[x->entry[e].source] * w[x->entry[e].row];
-}
-
-void kmp_slopes_outputs_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out)
-{
-    memset(out, 0, (size_t)slopes->shown * sizeof *out);
-    add_along(slopes, &slopes->outputs, direction, out);
-}
-
-void kmp_slopes_outputs_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient)
-{
-    add_gradient(slopes, &slopes->outputs, w, gradient);
-}
-
-const double *kmp_slopes_events(kmp_slopes *slopes, const kmp_instant *at)
-{
-    return take(&slopes->events, at);
-}
-
-void kmp_slopes_events_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out)
-{
-    memset(out, 0, (size_t)slopes->system->events.count * sizeof *out);
-    add_along(slopes, &slopes->events, direction, out);
-}
-
-void kmp_slopes_events_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient)
-{
-    add_gradient(slopes, &slopes->events, w, gradient);
+    for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
+        for (int k = 0; k < part_size(slopes, c); k++, column++)
+            for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
+                part[c][k] += of->value[of->entry[e].source] * w[of->entry[e].row];
 }

@@ -10,7 +10,7 @@
 
 /** Derivatives of one program by columns, and the program. */
 typedef struct kmp_slope_matrix {
-    int count, columns;
+    int count, rows, columns;
     kmp_tangent *entry;
     int *start; /* columns + 1 */
     kmp_formulas formulas;
@@ -68,25 +68,22 @@ double kmp_slopes_of_length(const kmp_slopes *slopes, int k);
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,
                          const double *force, double *out);
 
-/** Takes the state at which outputs and their derivatives are wanted; their values, in the order of kmp_plant_shown,
- *  valid until the next call. */
-const double *kmp_slopes_outputs(kmp_slopes *slopes, const kmp_instant *at);
+/** Takes the state at which outputs or conditions and their derivatives are wanted; their values, in the order of
+ * kmp_plant_shown or as kmp_plant_changes has them, valid until the next call. Conditions that end a run are zero. */
+const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 
-/** A direction in which the outputs are differentiated, or what came out of one; NULL: none of it. */
+/** A direction in which they are differentiated, or what came out of one; NULL: none of it. */
 typedef struct kmp_direction {
     double *t, *q, *qd, *qdd, *lambda; /* 1, n, n, n, m */
-    double *parameters;                /* count */
+    double *parameters;                /* count: one number for each */
 } kmp_direction;
 
-/** out (shown) = the derivative of all outputs along a direction; `parameters` of it hold one number for each. */
-void kmp_slopes_outputs_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out);
+/** out = the derivative of them all along a direction. */
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction,
+                      double *out);
 
-/** Adds the derivatives of w' outputs to what is not NULL. */
-void kmp_slopes_outputs_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient);
-
-/** The same of the conditions, as kmp_plant_changes has them: where a parameter or a direction takes them. */
-const double *kmp_slopes_events(kmp_slopes *slopes, const kmp_instant *at);
-void kmp_slopes_events_along(const kmp_slopes *slopes, const kmp_direction *direction, double *out);
-void kmp_slopes_events_gradient(const kmp_slopes *slopes, const double *w, const kmp_direction *gradient);
+/** Adds the derivatives of w' values to what is not NULL. */
+void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
+                         const kmp_direction *gradient);
 
 #endif

@@ -51,8 +51,10 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .by_udd = KMP_ARENA_NEW(&a, double, outputs *p),
                         .direct = KMP_ARENA_NEW(&a, double, outputs *columns),
                         .value = KMP_ARENA_NEW(&a, double, outputs),
-                        .change = KMP_ARENA_NEW(&a, double, 3 * m + 2 * n + 3 * p + slopes->count),
-                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m + p),
+                        .side = KMP_ARENA_NEW(&a, double, 3 * m + n),
+                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m),
+                        .unit = KMP_ARENA_NEW(&a, double, p),
+                        .parameters = KMP_ARENA_NEW(&a, double, slopes->count),
                         .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
     t->arena = a;
     if (a.failed)
@@ -70,49 +72,26 @@ void kmp_transfer_free(kmp_transfer *transfer)
 
 /* -- at a state -------------------------------------------------------------------------------------- */
 
-/* The parts of the room for a change and for what follows of it. */
-typedef struct parts {
-    double *h, *rate, *curve, *force, *u, *ud, *udd, *parameters;
-    double *q, *qd, *qdd, *lambda, *residual;
-} parts;
-
-static parts parts_of(const kmp_transfer *t)
+static void see(const kmp_transfer *t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                const double *shown, double *out)
 {
-    int n = t->n, m = t->m, p = t->p;
-    double *c = t->change, *r = t->moved;
-    return (parts){.h = c,
-                   .rate = c + m,
-                   .curve = c + 2 * m,
-                   .force = c + 3 * m,
-                   .u = c + 3 * m + n,
-                   .ud = c + 3 * m + n + p,
-                   .udd = c + 3 * m + n + 2 * p,
-                   .parameters = c + 3 * m + n + 3 * p,
-                   .q = r,
-                   .qd = r + n,
-                   .qdd = r + 2 * n,
-                   .lambda = r + 3 * n,
-                   .residual = r + 3 * n + m};
-}
-
-static void clear(kmp_transfer *t)
-{
-    memset(t->change, 0, (size_t)(3 * t->m + t->n + 3 * t->p + t->slopes->count) * sizeof *t->change);
-}
-
-/* What follows of the change at hand: dR, and the outputs into out. */
-static void follow(kmp_transfer *t, double *residual, double *out)
-{
-    parts x = parts_of(t);
-    kmp_linear_follow(t->linear, &(kmp_change){x.u, x.ud, x.udd, x.h, x.rate, x.curve, x.force},
-                      &(kmp_response){x.q, x.qd, x.qdd, x.lambda, x.residual});
-    if (residual)
-        memcpy(residual, x.residual, (size_t)t->p * sizeof *residual);
-    kmp_direction along = {.q = x.q, .qd = x.qd, .qdd = x.qdd, .lambda = x.lambda, .parameters = x.parameters};
-    kmp_slopes_outputs_along(t->slopes, &along, t->shown);
-    const double *in[] = {x.q, x.qd, x.qdd, x.lambda, t->shown};
+    const double *in[] = {q, qd, qdd, lambda, shown};
     for (int k = 0; k < t->outputs; k++)
         out[k] = in[t->seen[k].in][t->seen[k].index];
+}
+
+/* What follows of a change, of parameter k with it (-1: none): dR, and the outputs into out. */
+static void follow(kmp_transfer *t, const kmp_change *change, int k, double *residual, double *out)
+{
+    double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
+    kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
+    if (k >= 0)
+        t->parameters[k] = 1;
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters},
+                     t->shown);
+    if (k >= 0)
+        t->parameters[k] = 0;
+    see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
 /* d(position of the point)/dq along the axis, less: what the force takes from R. */
@@ -121,7 +100,7 @@ static void push(kmp_transfer *t, const kmp_load *load, double *force)
     kmp_direction by = {.q = force};
     memset(t->shown, 0, (size_t)t->slopes->shown * sizeof *t->shown);
     t->shown[load->place + t->inputs->input[load->input].axis] = -1;
-    kmp_slopes_outputs_gradient(t->slopes, t->shown, &by);
+    kmp_slopes_gradient(t->slopes, &t->slopes->outputs, t->shown, &by);
 }
 
 /* h = q - f(t) of a drive, f with a little more. */
@@ -132,25 +111,26 @@ static void drive(const kmp_transfer *t, const kmp_load *load, double *rows)
             rows[r] = -1;
 }
 
-static void set_load(kmp_transfer *t, const kmp_load *load)
+static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual, double *out)
 {
-    parts x = parts_of(t);
-    clear(t);
+    int m = t->m;
+    double *h = t->side, *force = h + 3 * m;
+    memset(h, 0, (size_t)(3 * m + t->n) * sizeof *h);
     switch (t->inputs->input[load->input].kind) {
     case KMP_ASKED_EFFORT:
-        x.force[t->inputs->input[load->input].index] = -1;
-        return;
+        force[t->inputs->input[load->input].index] = -1;
+        break;
     case KMP_ASKED_FORCE:
-        push(t, load, x.force);
-        return;
+        push(t, load, force);
+        break;
     case KMP_ASKED_DRIVE:
-        drive(t, load, x.h + load->order * t->m);
-        return;
+        drive(t, load, h + load->order * m);
+        break;
     case KMP_ASKED_PARAMETER:
-        kmp_slopes_of_parameter(t->slopes, load->parameter, x.h, x.rate, x.curve, x.force);
-        x.parameters[load->parameter] = 1;
-        return;
+        kmp_slopes_of_parameter(t->slopes, load->parameter, h, h + m, h + 2 * m, force);
+        break;
     }
+    follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);
 }
 
 static void take_values(kmp_transfer *t)
@@ -158,36 +138,27 @@ static void take_values(kmp_transfer *t)
     const kmp_linear *l = t->linear;
     kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(t->slopes, &at);
-    const double *shown = kmp_slopes_outputs(t->slopes, &at);
-    const double *in[] = {l->q, l->qd, l->qdd, l->lambda, shown};
-    for (int k = 0; k < t->outputs; k++)
-        t->value[k] = in[t->seen[k].in][t->seen[k].index];
+    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
 }
 
 void kmp_transfer_eval(kmp_transfer *transfer)
 {
     kmp_transfer *t = transfer;
-    parts x = parts_of(t);
     int n = t->n, p = t->p, outputs = t->outputs;
+    double *unit = t->unit;
     take_values(t);
     for (int k = 0; k < p; k++) {
-        clear(t);
-        x.u[k] = 1;
-        follow(t, t->linear->stiffness + k * p, t->by_u + k * outputs);
-        memcpy(t->map + k * n, x.q, (size_t)n * sizeof *x.q);
-        memcpy(t->map_rate + k * n, x.qd, (size_t)n * sizeof *x.qd);
-        clear(t);
-        x.ud[k] = 1;
-        follow(t, t->linear->damping + k * p, t->by_ud + k * outputs);
-        clear(t);
-        x.udd[k] = 1;
-        follow(t, t->linear->mass + k * p, t->by_udd + k * outputs);
+        unit[k] = 1;
+        follow(t, &(kmp_change){.u = unit}, -1, t->linear->stiffness + k * p, t->by_u + k * outputs);
+        memcpy(t->map + k * n, t->moved, (size_t)n * sizeof *unit);
+        memcpy(t->map_rate + k * n, t->moved + n, (size_t)n * sizeof *unit);
+        follow(t, &(kmp_change){.ud = unit}, -1, t->linear->damping + k * p, t->by_ud + k * outputs);
+        follow(t, &(kmp_change){.udd = unit}, -1, t->linear->mass + k * p, t->by_udd + k * outputs);
+        unit[k] = 0;
     }
     kmp_linear_inertia(t->linear);
-    for (int k = 0; k < t->columns; k++) {
-        set_load(t, &t->load[k]);
-        follow(t, t->loads + k * p, t->direct + k * outputs);
-    }
+    for (int k = 0; k < t->columns; k++)
+        follow_load(t, &t->load[k], t->loads + k * p, t->direct + k * outputs);
 }
 
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input)

@@ -37,14 +37,15 @@ typedef struct kmp_transfer {
     int n, m, p;
     const kmp_asked_inputs *inputs;
     int outputs, columns;
-    kmp_seen *seen;                 /* outputs */
-    kmp_load *load;                 /* columns */
-    double *map, *map_rate;         /* n x p: dq = N du, dqd = N dud + Nd du */
-    double *loads;                  /* p x columns: L */
-    double *by_u, *by_ud, *by_udd;  /* outputs x p */
-    double *direct;                 /* outputs x columns: Yw */
-    double *value;                  /* outputs: y at the state */
-    double *change, *moved, *shown; /* work: of a kmp_change, of a kmp_response, of what is shown */
+    kmp_seen *seen;                /* outputs */
+    kmp_load *load;                /* columns */
+    double *map, *map_rate;        /* n x p: dq = N du, dqd = N dud + Nd du */
+    double *loads;                 /* p x columns: L */
+    double *by_u, *by_ud, *by_udd; /* outputs x p */
+    double *direct;                /* outputs x columns: Yw */
+    double *value;                 /* outputs: y at the state */
+    double *side, *moved, *shown;  /* work: of a change of the equations, of a kmp_response, of what is shown */
+    double *unit, *parameters;     /* p; parameters: zeros */
 } kmp_transfer;
 
 /** Makes room. `linear` has chosen its u; `place`: of each input, where the position of its point is shown (forces

@@ -161,6 +161,17 @@ int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double 
     return KMP_GO;
 }
 
+void kmp_varied_matrix(kmp_varied *varied, double *matrix)
+{
+    kmp_linear *l = &varied->linear;
+    int p = l->p;
+    kmp_linear_matrices(l);
+    for (int k = 0; k < p; k++) {
+        kmp_linear_accelerate(l, l->stiffness + k * p, matrix + k * p);
+        kmp_linear_accelerate(l, l->damping + k * p, matrix + (p + k) * p);
+    }
+}
+
 const char *kmp_varied_singular(const kmp_varied *varied)
 {
     const kempe_system *s = varied->system;

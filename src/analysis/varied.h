@@ -57,6 +57,9 @@ int kmp_varied_at(kmp_varied *varied, double t, const double *u, const double *u
 /** The same with q (n) near the closed state in place of what is predicted. */
 int kmp_varied_near(kmp_varied *varied, double t, const double *q, const double *ud);
 
+/** dudd by u and by ud (p x 2 p) at the last state, whatever parameters do. */
+void kmp_varied_matrix(kmp_varied *varied, double *matrix);
+
 /** Predictions of positions begin at the last state from now on. */
 void kmp_varied_anchor(kmp_varied *varied);
 

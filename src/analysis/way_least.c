@@ -94,7 +94,7 @@ static double evaluate(solver *s, double *value)
 {
     const kmp_linear *l = s->w->l;
     kmp_instant at = instant(l);
-    const double *shown = s->shown > 0 ? kmp_slopes_outputs(s->x->slopes, &at) : NULL;
+    const double *shown = s->shown > 0 ? kmp_slopes_values(&s->x->slopes->outputs, &at) : NULL;
     double worst = 0;
     for (int k = 0; k < s->p; k++)
         value[k] = l->residual[s->w->place[k]] / s->row_size[k];
@@ -142,8 +142,8 @@ static void fill_column(solver *s, int j)
     kmp_change change = j < s->p ? position_or_rate(s, j) : freed(s, j - s->p);
     kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
     if (s->shown > 0)
-        kmp_slopes_outputs_along(
-            s->x->slopes, &(kmp_direction){&no_time, move, s->dqd, s->dqdd, s->dlambda, s->parameters}, s->along);
+        kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
+                         &(kmp_direction){&no_time, move, s->dqd, s->dqdd, s->dlambda, s->parameters}, s->along);
     for (int k = 0; k < s->p; k++)
         column[k] = s->dr[s->w->place[k]];
     for (int k = 0; k < s->x->target_count; k++) {
@@ -174,7 +174,7 @@ static void linearise(solver *s)
     if (s->x->slopes)
         kmp_slopes_at(s->x->slopes, &at);
     if (s->shown > 0)
-        (void)kmp_slopes_outputs(s->x->slopes, &at);
+        (void)kmp_slopes_values(&s->x->slopes->outputs, &at);
     for (int j = 0; j < s->columns; j++)
         fill_column(s, j);
     for (int i = 0; i < s->rows; i++) {

@@ -46,9 +46,4 @@ void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, 
  * `largest` (n). */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
 
-/** A P = Q R of an m x n matrix with column pivoting, until a column is no longer than `eps` times the first: Q stands
- * in the first columns of a, R in r (n x n, upper triangle), pivot[k] is the column of A in place k. Returns how many
- * columns count. */
-int kmp_qr_truncated(int m, int n, double *a, double *r, int *pivot, double eps);
-
 #endif

@@ -88,7 +88,7 @@ static void look(kmp_sensitivity_state *x)
     kmp_instant at = kmp_linear_instant(&x->varied.linear);
     const kmp_shift *sh = &x->shift;
     double *unit = x->unit;
-    const double *shown = kmp_slopes_outputs(x->slopes, &at);
+    const double *shown = kmp_slopes_values(&x->slopes->outputs, &at);
     if (x->slopes->shown)
         memcpy(x->shown, shown, (size_t)x->slopes->shown * sizeof *shown);
     for (int k = 0; k < x->s->count; k++) {
@@ -98,7 +98,7 @@ static void look(kmp_sensitivity_state *x)
                                .lambda = sh->lambda + k * sh->m,
                                .parameters = unit};
         unit[k] = 1;
-        kmp_slopes_outputs_along(x->slopes, &along, x->by + (size_t)k * (size_t)x->slopes->shown);
+        kmp_slopes_along(x->slopes, &x->slopes->outputs, &along, x->by + (size_t)k * (size_t)x->slopes->shown);
         unit[k] = 0;
     }
 }

@@ -8,8 +8,10 @@
 #include "constraints/plant.h"
 #include "integrators/run.h"
 #include "results/reference.h"
+#include <kempe/workspace.h>
+#include <time.h>
 
-enum { LARGEST = 64 };
+enum { LARGEST = 64, LONG = 160 };
 
 typedef struct scene {
     kempe_context *context;
@@ -271,6 +273,96 @@ static void trees_need_no_matrix(void)
     }
 }
 
+/* -- the workspace ------------------------------------------------------------------------------------- */
+
+/* Accelerations, multipliers and the values of the same state, at states beside the start and under efforts. */
+static void compare_workspaces(const scene *s)
+{
+    enum { STATES = 5 };
+    kempe_workspace *ws[2] = {NULL, NULL};
+    kempe_assembly *a = NULL;
+    int n = s->by[0]->n, m = s->by[0]->m;
+    double q[LARGEST], qd[LARGEST], Q[LARGEST], qdd[2][LARGEST], lambda[2][LARGEST];
+    CHECK(kempe_assemble(s->by[0], &a) == KEMPE_OK);
+    for (int k = 0; k < 2; k++)
+        CHECK(kempe_workspace_new(s->by[k], &ws[k]) == KEMPE_OK);
+    for (int state = 0; state < STATES; state++) {
+        for (int i = 0; i < n; i++) {
+            q[i] = a->q[i] + 0.02 * state * sin(state + i) * s->by[0]->scale[i];
+            qd[i] = cos(state - i) * s->by[0]->scale[i];
+            Q[i] = sin(3 * i);
+        }
+        CHECK(kempe_close(ws[0], 0, q, qd, NULL) == KEMPE_OK);
+        for (int k = 0; k < 2; k++) {
+            unsigned long before = kmp_memory_count();
+            CHECK(kempe_forward_dynamics(ws[k], 0, q, qd, state % 2 ? Q : NULL, qdd[k], lambda[k]) == KEMPE_OK);
+            CHECK(kmp_memory_count() == before);
+        }
+        for (int i = 0; i < n; i++)
+            CHECK_NEAR(qdd[1][i], qdd[0][i], 1e-8 * (1 + fabs(qdd[0][i])));
+        for (int r = 0; r < m; r++)
+            CHECK_NEAR(lambda[1][r], lambda[0][r], 1e-8 * (1 + fabs(lambda[0][r])));
+        for (int i = 0; i < n * n; i++)
+            CHECK_NEAR(kempe_workspace_mass(ws[1])[i], kempe_workspace_mass(ws[0])[i], 1e-10);
+        CHECK_NEAR(kempe_workspace_kinetic(ws[1]), kempe_workspace_kinetic(ws[0]), 1e-9);
+        CHECK_NEAR(kempe_workspace_potential(ws[1]), kempe_workspace_potential(ws[0]), 1e-9);
+    }
+    kempe_assembly_free(a);
+    kempe_workspace_free(ws[0]);
+    kempe_workspace_free(ws[1]);
+}
+
+static void the_workspace_goes_by_either(void)
+{
+    static const char *const paths[] = {"examples/four_bar/four_bar.yaml", "examples/andrews/andrews.yaml",
+                                        "tests/models/bennett.yaml"}; /* the last has redundant rows */
+    for (int k = 0; k < 3; k++) {
+        scene s = read_file(paths[k]);
+        compare_workspaces(&s);
+        unload(&s);
+    }
+    kmp_text text = {0};
+    put_tree(&text, 20, true);
+    scene s = read_text(text.s);
+    kmp_text_free(&text);
+    compare_workspaces(&s);
+    unload(&s);
+}
+
+/* Seconds of a call, the least of many. */
+static double time_of_forward(const kempe_system *system)
+{
+    static double q[LONG], qd[LONG], qdd[LONG];
+    kempe_workspace *ws = NULL;
+    double least = INFINITY;
+    CHECK(system->n <= LONG && kempe_workspace_new(system, &ws) == KEMPE_OK);
+    for (int i = 0; i < system->n; i++)
+        q[i] = 0.1 * sin(i);
+    for (int k = 0; k < 40; k++) {
+        clock_t from = clock();
+        for (int call = 0; call < 4; call++)
+            CHECK(kempe_forward_dynamics(ws, 0, q, qd, NULL, qdd, NULL) == KEMPE_OK);
+        least = fmin(least, (double)(clock() - from) / 4 / CLOCKS_PER_SEC);
+    }
+    kempe_workspace_free(ws);
+    return least;
+}
+
+/* M of so many coordinates alone takes longer than the accelerations without it. */
+static void a_long_chain_costs_the_workspace_less(void)
+{
+    kmp_text text = {0};
+    put_tree(&text, LONG, false);
+    scene s = read_text(text.s);
+    kmp_text_free(&text);
+    double by_mass = time_of_forward(s.by[0]), by_bodies = time_of_forward(s.by[1]);
+    printf("  %d coordinates: %.0f us by M and C, %.0f by articulated bodies\n", LONG, 1e6 * by_mass, 1e6 * by_bodies);
+    CHECK(by_bodies < 0.5 * by_mass);
+    unload(&s);
+}
+
+/* -- which of the two ---------------------------------------------------------------------------------- */
+
 /* A chain that auto writes by bodies, with what comes behind it. */
 static kempe_system *chain_with(kempe_context *context, kempe_model **model, const char *more)
 {
@@ -495,6 +587,8 @@ int main(void)
     TEST(conditions_and_charts);
     TEST(by_the_references);
     TEST(trees_need_no_matrix);
+    TEST(the_workspace_goes_by_either);
+    TEST(a_long_chain_costs_the_workspace_less);
     TEST(auto_takes_what_costs_less);
     TEST(words_of_a_model);
     TEST(massless_links_between);

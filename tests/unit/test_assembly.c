@@ -27,7 +27,7 @@ static void returns_from(const char *path, double size, int trials)
 {
     loaded l = load(path);
     double q[16], worst = 0;
-    int newton = 0, n = l.system->n;
+    int n = l.system->n;
     kempe_assembly *a = assembled(&l);
     for (int k = 0; k < n; k++) {
         q[k] = l.model->start.q[k].value;
@@ -45,11 +45,9 @@ static void returns_from(const char *path, double size, int trials)
             CHECK(a->moved[k] == a->q[k] - l.model->start.q[k].value);
             worst = check_max(worst, fabs(a->q[k] - q[k]));
         }
-        newton += a->newton > 0;
         kempe_assembly_free(a);
     }
-    printf("  %s from %g: within %.1e, KINSOL in %d of %d\n", path, size, worst, newton, trials);
-    CHECK(newton > trials / 4);
+    printf("  %s from %g: within %.1e\n", path, size, worst);
     unload(&l);
 }
 
@@ -86,6 +84,29 @@ static void assembles_from_a_rough_guess(void)
     }
     printf("  200 rough guesses: all closed, %d on the branch of the file\n", upper);
     CHECK(upper > 20 && upper < 180);
+    unload(&l);
+}
+
+/* Rests with open loops, where every step along the slope of |h| ends. */
+static void wheels_close_from_anywhere(void)
+{
+    enum { STARTS = 40 };
+    loaded l = load("tests/models/wheels.yaml");
+    int n = l.system->n, closed = 0;
+    double *q = KMP_NEW(double, n);
+    random_seed(10);
+    for (int start = 0; start < STARTS; start++) {
+        kempe_assembly *a = NULL;
+        for (int k = 0; k < n; k++)
+            q[k] = l.model->start.q[k].value + (l.model->start.hold[k] ? 0 : between(-3, 3) * l.system->scale[k]);
+        kmp_guess guess = {q, l.model->start.hold, 0, false};
+        CHECK(kmp_assemble_from(l.system, &guess, &a) == KEMPE_OK);
+        closed += a && a->closed;
+        kempe_assembly_free(a);
+    }
+    printf("  wheels: %d of %d random starts close\n", closed, STARTS);
+    CHECK(closed > 0.9 * STARTS);
+    kmp_free(q);
     unload(&l);
 }
 
@@ -283,6 +304,7 @@ int main(void)
     TEST(returns_to_the_printed_state);
     TEST(returns_to_the_slider_crank);
     TEST(assembles_from_a_rough_guess);
+    TEST(wheels_close_from_anywhere);
     TEST(a_coupler_too_short_tells_the_gap);
     TEST(a_straight_guess_is_left);
     TEST(held_coordinates_that_cannot_be_kept);

@@ -323,22 +323,19 @@ static int rootless_jacobian(void *self, const double *x, double *a)
 
 static void test_kinsol(void)
 {
-    kempe_context *context = kempe_context_new();
-    double x[2] = {30, 1}, one[2] = {1, 1};
+    const double one[2] = {1, 1};
+    const kmp_kinsol_problem two = {NULL, 2, one, one, curves, curves_jacobian};
+    const kmp_kinsol_problem none = {NULL, 1, one, one, rootless, rootless_jacobian};
+    double x[2] = {30, 1};
     int iterations = 0;
-    CHECK(kmp_kinsol_solve(context, 2, x, one, one, curves, curves_jacobian, NULL, 1e-13, &iterations) == KEMPE_OK);
+    CHECK(kmp_kinsol_solve(&two, 1e-13, x, &iterations));
     CHECK_NEAR(x[0], 2, 1e-12);
     CHECK_NEAR(x[1], 1, 1e-12);
     CHECK(iterations > 2 && iterations < 20);
-    x[0] = x[1] = 0;
-    CHECK(kmp_kinsol_solve(context, 2, x, one, one, curves, curves_jacobian, NULL, 1e-13, NULL) == KEMPE_E_FAILED);
-    CHECK(x[0] == 0 && x[1] == 0);
-    CHECK(strstr(kempe_context_message(context), "singular") != NULL);
+    x[0] = x[1] = 0; /* the Jacobian is singular */
+    CHECK(!kmp_kinsol_solve(&two, 1e-13, x, &iterations) && x[0] == 0 && x[1] == 0);
     x[0] = 3;
-    CHECK(kmp_kinsol_solve(context, 1, x, one, one, rootless, rootless_jacobian, NULL, 1e-13, NULL) == KEMPE_E_FAILED);
-    CHECK(x[0] == 3);
-    printf("  %s\n", kempe_context_message(context));
-    kempe_context_free(context);
+    CHECK(!kmp_kinsol_solve(&none, 1e-13, x, &iterations) && x[0] == 3);
 }
 
 int main(void)

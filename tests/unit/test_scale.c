@@ -10,7 +10,6 @@
 #include "integrators/run.h"
 #include "integrators/runner.h"
 #include "linalg/dense.h"
-#include "linalg/least.h"
 #include "linalg/sparse.h"
 #include "loaded.h"
 #include "random.h"
@@ -314,35 +313,6 @@ static void singular_systems_are_told(void)
     kmp_sparse_free(s);
 }
 
-static void sparse_least_squares_are_the_dense_ones(void)
-{
-    static matrix a;
-    static double damped[2 * MOST_NZ];
-    double b[2 * MOST], x[MOST], dense_x[MOST], given[MOST];
-    random_seed(11);
-    for (int trial = 0; trial < 300; trial++) {
-        int m = 1 + pick(12), n = m + pick(12), twin = pick(m);
-        double damping = trial % 2 ? 0 : between(0.01, 1);
-        randomise(&a, m, n, 0.4, false);
-        for (int e = 0, nz = a.entries.nz; e < nz && twin > 0 && a.entries.nz < MOST_NZ; e++)
-            if (a.row[e] == twin - 1 && a.dense[twin + a.col[e] * m] == 0)
-                add(&a, twin, a.col[e], a.value[e]);
-        for (int k = 0; k < n; k++)
-            given[k] = between(-1, 1);
-        memset(b, 0, sizeof b);
-        for (int i = 0; i < m; i++)
-            for (int k = 0; k < n; k++)
-                b[i] += a.dense[i + k * m] * given[k];
-        for (int k = 0; k < n; k++)
-            for (int i = 0; i < m + n; i++)
-                damped[i + k * (m + n)] = i < m ? a.dense[i + k * m] : i - m == k ? damping : 0;
-        CHECK(kmp_least_squares(m + n, n, damped, b, 1e-9, dense_x) >= 0);
-        CHECK(kmp_least_squares_sparse(&a.entries, b, damping, 1e-9, x) == KMP_LEAST_FOUND);
-        for (int k = 0; k < n; k++)
-            CHECK_NEAR(x[k], dense_x[k], 1e-8);
-    }
-}
-
 /* -- the choice -------------------------------------------------------------------------------------- */
 
 /* Rows, columns and values of `blocks` full blocks with one column more than rows, shuffled. */
@@ -397,7 +367,7 @@ static void blocks_are_chosen_as_the_whole(void)
         CHECK(kmp_pick_improve(&parts, m, 100, &made_parts, &max_parts, &cond_parts) == KMP_PICK_MADE);
         CHECK(same_columns(&whole, &parts, m) && made == made_parts);
         CHECK_NEAR(max_parts, max_b, 1e-10);
-        CHECK_NEAR(cond_parts / cond, 1, 1e-10);
+        CHECK(cond_parts <= cond * (1 + 1e-9) && cond_parts >= cond / 3);
         exchanged += made;
         kmp_pick_free(&whole);
         kmp_pick_free(&parts);
@@ -726,7 +696,6 @@ int main(void)
     TEST(an_order_is_not_kept_for_long);
     TEST(sparse_systems_are_solved);
     TEST(singular_systems_are_told);
-    TEST(sparse_least_squares_are_the_dense_ones);
     TEST(blocks_are_chosen_as_the_whole);
     TEST(a_long_block_is_exchanged_as_well);
     TEST(a_singular_choice_is_told);

@@ -152,14 +152,15 @@ static void check_parameter(fixture *f, const point *x, int k)
     CHECK(set_parameters(f, -1, 0));
     kmp_instant at = instant_of(f, x);
     kmp_slopes_at(f->slopes, &at);
-    (void)kmp_slopes_outputs(f->slopes, &at);
+    (void)kmp_slopes_values(&f->slopes->outputs, &at);
     kmp_slopes_of_parameter(f->slopes, k, exact, exact + m, exact + 2 * m, exact + 3 * m);
     double unit[MOST] = {0}, best = INFINITY, best_shown = INFINITY, size = fmax(fabs(f->values[k]), 0.01);
     unit[k] = 1;
-    kmp_slopes_outputs_along(f->slopes, &(kmp_direction){.parameters = unit}, exact + equations);
+    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){.parameters = unit}, exact + equations);
     if (f->system->events.count > 0) {
-        (void)kmp_slopes_events(f->slopes, &at);
-        kmp_slopes_events_along(f->slopes, &(kmp_direction){.parameters = unit}, exact + equations + f->slopes->shown);
+        (void)kmp_slopes_values(&f->slopes->events, &at);
+        kmp_slopes_along(f->slopes, &f->slopes->events, &(kmp_direction){.parameters = unit},
+                         exact + equations + f->slopes->shown);
     }
     for (double step = 1e-2 * size; step > 1e-8 * size; step /= 10) {
         if (!set_parameters(f, k, step))
@@ -193,12 +194,13 @@ static void check_state(fixture *f, const point *x)
     for (int i = 0; i < m; i++)
         d.lambda[i] = between(-1, 1);
     kmp_instant at = instant_of(f, x);
-    (void)kmp_slopes_outputs(f->slopes, &at);
+    (void)kmp_slopes_values(&f->slopes->outputs, &at);
     int shown = f->slopes->shown, events = f->system->events.count;
-    kmp_slopes_outputs_along(f->slopes, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, NULL}, exact);
+    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, NULL}, exact);
     if (events > 0) {
-        (void)kmp_slopes_events(f->slopes, &at);
-        kmp_slopes_events_along(f->slopes, &(kmp_direction){&d.t, d.q, d.qd, NULL, NULL, NULL}, exact + shown);
+        (void)kmp_slopes_values(&f->slopes->events, &at);
+        kmp_slopes_along(f->slopes, &f->slopes->events, &(kmp_direction){&d.t, d.q, d.qd, NULL, NULL, NULL},
+                         exact + shown);
     }
     double best = INFINITY;
     for (double step = 1e-3; step > 1e-8; step /= 10) {
@@ -235,9 +237,10 @@ static void check_gradients(fixture *f, const point *x)
     for (int i = 0; i < MOST_NUMBERS; i++)
         w[i] = between(-1, 1);
     kmp_instant at = instant_of(f, x);
-    (void)kmp_slopes_outputs(f->slopes, &at);
-    kmp_slopes_outputs_along(f->slopes, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, change}, along);
-    kmp_slopes_outputs_gradient(f->slopes, w, &(kmp_direction){&g.t, g.q, g.qd, g.qdd, g.lambda, gradient});
+    (void)kmp_slopes_values(&f->slopes->outputs, &at);
+    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, change}, along);
+    kmp_slopes_gradient(f->slopes, &f->slopes->outputs, w,
+                        &(kmp_direction){&g.t, g.q, g.qd, g.qdd, g.lambda, gradient});
     for (int i = 0; i < shown; i++)
         left += w[i] * along[i];
     right = g.t * d.t;
@@ -367,8 +370,8 @@ static void test_refusals(void)
     CHECK(kmp_slopes_new(l.system, "native", 0, NULL, true, &s) == KEMPE_OK && s && s->shown == 3);
     double q = 0.5, qd = 2, qdd = 0, along[3], one = 1;
     kmp_instant at = {.q = &q, .qd = &qd, .qdd = &qdd};
-    CHECK_NEAR(kmp_slopes_outputs(s, &at)[0], 0.5 * 1.1 * 4, 1e-15);
-    kmp_slopes_outputs_along(s, &(kmp_direction){.qd = &one}, along);
+    CHECK_NEAR(kmp_slopes_values(&s->outputs, &at)[0], 0.5 * 1.1 * 4, 1e-15);
+    kmp_slopes_along(s, &s->outputs, &(kmp_direction){.qd = &one}, along);
     CHECK_NEAR(along[0], 1.1 * 2, 1e-15);
     kmp_slopes_free(s);
     unload(&l);
