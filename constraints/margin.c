@@ -369,6 +369,7 @@ bool kmp_margin_unwatched(const kmp_margin *margin)
  * here, how near, and the cosine of the angle by which w has turned. */
 typedef struct line {
     double before, when, closest, cosine; /* before: |w| at the last step's end */
+    bool known;                           /* z is the same one */
 } line;
 
 static line line_of(const kmp_margin *margin)
@@ -378,9 +379,9 @@ static line line_of(const kmp_margin *margin)
     double new = kmp_dot(n, margin->w, margin->w), both = sign *kmp_dot(n, margin->w, margin->w_stood),
            old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
     if (fabs(same) < SAME || !(moved > 0))
-        return (line){sqrt(old), INFINITY, sqrt(new), 1};
+        return (line){sqrt(old), INFINITY, sqrt(new), 1, fabs(same) >= SAME};
     double along = (new - both) / moved;
-    return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new)};
+    return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new), true};
 }
 
 /* Whether the kept rows have lost their rank on the way from the last step's end: T has gone through infinity. */
@@ -396,15 +397,26 @@ static bool aims(const kmp_margin *margin, const line *l, double size, double ai
     return l->closest < aim * margin->usual && l->closest < KMP_MARGIN_STEEP * size;
 }
 
+/* Whether some block has another sign than at the last step's end. */
+static bool has_turned(kmp_margin *margin)
+{
+    kmp_block_take_signs(margin->block, margin->signs);
+    return memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) !=
+           0;
+}
+
 /* Whether a step goes past a singular place, or from afar deep into its surroundings: into them alone a road may go
  * that has found itself there. */
-static bool passes(const kmp_margin *margin)
+static bool passes(kmp_margin *margin)
 {
     line l = line_of(margin);
     if (l.cosine < KMP_MARGIN_TURNED && l.closest < KMP_MARGIN_PASSED * margin->usual)
         return true;
     double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
-    return margin->last < deep && l.before > deep && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
+    bool deeper = margin->last < deep && l.before > deep;
+    if (!l.known) /* a shorter step tells */
+        return deeper || (margin->part.m == margin->r && has_turned(margin));
+    return deeper && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
 /* A quick look: no pivot of the block has fallen far, none has changed its sign since the last step's end, and dropped
@@ -418,10 +430,7 @@ static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
     if (least > 0)
         find_t(margin);
     margin->pivot = fmax(margin->pivot, least);
-    kmp_block_take_signs(margin->block, margin->signs);
-    margin->quick =
-        least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT &&
-        memcmp(margin->signs, margin->signs_stood, (size_t)kmp_block_count(margin->block) * sizeof *margin->signs) == 0;
+    margin->quick = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
     return margin->quick;
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/saddle.h"
 #include "base/memory.h"
-#include "constraints/pick.h"
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense.h"
@@ -72,37 +71,6 @@ static int factor_dense(kmp_saddle *saddle)
 static bool is_out(const kmp_saddle *saddle, int k)
 {
     return saddle->out && saddle->out[k];
-}
-
-/* Rows that are nearly dependent. false: no memory. */
-static bool leave_out(kmp_saddle *saddle)
-{
-    const kempe_system *s = saddle->plant->system;
-    const kmp_pattern *jac = &s->jacobian;
-    int nz = 0;
-    for (int k = 0; k < jac->count; k++) {
-        int row = saddle->position[jac->row[k]];
-        if (row < 0)
-            continue;
-        saddle->row[nz] = row;
-        saddle->col[nz] = jac->col[k];
-        saddle->scaled[nz++] = saddle->plant->jacobian[k] * s->scale[jac->col[k]] / s->row_scale[jac->row[k]];
-    }
-    kmp_entries a = {saddle->r, saddle->n, nz, saddle->row, saddle->col, saddle->scaled};
-    const int *r, *c;
-    const double *pivots;
-    double largest, least;
-    if (!kmp_order_run(saddle->order, &a, saddle->r, &r, &c, &pivots))
-        return false;
-    kmp_order_extremes(pivots, saddle->r, &largest, &least);
-    saddle->kept = 0;
-    for (int k = 0; k < saddle->r; k++) {
-        bool keep = pivots[k] > saddle->eps * largest;
-        saddle->out[r[k]] = !keep;
-        saddle->kept += keep;
-    }
-    saddle->last = least / largest;
-    return true;
 }
 
 static int factor_sparse(kmp_saddle *saddle)
@@ -252,17 +220,6 @@ bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *
     return init(saddle, part, plant->by_bodies ? KMP_SADDLE_BY_BODIES : by_size(plant, part->r));
 }
 
-bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part)
-{
-    size_t nz = (size_t)plant->system->jacobian.count;
-    *saddle = (kmp_saddle){.plant = plant, .order = kmp_order_new(part->r, part->n)};
-    saddle->out = KMP_ARENA_NEW(&saddle->arena, bool, part->r);
-    saddle->row = KMP_ARENA_NEW(&saddle->arena, int, nz);
-    saddle->col = KMP_ARENA_NEW(&saddle->arena, int, nz);
-    saddle->scaled = KMP_ARENA_NEW(&saddle->arena, double, nz);
-    return saddle->order && init(saddle, part, by_size(plant, part->r));
-}
-
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
 {
     int n = plant->n, m = plant->m;
@@ -282,7 +239,6 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank)
 void kmp_saddle_free(kmp_saddle *saddle)
 {
     kmp_sparse_free(saddle->sparse);
-    kmp_order_free(saddle->order);
     kmp_arena_free(&saddle->arena);
     *saddle = (kmp_saddle){0};
 }
@@ -290,10 +246,8 @@ void kmp_saddle_free(kmp_saddle *saddle)
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
-    if (saddle->pivots)
+    if (saddle->out)
         choose_rows(saddle);
-    else if (saddle->order && !leave_out(saddle))
-        return 1;
     switch (saddle->way) {
     case KMP_SADDLE_BY_BODIES:
         return factor_mobility(saddle);

@@ -8,9 +8,8 @@
  *
  *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
  *
- * Rows may be left out at each factorisation. Truncated, beside a change point, those that are nearly dependent:
- * pivots of the scaled J below eps. Of any state, where no choice was made, all that complete pivoting of the scaled J
- * does not find independent there. */
+ * Of any state, where no choice was made, rows are left out at each factorisation: all that complete pivoting of the
+ * scaled J does not find independent there. */
 #ifndef KMP_CONSTRAINTS_SADDLE_H
 #define KMP_CONSTRAINTS_SADDLE_H
 
@@ -34,23 +33,15 @@ typedef struct kmp_saddle {
     int *position;      /* m: of a row among the independent ones, -1 when dropped */
     long factorizations;
 
-    bool *out;         /* r: rows that are left out; NULL: none ever is */
-    int *row, *col;    /* of the scaled J: its entries, or the order of its pivots */
-    double *scaled;    /* its entries, or all of it */
-    double eps;        /* truncated; these three: */
-    int kept;          /* rows */
-    double last;       /* the last pivot, of the largest */
-    kmp_order *order;  /* NULL: not truncated */
-    int rank;          /* of any state: that is kept beside closed ones; -1: that of each state */
+    bool *out;         /* m: rows that are left out; NULL: none ever is. For any state, with these: */
+    int rank;          /* that is kept beside closed states; -1: that of each state */
     kmp_partition all; /* all rows */
-    double *largest, *pivots;
+    double *scaled, *largest, *pivots;
+    int *row, *col;
 } kmp_saddle;
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
-
-/** To leave out by `eps`, 0 at first. */
-bool kmp_saddle_init_truncated(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 
 /** For any states, with rows of its own. `rank` (-1: not known) is that of closed states: beside them
  * rows that are redundant look weakly independent, and count only when |h| leaves no doubt. */

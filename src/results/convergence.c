@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "results/convergence.h"
 #include "base/memory.h"
+#include "integrators/solver.h"
 #include <math.h>
 
 /* The first other run is coarser by this factor, and cheaper; one that is coarse itself is held against a finer one. */
@@ -14,6 +15,11 @@
 #define ORDERLY 1e3
 /* Differences to a finer run in units of the tolerance: what errors of steps add up to where nothing amplifies them. */
 #define PROMISED 2e3
+/* The same where conditions change on the way: an integrator begins anew behind each, a multistep method at order one,
+ * and grazing a condition amplifies errors. More than a hundred is told; the difference lacks the finer run's own
+ * error, which is the larger with a multistep method. */
+#define AT_EVENTS        7e1
+#define AT_EVENTS_UNEVEN 5e1
 /* An error falls by five and more from the coarser run, which differs then by this many errors at least. */
 #define APART 4.0
 /* No run is made finer than this, nor one that is not finer by FINER. */
@@ -80,7 +86,7 @@ static int find_doubtful(int cases, const kmp_convergence *convergence, double c
 kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence)
 {
     double rtol = repeat->rtol, finer = fmax(rtol / OTHER, FINEST), coarser = OTHER * rtol;
-    double told = repeat->promised * rtol, clear = told > 0 ? APART * told : CLEAR * coarser;
+    double told = repeat->promised * rtol, clear = told > 0 ? (repeat->uneven ? 0 : APART * told) : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
@@ -148,8 +154,17 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
                                     const kmp_samples *table, kmp_convergence *convergence)
 {
     beside b = {.system = system, .spec = spec, .start = start, .table = table};
-    return kmp_convergence_of(&(kmp_repeat){system->context, spec->rtol, spec->t_start, 0, &b, run_again}, 1,
-                              convergence);
+    bool uneven = !kmp_solver_find(spec->integrator)->corrects;
+    const kmp_repeat repeat = {.context = system->context,
+                               .rtol = spec->rtol,
+                               .t_start = spec->t_start,
+                               .promised = !system->changes ? 0
+                                           : uneven         ? AT_EVENTS_UNEVEN
+                                                            : AT_EVENTS,
+                               .uneven = uneven,
+                               .user = &b,
+                               .run = run_again};
+    return kmp_convergence_of(&repeat, 1, convergence);
 }
 
 /* -- telling ----------------------------------------------------------------------------------------- */

@@ -27,6 +27,7 @@ typedef struct kmp_repeat {
     kempe_context *context;
     double rtol, t_start; /* of the first time */
     double promised;      /* an error of more tolerances is told, though a run in good order may make it; 0: none is */
+    bool uneven;          /* errors fall unevenly with the tolerance: no coarser run says how large they are */
     void *user;
     /** Runs cases which[0 .. count-1] at another rtol, atol in proportion, and tells each row by kmp_convergence_row
      * and, where it did not come to its end, `stopped`. KEMPE_OK; KEMPE_STOPPED: the user has had enough;

@@ -361,7 +361,7 @@ static kempe_status check_again(work *w)
     kempe_sensitivity *s = w->s;
     double begin = kmp_cpu_now();
     set_sizes(w);
-    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, w, find_again};
+    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, false, w, find_again};
     kempe_status status = kmp_convergence_of(&repeat, 1, &s->again);
     if (status == KEMPE_OK && !name_again(s))
         status = kmp_fail_memory(s->context);
