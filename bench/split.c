@@ -104,9 +104,6 @@ TIMED_VOID(ALGEBRA, kmp_lu_complete, (int m, int n, double *a, const int *fixed,
            (m, n, a, fixed, r, c, pivots))
 TIMED_VOID(ALGEBRA, kmp_pivots_complete, (int m, int n, double *a, double *largest, int *r, int *c, double *pivots),
            (m, n, a, largest, r, c, pivots))
-TIMED(ALGEBRA, bool, kmp_order_run,
-      (kmp_order * order, const kmp_entries *a, int rank, const int **r, const int **c, const double **pivots),
-      (order, a, rank, r, c, pivots))
 TIMED(ALGEBRA, int, kmp_block_factor, (kmp_block * b, const double *values), (b, values))
 TIMED_VOID(ALGEBRA, kmp_block_solve, (const kmp_block *b, int m, double *x), (b, m, x))
 TIMED_VOID(ALGEBRA, kmp_block_solve_transposed, (const kmp_block *b, int m, double *x), (b, m, x))

@@ -41,9 +41,6 @@ typedef struct kmp_guess {
 /** The same from any guess; whether it closed is in the assembly, without a complaint. Errors: memory alone. */
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);
 
-/** The rows of a closure that stay open by rounding, and by how much, as a sentence; nothing where there are none. */
-void kmp_assembly_put_misfit(kmp_text *text, const kempe_assembly *assembly, int closure);
-
 /** The same with the rank of J given, whose other rows stay open by rounding of the model's numbers. */
 kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
                                   kempe_assembly **assembly);

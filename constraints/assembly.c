@@ -182,34 +182,19 @@ static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *gu
     return kmp_assemble_from(s, guess, a);
 }
 
-void kmp_assembly_put_misfit(kmp_text *text, const kempe_assembly *a, int closure)
+/* What stays open, when this is the first to see it: of numbers that were set after the system was made. */
+static void tell_misfit(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;
-    double most = 0;
-    int rows = 0;
+    int worst = -1;
     for (int r = 0; r < s->m; r++)
-        if (a->dropped[r] && s->rows[r].closure == closure && a->open[r] > KMP_CLOSED_ENOUGH) {
-            kmp_text_printf(text, "%s%s", rows++ > 0 ? ", " : "closure rows ", s->row_names[r]);
-            most = fmax(most, a->open[r]);
-        }
-    if (rows > 0)
-        kmp_text_printf(text,
-                        " stay open by %.2g m: they say what others say but for rounding of the model's numbers "
-                        "(closure_tolerance %.2g m)",
-                        most * s->length, s->closure_tolerance);
-}
-
-/* What stays open, when this is the first to see it. */
-static void tell_misfits(const kempe_assembly *a)
-{
-    const kempe_system *s = a->system;
-    for (int c = 0; c < s->model->closure_count; c++) {
-        kmp_text text = {0};
-        kmp_assembly_put_misfit(&text, a, c);
-        if (text.s && text.length > 0)
-            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
-        kmp_text_free(&text);
-    }
+        if (a->dropped[r] && a->open[r] > (worst < 0 ? KMP_CLOSED_ENOUGH : a->open[worst]))
+            worst = r;
+    if (worst >= 0)
+        kmp_log(s->context, KEMPE_LOG_WARNING,
+                "closure row %s stays open by %.2g m: taken as rounding of the model's numbers (closure_tolerance %.2g "
+                "m)",
+                s->row_names[worst], a->open[worst] * s->length, s->closure_tolerance);
 }
 
 bool kmp_assembly_changed_rate(const kempe_assembly *a, int k)
@@ -280,7 +265,7 @@ kempe_status kempe_assemble(const kempe_system *system, kempe_assembly **assembl
     if (!a->closed)
         return complain_open(a);
     if (!known)
-        tell_misfits(a);
+        tell_misfit(a);
     status = warn_of_rates(a);
     if (status != KEMPE_OK)
         return status;

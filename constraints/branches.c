@@ -36,14 +36,20 @@ static void stand_at_start(search *s)
     kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
 }
 
+/* The spherical joint of a rotation; -1: it is of none. */
+static int chart_of(const kempe_system *system, int k)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
+            return c;
+    return -1;
+}
+
 /* An angle that is the user's: not of a joint that had to be centred. */
 static bool is_own(const search *s, int k)
 {
-    const kempe_system *system = s->b->system;
-    for (int c = 0; s->b->assembly->chart && c < system->chart_count; c++)
-        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
-            return kmp_chart_is_own(s->b->assembly->chart, c);
-    return true;
+    int c = chart_of(s->b->system, k);
+    return c < 0 || !s->b->assembly->chart || kmp_chart_is_own(s->b->assembly->chart, c);
 }
 
 /* What is held; else what the model wants independent; and further coordinates of a good choice, until there are as
@@ -113,15 +119,6 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
     return least < KMP_RANK_SIGN * most ? '0' : sign > 0 ? '+' : '-';
 }
 
-/* Of the three rotations of a spherical joint. */
-static bool is_spherical(const kempe_system *system, int k)
-{
-    for (int c = 0; c < system->chart_count; c++)
-        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
-            return true;
-    return false;
-}
-
 /* Angles of a spherical joint may say the same rotation in other words. */
 static bool same(const kempe_system *system, const double *a, const double *b)
 {
@@ -129,7 +126,7 @@ static bool same(const kempe_system *system, const double *a, const double *b)
         if (!(kmp_chart_apart(system, c, a, b) < SAME))
             return false;
     for (int k = 0; k < system->n; k++) {
-        if (is_spherical(system, k))
+        if (chart_of(system, k) >= 0)
             continue;
         double off = (a[k] - b[k]) / system->scale[k];
         if (system->model->motions[k].rotation)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/fused.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/fused_inside.h"
 #include <float.h>
@@ -8,6 +9,7 @@
 
 struct kmp_fused {
     const kmp_reduction *red;
+    kmp_arena arena;
     kmp_program *program;
     kmp_machine *machine;
     kmp_fused_layout layout;
@@ -96,16 +98,14 @@ static void find_turns(kmp_fused *f)
 
 static bool allocate(kmp_fused *f)
 {
-    int n = f->red->n;
-    f->state = KMP_NEW(double, 2 * n);
-    f->turn = KMP_NEW(int, f->red->r);
-    f->signs = KMP_NEW(int, f->red->r);
-    if (!f->red->plant->system->force)
-        return f->state && f->turn && f->signs;
-    f->effort = KMP_NEW(double, n);
-    f->q = KMP_NEW(double, n);
-    f->qd = KMP_NEW(double, n);
-    return f->state && f->turn && f->signs && f->effort && f->q && f->qd;
+    int n = f->red->n, efforts = f->red->plant->system->force ? n : 0;
+    f->state = KMP_ARENA_NEW(&f->arena, double, 2 * n);
+    f->turn = KMP_ARENA_NEW(&f->arena, int, f->red->r);
+    f->signs = KMP_ARENA_NEW(&f->arena, int, f->red->r);
+    f->q = KMP_ARENA_NEW(&f->arena, double, efforts);
+    f->qd = KMP_ARENA_NEW(&f->arena, double, efforts);
+    f->effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
+    return !f->arena.failed;
 }
 
 static kmp_program *write_program(const kmp_reduction *red, kmp_fused_layout *layout)
@@ -150,12 +150,7 @@ void kmp_fused_free(kmp_fused *f)
         return;
     kmp_machine_free(f->machine);
     kmp_program_free(f->program);
-    kmp_free(f->effort);
-    kmp_free(f->q);
-    kmp_free(f->qd);
-    kmp_free(f->state);
-    kmp_free(f->turn);
-    kmp_free(f->signs);
+    kmp_arena_free(&f->arena);
     kmp_free(f->layout.factor);
     kmp_free(f);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
  * solved by their determinant, larger ones by elimination in an order that is given. */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/fused_inside.h"
 #include <math.h>
@@ -19,6 +20,7 @@ typedef struct maker {
     const kempe_system *s;
     kmp_graph *g;
     const kmp_fused_plan *plan;
+    kmp_arena arena;
     int n, p, r;
     block *block; /* of Jv, factored */
     kmp_ref *out; /* of the motion program */
@@ -316,38 +318,33 @@ static void make_rates(const maker *k)
 
 /* -- making ------------------------------------------------------------------------------------------ */
 
+static kmp_ref *refs(maker *k, int count)
+{
+    return KMP_ARENA_NEW(&k->arena, kmp_ref, count);
+}
+
 static bool allocate(maker *k)
 {
     int entries = k->s->jacobian.count;
-    k->block = KMP_NEW(block, block_count(k));
-    k->out = KMP_NEW(kmp_ref, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
-    k->ju = KMP_NEW(kmp_ref, k->r * k->p);
-    k->jv_start = KMP_NEW(int, k->r + 2);
-    k->jv_col = KMP_NEW(int, entries);
-    k->jv = KMP_NEW(kmp_ref, entries);
-    k->block_of = KMP_NEW(int, k->r);
-    k->b = KMP_NEW(kmp_ref, k->r * k->p);
-    k->x_t = KMP_NEW(kmp_ref, k->r);
-    k->a0 = KMP_NEW(kmp_ref, k->r);
-    k->mx = KMP_NEW(kmp_ref, k->n * k->p);
-    k->input = KMP_NEW(kmp_ref, 2 * k->n);
-    k->by = KMP_NEW(kmp_ref, 2 * k->n);
-    k->dv = KMP_NEW(kmp_ref, k->r);
-    k->rate = KMP_NEW(kmp_ref, k->r);
-    k->pivot = KMP_NEW(kmp_ref, k->r);
-    k->multiplier = KMP_NEW(kmp_ref, k->r * KMP_FUSED_BLOCK);
+    k->block = KMP_ARENA_NEW(&k->arena, block, block_count(k));
+    k->jv_start = KMP_ARENA_NEW(&k->arena, int, k->r + 2);
+    k->jv_col = KMP_ARENA_NEW(&k->arena, int, entries);
+    k->block_of = KMP_ARENA_NEW(&k->arena, int, k->r);
+    k->out = refs(k, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
+    k->ju = refs(k, k->r * k->p);
+    k->jv = refs(k, entries);
+    k->b = refs(k, k->r * k->p);
+    k->x_t = refs(k, k->r);
+    k->a0 = refs(k, k->r);
+    k->mx = refs(k, k->n * k->p);
+    k->input = refs(k, 2 * k->n);
+    k->by = refs(k, 2 * k->n);
+    k->dv = refs(k, k->r);
+    k->rate = refs(k, k->r);
+    k->pivot = refs(k, k->r);
+    k->multiplier = refs(k, k->r * KMP_FUSED_BLOCK);
     k->factor = KMP_NEW(double, k->r *KMP_FUSED_BLOCK);
-    return k->input && k->by && k->block && k->dv && k->rate && k->pivot && k->out && k->ju && k->jv_start &&
-           k->jv_col && k->jv && k->block_of && k->b && k->x_t && k->a0 && k->mx && k->multiplier && k->factor;
-}
-
-static void release(maker *k)
-{
-    kmp_graph_free(k->g);
-    void *parts[] = {k->input, k->by,  k->block, k->out, k->ju,   k->jv_start, k->jv_col,     k->jv,   k->block_of,
-                     k->b,     k->x_t, k->a0,    k->dv,  k->rate, k->mx,       k->multiplier, k->pivot};
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-        kmp_free(parts[i]);
+    return k->factor && !k->arena.failed;
 }
 
 /* Rows of independent closures in the order of the partition, from those of all rows. */
@@ -490,29 +487,23 @@ static kmp_program *write_program(maker *k, const int *place)
     make_mx(k, place);
     make_reduced(k, place, mr, end);
     solve_reduced(k, mr, end, end + k->p);
-    kmp_ref *all = KMP_NEW(kmp_ref, 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m +
-                                        k->s->jacobian.count + k->r * k->p);
-    kmp_program *program = all ? schedule(k, end, all) : NULL;
-    kmp_free(all);
-    return program;
+    kmp_ref *all = refs(k, 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m + k->s->jacobian.count +
+                               k->r * k->p);
+    return all ? schedule(k, end, all) : NULL;
 }
 
 static kmp_program *make_program(maker *k)
 {
-    int *place = KMP_NEW(int, k->n);
-    kmp_program *program = NULL;
+    int *place = KMP_ARENA_NEW(&k->arena, int, k->n);
     k->g = kmp_graph_new();
-    if (place && k->g && allocate(k)) {
-        name_inputs(k);
-        for (int c = 0; c < k->p; c++)
-            place[k->red->part->u[c]] = -1 - c;
-        for (int i = 0; i < k->r; i++)
-            place[k->red->part->v[i]] = i;
-        if (kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out))
-            program = write_program(k, place);
-    }
-    kmp_free(place);
-    return program;
+    if (!place || !k->g || !allocate(k))
+        return NULL;
+    name_inputs(k);
+    for (int c = 0; c < k->p; c++)
+        place[k->red->part->u[c]] = -1 - c;
+    for (int i = 0; i < k->r; i++)
+        place[k->red->part->v[i]] = i;
+    return kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out) ? write_program(k, place) : NULL;
 }
 
 kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)
@@ -521,6 +512,7 @@ kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *pla
         .red = red, .s = red->plant->system, .plan = plan, .n = red->n, .p = red->p, .r = red->r, .power = KMP_ZERO};
     kmp_program *program = make_program(&k);
     *layout = (kmp_fused_layout){k.multipliers, k.pivots, k.factor};
-    release(&k);
+    kmp_graph_free(k.g);
+    kmp_arena_free(&k.arena);
     return program;
 }

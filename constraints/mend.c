@@ -70,7 +70,7 @@ typedef struct mending {
     double *matrix; /* conditions x count */
     double *rest;   /* conditions */
     double *shift;  /* count */
-    bool explained; /* by the rounding of the numbers */
+    bool explained; /* by the rounding of the numbers, or there are too many of them to tell */
     bool done;      /* the moved numbers close */
 } mending;
 
@@ -497,6 +497,7 @@ static bool begin(mending *x)
     x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
     x->left = s->m - x->rank;
     add_numbers(x);
+    x->explained = x->count == MOST_NUMBERS;
     find_rounding(x);
     for (int i = 0; i < x->count; i++)
         keep(&x->number[i], &x->drawn[i]);

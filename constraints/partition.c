@@ -89,15 +89,17 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
     return status;
 }
 
-static bool allocate(kmp_partition *part, const kempe_system *s)
+/* Lists of coordinates and rows stand one behind the other. */
+static bool allocate(kmp_partition *part, int n, int m)
 {
-    *part = (kmp_partition){.n = s->n, .m = s->m, .cond = 1};
-    part->u = KMP_NEW(int, s->n);
-    part->v = KMP_NEW(int, s->n);
-    part->rows = KMP_NEW(int, s->m);
-    part->redundant = KMP_NEW(int, s->m);
-    part->pivots = KMP_NEW(double, s->m + s->n);
-    return part->u && part->v && part->rows && part->redundant && part->pivots;
+    *part =
+        (kmp_partition){.n = n, .m = m, .cond = 1, .u = KMP_NEW(int, 2 * (n + m)), .pivots = KMP_NEW(double, m + n)};
+    if (!part->u || !part->pivots)
+        return false;
+    part->v = part->u + n;
+    part->rows = part->v + n;
+    part->redundant = part->rows + m;
+    return true;
 }
 
 static void keep(const kmp_pick *c, kmp_partition *part)
@@ -163,7 +165,7 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
     kmp_pick c;
     kempe_status status;
     bool ok = choice_init(&c, system, jacobian);
-    ok = allocate(part, system) && ok;
+    ok = allocate(part, system->n, system->m) && ok;
     if (!ok)
         status = kmp_fail_memory(system->context);
     else
@@ -209,22 +211,20 @@ void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from)
 
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
 {
-    size_t n = (size_t)from->n, m = (size_t)from->m;
+    kmp_partition own;
+    bool made = allocate(&own, from->n, from->m);
     *to = *from;
-    to->u = KMP_NEW(int, n);
-    to->v = KMP_NEW(int, n);
-    to->rows = KMP_NEW(int, m);
-    to->redundant = KMP_NEW(int, m);
-    to->pivots = KMP_NEW(double, m + n);
-    if (!to->u || !to->v || !to->rows || !to->redundant || !to->pivots) {
+    to->u = own.u;
+    to->v = own.v;
+    to->rows = own.rows;
+    to->redundant = own.redundant;
+    to->pivots = own.pivots;
+    if (!made) {
         kmp_partition_free(to);
         return false;
     }
-    memcpy(to->u, from->u, n * sizeof *to->u);
-    memcpy(to->v, from->v, n * sizeof *to->v);
-    memcpy(to->rows, from->rows, m * sizeof *to->rows);
-    memcpy(to->redundant, from->redundant, m * sizeof *to->redundant);
-    memcpy(to->pivots, from->pivots, (m + n) * sizeof *to->pivots);
+    memcpy(to->u, from->u, 2 * (size_t)(from->n + from->m) * sizeof *to->u);
+    memcpy(to->pivots, from->pivots, (size_t)(from->m + from->n) * sizeof *to->pivots);
     return true;
 }
 
@@ -251,10 +251,7 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
 
 void kmp_partition_free(kmp_partition *part)
 {
-    kmp_free(part->u);
-    kmp_free(part->v);
-    kmp_free(part->rows);
-    kmp_free(part->redundant);
+    kmp_free(part->u); /* and the lists behind it */
     kmp_free(part->pivots);
     *part = (kmp_partition){0};
 }

@@ -103,7 +103,7 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *
         on = margin < BESIDE * usual ? 0 : on + 1;
         if (on == 0)
             continue;
-        double weak = w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
+        double weak = w->rank >= 0 && w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
         place[count++] = (kmp_waypoint){kmp_rounding_opening(w, part), kmp_walk_distance(w, q, to), weak,
                                         margin / fmax(w->pivots[0], DBL_MIN)};
     }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/saddle.h"
 #include "base/memory.h"
-#include "constraints/pick.h"
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense.h"
@@ -247,7 +246,7 @@ void kmp_saddle_free(kmp_saddle *saddle)
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
-    if (saddle->pivots)
+    if (saddle->out)
         choose_rows(saddle);
     switch (saddle->way) {
     case KMP_SADDLE_BY_BODIES:

@@ -33,12 +33,11 @@ typedef struct kmp_saddle {
     int *position;      /* m: of a row among the independent ones, -1 when dropped */
     long factorizations;
 
-    bool *out;      /* r: rows that are left out; NULL: none ever is */
-    int *row, *col; /* of the scaled J: the order of its pivots */
-    double *scaled;
-    int rank;          /* of any state: that is kept beside closed ones; -1: that of each state */
+    bool *out;         /* m: rows that are left out; NULL: none ever is. For any state, with these: */
+    int rank;          /* that is kept beside closed states; -1: that of each state */
     kmp_partition all; /* all rows */
-    double *largest, *pivots;
+    double *scaled, *largest, *pivots;
+    int *row, *col;
 } kmp_saddle;
 
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);

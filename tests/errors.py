@@ -132,6 +132,7 @@ CALLS = [
     (f"simulate {ROOT}/examples/rolling_wheel/rolling_wheel.yaml --once --set V=1000 --t-end 1", 0),
     (f"simulate {ROOT}/tests/models/hill.yaml --once", 0),
     (f"equilibrium {ROOT}/tests/models/friction.yaml", 1),
+    (f"equilibrium {ROOT}/tests/models/never_steady.yaml", 1),
     ("equilibrium model.yaml --rates shaft=1", 3),
     ("equilibrium model.yaml --rates A=1", 1),
     ("equilibrium model.yaml --free l", 3),

@@ -22,14 +22,6 @@ int kmp_contact_hold_of(const kempe_contact_table *t, int coordinate)
 
 /* -- what leads ---------------------------------------------------------------------------------------- */
 
-static int find_parameter(const kempe_model *model, const char *name)
-{
-    for (int k = 0; k < model->parameter_count; k++)
-        if (strcmp(model->parameters[k].name, name) == 0)
-            return k;
-    return -1;
-}
-
 static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *range, kmp_contact_lead *lead)
 {
     const kempe_model *model = t->given->model;
@@ -51,7 +43,7 @@ static kempe_status read_over(kempe_contact_table *t)
     if (!t->lead)
         return kmp_fail_memory(context_of(t));
     for (int k = 0; status == KEMPE_OK && k < t->over.count; k++) {
-        if (find_parameter(t->given->model, t->over.range[k].name) >= 0)
+        if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
             t->lead[k] = (kmp_contact_lead){t->parameter_count++, -1};
         else
             status = add_coordinate(t, &t->over.range[k], &t->lead[k]);

@@ -55,14 +55,6 @@ static int split(char *list, char **word)
     return count;
 }
 
-static double parameter_value(const kempe_model *model, const char *name)
-{
-    for (int k = 0; k < model->parameter_count; k++)
-        if (strcmp(model->parameters[k].name, name) == 0)
-            return model->parameters[k].number.value;
-    return 0;
-}
-
 static kempe_status read_release(kmp_exchange *x, const kempe_model *model, const char *list, const kmp_steady *rates,
                                  int rate_count)
 {
@@ -81,7 +73,8 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
     count = split(own, word);
     for (int k = 0; k < count; k++)
         if (!is_rate(word[k])) {
-            x->value[x->free_count] = parameter_value(model, word[k]);
+            int at = kmp_parameter_find(model, word[k]);
+            x->value[x->free_count] = at < 0 ? 0 : model->parameters[at].number.value;
             x->name[x->free_count++] = word[k];
         }
     x->parameter_count = x->free_count;

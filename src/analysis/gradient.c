@@ -423,9 +423,8 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_a
         return status;
     }
     for (int k = 0; k < ask->parameter_count; k++)
-        for (int i = 0; i < g->system->model->parameter_count; i++)
-            if (strcmp(g->system->model->parameters[i].name, ask->parameters[k]) == 0)
-                g->wanted[k] = g->value[g->driven + k] = g->system->parameters[i];
+        g->wanted[k] = g->value[g->driven + k] =
+            g->system->parameters[kmp_parameter_find(g->system->model, ask->parameters[k])];
     find_slopes(g);
     *gradient = g;
     return KEMPE_OK;

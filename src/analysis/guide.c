@@ -77,10 +77,8 @@ kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const 
 
 static void forget_choice(kmp_guide *g)
 {
-    if (g->chosen) {
-        g->newton += g->red.newton;
+    if (g->chosen)
         kmp_reduction_free(&g->red);
-    }
     kmp_partition_free(&g->part);
     g->chosen = false;
 }

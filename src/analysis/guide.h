@@ -36,7 +36,6 @@ typedef struct kmp_guide {
     double off;                     /* largest |q - q of the table| / scale of what is not independent */
     int off_coordinate;
     double off_t;
-    long newton;
 } kmp_guide;
 
 /** `motion` NULL and not `at_rest`: the drives say all. KEMPE_E_MEMORY, KEMPE_E_ARGUMENT. */

@@ -15,7 +15,8 @@
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-bool kmp_kinematics_shows(const kempe_model *model, int output)
+/* An output that there are columns of. */
+static bool is_shown(const kempe_model *model, int output)
 {
     const kmp_output *o = &model->outputs[output];
     if (kmp_output_width(model, o) == 0 || kmp_output_has_loads(model, o))
@@ -40,7 +41,7 @@ static kempe_status take_columns(kempe_kinematics *k)
     k->column = KMP_ARENA_NEW(&k->arena, kmp_shown_column, kmp_outputs_width(model));
     for (int o = 0, at = 0; o < model->output_count; o++) {
         int width = kmp_output_width(model, &model->outputs[o]);
-        for (int c = 0; k->column && c < width && kmp_kinematics_shows(model, o); c++) {
+        for (int c = 0; k->column && c < width && is_shown(model, o); c++) {
             kmp_text name = {0};
             kmp_output_column(&name, model, &model->outputs[o], c);
             k->column[k->width++] = (kmp_shown_column){o, c, at + c, keep_text(k, &name)};

@@ -47,9 +47,6 @@ struct kempe_kinematics {
     double cpu_s;
 };
 
-/** An output that the sweep has columns of. */
-bool kmp_kinematics_shows(const kempe_model *model, int output);
-
 /** "crank", or "t". */
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead);
 

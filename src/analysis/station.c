@@ -7,11 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-const kempe_system *kmp_station_system(const kmp_station *station)
-{
-    return station->own ? station->own : station->base;
-}
-
 kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station)
 {
     kmp_station *s = KMP_NEW(kmp_station, 1);
@@ -23,7 +18,7 @@ kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *
     if (status == KEMPE_OK && ask->name)
         status = kmp_system_of_variant(s->variant, &s->own);
     if (status == KEMPE_OK)
-        status = kmp_linear_init(&s->linear, kmp_station_system(s), kmp_backend_default());
+        status = kmp_linear_init(&s->linear, s->own ? s->own : system, kmp_backend_default());
     if (status == KEMPE_OK)
         *station = s;
     else
@@ -78,7 +73,7 @@ static kempe_status find_state(kmp_station *s)
         kmp_context_clear(context); /* what follows begins from the start and says why it fails */
     }
     kmp_operating *fresh;
-    kempe_status status = kmp_operating_new(kmp_station_system(s), settles ? "start" : s->ask.word, NULL, &fresh);
+    kempe_status status = kmp_operating_new(s->linear.system, settles ? "start" : s->ask.word, NULL, &fresh);
     if (status != KEMPE_OK)
         return status;
     kmp_operating_free(s->state);

@@ -33,9 +33,6 @@ typedef struct kmp_station {
 kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station);
 void kmp_station_free(kmp_station *station);
 
-/** The system in which states are: the given one, or that of the variant. */
-const kempe_system *kmp_station_system(const kmp_station *station);
-
 /** Goes to the state at a value of what varies, and gives its modes: a kmp_locus_fn. Errors as kmp_operating_new, and
  *  KEMPE_E_FAILED where the model cannot have the value. */
 kempe_status kmp_station_go(void *station, double value, kmp_modes *modes);

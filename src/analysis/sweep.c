@@ -94,7 +94,7 @@ static void forget_choice(kmp_sweep *w)
         kmp_reduction_free(&w->red);
     kmp_partition_free(&w->part);
     kmp_arena_free(&w->of_choice);
-    w->reduced = w->chosen = false;
+    w->reduced = false;
 }
 
 /* Room for so many other leads. */
@@ -135,7 +135,6 @@ static kempe_status choose(kmp_sweep *w, int rank)
     kempe_status status = kmp_partition_of_rank(&w->part, w->system, w->plant->jacobian, rank, NULL, 0);
     if (status != KEMPE_OK)
         return status;
-    w->chosen = true;
     if (w->watched && !kmp_margin_choose(&w->margin, &w->part))
         return kmp_fail_memory(w->system->context);
     status = kmp_reduction_init(&w->red, w->plant, &w->part);

@@ -33,7 +33,7 @@ typedef struct kmp_sweep {
     kmp_partition part;
     kmp_reduction red;
     kmp_margin margin;
-    bool chosen, reduced, watched;
+    bool reduced, watched;
     int n, p;
     int count; /* leads: as many coordinates as are wanted beside moving rows to make p; and the time when it is led */
     kmp_lead *lead;

@@ -141,7 +141,8 @@ double kmp_way_unit(const kmp_way *w, int i)
     return w->rate[i] < 0 ? scale : fmax(scale, fabs(w->search->rates[w->rate[i]].rate));
 }
 
-double kmp_way_entry(const kmp_way *w, int row, int column)
+/* What unknown `column` changes of the equation of unknown `row`. */
+static double entry(const kmp_way *w, int row, int column)
 {
     const double *from = w->rate[column] < 0 ? w->l->stiffness : w->l->damping;
     return from[w->place[row] + w->place[column] * w->l->p];
@@ -174,7 +175,7 @@ static double take_unknowns(kmp_way *w)
         int k = w->place[i];
         double scale = kmp_way_scale(l, k);
         for (int j = 0; j < w->count; j++) {
-            double changed = fabs(kmp_way_entry(w, i, j)) * scale * kmp_way_unit(w, j);
+            double changed = fabs(entry(w, i, j)) * scale * kmp_way_unit(w, j);
             if (!isfinite(changed))
                 return INFINITY;
             if (w->rate[j] >= 0)
@@ -313,7 +314,7 @@ bool kmp_way_decompose(kmp_way *w)
         w->size[k] = kmp_way_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
-            w->matrix[i + k * p] = kmp_way_entry(w, i, k) * w->size[i] * w->size[k];
+            w->matrix[i + k * p] = entry(w, i, k) * w->size[i] * w->size[k];
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
             w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;

@@ -54,9 +54,6 @@ double kmp_way_measure(const kmp_linear *l, double *work, double *most);
 /** The unit of unknown i: the characteristic size of a position; of a rate that in a second, or itself if larger. */
 double kmp_way_unit(const kmp_way *w, int i);
 
-/** What unknown `column` changes of the equation of unknown `row`. */
-double kmp_way_entry(const kmp_way *w, int row, int column);
-
 /** Chooses u at w->q, with the steady coordinates in it. */
 kempe_status kmp_way_choose(kmp_way *w);
 

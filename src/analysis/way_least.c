@@ -289,7 +289,8 @@ static double try_step(solver *s)
 
 static bool accept(solver *s)
 {
-    memcpy(s->x->value, s->x->trial, (size_t)s->x->free_count * sizeof *s->x->value);
+    for (int k = 0; k < s->x->free_count; k++)
+        s->x->value[k] = s->x->trial[k];
     return kmp_way_arrive(s->w);
 }
 

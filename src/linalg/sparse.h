@@ -25,31 +25,11 @@ void kmp_pivoting_free(kmp_pivoting *p);
  * than before. false: no memory. */
 bool kmp_pivoting_run(kmp_pivoting *p, const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
 
-/** By thresholds from the start, without fixed columns: r, c and pivots in the order of elimination. */
-bool kmp_pivoting_run_loosely(kmp_pivoting *p, const kmp_entries *a, int *r, int *c, double *pivots);
-
 /** Products that the last run formed. */
 long kmp_pivoting_products(const kmp_pivoting *p);
 
 /** The same once. */
 bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots);
-
-/** The pivots of matrices with the same entries again and again, in an order that is kept as long as each of the first
- * `rank` pivots is at least a quarter of what else stands in its row and column then, and of what is left. */
-typedef struct kmp_order kmp_order;
-kmp_order *kmp_order_new(int m, int n);
-void kmp_order_free(kmp_order *o);
-
-/** Rows, columns and sizes of the pivots in the order of elimination, the first `rank` of which count; owned by the
- * order and good until its next run. Allocates only where an order is sought. false: no memory. */
-bool kmp_order_run(kmp_order *o, const kmp_entries *a, int rank, const int **r, const int **c, const double **pivots);
-
-/** The largest and the least of some pivots; NaN when one is. */
-void kmp_order_extremes(const double *pivots, int count, double *largest, double *least);
-
-/** How often an order was sought; products that the last run formed. */
-long kmp_order_searches(const kmp_order *o);
-long kmp_order_products(const kmp_order *o);
 
 /** A square matrix, analysed once for its pattern. */
 typedef struct kmp_sparse kmp_sparse;

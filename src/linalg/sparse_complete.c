@@ -525,11 +525,6 @@ bool kmp_pivoting_run(kmp_pivoting *w, const kmp_entries *a, const int *fixed, i
     return true;
 }
 
-bool kmp_pivoting_run_loosely(kmp_pivoting *w, const kmp_entries *a, int *r, int *c, double *pivots)
-{
-    return !begin(w, a, NULL, r, c, pivots) || run(w, a, true, pivots);
-}
-
 long kmp_pivoting_products(const kmp_pivoting *w)
 {
     return w->products;

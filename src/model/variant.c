@@ -86,10 +86,10 @@ static int find_motion(const kempe_model *m, const char *name)
     return -1;
 }
 
-static int find_parameter(const kempe_model *m, const char *name)
+int kmp_parameter_find(const kempe_model *model, const char *name)
 {
-    for (int k = 0; k < m->parameter_count; k++)
-        if (strcmp(m->parameters[k].name, name) == 0)
+    for (int k = 0; k < model->parameter_count; k++)
+        if (strcmp(model->parameters[k].name, name) == 0)
             return k;
     return -1;
 }
@@ -130,7 +130,7 @@ typedef struct meaning {
 static meaning look_up(const kempe_model *m, const char *name)
 {
     bool rate = strncmp(name, "qd.", 3) == 0, start = rate || strncmp(name, "q.", 2) == 0;
-    meaning found = {find_parameter(m, name), -1, rate};
+    meaning found = {kmp_parameter_find(m, name), -1, rate};
     if (found.parameter < 0 && start)
         found.motion = find_motion(m, name + (rate ? 3 : 2));
     return found;

@@ -27,6 +27,9 @@ kempe_status kmp_variant_set(kmp_variant *variant, const double *values, kmp_tex
 /** A number of the copy that is more by so much from now on, whatever its parameters. false: no memory. */
 bool kmp_variant_shift(kmp_variant *variant, kmp_number *number, double by);
 
+/** The parameter of a name; -1: there is none. */
+int kmp_parameter_find(const kempe_model *model, const char *name);
+
 /** Whether a name is one of those; where not `why` (empty before) has a sentence. */
 bool kmp_variant_may(const kempe_model *model, const char *name, kmp_text *why);
 

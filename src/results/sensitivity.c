@@ -106,10 +106,8 @@ static kempe_status take_names(kempe_sensitivity *s)
 
 static double value_of(const kempe_model *m, const char *name)
 {
-    for (int k = 0; k < m->parameter_count; k++)
-        if (strcmp(m->parameters[k].name, name) == 0)
-            return m->parameters[k].number.value;
-    return 0;
+    int k = kmp_parameter_find(m, name);
+    return k < 0 ? 0 : m->parameters[k].number.value;
 }
 
 /* Those that are asked for, or that are usual for the kind. */

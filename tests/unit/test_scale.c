@@ -141,111 +141,6 @@ static void products_grow_with_the_chain(void)
     CHECK(rank == 1000);
 }
 
-/* -- an order that is kept --------------------------------------------------------------------------- */
-
-/* Rows that hang on others: as many as the rank is short of all. */
-static void make_dependent(matrix *a, int m, int n, int rank)
-{
-    static double row[MOST][MOST];
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j < n; j++)
-            row[i][j] = i < rank && (i == j || between(0, 1) < 0.15) ? between(-1, 1) : 0;
-    for (int i = rank; i < m; i++)
-        for (int k = 0; k < 2; k++) {
-            int of = pick(rank);
-            double part = between(-1, 1);
-            for (int j = 0; j < n; j++)
-                row[i][j] += part * row[of][j];
-        }
-    clear(a, m, n);
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < m; i++)
-            if (fabs(row[i][j]) > 0)
-                add(a, i, j, row[i][j]);
-}
-
-/* The least of the first pivots. */
-static double last_pivot(const double *pivots, int rank)
-{
-    double largest, least;
-    kmp_order_extremes(pivots, rank, &largest, &least);
-    CHECK(!(largest < least));
-    return least;
-}
-
-/* Followed through small changes of the values and sought anew after large ones, the pivots tell the rank as complete
- * pivoting does, and say of how singular it nearly is the same but for a factor. */
-static void pivots_in_a_kept_order_tell_the_rank(void)
-{
-    static matrix a;
-    static double lu[MOST_NZ];
-    int row[MOST], col[MOST];
-    double dense[MOST], worst = 1;
-    long kept = 0, all = 0;
-    random_seed(11);
-    for (int trial = 0; trial < 300; trial++) {
-        int rank = 2 + pick(MOST - 6), m = rank + pick(4), n = rank + pick(MOST - rank);
-        kmp_order *order = kmp_order_new(MOST, MOST);
-        make_dependent(&a, m, n, rank);
-        for (int k = 0; k < 10; k++, all++) {
-            const int *r, *c;
-            const double *pivots;
-            bool seen[MOST] = {false};
-            double by = k == 5 ? 1 : 1e-3; /* dependent rows stay so: columns are scaled */
-            for (int j = 0; j < n; j++) {
-                double scale = 1 + by * between(-1, 1);
-                for (int e = 0; e < a.entries.nz; e++)
-                    if (a.col[e] == j)
-                        a.value[e] = a.dense[a.row[e] + j * m] = a.value[e] * scale;
-            }
-            memcpy(lu, a.dense, sizeof lu);
-            kmp_lu_complete(m, n, lu, NULL, row, col, dense);
-            CHECK(kmp_order_run(order, &a.entries, rank, &r, &c, &pivots));
-            double ratio = last_pivot(pivots, rank) / dense[rank - 1];
-            worst = check_max(worst, fmax(ratio, 1 / ratio));
-            for (int i = 0; i < m; i++) {
-                CHECK(r[i] >= 0 && r[i] < m && !seen[r[i]]);
-                seen[r[i]] = true;
-            }
-        }
-        kept += 10 - kmp_order_searches(order);
-        kmp_order_free(order);
-    }
-    printf("  kept in %ld of %ld, pivots within a factor of %.3g\n", kept, all, worst);
-    CHECK(kept > all / 2 && worst < 100);
-}
-
-/* What cannot be followed is sought: other entries, a rank that is lost, what is not finite. */
-static void an_order_is_not_kept_for_long(void)
-{
-    static matrix a;
-    const int *r, *c;
-    const double *pivots;
-    kmp_order *order = kmp_order_new(3, 3);
-    clear(&a, 3, 3);
-    for (int k = 0; k < 3; k++)
-        add(&a, k, k, k + 1);
-    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 1);
-    a.value[1] = 1e-9; /* alone in row and column: as good as any */
-    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 1);
-    CHECK_NEAR(last_pivot(pivots, 3), 1e-9, 0);
-    add(&a, 1, 2, 1e-8);
-    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 2);
-    a.value[1] = 0;
-    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && kmp_order_searches(order) == 3);
-    CHECK(last_pivot(pivots, 2) > 0.1 && !(last_pivot(pivots, 3) > 1e-7));
-    a.value[1] = NAN;
-    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && isnan(last_pivot(pivots, 3)));
-    a.value[1] = 2;
-    CHECK(kmp_order_run(order, &a.entries, 3, &r, &c, &pivots) && last_pivot(pivots, 3) >= 1);
-    CHECK(kmp_order_run(order, &a.entries, 2, &r, &c, &pivots)); /* of another rank */
-    long searches = kmp_order_searches(order);
-    a.value[2] = 100; /* a row that was left out is better than those taken */
-    CHECK(kmp_order_run(order, &a.entries, 2, &r, &c, &pivots) && last_pivot(pivots, 2) >= 1);
-    CHECK(kmp_order_searches(order) >= searches);
-    kmp_order_free(order);
-}
-
 /* -- systems of equations ---------------------------------------------------------------------------- */
 
 static double one_norm(int n, const double *a)
@@ -692,8 +587,6 @@ int main(void)
     TEST(the_pivots_are_those_of_the_dense_matrix);
     TEST(what_is_not_finite_has_no_rank);
     TEST(products_grow_with_the_chain);
-    TEST(pivots_in_a_kept_order_tell_the_rank);
-    TEST(an_order_is_not_kept_for_long);
     TEST(sparse_systems_are_solved);
     TEST(singular_systems_are_told);
     TEST(blocks_are_chosen_as_the_whole);
