@@ -263,8 +263,10 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
     take(margin, plant);
     if (measure(margin) > STALE &&
         kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
-        renew_block(margin))
+        renew_block(margin)) {
+        margin->seen = false; /* its signs at the last step's end are others */
         (void)measure(margin);
+    }
     margin->usual = fmax(margin->usual, margin->last);
     if (!(margin->pivot > 0) && margin->last > 0) /* those of a new block, as they are usual */
         margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
@@ -448,6 +450,7 @@ static void catch_up(kmp_margin *margin)
         return;
     exchange(&margin->jacobian, &margin->jacobian_stood);
     (void)measure(margin);
+    kmp_block_take_signs(margin->block, margin->signs_stood);
     exchange(&margin->jacobian, &margin->jacobian_stood);
     exchange(&margin->w, &margin->w_stood);
     exchange(&margin->z, &margin->z_stood);
@@ -466,6 +469,10 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
     (void)kmp_margin_at(margin, plant);
     if (!margin->stands)
         return false;
+    if (!margin->seen) { /* by another block */
+        catch_up(margin);
+        (void)kmp_margin_at(margin, plant);
+    }
     if (margin->part.m > margin->r && rows_lost(margin))
         return true;
     if (margin->ignored || margin->part.p == 0 || t <= margin->clear_t || !passes(margin))
