@@ -101,6 +101,7 @@ static bool renew_block(kmp_margin *margin)
         }
     margin->count = count;
     margin->pivot = 0;
+    margin->seen = false; /* its signs at the last step's end are others */
     margin->block = kmp_block_new(part->r, count, row, col);
     kmp_free(row);
     return margin->block;
@@ -263,10 +264,8 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
     take(margin, plant);
     if (measure(margin) > STALE &&
         kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
-        renew_block(margin)) {
-        margin->seen = false; /* its signs at the last step's end are others */
+        renew_block(margin))
         (void)measure(margin);
-    }
     margin->usual = fmax(margin->usual, margin->last);
     if (!(margin->pivot > 0) && margin->last > 0) /* those of a new block, as they are usual */
         margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
@@ -524,6 +523,15 @@ void kmp_margin_stand(kmp_margin *margin)
     margin->tried = margin->quick || margin->last > KMP_ZONE_OUT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
     margin->stands = true;
+}
+
+void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant)
+{
+    if (kmp_margin_unwatched(margin))
+        return;
+    (void)kmp_margin_at(margin, plant);
+    kmp_margin_stand(margin);
+    margin->step_t = NAN;
 }
 
 /* -- rows --------------------------------------------------------------------------------------------- */

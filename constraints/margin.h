@@ -90,6 +90,9 @@ double kmp_margin_when(const kmp_margin *margin);
 /** The last margin is that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);
 
+/** The same of the plant's last closure, with coordinates that are others than before. */
+void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant);
+
 /** Exchanges rows at the plant's last closure until none of the dropped ones needs more than KMP_ROWS_OUT of a kept
  * one: margin->part has them then, and the margin is that of these. false: no memory. */
 bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant);

@@ -24,6 +24,14 @@ const kmp_rounding *kmp_rounding_of(const kempe_system *system)
     return system->rounding && atomic_load(&system->rounding->state) == 2 ? system->rounding : NULL;
 }
 
+bool kmp_rounding_closed(const kmp_plant *plant)
+{
+    int row;
+    const kmp_rounding *rounding = kmp_rounding_of(plant->system);
+    return kmp_plant_residual(plant) <= KMP_CLOSED_DROPPED &&
+           kmp_plant_misfit(plant, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
+}
+
 double kmp_rounding_zero(const kempe_system *system, double strict)
 {
     const kmp_rounding *rounding = kmp_rounding_of(system);

@@ -177,6 +177,8 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;
     center(run, t, q, qd, run->qdd);
+    kmp_plant_closure(run->plant, t, q);
+    kmp_margin_stand_anew(&run->margin, run->plant);
     if (!resume(run, t))
         return kmp_runner_take_up(run, t, run->in_zone, work, h);
     return run->kind->start(run->solver, t, run->y, run->yp, run->stop,

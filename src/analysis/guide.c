@@ -191,11 +191,7 @@ static void read_table(kmp_guide *g, double t)
 /* Closes `trial` on its u; rows that were dropped as redundant must close with it. */
 static bool close_trial(kmp_guide *g, double t)
 {
-    int row;
-    const kmp_rounding *rounding = kmp_rounding_of(g->system);
-    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 &&
-           kmp_plant_residual(g->plant) <= KMP_CLOSED_DROPPED &&
-           kmp_plant_misfit(g->plant, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
+    return kmp_reduction_close(&g->red, t, g->trial, NULL, 0) == 0 && kmp_rounding_closed(g->plant);
 }
 
 /* Rates and accelerations of q = trial at t, where it becomes the state. KEMPE_E_FAILED: Jv is singular. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/context.h"
+#include "constraints/rounding.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include "model/check_mass.h"
@@ -128,7 +129,7 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
         return KEMPE_E_FAILED;
     kmp_plant_closure(plant, t, l->q);
-    if (kmp_reduction_factor(&l->red))
+    if (!kmp_rounding_closed(plant) || kmp_reduction_factor(&l->red))
         return KEMPE_E_FAILED;
     kmp_reduction_tangent(&l->red);
     memset(l->work, 0, (size_t)l->p * sizeof *l->work);
