@@ -546,21 +546,30 @@ static kempe_status mend(const kempe_system *s, const kempe_assembly *a, kmp_var
     return status;
 }
 
+/* Assembles at the start; whether closures are then redundant but for rounding of the model's numbers. */
+static kempe_status assemble_first(kempe_system *s, kempe_assembly **a, bool *rounded)
+{
+    bool looked = s->m > 0 && s->closure_tolerance > 0;
+    kempe_status status = looked ? kmp_assemble_start(s, a) : KEMPE_OK;
+    *rounded = looked && status == KEMPE_OK && (*a)->closed && kmp_rounding_of(s);
+    kmp_context_clear(s->context);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
+}
+
 /* The same where the system is rounded, of the size that is looked at; *variant is made where it is NULL, and freed
  * where nothing is mended. */
 static kempe_status look_for_rounding(kempe_system *s, kempe_assembly **a, kmp_variant **variant, outcome *out,
                                       double *by)
 {
-    bool given = *variant, looked = s->m > 0 && s->closure_tolerance > 0;
+    bool given = *variant, rounded;
     *out = AS_DRAWN;
-    kempe_status status = looked ? kmp_assemble_start(s, a) : KEMPE_OK;
-    looked = looked && status == KEMPE_OK && (*a)->closed && kmp_rounding_of(s);
-    if (looked && s->n <= MOST_COORDINATES && s->m <= MOST_ROWS) {
+    kempe_status status = assemble_first(s, a, &rounded);
+    if (status == KEMPE_OK && rounded && s->n <= MOST_COORDINATES && s->m <= MOST_ROWS) {
         status = given ? KEMPE_OK : kmp_variant_new(s->model, 0, NULL, variant);
         if (status == KEMPE_OK)
             status = mend(s, *a, *variant, out, by);
+        kmp_context_clear(s->context);
     }
-    kmp_context_clear(s->context);
     if (!given && *out != MENDED) {
         kmp_variant_free(*variant);
         *variant = NULL;
@@ -624,8 +633,8 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
 
 /* The system of the mended model in place of *system; of one that rounding does not explain the closures hold as they
  * are written. */
-static kempe_status take_up(kempe_system **system, const kempe_assembly *a, kmp_variant *variant, outcome out,
-                            const char *word)
+static kempe_status take_up(kempe_system **system, const kempe_system *closures, const kempe_assembly *a,
+                            kmp_variant *variant, outcome out, const char *word)
 {
     kempe_system *s = *system, *mended = NULL;
     kempe_status status = KEMPE_OK;
@@ -635,15 +644,32 @@ static kempe_status take_up(kempe_system **system, const kempe_assembly *a, kmp_
             return status;
         mended->mended = true;
         mended->build_s += s->build_s;
-        note_misfits(s, a, mended);
+        note_misfits(closures, a, mended);
         kempe_system_free(s);
         *system = mended;
     } else if (out == UNEXPLAINED) {
         s->strict = true;
         atomic_store(&s->rounding->state, 0);
-    } else if (kmp_rounding_of(s)) {
-        note_misfits(s, a, s);
+    } else {
+        note_misfits(closures, a, s);
     }
+    return status;
+}
+
+/* What s, which is rounded, becomes. By the closures alone, as where equations are written (kmp_meant): the same bits.
+ */
+static kempe_status settle(kempe_system **s, kmp_variant **variant, const char *word, double *by)
+{
+    kempe_system *closures = NULL;
+    kempe_assembly *a = NULL;
+    outcome out;
+    kempe_status status = kmp_system_of_closures((*s)->model, &closures);
+    if (status == KEMPE_OK)
+        status = look_for_rounding(closures, &a, variant, &out, by);
+    if (status == KEMPE_OK && kmp_rounding_of(closures))
+        status = take_up(s, closures, a, *variant, out, word);
+    kempe_assembly_free(a);
+    kempe_system_free(closures);
     return status;
 }
 
@@ -653,14 +679,14 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
     kempe_system *s = NULL;
     kempe_assembly *a = NULL;
     kmp_variant *variant = given;
-    outcome out;
-    double by;
+    bool rounded = false;
+    double by = 0;
     kempe_status status = kmp_system_new_by(model, word, &s);
     if (status == KEMPE_OK)
-        status = look_for_rounding(s, &a, &variant, &out, &by);
-    if (status == KEMPE_OK)
-        status = take_up(&s, a, variant, out, word);
+        status = assemble_first(s, &a, &rounded);
     kempe_assembly_free(a);
+    if (status == KEMPE_OK && rounded)
+        status = settle(&s, &variant, word, &by);
     if (status != KEMPE_OK) {
         kempe_system_free(s);
         if (!given)

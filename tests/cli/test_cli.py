@@ -122,9 +122,9 @@ class Rounded(Case):
                 self.assertLess(off, 20 * rounding, (kind, words))
 
     def test_the_rest(self):
-        for kind, mended, more in (("bennett", True, ()), ("sarrus", False, ("modes",))):
+        for kind, mended in (("bennett", True), ("sarrus", False)):
             path = ROOT / f"tests/models/rounded_{kind}.yaml"
-            for word in ("check", "assemble", "linearize", "equilibrium", *more):
+            for word in ("check", "assemble", "linearize", "equilibrium", "modes"):
                 self.assertEqual(self.object(0, word, path)["rounding"]["mended"], mended)
                 self.assertIn("taken as rounding", self.expect(0, word, path).stderr)
 
