@@ -160,8 +160,9 @@ static void find_u(kmp_margin *margin)
     double *u = margin->u, *a = margin->room + 3 * r;
     for (int k = 0; k < r; k++)
         u[k] = margin->begin[margin->part.rows[k]];
-    for (int k = 0; k < r * dropped; k++)
-        u[k % r] += margin->t[k] * margin->begin[margin->part.redundant[k / r]];
+    for (int d = 0; d < dropped; d++)
+        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
+            u[margin->t_kept[e]] += margin->t[margin->t_kept[e] + d * r] * margin->begin[margin->part.redundant[d]];
     for (int pass = 0; pass <= PASSES; pass++) {
         if (dropped > 0)
             without_dropped(margin, u, a);
@@ -179,8 +180,12 @@ static void find_u(kmp_margin *margin)
     }
     for (int k = 0; k < r; k++)
         margin->z[margin->part.rows[k]] = a[k];
-    for (int d = 0; d < dropped; d++)
-        margin->z[margin->part.redundant[d]] = kmp_dot(r, margin->t + d * r, a);
+    for (int d = 0; d < dropped; d++) {
+        double sum = 0;
+        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
+            sum += margin->t[margin->t_kept[e] + d * r] * a[margin->t_kept[e]];
+        margin->z[margin->part.redundant[d]] = sum;
+    }
 }
 
 /* w, and by how much more of it other columns hold than those of the block. */
@@ -215,13 +220,13 @@ static void find_t(kmp_margin *margin)
         if (row < 0 && col >= 0)
             margin->t[col + (-1 - row) * r] = margin->jacobian[e];
     }
-    kmp_block_solve_transposed(margin->block, dropped, margin->t);
+    kmp_block_solve_transposed_sparse(margin->block, dropped, KMP_ROWS_NOTHING, margin->t);
     for (int k = 0, e = 0; k < r * dropped; k++) {
         if (!(fabs(margin->t[k]) <= margin->rows)) {
             margin->rows = fabs(margin->t[k]);
             margin->rows_at = k;
         }
-        if (margin->t[k] != 0) /* a dropped row needs those of its own loops alone */
+        if (fabs(margin->t[k]) > KMP_ROWS_NOTHING) /* a dropped row needs those of its own loops alone */
             margin->t_kept[e++] = k % r;
         margin->t_start[k / r + 1] = e;
     }

@@ -666,7 +666,7 @@ static kempe_status settle(kempe_system **s, kmp_variant **variant, const char *
     kempe_status status = kmp_system_of_closures((*s)->model, &closures);
     if (status == KEMPE_OK)
         status = look_for_rounding(closures, &a, variant, &out, by);
-    if (status == KEMPE_OK && kmp_rounding_of(closures))
+    if (status == KEMPE_OK && a && kmp_rounding_of(closures))
         status = take_up(s, closures, a, *variant, out, word);
     kempe_assembly_free(a);
     kempe_system_free(closures);

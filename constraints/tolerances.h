@@ -145,5 +145,7 @@
 #define KMP_ROWS_OUT   1.5
 #define KMP_ROWS_LOST  30.0
 #define KMP_ROWS_SWEEP 3.0
+/** Of a row that has the size of 1, what is rounding: its square adds nothing. */
+#define KMP_ROWS_NOTHING 1e-12
 
 #endif

@@ -148,7 +148,7 @@ static void keep_state(kempe_workspace *ws, double t, const double *q, const dou
     memmove(ws->q, q, (size_t)ws->n * sizeof *q);
     if (qd)
         memmove(ws->qd, qd, (size_t)ws->n * sizeof *qd);
-    else
+    else /* NOLINTNEXTLINE(clang-analyzer-core.NonNullParamChecker): qd may be NULL, but for the workspace's own */
         memset(ws->qd, 0, (size_t)ws->n * sizeof *ws->qd);
 }
 

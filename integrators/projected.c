@@ -83,9 +83,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     int n = d->n, said = KMP_GO;
     if (!dy)
         kmp_plant_closure(d->plant, t, y);
-    else if (!as_it_is && !kmp_close(&closer, &rule, t, y).closed)
-        said = KMP_RETRY;
-    else if (place(d, t, y, y + n) != KMP_GO)
+    else if ((!as_it_is && !kmp_close(&closer, &rule, t, y).closed) || place(d, t, y, y + n) != KMP_GO)
         said = KMP_RETRY;
     else {
         if (!as_it_is) {

@@ -94,7 +94,7 @@ static void *copy_of(adjoint *a, const void *from, size_t count, size_t size)
 
 static size_t chart_size(const adjoint *a)
 {
-    return (size_t)(KMP_CHART_SIZE * a->v->system->chart_count);
+    return KMP_CHART_SIZE * (size_t)a->v->system->chart_count;
 }
 
 static int keep_mark(void *user, const kmp_varied_mark *mark)

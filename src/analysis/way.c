@@ -29,7 +29,7 @@ bool kmp_way_init(kmp_way *w)
     w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->given[k] = w->search->rates[k].rate;
-    size_t charts = (size_t)(KMP_CHART_SIZE * w->l->system->chart_count);
+    size_t charts = KMP_CHART_SIZE * (size_t)w->l->system->chart_count;
     if (charts > 0)
         w->given_chart = KMP_ARENA_NEW(&w->arena, double, charts);
     if (w->given_chart)

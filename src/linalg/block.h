@@ -23,6 +23,10 @@ int kmp_block_factor(kmp_block *b, const double *values);
 void kmp_block_solve(const kmp_block *b, int m, double *x);
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 
+/** The same for right-hand sides of few entries, from which few blocks are reached; smaller values are taken as zero.
+ */
+void kmp_block_solve_transposed_sparse(const kmp_block *b, int m, double nothing, double *x);
+
 /** The same as kmp_block_solve for m of 1 or 2 where x is zero in the rows of blocks that are not `used` (one a block),
  * and the answer in their columns with it. */
 void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x);

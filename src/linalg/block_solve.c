@@ -5,6 +5,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -212,8 +213,17 @@ INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restr
             x[b->q[j] + l * n] = scratch[j * lanes + l];
 }
 
-/* First block first: the block, then its unknowns out of the later right-hand sides. */
-INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
+static bool is_nothing(int count, double nothing, const double *x)
+{
+    for (int i = 0; i < count; i++)
+        if (!(fabs(x[i]) <= nothing))
+            return false;
+    return true;
+}
+
+/* First block first: the block, then its unknowns out of the later right-hand sides. nothing: 0, or what is left of a
+ * block's right-hand side by rounding alone, so that the block is not reached. */
+INLINE void solve_transposed(const kmp_block *b, double nothing, int lanes, double *restrict x)
 {
     int n = b->n;
     double *restrict scratch = b->scratch;
@@ -224,6 +234,11 @@ INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
         int first = b->start[k], size = b->start[k + 1] - first;
         const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = scratch + first * lanes;
+        if (nothing > 0 && is_nothing(size * lanes, nothing, w)) {
+            for (int i = 0; i < size * lanes; i++)
+                x[b->p[first + i / lanes] + i % lanes * n] = 0;
+            continue;
+        }
         FOR_SIZE(solve_block_transposed);
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
@@ -258,9 +273,15 @@ void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
 {
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
-        solve_transposed(b, 2, x);
+        solve_transposed(b, 0, 2, x);
     if (m == 1)
-        solve_transposed(b, 1, x);
+        solve_transposed(b, 0, 1, x);
+}
+
+void kmp_block_solve_transposed_sparse(const kmp_block *b, int m, double nothing, double *x)
+{
+    for (; m > 0; m--, x += b->n)
+        solve_transposed(b, nothing, 1, x);
 }
 
 /* -- queries --------------------------------------------------------------------------------------- */
