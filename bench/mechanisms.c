@@ -265,7 +265,7 @@ static const char *const outcome_text[OUTCOMES] = {
 };
 
 /* Warnings of the run at hand. */
-/* Random start rates contradict the closures; that they become others says nothing about the run. */
+/* Random start rates contradict the closures; a warning that they were corrected is not counted. */
 static void count_warnings(void *user, kempe_level level, const char *line)
 {
     *(int *)user += level == KEMPE_LOG_WARNING && strncmp(line, "start: the rate of", 18) != 0;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From afar: Gauss-Newton by least moves of the coordinates that are not held (constraints/least_change.h), damped by
- * |h| and by a bound on the step. Where it comes to rest with h open it is pushed aside a few times, because a straight
- * guess may be a saddle; the smallest rest is the gap to report. Near: KINSOL with line
- * search on the chosen rows and dependent coordinates, which wants a square system; then Gauss-Newton again, without a
- * bound, to round-off. */
+/* From a distant guess: Gauss-Newton by least changes of the free coordinates (constraints/least_change.h), damped
+ * by |h| and by a bound on the step. Where it stalls with h open the state is perturbed a few times, because a
+ * straight guess may be a saddle; the smallest |h| is the gap to report. Near a solution: KINSOL with line search on
+ * the chosen rows and dependent coordinates, a square system. Gauss-Newton without a bound then converges to
+ * round-off. */
 #include "constraints/assemble.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -17,12 +17,12 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* rows of KINSOL's matrix */ };
+enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* number of rows of KINSOL's matrix */ };
 #define PUSH            0.3
-#define WORTH           0.1 /* of |h|: what a step near must gain */
+#define WORTH           0.1 /* least part of |h| by which a step near a solution must reduce it */
 #define NEARLY_SINGULAR 0.1 /* determinant of the axes of a spherical joint */
 
-/* One assembly at work. */
+/* State of one assembly. */
 typedef struct work {
     const kempe_system *s;
     kempe_assembly *a;
@@ -32,14 +32,14 @@ typedef struct work {
     const kmp_guess *guess;
     int n, m;
     kmp_arena arena;
-    double *trial;       /* n, or as many rows */
-    double *from;        /* n: the guess, in the charts at hand */
+    double *trial;       /* n; also used for rows */
+    double *from;        /* n: the guess in the present charts */
     double *best;        /* n */
     double *rate;        /* m */
-    bool *fixed;         /* n: given rates */
-    kmp_partition part;  /* of KINSOL, with the places of its rows and v: */
-    int *place, *row_at; /* n, m; -1: none */
-    bool starved;        /* something found no memory */
+    bool *fixed;         /* n: prescribed rates */
+    kmp_partition part;  /* choice of u and v for KINSOL */
+    int *place, *row_at; /* n, m: indices of v and of the rows of KINSOL; -1: not among them */
+    bool starved;        /* an allocation failed */
     int rank;            /* of J where the other rows stay open by rounding; -1: there are none */
     double near;         /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
 } work;
@@ -59,7 +59,8 @@ static void copy(const work *w, double *to, const double *from)
     memcpy(to, from, (size_t)w->n * sizeof *to);
 }
 
-/* The coordinates that are not held from the guess, each by up to PUSH; the same numbers on every machine. */
+/* Sets each free coordinate to the guess plus a random offset of at most PUSH; the numbers are the same on every
+ * machine. */
 static void push_aside(work *w, unsigned *state)
 {
     for (int k = 0; k < w->n; k++)
@@ -135,8 +136,8 @@ static bool choose_dependent(work *w)
     return true;
 }
 
-/* The independent coordinates keep what the guess has: a start that is closed but for its digits keeps them, and with
- * them the forces of stiff springs. */
+/* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed to
+ * its digits keeps them, and so the forces of stiff springs. */
 static void close_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
@@ -161,7 +162,7 @@ static void close_dependent(work *w)
     kmp_partition_free(&w->part);
 }
 
-/* To round-off, where it is closed by that. */
+/* Corrects q to round-off; true if the loops are then closed, otherwise q is restored. */
 static bool finish(work *w)
 {
     const kmp_close_rule rule = kmp_least_change_rule(MOST_CORRECTIONS);
@@ -176,7 +177,7 @@ static bool finish(work *w)
     return closed;
 }
 
-/* From near to rest, and to round-off. */
+/* Runs Gauss-Newton from a nearby state until it stalls, then to round-off. */
 static void polish(work *w)
 {
     w->a->iterations += kmp_close_from_afar(&w->closer, KMP_CLOSED_ENOUGH, WORTH, 0, w->a->q, w->trial);
@@ -285,7 +286,7 @@ static void show_state(work *w)
 
 /* -- rates ------------------------------------------------------------------------------------------- */
 
-/* qd corrected by least moves of those that are not fixed so that J qd + h_t = 0; returns what stays. */
+/* Corrects the rates that are not fixed by least changes so that J qd + h_t = 0; returns the remaining residual. */
 static double correct_rates(work *w, const bool *fixed)
 {
     w->least.hold = fixed;
@@ -413,7 +414,7 @@ static void close_near(work *w)
         close_independent(w);
         return;
     }
-    if (open > w->near && finish(w)) /* from a rest that steps as long as they come leave */
+    if (open > w->near && finish(w)) /* undamped steps may still leave a stationary point of |h| */
         return;
     if (open <= w->near && open > KMP_CLOSED_ENOUGH)
         close_dependent(w);

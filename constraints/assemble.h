@@ -21,7 +21,7 @@ struct kempe_assembly {
     double rates_left;  /* what prescribed motions ask for and the closures do not allow: of the fastest scaled rate */
     int iterations;
     double *gaps;  /* gap of each closure, m, in the order of the model */
-    int *culprits; /* closures that stay open, widest first */
+    int *culprits; /* closures that remain open, largest gap first */
     int culprit_count;
     double *moved;                      /* n: how far each coordinate went from the guess */
     double *inner_q, *inner_qd, *chart; /* the same state in the charts that it was found in; NULL: in the user's own */

@@ -182,7 +182,7 @@ static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *gu
     return kmp_assemble_from(s, guess, a);
 }
 
-/* What stays open, when this is the first to see it: of numbers that were set after the system was made. */
+/* Warns of the row that remains open most, if the numbers were set after the system was made. */
 static void tell_misfit(const kempe_assembly *a)
 {
     const kempe_system *s = a->system;

@@ -36,7 +36,7 @@ static void stand_at_start(search *s)
     kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
 }
 
-/* The spherical joint of a rotation; -1: it is of none. */
+/* Returns the spherical joint that rotation k belongs to; -1: none. */
 static int chart_of(const kempe_system *system, int k)
 {
     for (int c = 0; c < system->chart_count; c++)

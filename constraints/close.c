@@ -78,7 +78,7 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
     return out;
 }
 
-/* -- from afar --------------------------------------------------------------------------------------- */
+/* -- from a distant guess ------------------------------------------------------------------------------ */
 
 static double length_of_h(const kmp_plant *plant)
 {
@@ -89,7 +89,7 @@ static double length_of_h(const kmp_plant *plant)
     return isnan(sum) ? INFINITY : sqrt(sum);
 }
 
-/* A correction that is no longer than `bound`; what it promises to leave of |h|, infinite: there is none. */
+/* Computes a correction no longer than `bound`; returns the |h| that it predicts, infinite if there is none. */
 static double bounded_correction(const kmp_closer *c, double h, double bound)
 {
     const kmp_close_rule rule = {0};
@@ -103,8 +103,8 @@ static double bounded_correction(const kmp_closer *c, double h, double bound)
     return INFINITY;
 }
 
-/* One step down, whose gain is returned; `bound` shrinks where steps break their promise and grows where they keep it.
- * 0: at rest. */
+/* Takes one descent step and returns the decrease of |h|; 0: stationary. `bound` shrinks after steps that miss their
+ * prediction and grows after those that meet it. */
 static double step_down(const kmp_closer *c, double t, double *x, double *trial, double *bound)
 {
     size_t bytes = (size_t)c->plant->n * sizeof *x;

@@ -21,11 +21,11 @@ typedef struct kmp_closer {
     int (*place)(void *self, double t, const double *x);
     /** dx with J dx = -violation (m values). false: there is none. */
     bool (*correct)(void *self, const double *violation, double *dx);
-    /* Of corrections that are damped, of least |J dx + violation|^2 + |damping dx|^2, scaled; NULL: they are not.
+    /* Damped corrections minimise |J dx + violation|^2 + |damping dx|^2, scaled; NULL: corrections are undamped.
      * `place` damps by |h|. */
-    /** The same with more damping. 0; otherwise there are none. */
+    /** Factors with larger damping. Returns 0, or nonzero if there is no correction. */
     int (*damp)(void *self, double damping);
-    /** |h| that is left after the last correction where h is linear. */
+    /** Returns the |h| that the linear model predicts after the last correction. */
     double (*promise)(void *self);
 } kmp_closer;
 
@@ -52,17 +52,17 @@ typedef struct kmp_closed {
 /** The plant's closure and the factors are then those of x to that accuracy. */
 kmp_closed kmp_close(const kmp_closer *closer, const kmp_close_rule *rule, double t, double *x);
 
-/** From afar, with corrections that are damped (Levenberg, Marquardt): each is as long as a bound allows, which shrinks
- * where |h| falls by less than promised. Until no row is open by more than `near`; otherwise x comes to rest where
- * nothing near makes |h| smaller, by the part `worth` of it at least, or after many corrections. Returns their number;
- * the plant's closure is then that of x. trial: n values of room. */
+/** Closes from a distant guess with damped corrections (Levenberg, Marquardt). Their length has a bound, which
+ * shrinks where |h| falls by less than predicted. Ends when no row is open by more than `near`, when no correction
+ * reduces |h| by the part `worth`, or after many corrections. Returns their number; the plant's closure is then
+ * that of x. trial: n values of work space. */
 int kmp_close_from_afar(const kmp_closer *closer, double near, double worth, double t, double *x, double *trial);
 
 /** Scaled |h| that is rounding where corrections no longer shrink, also of points far from the origin. */
 double kmp_close_rounding(const kempe_system *system);
 
-/** Rates brought to J qd + h_t = 0 with the factors at hand, twice for the sake of rounding, and again where damping
- * makes corrections shorter; room: m values. */
+/** Corrects rates to J qd + h_t = 0 with the present factors: twice because of rounding, and repeatedly where
+ * damping shortens corrections. room: m values. */
 void kmp_close_rates(const kmp_closer *closer, double *room, double *qd);
 
 /** q and qd brought to round-off. false: they are not closed. */

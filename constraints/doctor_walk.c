@@ -102,7 +102,7 @@ bool kmp_walk_close(kmp_walk *w, double *q)
 
 /* -- null spaces ------------------------------------------------------------------------------------- */
 
-/* U x = 0 of the factors with complete pivoting. */
+/* Solves U x = 0 with the factors of complete pivoting. */
 int kmp_walk_null_space(kmp_walk *w, int rows, int cols, double tolerance, int most)
 {
     int all = rows < cols ? rows : cols, rank = 0;

@@ -41,12 +41,13 @@ bool kmp_walk_close(kmp_walk *walk, double *q);
  * rank r, at most `most`, so that d = n - r. */
 int kmp_walk_tangents(kmp_walk *walk, int most);
 
-/** A basis of the null space of walk->copy (rows x cols, column-major, destroyed) in walk->basis, in echelon form:
- * column k (cols x (cols - rank)) has a one where the others have zeros. Complete pivoting; a pivot below `tolerance`
- * of the first is a zero, and at most `most` are taken. Returns the rank; walk->last is the last pivot taken. */
+/** Computes a basis of the null space of walk->copy (rows x cols, column-major, destroyed) in walk->basis, in
+ * echelon form. Column k (cols x (cols - rank)) has a one where the others have zeros. Complete pivoting; a pivot
+ * below `tolerance` of the first counts as zero, and at most `most` are taken. Returns the rank; walk->last is the
+ * last pivot taken. */
 int kmp_walk_null_space(kmp_walk *walk, int rows, int cols, double tolerance, int most);
 
-/** That of the last J', from the left. */
+/** Computes the left null space of the last J, as kmp_walk_null_space does. */
 int kmp_walk_left(kmp_walk *walk, double tolerance, int most);
 
 /** Pivots of the last J, min(m, n) of them, with the rows that they stand in walk->row_order. */

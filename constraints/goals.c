@@ -358,7 +358,7 @@ static void make_place(search *w, place *p)
                  .projected = KMP_ARENA_NEW(&w->arena, double, n)};
 }
 
-/* With the user's own charts, which an assembly with goals keeps. false: no memory. */
+/* Makes the points of a start in the user's own charts, which an assembly with goals keeps. false: no memory. */
 static bool start_points(search *w)
 {
     double *chart = KMP_ARENA_NEW(&w->arena, double, KMP_CHART_SIZE * w->s->chart_count);

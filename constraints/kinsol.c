@@ -25,7 +25,7 @@ static int jacobian(N_Vector x, N_Vector r, SUNMatrix a, void *user, N_Vector w1
     return p->jac(p->self, kmp_sun_data(x), SUNDenseMatrix_Data(a));
 }
 
-/* x, scale_x and scale_f. false: no memory. */
+/* Makes the vectors x, scale_x and scale_f. false: no memory. */
 static bool make_vectors(const kmp_kinsol_problem *p, const double *x, SUNContext sun, N_Vector v[3])
 {
     const double *from[3] = {x, p->scale_x, p->scale_f};

@@ -5,9 +5,9 @@
 
 #include <stdbool.h>
 
-/* scale_x and scale_f make unknowns and equations of comparable size 1. f: r (n); jac: a = df/dx (n x n, column-major,
- * zeroed before the call). Both return 0, positive where they cannot be evaluated (nearer is tried), negative to end.
- */
+/* scale_x and scale_f make unknowns and equations of comparable size 1. f: r (n); jac: a = df/dx (n x n,
+ * column-major, zeroed before the call). Both return 0, a positive value to request a shorter step, or a negative
+ * one to abort. */
 typedef struct kmp_kinsol_problem {
     void *self;
     int n;
@@ -16,7 +16,7 @@ typedef struct kmp_kinsol_problem {
     int (*jac)(void *self, const double *x, double *a);
 } kmp_kinsol_problem;
 
-/** From x until max |scale_f f| < ftol. false: not there, x as it was. */
+/** Solves from x until max |scale_f f| < ftol. false: not converged, x is unchanged. */
 bool kmp_kinsol_solve(const kmp_kinsol_problem *problem, double ftol, double *x, int *iterations);
 
 #endif

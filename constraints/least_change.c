@@ -68,7 +68,7 @@ void kmp_least_change_free(kmp_least_change *c)
 
 /* -- a correction ------------------------------------------------------------------------------------ */
 
-/* J J' + `square`. false: singular */
+/* Factors J J' + `square`. false: singular. */
 static bool factor_sparse(kmp_least_change *c, double square)
 {
     const kmp_pattern *jac = &c->plant->system->jacobian;
@@ -148,7 +148,7 @@ static bool correct(void *self, const double *violation, double *dx)
     return true;
 }
 
-/* J dq + h = -mu^2 y. */
+/* Returns the |h| predicted after dq: J dq + h = -mu^2 y. */
 static double promise(void *self)
 {
     const kmp_least_change *c = self;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Closing by least moves of the scaled coordinates,
+/* Closing the loops by least changes of the scaled coordinates,
  *
- *     dq = S J' y      (J J' + mu^2) y = -h      J scaled, mu = |h| or more,
+ *     dq = S J' y      (J J' + mu^2) y = -h      J scaled, mu = |h| or more.
  *
- * so that redundant rows, whose rank is undecided before h is closed, are left alone: still quadratic, to the nearest
- * closed state (Yamashita and Fukushima, Computing Suppl. 15 (2001) 239). Dense, or as [1 -J'; J mu^2] when it is
- * large. */
+ * Redundant rows, whose rank is undecided before h is closed, then cause no large steps. Convergence to the nearest
+ * closed state remains quadratic (Yamashita and Fukushima, Computing Suppl. 15 (2001) 239). J is dense; a large one
+ * is factored sparse as [1 -J'; J mu^2]. */
 #ifndef KMP_CONSTRAINTS_LEAST_CHANGE_H
 #define KMP_CONSTRAINTS_LEAST_CHANGE_H
 

@@ -101,7 +101,7 @@ static bool renew_block(kmp_margin *margin)
         }
     margin->count = count;
     margin->pivot = 0;
-    margin->seen = false; /* its signs at the last step's end are others */
+    margin->seen = false; /* the signs of the last step's end belong to another block */
     margin->block = kmp_block_new(part->r, count, row, col);
     kmp_free(row);
     return margin->block;
@@ -226,7 +226,7 @@ static void find_t(kmp_margin *margin)
             margin->rows = fabs(margin->t[k]);
             margin->rows_at = k;
         }
-        if (fabs(margin->t[k]) > KMP_ROWS_NOTHING) /* a dropped row needs those of its own loops alone */
+        if (fabs(margin->t[k]) > KMP_ROWS_NOTHING) /* a dropped row depends on rows of its own loops alone */
             margin->t_kept[e++] = k % r;
         margin->t_start[k / r + 1] = e;
     }
@@ -375,7 +375,7 @@ bool kmp_margin_unwatched(const kmp_margin *margin)
  * here, how near, and the cosine of the angle by which w has turned. */
 typedef struct line {
     double before, when, closest, cosine; /* before: |w| at the last step's end */
-    bool known;                           /* z is the same one */
+    bool known;                           /* the null vector z is the one of the last step's end */
 } line;
 
 static line line_of(const kmp_margin *margin)
@@ -403,7 +403,7 @@ static bool aims(const kmp_margin *margin, const line *l, double size, double ai
     return l->closest < aim * margin->usual && l->closest < KMP_MARGIN_STEEP * size;
 }
 
-/* Whether some block has another sign than at the last step's end. */
+/* True if some block has changed its sign since the last step's end. */
 static bool has_turned(kmp_margin *margin)
 {
     kmp_block_take_signs(margin->block, margin->signs);
@@ -420,13 +420,13 @@ static bool passes(kmp_margin *margin)
         return true;
     double deep = margin->tried > 0 ? 0.5 * KMP_MARGIN_AGAIN * margin->tried : KMP_MARGIN_DEEP * margin->usual;
     bool deeper = margin->last < deep && l.before > deep;
-    if (!l.known) /* a shorter step tells */
+    if (!l.known) /* a shorter step decides */
         return deeper || (margin->part.m == margin->r && has_turned(margin));
     return deeper && l.when > -1 && aims(margin, &l, l.before, 0.5 * KMP_MARGIN_AIM);
 }
 
-/* A quick look: no pivot of the block has fallen far, none has changed its sign since the last step's end, and dropped
- * rows need little of the kept ones. Nothing is near then. */
+/* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and
+ * dropped rows depend little on the kept ones. */
 static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
 {
     if (!margin->stands || margin->refused || !(margin->pivot > 0))
@@ -473,7 +473,7 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
     (void)kmp_margin_at(margin, plant);
     if (!margin->stands)
         return false;
-    if (!margin->seen) { /* by another block */
+    if (!margin->seen) { /* with another block */
         catch_up(margin);
         (void)kmp_margin_at(margin, plant);
     }
@@ -555,12 +555,12 @@ static void sort(int *x, int count)
             swap(&x[k], &x[k - 1]);
 }
 
-/* Dropped rows that need more than KMP_ROWS_OUT of a kept one change places with it, as many at once as have no kept
- * row in common: each multiplies |det Jv| by what it needs, so that this ends. */
+/* Exchanges dropped rows that depend on a kept one by more than KMP_ROWS_OUT with that row, as many at once as share
+ * no kept row. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
 static void exchange_apart(kmp_margin *margin)
 {
     kmp_partition *part = &margin->part;
-    int *taken = margin->signs; /* kept rows */
+    int *taken = margin->signs; /* kept rows already exchanged */
     memset(taken, 0, (size_t)part->r * sizeof *taken);
     for (int d = 0; d < part->m - part->r; d++) {
         const double *t = margin->t + d * part->r;

@@ -31,7 +31,7 @@ typedef struct kmp_margin {
     double pivot; /* the largest of the block's least ones seen */
     int *signs, *signs_stood; /* of its blocks */
     double step_t;            /* of the last step asked about */
-    double tried;             /* the margin from which no way through was found, until it is left; 0: none was sought */
+    double tried;             /* margin from which no step across was found, until the motion has left it; 0: none was tried */
     double clear_t;           /* up to which somebody has looked and found no change point */
     double *weight;           /* of each entry of J */
     int *place;               /* m: of a row among the independent ones; -1 - place of a dropped one */
@@ -45,7 +45,7 @@ typedef struct kmp_margin {
     double *z, *z_stood;               /* m */
     double *w, *w_stood;               /* n */
     double *t, *t_stood;               /* r x (m - r): T' */
-    int *t_start, *t_kept;             /* what of T' is not zero: a dropped row's kept rows, from t_start on */
+    int *t_start, *t_kept;             /* non-zeros of T': kept rows of each dropped row, from t_start on */
 } kmp_margin;
 
 /** Of the partition's rows. false: no memory. */
@@ -90,7 +90,7 @@ double kmp_margin_when(const kmp_margin *margin);
 /** The last margin is that of an accepted step's end. */
 void kmp_margin_stand(kmp_margin *margin);
 
-/** The same of the plant's last closure, with coordinates that are others than before. */
+/** Repeats kmp_margin_stand for the plant's last closure after a change of coordinates. */
 void kmp_margin_stand_anew(kmp_margin *margin, const kmp_plant *plant);
 
 /** Exchanges rows at the plant's last closure until none of the dropped ones needs more than KMP_ROWS_OUT of a kept

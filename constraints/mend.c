@@ -26,23 +26,23 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, MOST
 #define RANK       1e-5  /* of the conditions: above what dh/dp is off by, of the size of the rounding */
 #define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
 #define MOST_RANK  1e-2
-#define WIDE       3.0   /* of the median misfit */
+#define WIDE       3.0   /* times the median misfit */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
-#define EXPLAINED  1e-2  /* what is left of the misfit, or the rounding squared, where the rounding explains it */
+#define EXPLAINED  1e-2  /* part of the misfit, or of the rounding squared, that may remain where rounding explains it */
 #define LEAST      1e-15 /* a shift below is none */
 
-/* A number of the model that may move: a coordinate of a point, a component of an axis, a turn of a frame. */
+/* A number of the model that may be shifted: a coordinate of a point, a component of an axis, a rotation of a frame. */
 typedef struct number {
-    kmp_number *point; /* NULL: of an axis or frame */
+    kmp_number *point; /* NULL: the number belongs to an axis or frame */
     double *axes;      /* the axis, or the frame, row by row */
     bool frame;
-    int k;           /* component of the axis; axis that the frame is turned about */
-    double rounding; /* the unit of the last digit that it is drawn with, scaled */
-    double total;    /* moved so far, scaled */
+    int k;           /* component of the axis; axis of rotation of the frame */
+    double rounding; /* the unit of its last digit in the drawing, scaled */
+    double total;    /* shift so far, scaled */
 } number;
 
-/* What moving one changes. */
+/* The original values of a number, as drawn. */
 typedef struct drawn {
     kmp_number point;
     double axes[9];
@@ -51,30 +51,30 @@ typedef struct drawn {
 typedef struct mending {
     const kempe_system *s;
     const kempe_assembly *a;
-    kmp_variant *variant; /* whose model has the numbers */
+    kmp_variant *variant; /* its model holds the numbers */
     kempe_model *model;
     number *number;
     drawn *drawn;
     int count;
-    double unit;    /* of the last digit of most numbers, scaled */
+    double unit;    /* unit of the last digit of most numbers, scaled */
     bool *excluded; /* m: rows of drives */
     int rank;       /* of the others */
     int left;       /* conditions at a place */
     double *q;      /* n x places */
     double *w;      /* m x left x places */
     int places;
-    bool closed;   /* the start is closed as drawn */
+    bool closed;   /* the start is closed with the numbers as drawn */
     double *start; /* n */
     int conditions;
     double *slope;  /* dh/dp, scaled: rows of all places x count */
     double *matrix; /* conditions x count */
     double *rest;   /* conditions */
     double *shift;  /* count */
-    bool explained; /* by the rounding of the numbers, or there are too many of them to tell */
-    bool done;      /* the moved numbers close */
+    bool explained; /* by rounding of the numbers, or there are too many numbers to decide */
+    bool done;      /* the loops close with the shifted numbers */
 } mending;
 
-/* -- numbers that may move --------------------------------------------------------------------------- */
+/* -- numbers that may be shifted ----------------------------------------------------------------------- */
 
 static void add(mending *x, number n)
 {
@@ -140,7 +140,7 @@ static void add_numbers(mending *x)
     }
 }
 
-/* How many decimals a number is written with; -1: more than a drawing has. */
+/* Returns the number of decimals that a value is written with; -1: more than a drawing has. */
 static int decimals_of(double value)
 {
     double tens = 1;
@@ -150,9 +150,10 @@ static int decimals_of(double value)
     return -1;
 }
 
-/* Numbers of more decimals than a drawing has were computed, in single precision at the least. The others have as many
- * decimals as most of them, since zeros at the end are not written; axes have lost theirs where they became unit
- * vectors, and have those of the lengths. A tolerance that is given stands above what the digits say. */
+/* Determines the rounding of each number. Numbers with more decimals than a drawing has were computed, at least in
+ * single precision. The others have the decimals of most of them, since trailing zeros are not written. Axes lost
+ * their digits when they were normalised and take those of the lengths. A given tolerance takes precedence over the
+ * digits. */
 static void find_rounding(mending *x)
 {
     int with[MOST_DECIMALS + 1] = {0}, some = 0, most = 0;
@@ -203,7 +204,7 @@ static void put_back(const number *n, const drawn *d)
         memcpy(n->axes, d->axes, axes_size(n));
 }
 
-/* false: no memory. */
+/* Shifts a number of the model. false: no memory. */
 static bool move(const mending *x, const number *n, double by)
 {
     double *a = n->axes;
@@ -309,7 +310,8 @@ static bool add_closures(mending *x, double times, double *out)
     return ok;
 }
 
-/* By shifts of each number in units of its rounding: the step of least norm moves all alike in these. */
+/* Computes derivatives by the shift of each number in units of its rounding: a step of least norm then shifts all
+ * alike. */
 static bool find_slopes(mending *x)
 {
     bool ok = true;
@@ -378,7 +380,7 @@ static bool look(mending *x, const kempe_system *s, double *widest)
 
 /* -- steps ------------------------------------------------------------------------------------------- */
 
-/* How far a number may move, scaled. */
+/* Returns how far a number may be shifted, scaled. */
 static double farthest(const mending *x, const number *n)
 {
     if (x->s->model->closure_tolerance_given)
@@ -386,7 +388,7 @@ static double farthest(const mending *x, const number *n)
     return fmax(KMP_MEND_DIGITS * n->rounding, n->point ? 0 : KMP_MEND_AXES);
 }
 
-/* Whether a step leads nowhere but where rounding does. */
+/* True if every number stays within the shift that rounding allows. */
 static bool is_near(const mending *x)
 {
     for (int i = 0; i < x->count; i++)
@@ -395,7 +397,7 @@ static bool is_near(const mending *x)
     return true;
 }
 
-/* What a step leaves of the conditions, the largest, as far as they are linear. */
+/* Returns the largest residual of the linearised conditions after a step. */
 static double left_by(const mending *x)
 {
     double most = 0;
@@ -432,7 +434,7 @@ static bool step(mending *x, double widest)
     return near;
 }
 
-/* Whether a mechanism closes without any row that stays open. */
+/* True if the mechanism closes and no row remains open. */
 static bool is_whole(const kempe_system *s)
 {
     kempe_assembly *a = NULL;
@@ -441,7 +443,7 @@ static bool is_whole(const kempe_system *s)
     return whole;
 }
 
-/* Steps until the closures say the same to rounding; x->done: so they do. */
+/* Iterates until the closures agree to rounding; sets x->done if they do. */
 static kempe_status go(mending *x)
 {
     const kempe_system *now = x->s;
@@ -528,7 +530,8 @@ enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
 
 typedef enum outcome { AS_DRAWN, UNEXPLAINED, MENDED } outcome;
 
-/* Moves the numbers of the variant, whose model is that of a rounded system or equal to it. *by: how far, scaled. */
+/* Shifts the numbers of the variant, whose model is that of a rounded system or equal to it. *by: largest shift,
+ * scaled. */
 static kempe_status mend(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, outcome *out, double *by)
 {
     mending x = {.s = s, .a = a, .variant = variant, .model = kmp_variant_model(variant)};
@@ -546,7 +549,7 @@ static kempe_status mend(const kempe_system *s, const kempe_assembly *a, kmp_var
     return status;
 }
 
-/* Assembles at the start; whether closures are then redundant but for rounding of the model's numbers. */
+/* Assembles at the start; *rounded: closures are redundant but for rounding of the model's numbers. */
 static kempe_status assemble_first(kempe_system *s, kempe_assembly **a, bool *rounded)
 {
     bool looked = s->m > 0 && s->closure_tolerance > 0;
@@ -556,8 +559,8 @@ static kempe_status assemble_first(kempe_system *s, kempe_assembly **a, bool *ro
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
 }
 
-/* The same where the system is rounded, of the size that is looked at; *variant is made where it is NULL, and freed
- * where nothing is mended. */
+/* Assembles, and looks for an exact mechanism if the system is rounded and not too large. *variant is made if it is
+ * NULL, and freed if nothing is shifted. */
 static kempe_status look_for_rounding(kempe_system *s, kempe_assembly **a, kmp_variant **variant, outcome *out,
                                       double *by)
 {
@@ -631,8 +634,8 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
                         s->mended_by, s->length);
 }
 
-/* The system of the mended model in place of *system; of one that rounding does not explain the closures hold as they
- * are written. */
+/* Replaces *system by the system of the exact mechanism. If rounding does not explain the misfit the closures hold
+ * as written. */
 static kempe_status take_up(kempe_system **system, const kempe_system *closures, const kempe_assembly *a,
                             kmp_variant *variant, outcome out, const char *word)
 {
@@ -656,8 +659,7 @@ static kempe_status take_up(kempe_system **system, const kempe_system *closures,
     return status;
 }
 
-/* What s, which is rounded, becomes. By the closures alone, as where equations are written (kmp_meant): the same bits.
- */
+/* Replaces a rounded system s. The closures alone decide, as in kmp_meant, so that both give the same bits. */
 static kempe_status settle(kempe_system **s, kmp_variant **variant, const char *word, double *by)
 {
     kempe_system *closures = NULL;
@@ -673,7 +675,7 @@ static kempe_status settle(kempe_system **s, kmp_variant **variant, const char *
     return status;
 }
 
-/* `given`: the variant whose model it is, if its parameters vary. */
+/* `given`: the variant that owns the model, if its parameters vary. */
 static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
     kempe_system *s = NULL;

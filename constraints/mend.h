@@ -7,11 +7,11 @@
 #include "constraints/assemble.h"
 #include "model/variant.h"
 
-/** As kempe_system_new, of the model of a variant, whose points and axes are then those that the drawing means: where
- * parameters vary they are shifted by as much. */
+/** Does kempe_system_new for the model of a variant, with the points and axes that a rounded drawing means;
+ * parameters that vary keep these shifts. */
 kempe_status kmp_system_of_variant(kmp_variant *variant, kempe_system **system);
 
-/** The mechanism that a drawing means; NULL: the model says what it means. The caller frees it. */
+/** Returns the mechanism that a rounded drawing means; NULL: the model is exact as written. The caller frees it. */
 kempe_status kmp_meant(const kempe_model *model, kmp_variant **meant);
 
 /** What a closure stays open by as drawn, as a sentence; nothing where it closes. */

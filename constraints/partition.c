@@ -89,7 +89,7 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
     return status;
 }
 
-/* Lists of coordinates and rows stand one behind the other. */
+/* Allocates the lists of coordinates and rows in one block. */
 static bool allocate(kmp_partition *part, int n, int m)
 {
     *part =
@@ -251,7 +251,7 @@ kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *sys
 
 void kmp_partition_free(kmp_partition *part)
 {
-    kmp_free(part->u); /* and the lists behind it */
+    kmp_free(part->u); /* and the lists in its block */
     kmp_free(part->pivots);
     *part = (kmp_partition){0};
 }

@@ -31,8 +31,8 @@ kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system,
 kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *system, const double *jacobian, int rank,
                                    const int *wish, int wish_count);
 
-/** Coordinates that can be independent, those that are `liked` (n) among them as far as they can, into `u` (room for
- * n); how many, -1: no memory. */
+/** Chooses independent coordinates into `u` (room for n), with as many of those `liked` (n) as possible. Returns
+ * their number, -1: no memory. */
 int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u);
 
 /** The pivots alone: min(m, n) of them. false: no memory. */

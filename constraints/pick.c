@@ -62,20 +62,20 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
     return a;
 }
 
-/* -- exchanges --------------------------------------------------------------------------------------- */
+/* -- exchanges of columns ------------------------------------------------------------------------------ */
 
-/* Of the first r columns against the others, on the first r rows. */
+/* The tableau of exchanges between the first r columns and the others, on the first r rows. */
 typedef struct tableau {
     kmp_arena arena;
     int r, p;
     double *b;    /* r x p: Bvu */
-    double *most; /* p: the largest entry of each column, and where */
+    double *most; /* p: the largest entry of each column, and its row */
     int *at;
     double *moved;        /* r */
-    int *row_at, *col_at; /* m, n: the place of each row and column */
+    int *row_at, *col_at; /* m, n: the index of each row and column */
     double *jv;           /* dense: r x r, its factors; sparse: its entries */
     int *pivot;           /* dense: r */
-    int *jv_row, *jv_col; /* sparse: of each entry */
+    int *jv_row, *jv_col; /* sparse: row and column of each entry */
     kmp_sparse *sparse;
 } tableau;
 
@@ -157,7 +157,7 @@ static kmp_pick_outcome factor_sparse(tableau *t, int count)
                                                                                   : KMP_PICK_SINGULAR;
 }
 
-/* Jv, and -Ju in B. */
+/* Factors Jv and writes -Ju into B. */
 static kmp_pick_outcome factor(tableau *t, const kmp_pick *c)
 {
     int r = t->r, count = 0;
@@ -195,7 +195,7 @@ static void compute_b(tableau *t)
         look_through(t, k);
 }
 
-/* ||Jv||_1 ||Jv^-1||_1. */
+/* Returns ||Jv||_1 ||Jv^-1||_1. */
 static double condition(tableau *t, const kmp_pick *c)
 {
     double norm = 0, inverse = 0;

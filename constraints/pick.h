@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The algebra of a choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds
- * 1.5. A large J is pivoted with its non-zeros alone, to the same pivots, and its Jv is factored sparse. */
+/* The choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds 1.5. A
+ * large J is pivoted on its non-zeros alone, with the same pivots, and its Jv is factored sparse. */
 #ifndef KMP_CONSTRAINTS_PICK_H
 #define KMP_CONSTRAINTS_PICK_H
 
@@ -32,8 +32,8 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
 
 typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;
 
-/** Exchanges columns of the first r with others, at most so many; then the number of exchanges, max |Bvu| and the
- * 1-norm condition number of Jv, which for a large one is an estimate from below. */
+/** Makes at most `most` exchanges between the first r columns and the others. Returns their number, max |Bvu| and
+ * the 1-norm condition number of Jv, for a large Jv a lower estimate. */
 kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond);
 
 #endif

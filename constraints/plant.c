@@ -278,7 +278,7 @@ void kmp_plant_mass(kmp_plant *plant)
     }
 }
 
-/* Efforts that are none of the program go through the recursion; `effort` is all zero, or the user's. */
+/* Adds efforts outside the program by the recursion; `effort` is all zero, or the user's. */
 static void accelerate_bodies(kmp_plant *plant)
 {
     for (int i = 0; plant->given && i < plant->n; i++)

@@ -35,8 +35,8 @@ typedef struct kmp_plant {
     double t, *q;             /* n: of the last kmp_plant_closure, for the user's force */
     const double *own_bias;   /* n: of the program alone */
     const double *given;      /* n, not owned: efforts beside those of the model and the user's; NULL: none */
-    bool gave;                /* by bodies: the machine at hand still has such */
-    double *with_force;       /* n: bias less all efforts that are none of the program; by bodies their sum */
+    bool gave;                /* by bodies: the machine still holds such efforts */
+    double *with_force;       /* n: bias less all efforts outside the program; by bodies the sum of these */
     double *effort;           /* n */
     double *nu;               /* m: multipliers that C was evaluated with (constraints/pressing.h); NULL: C has none */
     const double *pressing;   /* system->pressing.count values: dC/dlambda, with C */
@@ -62,7 +62,7 @@ void kmp_plant_closure(kmp_plant *plant, double t, const double *q);
 void kmp_plant_mass(kmp_plant *plant);
 void kmp_plant_bias(kmp_plant *plant, const double *qd);
 
-/** Efforts beside the model's (n, not owned; NULL: none) from now on, and by M and C in the last kmp_plant_bias. */
+/** Sets additional efforts (n, not owned; NULL: none) for later calls, and for M and C in the last kmp_plant_bias. */
 void kmp_plant_give(kmp_plant *plant, const double *effort);
 
 /** C anew with other multipliers, after kmp_plant_bias, of systems with forces that depend on them

@@ -288,7 +288,7 @@ void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
     memset(rows, 0, (size_t)red->part->m * sizeof *rows);
     for (int i = 0; i < red->r; i++)
         red->dv[i] = force[red->part->v[i]];
-    if (red->r > 0) /* otherwise the blocks are none */
+    if (red->r > 0) /* there are no blocks otherwise */
         kmp_block_solve_transposed(red->block, 1, red->dv);
     for (int i = 0; i < red->r; i++)
         rows[red->part->rows[i]] = red->dv[i];

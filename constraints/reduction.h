@@ -69,7 +69,7 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
 
-/** out_v += factor Jv^-1 rows, for all m rows given; and transposed: rows (m; zero where dropped) = Jv'^-1 force_v. */
+/** out_v += factor Jv^-1 rows, for all m given rows. Transposed: rows (m; zero where dropped) = Jv'^-1 force_v. */
 void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out);
 void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows);
 

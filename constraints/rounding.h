@@ -16,8 +16,8 @@ const kmp_rounding *kmp_rounding_of(const kempe_system *system);
 /** What tells pivots of J, and directions of its rows, from zero there: `strict`, or more where numbers are rounded. */
 double kmp_rounding_zero(const kempe_system *system, double strict);
 
-/** Whether every row is closed at the plant's last closure, those that were dropped as redundant too, but for rounding
- * of the model's numbers. Where kept rows alone are closed, a long step may have come to another branch of theirs. */
+/** True if every row, dropped ones included, is closed at the plant's last closure up to rounding of the model's
+ * numbers. With the kept rows alone a long step may reach another branch. */
 bool kmp_rounding_closed(const kmp_plant *plant);
 
 /** A configuration that finite motions lead to. */

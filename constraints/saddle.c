@@ -112,7 +112,7 @@ static void solve_whole(kmp_saddle *saddle, const double *rows)
 
 /* -- rows of its own --------------------------------------------------------------------------------- */
 
-/* All of them, of which those that are independent at the plant's last closure are not out. */
+/* Partitions all rows; those that are independent at the plant's last closure stay in. */
 static void choose_rows(kmp_saddle *saddle)
 {
     const kempe_system *s = saddle->plant->system;

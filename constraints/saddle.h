@@ -8,8 +8,8 @@
  *
  *     J M^-1 J' a = -(b + J y)      x = y + M^-1 J' a      y = -M^-1 f.
  *
- * Of any state, where no choice was made, rows are left out at each factorisation: all that complete pivoting of the
- * scaled J does not find independent there. */
+ * For states without a chosen set of rows, complete pivoting of the scaled J selects the independent rows at each
+ * factorisation. */
 #ifndef KMP_CONSTRAINTS_SADDLE_H
 #define KMP_CONSTRAINTS_SADDLE_H
 
@@ -33,8 +33,8 @@ typedef struct kmp_saddle {
     int *position;      /* m: of a row among the independent ones, -1 when dropped */
     long factorizations;
 
-    bool *out;         /* m: rows that are left out; NULL: none ever is. For any state, with these: */
-    int rank;          /* that is kept beside closed states; -1: that of each state */
+    bool *out;         /* m: rows left out; NULL: none. The members below serve states without a chosen set of rows: */
+    int rank;          /* rank near closed states; -1: the rank of each state is used */
     kmp_partition all; /* all rows */
     double *scaled, *largest, *pivots;
     int *row, *col;
@@ -43,8 +43,8 @@ typedef struct kmp_saddle {
 bool kmp_saddle_init(kmp_saddle *saddle, kmp_plant *plant, const kmp_partition *part);
 void kmp_saddle_free(kmp_saddle *saddle);
 
-/** For any states, with rows of its own. `rank` (-1: not known) is that of closed states: beside them
- * rows that are redundant look weakly independent, and count only when |h| leaves no doubt. */
+/** Prepares for any state, with rows chosen at each factorisation. `rank` (-1: unknown) is that of closed states.
+ * Near these redundant rows look weakly independent, and count only when |h| leaves no doubt. */
 bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_plant *plant, int rank);
 
 /** Whether a row counts at the last factorisation. */
@@ -53,7 +53,7 @@ bool kmp_saddle_has_row(const kmp_saddle *saddle, int row);
 /** Factors at the plant's last closure and mass. 0, or nonzero when singular. */
 int kmp_saddle_factor(kmp_saddle *saddle);
 
-/** By bodies: the least pivot over the largest, rows scaled; 1 without rows. */
+/** Returns the ratio of the smallest to the largest pivot by bodies, rows scaled; 1 without rows. */
 double kmp_saddle_spread(const kmp_saddle *saddle);
 
 /** Operations of one factorisation and solution when it is sparse, as its pattern says; 0 when it is dense. */

@@ -37,9 +37,9 @@
 /** Loops that stay open by more than so many tolerances are not tried. */
 #define KMP_ROUNDING_WIDEST 10
 
-/** How far a number of a rounded drawing may be from the one that is meant, in units of its last digit; an axis, rad.
- * Where half a unit is rounded off, the nearest exact mechanism of 1600 lamps and linkages is within 4.5 units in each
- * (bench/rounded digits). Axes have lost their digits where they became unit vectors: four digits are assumed. */
+/** Largest shift of a number of a rounded drawing, in units of its last digit; of an axis, rad. The nearest exact
+ * mechanisms of 1600 lamps and linkages, rounded by half a unit, are within 4.5 units (bench/rounded digits). Axes
+ * lost their digits when they were normalised: four digits are assumed. */
 #define KMP_MEND_DIGITS 5.0
 #define KMP_MEND_AXES   1e-4
 
@@ -70,10 +70,11 @@
 
 /** The longest move of a coordinate by one correction, rad or characteristic lengths. */
 #define KMP_LONGEST_CORRECTION 0.5
-/** From afar: where so short a one makes |h| no smaller than promised, it is at rest. */
+/** Least bound on a correction from a distant guess: if none longer reduces |h| as predicted, the state is
+ * stationary. */
 #define KMP_SHORTEST_CORRECTION 1e-8
-/** Least moves are damped by |h| and by this at least, scaled: the square of a singular value that rounding leaves of
- * J J' where rows are redundant is below its square. */
+/** Least damping, scaled, of least changes; otherwise |h| damps. Its square exceeds the square of a singular value
+ * that rounding leaves in J J' where rows are redundant. */
 #define KMP_LEAST_DAMPING 1e-6
 /** A closure correction beyond this many error weights refuses a step. */
 #define KMP_CORRECTION_LIMIT 1.0
@@ -122,11 +123,11 @@
  * at one or some hundredths are resolved by steps as they are. */
 #define KMP_MARGIN_AIM   1e-2
 #define KMP_MARGIN_STEEP 0.3
-/** Where J is then evaluated on the way, the part of the margin now that makes it a change point. */
+/** If J at the predicted place has at most this part of the present margin, the place is a change point. */
 #define KMP_MARGIN_THERE 2e-2
 /** No step of an ordinary road ends below this margin when a change point lies there: its stages come nearer still. */
 #define KMP_MARGIN_DEEP 0.1
-/** Where no way through was found, because the motion turns, the next is sought at this part of the margin. */
+/** If no step across was found because the motion turns, the next one is tried at this part of the margin. */
 #define KMP_MARGIN_AGAIN 0.1
 /** Least pivots above this part of their usual size call for nothing more. */
 #define KMP_MARGIN_CALLS 0.4
@@ -145,7 +146,7 @@
 #define KMP_ROWS_OUT   1.5
 #define KMP_ROWS_LOST  30.0
 #define KMP_ROWS_SWEEP 3.0
-/** Of a row that has the size of 1, what is rounding: its square adds nothing. */
+/** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public workspace. It evaluates as runs do, and accelerates as they do: by articulated bodies where that costs
- * less, or on the independent rows and coordinates of the start, wherever these are good, otherwise by the saddle
- * system on rows of the state at hand. Closing is by least moves. */
+/* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies where that costs less,
+ * or on the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows
+ * of the present state is solved. Closing is by least changes. */
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
@@ -16,8 +16,8 @@
 #include <string.h>
 
 enum { MAX_CORRECTIONS = 100 };
-/* Articulated bodies divide by what each joint moves with the loops open: taken where they give the accelerations at
- * the start to this part of their size, and nowhere with less than so many digits. */
+/* Articulated bodies are used if they give the accelerations at the start to this part of their size. They divide by
+ * the inertia of each joint with open loops: states that lose too many digits do without them. */
 #define SAME_ACCELERATIONS 1e-8
 #define LEAST_PIVOT        1e-8
 
@@ -31,10 +31,10 @@ struct kempe_workspace {
     bool chosen;        /* the start can be assembled: */
     kmp_partition part; /* its choice */
     kmp_reduction red;
-    bool by_bodies;                            /* accelerations are made by articulated bodies: */
-    kmp_saddle bodies;                         /* their closure forces */
-    bool stale;                                /* the values below are of a state before q */
-    double t, *q, *qd;                         /* n: of the last call; dense copies of its values: */
+    bool by_bodies;                            /* accelerations are computed by articulated bodies */
+    kmp_saddle bodies;                         /* closure forces for the articulated bodies */
+    bool stale;                                /* the values below belong to an earlier state than q */
+    double t, *q, *qd;                         /* n: of the last call; dense copies of its values follow */
     double *mass, *bias, *h, *jdqd, *jacobian; /* n x n, n, m, m, m x n */
     double *trial;                             /* n: q while closing */
     double *answer;                            /* n + m: accelerations and multipliers, or shares */
@@ -76,7 +76,7 @@ static bool allocate(kempe_workspace *ws)
     return !ws->arena.failed;
 }
 
-/* Rows and coordinates of the start; none where it cannot be assembled. */
+/* Chooses the rows and coordinates of the start; none if it cannot be assembled. */
 static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
 {
     if (a->inner_q)
@@ -186,7 +186,7 @@ kempe_status kempe_eval(kempe_workspace *ws, double t, const double *q, const do
     return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
 }
 
-/* Values are made when they are asked for, where accelerations did not need them. */
+/* Evaluates M, C, h, J and jdqd if accelerations did not need them. */
 static const kempe_workspace *up_to_date(const kempe_workspace *workspace)
 {
     kempe_workspace *ws = (kempe_workspace *)workspace;
@@ -349,7 +349,7 @@ static kempe_status by_saddle(kempe_workspace *ws)
     return all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
 
-/* By articulated bodies, into `answer`. false: they are no good here. */
+/* Computes accelerations by articulated bodies into `answer`. false: they are too inaccurate here. */
 static bool by_bodies(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
 {
     kmp_plant *plant = ws->plant;
@@ -369,8 +369,8 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     return good && all_finite(ws->n + ws->m, ws->answer);
 }
 
-/* Where runs may go by them, all rows are independent and they say at the start (NULL: there is none) what M and C say.
- */
+/* Chooses articulated bodies if runs may use them, all rows are independent, and they agree with M and C at the
+ * start (NULL: none). */
 static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
 {
     const kempe_system *s = ws->system;

@@ -12,10 +12,10 @@
  *
  * The law is  M(q) qdd + C(q, qd, t) = Q + J' lambda,  h(q, t) = 0; n coordinates (rad or m), m closure rows.
  *
- * Equations are evaluated by machine code, accelerations made as in a run: by articulated bodies where that costs less
- * (docs/solvers.md), otherwise on the independent rows and coordinates of the model's start. Where these are no good,
- * or the start cannot be assembled, rows are chosen at each state. Rows that are redundant at the start count beside
- * closed states only when J says so beyond what h is open by.
+ * Equations are evaluated by machine code. Accelerations are computed as in a run: by articulated bodies where that
+ * costs less (docs/solvers.md), otherwise on the independent rows and coordinates of the model's start. If these are
+ * singular or the start cannot be assembled, rows are chosen at each state. Near closed states, rows that are redundant
+ * at the start count only if J shows it beyond the error of h.
  *
  * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free them where
  * the system was made. After kempe_workspace_new nothing here allocates, and nothing touches the context:
@@ -43,16 +43,16 @@ KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
  *  KEMPE_E_FAILED: something is not finite there. */
 KEMPE_API kempe_status kempe_eval(kempe_workspace *workspace, double t, const double *q, const double *qd);
 
-/** Of the state of the last kempe_eval or call for dynamics, owned by the workspace, overwritten by the next call on
- * it: M (n x n, symmetric), C (n: bias, the side of M qdd; applied forces are in it with their sign changed), h (m), J
- * = dh/dq (m x n) and jdqd (m), so that d2h/dt2 = J qdd + jdqd. Matrices are column-major. */
+/** Values at the state of the last kempe_eval or call for dynamics. The workspace owns them, and the next call
+ * overwrites them. M (n x n, symmetric), C (n: bias on the side of M qdd; applied forces are in it with their sign
+ * changed), h (m), J = dh/dq (m x n), jdqd (m): d2h/dt2 = J qdd + jdqd. Matrices are column-major. */
 KEMPE_API const double *kempe_workspace_mass(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_bias(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_h(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_jacobian(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
 
-/** J, of that state: of the motion, and of gravity and springs. */
+/** Kinetic energy, and potential energy of gravity and springs, at that state, J. */
 KEMPE_API double kempe_workspace_kinetic(const kempe_workspace *workspace);
 KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 
