@@ -278,34 +278,30 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
 static bool make_room(kempe_gradient *g)
 {
     int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
-    struct {
-        double **room;
-        int size;
-    } rooms[] = {{&g->wanted, count},
-                 {&g->value, all},
-                 {&g->q, n},
-                 {&g->to, all + n},
-                 {&g->from, all},
-                 {&g->trial, n},
-                 {&g->predicted, n},
-                 {&g->slope, n * all},
-                 {&g->rates, driven},
-                 {&g->accelerations, driven},
-                 {&g->h, m},
-                 {&g->rate, m},
-                 {&g->curve, m},
-                 {&g->force, n},
-                 {&g->dqd, n},
-                 {&g->dqdd, n},
-                 {&g->dlambda, m},
-                 {&g->column, all + n + shown},
-                 {&g->unit, all},
-                 {&g->out, shown},
-                 {&g->jacobian, shown * count},
-                 {&g->by_driven, shown * driven},
-                 {&g->q_jacobian, n * count}};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        *rooms[k].room = KMP_ARENA_NEW(&g->arena, double, rooms[k].size);
+    const kmp_arena_room rooms[] = {{&g->wanted, count},
+                                    {&g->value, all},
+                                    {&g->q, n},
+                                    {&g->to, all + n},
+                                    {&g->from, all},
+                                    {&g->trial, n},
+                                    {&g->predicted, n},
+                                    {&g->slope, n * all},
+                                    {&g->rates, driven},
+                                    {&g->accelerations, driven},
+                                    {&g->h, m},
+                                    {&g->rate, m},
+                                    {&g->curve, m},
+                                    {&g->force, n},
+                                    {&g->dqd, n},
+                                    {&g->dqdd, n},
+                                    {&g->dlambda, m},
+                                    {&g->column, all + n + shown},
+                                    {&g->unit, all},
+                                    {&g->out, shown},
+                                    {&g->jacobian, shown * count},
+                                    {&g->by_driven, shown * driven},
+                                    {&g->q_jacobian, n * count}};
+    (void)kmp_arena_make_rooms(&g->arena, sizeof rooms / sizeof *rooms, rooms);
     g->order = KMP_ARENA_NEW(&g->arena, int, driven);
     g->name = KMP_ARENA_NEW(&g->arena, char *, shown);
     return !g->arena.failed;

@@ -50,36 +50,31 @@ static bool make_room(solver *s)
 {
     int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
     int rows = n + t, columns = n + f;
-    struct {
-        double **room;
-        int size;
-    } rooms[] = {{&s->jacobian, rows * columns},
-                 {&s->value, rows},
-                 {&s->row_size, rows},
-                 {&s->column_size, columns},
-                 {&s->damped, (rows + columns) * columns},
-                 {&s->right, rows + columns},
-                 {&s->step, columns},
-                 {&s->moves, n * columns},
-                 {&s->unit, n},
-                 {&s->dqd, n},
-                 {&s->dqdd, n},
-                 {&s->dlambda, m},
-                 {&s->parameters, f},
-                 {&s->partial, 3 * m + n},
-                 {&s->along, s->shown},
-                 {&s->dr, n},
-                 {&s->kept.q, n},
-                 {&s->kept.value, f},
-                 {&s->kept.rate, r},
-                 {&s->good.q, n},
-                 {&s->good.value, f},
-                 {&s->good.rate, r},
-                 {&s->from, t},
-                 {&s->to, t}};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        *rooms[k].room = KMP_ARENA_NEW(&s->w->arena, double, rooms[k].size);
-    return !s->w->arena.failed;
+    const kmp_arena_room rooms[] = {{&s->jacobian, rows * columns},
+                                    {&s->value, rows},
+                                    {&s->row_size, rows},
+                                    {&s->column_size, columns},
+                                    {&s->damped, (rows + columns) * columns},
+                                    {&s->right, rows + columns},
+                                    {&s->step, columns},
+                                    {&s->moves, n * columns},
+                                    {&s->unit, n},
+                                    {&s->dqd, n},
+                                    {&s->dqdd, n},
+                                    {&s->dlambda, m},
+                                    {&s->parameters, f},
+                                    {&s->partial, 3 * m + n},
+                                    {&s->along, s->shown},
+                                    {&s->dr, n},
+                                    {&s->kept.q, n},
+                                    {&s->kept.value, f},
+                                    {&s->kept.rate, r},
+                                    {&s->good.q, n},
+                                    {&s->good.value, f},
+                                    {&s->good.rate, r},
+                                    {&s->from, t},
+                                    {&s->to, t}};
+    return kmp_arena_make_rooms(&s->w->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 /* -- the equations ----------------------------------------------------------------------------------- */

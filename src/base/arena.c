@@ -63,6 +63,13 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size)
     return p;
 }
 
+bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *rooms)
+{
+    for (size_t k = 0; k < count; k++)
+        *rooms[k].to = KMP_ARENA_NEW(arena, double, rooms[k].size);
+    return !arena->failed;
+}
+
 char *kmp_arena_strdup(kmp_arena *arena, const char *s)
 {
     size_t size = strlen(s) + 1;

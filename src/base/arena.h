@@ -17,6 +17,15 @@ void kmp_arena_free(kmp_arena *arena);
 void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
+/** An array of doubles that is wanted, and where its address goes. */
+typedef struct kmp_arena_room {
+    double **to;
+    ptrdiff_t size;
+} kmp_arena_room;
+
+/** Makes all of them. Whether the arena has never failed. */
+bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *rooms);
+
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 
 #endif
