@@ -525,7 +525,7 @@ void kmp_margin_stand(kmp_margin *margin)
     exchange(&margin->z, &margin->z_stood);
     exchange(&margin->t, &margin->t_stood);
     margin->seen = !margin->quick;
-    margin->tried = margin->quick || margin->last > KMP_ZONE_OUT * margin->usual ? 0 : margin->tried;
+    margin->tried = margin->quick || margin->last > KMP_ZONE_LEFT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
     margin->stands = true;
 }

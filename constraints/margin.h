@@ -31,11 +31,11 @@ typedef struct kmp_margin {
     double pivot; /* the largest of the block's least ones seen */
     int *signs, *signs_stood; /* of its blocks */
     double step_t;            /* of the last step asked about */
-    double tried;             /* margin from which no step across was found, until the motion has left it; 0: none was tried */
-    double clear_t;           /* up to which somebody has looked and found no change point */
-    double *weight;           /* of each entry of J */
-    int *place;               /* m: of a row among the independent ones; -1 - place of a dropped one */
-    int *column;              /* n: of a coordinate among the columns, -1 when it is none */
+    double tried;   /* margin from which no step across was found, until the motion has left it; 0: none was tried */
+    double clear_t; /* up to which somebody has looked and found no change point */
+    double *weight; /* of each entry of J */
+    int *place;     /* m: of a row among the independent ones; -1 - place of a dropped one */
+    int *column;    /* n: of a coordinate among the columns, -1 when it is none */
     kmp_block *block;
     int count, *entry;                 /* its entries of J */
     double *value, *u;                 /* r */

@@ -113,11 +113,13 @@
 
 /* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */
 
-/** The margin below which a run enters the zone about a change point that lies straight ahead, and at which it leaves
- * it again; a next step of an ensemble's lane may be longer than the last one by KMP_GROWING. */
-#define KMP_ZONE_IN  0.15
-#define KMP_ZONE_OUT 0.03
-#define KMP_GROWING  1.5
+/** The margin below which a run leaps over a change point that lies straight ahead; the one at which a leap that has
+ * landed hands over to the formulation again; and the one above which the surroundings of a place that no leap could
+ * pass are left. The next step of an ensemble's lane may be longer than the last one by KMP_GROWING. */
+#define KMP_ZONE_IN   0.15
+#define KMP_ZONE_OUT  0.03
+#define KMP_ZONE_LEFT 0.2
+#define KMP_GROWING   1.5
 /** What is left of the margin where the line ahead comes nearest to zero, below which it leads to a change point; and
  * the same as a part of what the margin is now, so that small margins alone are no alarm. Mechanisms that only pass by
  * at one or some hundredths are resolved by steps as they are. */

@@ -127,7 +127,7 @@ static void find_jerk(kmp_runner *run, double t, double *jerk)
 static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
-    const double *q = run->state, *qd = q + n;
+    const double *q = run->state, *qd = q + n, tried = run->margin.tried;
     double *way = run->moved, *jerk = way + 2 * n, before = 0, farthest = 0;
     const double there = KMP_MARGIN_THERE * run->margin.last / run->margin.usual;
     bool found = false;
@@ -151,6 +151,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     kmp_plant_closure(run->plant, t, q);
     (void)kmp_margin_at(&run->margin, run->plant);
     kmp_margin_stand(&run->margin);
+    run->margin.tried = tried; /* probes do not leave the surroundings */
     run->margin.clear_t = found ? t : t + 0.5 * farthest;
     return found;
 }
@@ -184,8 +185,8 @@ static kempe_status leave_zone(kmp_runner *run, double t)
  * change points until it has left the surroundings. */
 static kempe_status quit_zone(kmp_runner *run, double t)
 {
-    run->margin.tried = run->margin.last;
     kempe_status status = kmp_runner_change_road(run, t, false);
+    run->margin.tried = run->margin.last; /* of t again: the leap has looked elsewhere */
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
 
