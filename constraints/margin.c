@@ -21,6 +21,14 @@ enum { PASSES = 2 };
 enum { ELSEWHERE = 5 };
 #define TURNED 0.5
 
+static bool make_rows(kmp_margin_rows *need, int dropped, int r)
+{
+    need->start = KMP_NEW(int, dropped + 1);
+    need->kept = KMP_NEW(int, dropped *r);
+    need->t = KMP_NEW(double, dropped *r);
+    return need->start && need->kept && need->t;
+}
+
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
     int m = system->m, n = system->n, r = part->r, entries = system->jacobian.count;
@@ -42,14 +50,15 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->room = KMP_NEW(double, 4 * r);
     margin->w = KMP_NEW(double, n);
     margin->w_stood = KMP_NEW(double, n);
-    margin->t = KMP_NEW(double, (m - r) * r);
-    margin->t_stood = KMP_NEW(double, (m - r) * r);
-    margin->t_kept = KMP_NEW(int, (m - r) * r);
-    margin->t_start = KMP_NEW(int, m - r + 1);
+    margin->drop_start = KMP_NEW(int, m - r + 1);
+    margin->drop_entry = KMP_NEW(int, entries);
+    margin->drop_column = KMP_NEW(int, entries);
+    margin->drop_value = KMP_NEW(double, r);
     if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->signs ||
         !margin->signs_stood || !margin->jacobian_stood || !margin->jacobian || !margin->z || !margin->z_stood ||
-        !margin->begin || !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->t ||
-        !margin->t_stood || !margin->t_kept || !margin->t_start)
+        !margin->begin || !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->drop_start ||
+        !margin->drop_entry || !margin->drop_column || !margin->drop_value || !make_rows(&margin->need, m - r, r) ||
+        !make_rows(&margin->need_stood, m - r, r))
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
@@ -62,16 +71,50 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 
 void kmp_margin_free(kmp_margin *margin)
 {
-    void *arrays[] = {margin->weight,   margin->place,       margin->column,  margin->entry,
-                      margin->value,    margin->begin,       margin->u,       margin->room,
-                      margin->w,        margin->w_stood,     margin->t,       margin->t_stood,
-                      margin->jacobian, margin->z,           margin->z_stood, margin->jacobian_stood,
-                      margin->signs,    margin->signs_stood, margin->t_kept,  margin->t_start};
+    void *arrays[] = {margin->weight,      margin->place,
+                      margin->column,      margin->entry,
+                      margin->value,       margin->begin,
+                      margin->u,           margin->room,
+                      margin->w,           margin->w_stood,
+                      margin->jacobian,    margin->jacobian_stood,
+                      margin->z,           margin->z_stood,
+                      margin->signs,       margin->signs_stood,
+                      margin->need.start,  margin->need_stood.start,
+                      margin->need.kept,   margin->need_stood.kept,
+                      margin->need.t,      margin->need_stood.t,
+                      margin->drop_start,  margin->drop_entry,
+                      margin->drop_column, margin->drop_value};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         kmp_free(arrays[k]);
     kmp_block_free(margin->block);
     kmp_partition_free(&margin->part);
     *margin = (kmp_margin){0};
+}
+
+/* Whether an entry of J is of a dropped row and a column of the block. */
+static bool is_dropped(const kmp_margin *margin, int e)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    return margin->place[jac->row[e]] < 0 && margin->column[jac->col[e]] >= 0;
+}
+
+/* Entries of J of the dropped rows in the columns of the block, row by row. */
+static void list_dropped(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    int dropped = margin->part.m - margin->r, *end = margin->drop_start + 1;
+    memset(margin->drop_start, 0, ((size_t)dropped + 1) * sizeof *margin->drop_start);
+    for (int e = 0; e < jac->count; e++)
+        if (is_dropped(margin, e) && margin->place[jac->row[e]] > -dropped)
+            end[-margin->place[jac->row[e]]]++;
+    for (int d = 1; d < dropped; d++)
+        end[d] += end[d - 1];
+    for (int e = 0; e < jac->count; e++)
+        if (is_dropped(margin, e)) {
+            int place = end[-1 - margin->place[jac->row[e]]]++;
+            margin->drop_entry[place] = e;
+            margin->drop_column[place] = margin->column[jac->col[e]];
+        }
 }
 
 /* The block of the rows and columns in margin->part. */
@@ -99,6 +142,7 @@ static bool renew_block(kmp_margin *margin)
             col[count] = margin->column[jac->col[e]];
             margin->entry[count++] = e;
         }
+    list_dropped(margin);
     margin->count = count;
     margin->pivot = 0;
     margin->seen = false; /* the signs of the last step's end belong to another block */
@@ -119,15 +163,14 @@ bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
 /* out = G x, G = 1 + T'T: what a combination of the kept rows is worth in all rows. */
 static void add_dropped(const kmp_margin *margin, const double *x, double *out)
 {
-    int r = margin->r;
-    memcpy(out, x, (size_t)r * sizeof *out);
-    for (int d = 0; d < margin->part.m - r; d++) {
-        const double *t = margin->t + d * r;
+    const kmp_margin_rows *need = &margin->need;
+    memcpy(out, x, (size_t)margin->r * sizeof *out);
+    for (int d = 0; d < margin->part.m - margin->r; d++) {
         double part = 0;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            part += t[margin->t_kept[e]] * x[margin->t_kept[e]];
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            out[margin->t_kept[e]] += part * t[margin->t_kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            part += need->t[e] * x[need->kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            out[need->kept[e]] += part * need->t[e];
     }
 }
 
@@ -158,11 +201,12 @@ static void find_u(kmp_margin *margin)
 {
     int r = margin->r, dropped = margin->part.m - r;
     double *u = margin->u, *a = margin->room + 3 * r;
+    const kmp_margin_rows *need = &margin->need;
     for (int k = 0; k < r; k++)
         u[k] = margin->begin[margin->part.rows[k]];
     for (int d = 0; d < dropped; d++)
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            u[margin->t_kept[e]] += margin->t[margin->t_kept[e] + d * r] * margin->begin[margin->part.redundant[d]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            u[need->kept[e]] += need->t[e] * margin->begin[margin->part.redundant[d]];
     for (int pass = 0; pass <= PASSES; pass++) {
         if (dropped > 0)
             without_dropped(margin, u, a);
@@ -182,8 +226,8 @@ static void find_u(kmp_margin *margin)
         margin->z[margin->part.rows[k]] = a[k];
     for (int d = 0; d < dropped; d++) {
         double sum = 0;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            sum += margin->t[margin->t_kept[e] + d * r] * a[margin->t_kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            sum += need->t[e] * a[need->kept[e]];
         margin->z[margin->part.redundant[d]] = sum;
     }
 }
@@ -207,28 +251,24 @@ static double find_w(kmp_margin *margin)
     return outside / inside;
 }
 
+/* A dropped row depends on rows of its own loops alone. */
 static void find_t(kmp_margin *margin)
 {
-    const kmp_pattern *jac = &margin->system->jacobian;
-    int r = margin->r, dropped = margin->part.m - r;
+    kmp_margin_rows *need = &margin->need;
     margin->rows = 0;
-    if (dropped == 0)
-        return;
-    memset(margin->t, 0, (size_t)(r * dropped) * sizeof *margin->t);
-    for (int e = 0; e < jac->count; e++) {
-        int row = margin->place[jac->row[e]], col = margin->column[jac->col[e]];
-        if (row < 0 && col >= 0)
-            margin->t[col + (-1 - row) * r] = margin->jacobian[e];
-    }
-    kmp_block_solve_transposed_sparse(margin->block, dropped, KMP_ROWS_NOTHING, margin->t);
-    for (int k = 0, e = 0; k < r * dropped; k++) {
-        if (!(fabs(margin->t[k]) <= margin->rows)) {
-            margin->rows = fabs(margin->t[k]);
-            margin->rows_at = k;
-        }
-        if (fabs(margin->t[k]) > KMP_ROWS_NOTHING) /* a dropped row depends on rows of its own loops alone */
-            margin->t_kept[e++] = k % r;
-        margin->t_start[k / r + 1] = e;
+    for (int d = 0; d < margin->part.m - margin->r; d++) {
+        int first = margin->drop_start[d], count = margin->drop_start[d + 1] - first, start = need->start[d];
+        for (int e = 0; e < count; e++)
+            margin->drop_value[e] = margin->jacobian[margin->drop_entry[first + e]];
+        int found = kmp_block_solve_transposed_few(margin->block, KMP_ROWS_NOTHING, count, margin->drop_column + first,
+                                                   margin->drop_value, need->kept + start, need->t + start);
+        need->start[d + 1] = start + found;
+        for (int e = start; e < start + found; e++)
+            if (!(fabs(need->t[e]) <= margin->rows)) {
+                margin->rows = fabs(need->t[e]);
+                margin->rows_d = d;
+                margin->rows_k = need->kept[e];
+            }
     }
 }
 
@@ -390,10 +430,19 @@ static line line_of(const kmp_margin *margin)
     return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new), true};
 }
 
+static double needed(const kmp_margin_rows *need, int d, int kept)
+{
+    for (int e = need->start[d]; e < need->start[d + 1]; e++)
+        if (need->kept[e] == kept)
+            return need->t[e];
+    return 0;
+}
+
 /* Whether the kept rows have lost their rank on the way from the last step's end: T has gone through infinity. */
 static bool rows_lost(const kmp_margin *margin)
 {
-    double before = margin->t_stood[margin->rows_at], after = margin->t[margin->rows_at];
+    double before = needed(&margin->need_stood, margin->rows_d, margin->rows_k),
+           after = needed(&margin->need, margin->rows_d, margin->rows_k);
     return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
 }
 
@@ -447,6 +496,13 @@ static void exchange(double **a, double **b)
     *b = t;
 }
 
+static void exchange_needs(kmp_margin *margin)
+{
+    kmp_margin_rows now = margin->need;
+    margin->need = margin->need_stood;
+    margin->need_stood = now;
+}
+
 /* Of the last step's end, which had a quick look alone, all of it. */
 static void catch_up(kmp_margin *margin)
 {
@@ -458,7 +514,7 @@ static void catch_up(kmp_margin *margin)
     exchange(&margin->jacobian, &margin->jacobian_stood);
     exchange(&margin->w, &margin->w_stood);
     exchange(&margin->z, &margin->z_stood);
-    exchange(&margin->t, &margin->t_stood);
+    exchange_needs(margin);
     margin->seen = true;
 }
 
@@ -523,7 +579,7 @@ void kmp_margin_stand(kmp_margin *margin)
     exchange(&margin->jacobian, &margin->jacobian_stood);
     exchange(&margin->w, &margin->w_stood);
     exchange(&margin->z, &margin->z_stood);
-    exchange(&margin->t, &margin->t_stood);
+    exchange_needs(margin);
     margin->seen = !margin->quick;
     margin->tried = margin->quick || margin->last > KMP_ZONE_LEFT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
@@ -562,20 +618,19 @@ static void exchange_apart(kmp_margin *margin)
     kmp_partition *part = &margin->part;
     int *taken = margin->signs; /* kept rows already exchanged */
     memset(taken, 0, (size_t)part->r * sizeof *taken);
+    const kmp_margin_rows *need = &margin->need;
     for (int d = 0; d < part->m - part->r; d++) {
-        const double *t = margin->t + d * part->r;
         int most = -1;
         bool apart = true;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++) {
-            int k = margin->t_kept[e];
-            apart = apart && !taken[k];
-            most = fabs(t[k]) > (most < 0 ? KMP_ROWS_OUT : fabs(t[most])) ? k : most;
+        for (int e = need->start[d]; e < need->start[d + 1]; e++) {
+            apart = apart && !taken[need->kept[e]];
+            most = fabs(need->t[e]) > (most < 0 ? KMP_ROWS_OUT : fabs(need->t[most])) ? e : most;
         }
         if (!apart || most < 0)
             continue;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            taken[margin->t_kept[e]] = 1;
-        swap(&part->rows[most], &part->redundant[d]);
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            taken[need->kept[e]] = 1;
+        swap(&part->rows[need->kept[most]], &part->redundant[d]);
     }
 }
 
