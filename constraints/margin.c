@@ -475,17 +475,19 @@ static bool passes(kmp_margin *margin)
 }
 
 /* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and
- * dropped rows depend little on the kept ones. */
+ * dropped rows depend little on the kept ones. Where change points are ignored the rows are all that is wanted. */
 static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
 {
     if (!margin->stands || margin->refused || !(margin->pivot > 0))
         return false;
     take(margin, plant);
     double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
+    margin->rows = INFINITY;
     if (least > 0)
         find_t(margin);
     margin->pivot = fmax(margin->pivot, least);
-    margin->quick = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
+    bool well = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
+    margin->quick = margin->ignored || well;
     return margin->quick;
 }
 
@@ -524,7 +526,7 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
         return false;
     margin->step_t = t;
     if (looks_well(margin, plant))
-        return false;
+        return margin->ignored && rows_lost(margin);
     catch_up(margin);
     (void)kmp_margin_at(margin, plant);
     if (!margin->stands)
