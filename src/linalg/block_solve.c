@@ -288,7 +288,7 @@ void kmp_block_solve_transposed_sparse(const kmp_block *b, int m, double nothing
 
 int kmp_block_count(const kmp_block *b)
 {
-    return b->count;
+    return b ? b->count : 0;
 }
 
 const int *kmp_block_columns(const kmp_block *b, int k, int *count)
