@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/margin.h"
 #include "base/memory.h"
-#include "constraints/pick.h"
 #include "constraints/tolerances.h"
 #include "linalg/dot.h"
 #include <math.h>
@@ -21,44 +20,39 @@ enum { PASSES = 2 };
 enum { ELSEWHERE = 5 };
 #define TURNED 0.5
 
-static bool make_rows(kmp_margin_rows *need, int dropped, int r)
-{
-    need->start = KMP_NEW(int, dropped + 1);
-    need->kept = KMP_NEW(int, dropped *r);
-    need->t = KMP_NEW(double, dropped *r);
-    return need->start && need->kept && need->t;
-}
-
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
     int m = system->m, n = system->n, r = part->r, entries = system->jacobian.count;
     unsigned chance = 1;
     *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
-    margin->weight = KMP_NEW(double, entries);
-    margin->place = KMP_NEW(int, m);
-    margin->column = KMP_NEW(int, n);
-    margin->entry = KMP_NEW(int, entries);
-    margin->value = KMP_NEW(double, entries);
-    margin->jacobian = KMP_NEW(double, entries);
-    margin->jacobian_stood = KMP_NEW(double, entries);
-    margin->signs = KMP_NEW(int, r);
-    margin->signs_stood = KMP_NEW(int, r);
-    margin->z = KMP_NEW(double, m);
-    margin->z_stood = KMP_NEW(double, m);
-    margin->begin = KMP_NEW(double, m);
-    margin->u = KMP_NEW(double, r);
-    margin->room = KMP_NEW(double, 4 * r);
-    margin->w = KMP_NEW(double, n);
-    margin->w_stood = KMP_NEW(double, n);
-    margin->drop_start = KMP_NEW(int, m - r + 1);
-    margin->drop_entry = KMP_NEW(int, entries);
-    margin->drop_column = KMP_NEW(int, entries);
-    margin->drop_value = KMP_NEW(double, r);
-    if (!margin->weight || !margin->place || !margin->column || !margin->entry || !margin->value || !margin->signs ||
-        !margin->signs_stood || !margin->jacobian_stood || !margin->jacobian || !margin->z || !margin->z_stood ||
-        !margin->begin || !margin->u || !margin->room || !margin->w || !margin->w_stood || !margin->drop_start ||
-        !margin->drop_entry || !margin->drop_column || !margin->drop_value || !make_rows(&margin->need, m - r, r) ||
-        !make_rows(&margin->need_stood, m - r, r))
+    margin->place = KMP_ARENA_NEW(&margin->arena, int, m);
+    margin->column = KMP_ARENA_NEW(&margin->arena, int, n);
+    margin->entry = KMP_ARENA_NEW(&margin->arena, int, entries);
+    margin->signs = KMP_ARENA_NEW(&margin->arena, int, r);
+    margin->signs_stood = KMP_ARENA_NEW(&margin->arena, int, r);
+    margin->drop_start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+    margin->drop_entry = KMP_ARENA_NEW(&margin->arena, int, entries);
+    margin->drop_column = KMP_ARENA_NEW(&margin->arena, int, entries);
+    for (int k = 0; k < 2; k++) {
+        kmp_margin_rows *need = k ? &margin->need_stood : &margin->need;
+        need->start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+        need->kept = KMP_ARENA_NEW(&margin->arena, int, (m - r) * r);
+    }
+    const kmp_arena_room rooms[] = {{&margin->weight, entries},
+                                    {&margin->value, entries},
+                                    {&margin->jacobian, entries},
+                                    {&margin->jacobian_stood, entries},
+                                    {&margin->z, m},
+                                    {&margin->z_stood, m},
+                                    {&margin->begin, m},
+                                    {&margin->u, r},
+                                    {&margin->room, 4 * r},
+                                    {&margin->w, n},
+                                    {&margin->w_stood, n},
+                                    {&margin->drop_value, r},
+                                    {&margin->need.t, (m - r) * r},
+                                    {&margin->need_stood.t, (m - r) * r}};
+    if (!kmp_arena_make_rooms(&margin->arena, sizeof rooms / sizeof *rooms, rooms))
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];
@@ -71,21 +65,7 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
 
 void kmp_margin_free(kmp_margin *margin)
 {
-    void *arrays[] = {margin->weight,      margin->place,
-                      margin->column,      margin->entry,
-                      margin->value,       margin->begin,
-                      margin->u,           margin->room,
-                      margin->w,           margin->w_stood,
-                      margin->jacobian,    margin->jacobian_stood,
-                      margin->z,           margin->z_stood,
-                      margin->signs,       margin->signs_stood,
-                      margin->need.start,  margin->need_stood.start,
-                      margin->need.kept,   margin->need_stood.kept,
-                      margin->need.t,      margin->need_stood.t,
-                      margin->drop_start,  margin->drop_entry,
-                      margin->drop_column, margin->drop_value};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
+    kmp_arena_free(&margin->arena);
     kmp_block_free(margin->block);
     kmp_partition_free(&margin->part);
     *margin = (kmp_margin){0};
@@ -606,13 +586,6 @@ static void swap(int *a, int *b)
     *b = t;
 }
 
-static void sort(int *x, int count)
-{
-    for (int i = 1; i < count; i++)
-        for (int k = i; k > 0 && x[k] < x[k - 1]; k--)
-            swap(&x[k], &x[k - 1]);
-}
-
 /* Exchanges dropped rows that depend on a kept one by more than KMP_ROWS_OUT with that row, as many at once as share
  * no kept row. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
 static void exchange_apart(kmp_margin *margin)
@@ -642,8 +615,7 @@ bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_plant *plant)
     (void)kmp_margin_at(margin, plant);
     for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
         exchange_apart(margin);
-        sort(part->rows, part->r);
-        sort(part->redundant, part->m - part->r);
+        kmp_partition_sort(part);
         if (!renew_block(margin))
             return false;
         (void)kmp_margin_at(margin, plant);
@@ -660,16 +632,12 @@ static double pivot_without(const kmp_margin *margin, const kmp_plant *plant, in
 {
     const kempe_system *s = margin->system;
     const kmp_pattern *jac = &s->jacobian;
-    double *pivots = KMP_NEW(double, s->m + s->n), found = NAN;
-    kmp_pick c;
-    if (kmp_pick_init(&c, s->m, s->n, jac->count, !kmp_pick_is_large(s->m, s->n, jac->count)) && pivots) {
-        for (int e = 0; e < jac->count; e++)
-            kmp_pick_add(&c, jac->row[e], jac->col[e],
-                         jac->row[e] == without ? 0 : margin->weight[e] * plant->jacobian[e]);
-        if (kmp_pick_pivot(&c, NULL, pivots))
-            found = which > 0 ? pivots[which - 1] : INFINITY;
-    }
-    kmp_pick_free(&c);
+    double *pivots = KMP_NEW(double, s->m + s->n + jac->count), *rest = pivots ? pivots + s->m + s->n : NULL,
+           found = NAN;
+    for (int e = 0; rest && e < jac->count; e++)
+        rest[e] = jac->row[e] == without ? 0 : plant->jacobian[e];
+    if (rest && kmp_partition_pivots(s, rest, pivots))
+        found = which > 0 ? pivots[which - 1] : INFINITY;
     kmp_free(pivots);
     return found;
 }

@@ -10,6 +10,7 @@
 #ifndef KMP_CONSTRAINTS_MARGIN_H
 #define KMP_CONSTRAINTS_MARGIN_H
 
+#include "base/arena.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "linalg/block.h"
@@ -22,6 +23,7 @@ typedef struct kmp_margin_rows {
 
 typedef struct kmp_margin {
     const kempe_system *system;
+    kmp_arena arena;
     kmp_partition part; /* its rows, and columns of its own */
     int r;              /* rank at the start */
     double usual;       /* the largest margin seen, scaled |w| */

@@ -32,7 +32,7 @@ int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count
  * and the answer in their columns with it. */
 void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x);
 
-/** Number of diagonal blocks; block k holds `*count` matrix columns, returned. */
+/** Number of diagonal blocks, none of NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
 /** Its matrix rows. A row of block k has no columns of blocks before k. */

@@ -318,7 +318,7 @@ void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
 
 int kmp_block_count(const kmp_block *b)
 {
-    return b->count;
+    return b ? b->count : 0;
 }
 
 const int *kmp_block_columns(const kmp_block *b, int k, int *count)
