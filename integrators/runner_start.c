@@ -204,7 +204,7 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
     if (!run->y || (road->yp && !run->yp))
         return kmp_fail_memory(run->s->context);
-    run->solver = run->kind->create(&setup);
+    run->solver = run->kind->create(run->kind, &setup);
     if (!run->solver || !run->s->changes)
         return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
     if (run->crossing)
