@@ -232,7 +232,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                             .atol = 1e-10,
                             .rate_scale = 1,
                             .t_end = 0.03};
-    s->road = kmp_road_carried.create(&given);
+    s->road = kmp_road_carried.create(&kmp_road_carried, &given);
     if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red) || !s->fused)
         exit(1);
     gather_states(s, start);

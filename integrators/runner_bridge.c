@@ -60,7 +60,7 @@ static bool set_up(bridge *b)
                                   .rate_scale = run->rate_scale,
                                   .t_end = b->end,
                                   .journal = run->journal};
-    b->road = kmp_road_find("projected", NULL)->create(&given);
+    b->road = kmp_road_projected.create(&kmp_road_projected, &given);
     if (!b->road)
         return false;
     b->kind = kmp_solver_find("dop853");
