@@ -28,7 +28,7 @@ struct kmp_runner {
     double zone_t; /* where the zone was entered */
     bool brief;    /* the road before lasted for a few steps */
     const kmp_solver_kind *kind;
-    void *solver;
+    kmp_solver *solver;
     kmp_run_report before; /* work of roads and solvers that are gone */
     double *state;         /* q, qd, qdd, lambda at a change of road */
     double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, at a time */

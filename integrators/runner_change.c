@@ -20,7 +20,7 @@ enum { RESCUE_WAY = 100 };
 static void release_road(kmp_runner *run)
 {
     kmp_runner_add_report(run, &run->before);
-    run->brief = run->kind->work(run->solver).steps < KMP_ROAD_BRIEF;
+    run->brief = run->solver->work.steps < KMP_ROAD_BRIEF;
     run->kind->release(run->solver);
     run->road->release(run->road);
     kmp_free(run->y);
@@ -88,7 +88,7 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 /* Where a dropped row needs too much of a kept one they change places. */
 static kempe_status change_rows(kmp_runner *run, double t)
 {
-    double before = run->margin.rows, h = run->kind->next ? run->kind->next(run->solver) : 0;
+    double before = run->margin.rows, h = run->solver->h;
     kempe_status status = change_road(run, t, false, h);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
@@ -258,7 +258,7 @@ static kempe_status renew(kmp_runner *run, double t)
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
-        h = run->kind->next ? run->kind->next(run->solver) : h;
+        h = run->solver->h > 0 ? run->solver->h : h;
         return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
                                 run->kind->corrects ? h : kmp_runner_first_step(run));
     default:
@@ -296,7 +296,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
 /* Closures switch: the state as it was, then the rates that fit. What the impact takes is work. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, h = t - run->kind->t_old(run->solver), work, energy = 0;
+    double *q = run->state, h = t - run->solver->t_old, work, energy = 0;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
     if (status == KEMPE_OK)
         status = meet_closures(run, t, &energy);
@@ -326,7 +326,7 @@ static kempe_status end_run(kmp_runner *run, double t, int condition)
 /* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
 static kempe_status pass_event(kmp_runner *run, double t)
 {
-    double h = run->kind->t(run->solver) - run->kind->t_old(run->solver);
+    double h = run->solver->t - run->solver->t_old;
     if (!run->at_event)
         return KEMPE_OK;
     if (kmp_crossing_end(run->crossing) >= 0)
@@ -348,7 +348,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
 static double step_it_had(const kmp_runner *run, double t)
 {
     double last = t - kmp_runner_t_old(run);
-    return fmax(run->kind->next ? run->kind->next(run->solver) : last, run->pace);
+    return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
 }
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)

@@ -29,7 +29,7 @@ void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
 {
     if (!run->road || !run->solver)
         return;
-    double t = run->kind->t(run->solver);
+    double t = run->solver->t;
     if (!(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return;
     run->road->position(run->road, t, run->y, run->state);
