@@ -214,12 +214,6 @@ kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_ask 
 
 /* -- whether it determines the rest ------------------------------------------------------------------ */
 
-static void list(kmp_text *text, const kempe_model *model, const int *coordinates, int most)
-{
-    for (int k = 0; k < most && coordinates[k] >= 0; k++)
-        kmp_text_printf(text, "%s%s", k ? "," : "", model->motions[coordinates[k]].name);
-}
-
 static kempe_status too_few(const kempe_model *model, int p, int have, const char *names)
 {
     return kmp_fail(model->context, KEMPE_E_FAILED,
@@ -258,28 +252,33 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
 kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
-    int have = 0, follows, p = sweep->p - sweep->moving_count,
-        *coordinates = KMP_NEW(int, k->lead_count + sweep->n + 1);
-    if (!coordinates)
-        return kmp_fail_memory(model->context);
-    int *more = coordinates + k->lead_count;
-    for (int i = 0; i < k->lead_count; i++)
-        if (k->lead[i].coordinate >= 0)
-            coordinates[have++] = k->lead[i].coordinate;
-    int dependent = kmp_sweep_find_more(sweep, have, coordinates, &follows, more);
+    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n);
+    bool *given = KMP_NEW(bool, sweep->n);
     kmp_text names = {0};
-    list(&names, model, more, sweep->n);
+    for (int i = 0; given && i < k->lead_count; i++)
+        if (k->lead[i].coordinate >= 0) {
+            given[k->lead[i].coordinate] = true;
+            have++;
+        }
+    int rank = given && order ? kmp_sweep_order(sweep, given, order) : -1;
+    for (int i = 0; i < rank; i++)
+        given[order[i]] = false;
+    for (int c = 0; rank >= 0 && c < sweep->n && follows < 0; c++)
+        follows = given[c] ? c : -1;
+    for (int i = rank; rank >= 0 && i < p; i++)
+        kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
     const char *would = names.s ? names.s : "nothing";
     kempe_status status = KEMPE_OK;
-    if (dependent < 0 || names.failed)
+    if (rank < 0 || names.failed)
         status = kmp_fail_memory(model->context);
     else if (have > p)
         status = too_many(model, p, have);
-    else if (dependent > 0)
+    else if (follows >= 0)
         status = contradiction(model, follows, p, would);
     else if (have < p)
         status = too_few(model, p, have, would);
     kmp_text_free(&names);
-    kmp_free(coordinates);
+    kmp_free(given);
+    kmp_free(order);
     return status;
 }
