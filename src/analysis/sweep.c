@@ -146,10 +146,8 @@ static kempe_status choose(kmp_sweep *w, int rank)
     if (status != KEMPE_OK)
         return status;
     w->reduced = true;
-    w->block_count = w->red.block ? kmp_block_count(w->red.block) : 0;
     w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
-    w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->block_count);
-    w->signs_after = KMP_ARENA_NEW(&w->of_choice, int, w->block_count);
+    w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
     return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
 }
 
@@ -376,17 +374,9 @@ static kempe_status refresh(kmp_sweep *w)
         if (!kmp_sweep_evaluate(w, w->here.x))
             return KEMPE_E_FAILED;
     }
-    if (w->block_count > 0)
+    if (w->red.block)
         kmp_block_take_signs(w->red.block, w->signs);
     return KEMPE_OK;
-}
-
-static bool signs_hold(kmp_sweep *w)
-{
-    if (w->block_count == 0)
-        return true;
-    kmp_block_take_signs(w->red.block, w->signs_after);
-    return memcmp(w->signs, w->signs_after, (size_t)w->block_count * sizeof *w->signs) == 0;
 }
 
 /* s goes one way between the ends, or its rate changes sign: one turn at most. */
@@ -415,7 +405,7 @@ static verdict try_step(kmp_sweep *w, const kmp_pose *from, double step, bool le
         return BAD;
     if (!kmp_sweep_tangent(w, to, from) || kmp_sweep_cosine(w, from, to) < LEAST_COSINE)
         return BAD;
-    bool same = leap || signs_hold(w);
+    bool same = leap || !w->red.block || kmp_block_has_signs(w->red.block, w->signs);
     stretch e = between(w, from, to);
     return !turns_once(w, &e) ? BAD : same ? GOOD : SIGN;
 }

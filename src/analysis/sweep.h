@@ -50,9 +50,9 @@ typedef struct kmp_sweep {
     double *rhs, *pivots;
     int *order;
     double *drift, *dx, *xs, *xss, *jd; /* scratch */
-    int *signs, *signs_after, block_count;
-    double last_margin, last_step; /* how it changes */
-    double fastest;                /* the greatest share of s in the motion so far */
+    int *signs;                         /* of the blocks of Jv where it stands */
+    double last_margin, last_step;      /* how it changes */
+    double fastest;                     /* the greatest share of s in the motion so far */
     long steps, rejected, newton, exchanges;
 } kmp_sweep;
 

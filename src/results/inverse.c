@@ -436,7 +436,7 @@ static bool is_differentiated(const kmp_prescribed *table)
 {
     bool any = false;
     for (int k = 0; k < table->count; k++)
-        any = any || !table->rate_given[k] || !table->acceleration_given[k];
+        any = any || !table->given[1][k] || !table->given[2][k];
     return any && table->rows >= FEWEST_ROWS;
 }
 
@@ -570,7 +570,7 @@ static kempe_status run(job *j)
     r->off = j->guide.off;
     r->off_t = j->guide.off_t;
     r->off_coordinate = j->guide.off_coordinate;
-    if (r->motion == KMP_INVERSE_START && j->guide.chosen) {
+    if (r->motion == KMP_INVERSE_START && j->guide.red.plant) {
         r->start_u_count = j->guide.part.p;
         memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }
