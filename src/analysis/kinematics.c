@@ -271,53 +271,52 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
                           kmp_kinematics_name(k, &k->lead[k->first]));
 }
 
+/* Goes to s_end, where so many rows are wanted. */
+static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
+{
+    kempe_kinematics *k = j->k;
+    const kmp_sweep_task task = {s_end, rows, k->asked_s + k->begin, take_row, take_change, j};
+    *end = kmp_sweep_go(&j->sweep, &task);
+    if (rows == 0)
+        k->change_count = 0; /* not of the range, or told again on the way back */
+    return end_of(j, *end);
+}
+
 /* From the assembled state to A, along a line of its own. */
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
     kmp_lead *way = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
+    kmp_sweep_end end;
     bool moves = false;
-    int rows;
     if (!way)
         return kmp_fail_memory(k->system->context);
     for (int i = 0; i < k->lead_count; i++) {
         way[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
         moves = moves || way[i].from != way[i].to;
     }
-    kempe_status status = KEMPE_OK;
-    if (moves) {
-        kmp_sweep_task task = {.s_end = 1, .row = take_row, .change = take_change, .user = j};
-        status = lead(j, way, 0);
-        kmp_sweep_end end = status == KEMPE_OK ? kmp_sweep_go(&j->sweep, &task, &rows) : KMP_SWEEP_ARRIVED;
-        if (end == KMP_SWEEP_DEAD)
-            status =
-                kmp_fail(k->system->context, KEMPE_E_FAILED,
-                         "the beginning of the ranges cannot be reached from where the model assembles: on the "
-                         "way there is a dead centre at '%s' = %.9g",
-                         kmp_kinematics_name(k, &k->lead[k->first]), j->sweep.here.x[k->lead[k->first].coordinate]);
-        else if (status == KEMPE_OK)
-            status = end_of(j, end);
-        if (status == KEMPE_OK && s_here(j) != 1)
-            status = kmp_fail(k->system->context, KEMPE_E_FAILED,
-                              "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
-        k->change_count = 0; /* not of the range */
-    }
-    return status;
+    kempe_status status = moves ? lead(j, way, 0) : KEMPE_OK;
+    if (!moves || status != KEMPE_OK || (status = go(j, 1, 0, &end)) != KEMPE_OK)
+        return status;
+    if (end == KMP_SWEEP_DEAD)
+        return kmp_fail(k->system->context, KEMPE_E_FAILED,
+                        "the beginning of the ranges cannot be reached from where the model assembles: on the "
+                        "way there is a dead centre at '%s' = %.9g",
+                        kmp_kinematics_name(k, &k->lead[k->first]), value_here(j, &k->lead[k->first]));
+    return s_here(j) == 1
+               ? KEMPE_OK
+               : kmp_fail(k->system->context, KEMPE_E_FAILED,
+                          "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
 }
 
 /* Along the line of the range itself; where that ends in a dead centre within the range, the rows begin there. */
 static kempe_status approach_along(job *j, double s)
 {
     kempe_kinematics *k = j->k;
-    int rows;
-    kmp_sweep_task task = {.s_end = 0, .row = take_row, .change = take_change, .user = j};
+    kmp_sweep_end end;
     kempe_status status = lead(j, k->lead, s);
-    if (status != KEMPE_OK)
+    if (status != KEMPE_OK || (status = go(j, 0, 0, &end)) != KEMPE_OK || end != KMP_SWEEP_DEAD)
         return status;
-    kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
-    k->change_count = 0; /* told again on the way back */
-    if (end != KMP_SWEEP_DEAD)
-        return end_of(j, end);
     if (!take_dead(j, s < 0))
         return kmp_fail_memory(k->system->context);
     k->begin = first_row_from(k, s_here(j));
@@ -330,21 +329,15 @@ static kempe_status approach_along(job *j, double s)
 static kempe_status go_through(job *j)
 {
     kempe_kinematics *k = j->k;
-    int rows;
-    kmp_sweep_task task = {.s_end = 1,
-                           .count = k->asked - k->begin,
-                           .s = k->asked_s + k->begin,
-                           .row = take_row,
-                           .change = take_change,
-                           .user = j};
-    kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
-    if (end == KMP_SWEEP_DEAD) {
+    int rows = k->asked - k->begin;
+    kmp_sweep_end end;
+    kempe_status status = go(j, 1, rows, &end);
+    if (status == KEMPE_OK && end == KMP_SWEEP_DEAD) {
         if (!take_dead(j, true))
             return kmp_fail_memory(k->system->context);
-        if (rows < task.count)
+        if (k->count < rows)
             say_dead(j, k->dead_count - 1);
     }
-    kempe_status status = end_of(j, end);
     return status == KEMPE_OK && k->count < k->asked ? KEMPE_STOPPED : status;
 }
 

@@ -614,7 +614,7 @@ static void turn(way *y)
         dx[n] = y->up * 1e-300;
 }
 
-kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task, int *rows)
+kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
 {
     double s = sweep->here.x[sweep->n];
     way y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
@@ -630,6 +630,5 @@ kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task, int *ro
         else
             end = sweep->steps < most ? go_on(&y) : KMP_SWEEP_LOST;
     }
-    *rows = y.row;
     return end;
 }

@@ -100,9 +100,9 @@ typedef enum kmp_sweep_end {
     KMP_SWEEP_NO_MEMORY
 } kmp_sweep_end;
 
-/** Goes to s_end, or where that lies in a change point to a state not far below it; *rows: how many were given. From a
- * dead centre it goes back where it came from, towards s_end. */
-kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task, int *rows);
+/** Goes to s_end, or where that lies in a change point to a state not far below it. From a dead centre it goes back
+ * where it came from, towards s_end. */
+kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task);
 
 /** The largest |dq_i| in scales. */
 double kmp_sweep_fastest(const kmp_sweep *sweep, const kmp_pose *pose);
