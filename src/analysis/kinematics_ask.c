@@ -111,23 +111,6 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
     return status;
 }
 
-typedef kempe_status name_fn(kempe_kinematics *k, char *name);
-
-/* Of names with commas between; NULL: none. */
-static kempe_status each_name(kempe_kinematics *k, const char *names, name_fn *take)
-{
-    kempe_status status = KEMPE_OK;
-    for (const char *s = names; s && *s && status == KEMPE_OK;) {
-        size_t length = strcspn(s, ",");
-        char name[MOST_NAME] = "";
-        if (length < sizeof name)
-            memcpy(name, s, length);
-        status = take(k, name);
-        s += length + (s[length] == ',');
-    }
-    return status;
-}
-
 static kempe_status add_held(kempe_kinematics *k, char *name)
 {
     kempe_status status = add_lead(k, &(kmp_range){.name = name});
@@ -136,7 +119,7 @@ static kempe_status add_held(kempe_kinematics *k, char *name)
     return status;
 }
 
-static kempe_status release_one(kempe_kinematics *k, char *name)
+static kempe_status release_one(kempe_kinematics *k, const char *name)
 {
     const kempe_model *model = k->system->model;
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -156,7 +139,7 @@ static kempe_status release_one(kempe_kinematics *k, char *name)
 }
 
 /* Drives and locks of what is driven by the user, and those that are named. */
-static kempe_status release(kempe_kinematics *k, const char *names)
+static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 {
     const kempe_model *model = k->system->model;
     for (int c = 0; c < model->closure_count; c++)
@@ -164,7 +147,10 @@ static kempe_status release(kempe_kinematics *k, const char *names)
             if (k->lead[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
                 model->closures[c].motion == k->lead[i].coordinate)
                 k->released[c] = true;
-    return each_name(k, names, release_one);
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; status == KEMPE_OK && i < count; i++)
+        status = release_one(k, names[i]);
+    return status;
 }
 
 static kempe_status take_speed(kempe_kinematics *k, double speed)
@@ -181,21 +167,21 @@ static kempe_status take_speed(kempe_kinematics *k, double speed)
 
 static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_ask *ask, const kmp_ranges *ranges)
 {
-    int most = ranges->count + 1;
-    for (const char *s = ask->hold; s && *s; s++)
-        most += *s == ',';
-    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, most + 1);
+    char **held, **released;
+    int hold_count = kmp_text_words(&k->arena, ask->hold, &held);
+    int release_count = kmp_text_words(&k->arena, ask->release, &released);
+    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     if (k->arena.failed)
         return kmp_fail_memory(k->system->context);
     kempe_status status = add_ranges(k, ranges);
-    if (status == KEMPE_OK)
-        status = each_name(k, ask->hold, add_held);
+    for (int i = 0; status == KEMPE_OK && i < hold_count; i++)
+        status = add_held(k, held[i]);
     if (status == KEMPE_OK)
         status = count_rows(k, ranges, ask->points);
     if (status == KEMPE_OK)
         status = take_speed(k, ask->speed);
-    return status == KEMPE_OK ? release(k, ask->release) : status;
+    return status == KEMPE_OK ? release(k, release_count, released) : status;
 }
 
 kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_ask *ask)
