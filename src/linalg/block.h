@@ -51,6 +51,7 @@ double kmp_block_quality(const kmp_block *b);
 /** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes: where a factorisation
  * has others than those taken before, some block has been singular in between. */
 void kmp_block_take_signs(const kmp_block *b, int *signs);
+bool kmp_block_has_signs(const kmp_block *b, const int *signs);
 
 /** The smallest absolute pivot of the last factorisation. */
 double kmp_block_smallest(const kmp_block *b);

@@ -343,6 +343,11 @@ void kmp_block_take_signs(const kmp_block *b, int *signs)
         signs[k] = b->signs[k];
 }
 
+bool kmp_block_has_signs(const kmp_block *b, const int *signs)
+{
+    return memcmp(signs, b->signs, (size_t)b->count * sizeof *signs) == 0;
+}
+
 /* Smallest and largest absolute pivot of block k. */
 static void weigh_pivots(const kmp_block *b, int k, double *low, double *high)
 {
