@@ -375,12 +375,11 @@ static void judge(work *w)
 
 /* -- all together ------------------------------------------------------------------------------------ */
 
-/* rank < 0: what the system has found. */
-static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, int rank, kempe_assembly *a)
+static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
 {
     *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(s);
-    w->rank = rank < 0 && rounding ? rounding->rank : rank;
+    w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
     w->trial = KMP_ARENA_NEW(&w->arena, double, s->n + s->m);
     w->from = KMP_ARENA_NEW(&w->arena, double, s->n);
@@ -454,12 +453,11 @@ static bool assemble(work *w)
     return !w->starved;
 }
 
-kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
-                                  kempe_assembly **assembly)
+kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
 {
     work w = {0};
     kempe_assembly *a = kmp_assembly_new(system);
-    if (!a || !work_init(&w, system, guess, rank, a) || !assemble(&w)) {
+    if (!a || !work_init(&w, system, guess, a) || !assemble(&w)) {
         work_free(&w);
         kempe_assembly_free(a);
         return kmp_fail_memory(system->context);
@@ -467,9 +465,4 @@ kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *g
     work_free(&w);
     *assembly = a;
     return KEMPE_OK;
-}
-
-kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
-{
-    return kmp_assemble_of_rank(system, guess, -1, assembly);
 }

@@ -135,10 +135,10 @@ static bool is_doubtful(const kempe_assembly *a)
 static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kempe_assembly **found)
 {
     const kempe_system *s = strict->system;
-    kmp_guess as = {guess->q, guess->hold, guess->pushes, false};
+    kmp_guess as = {guess->q, guess->hold, guess->pushes, false, rank};
     kmp_rounding_trial trial = {.rank = rank, .tolerance = s->closure_tolerance / s->length};
     kempe_assembly *a = NULL;
-    kempe_status status = kmp_assemble_of_rank(s, &as, rank, &a);
+    kempe_status status = kmp_assemble_from(s, &as, &a);
     if (status != KEMPE_OK || !a)
         return status;
     bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
@@ -234,7 +234,7 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     double *q = KMP_NEW(double, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
-    kmp_guess guess = {q, start->hold, PUSHES, true};
+    kmp_guess guess = {q, start->hold, PUSHES, true, 0};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK && a && !kmp_rounding_of(system))
         status = look_for_rounding(system, &guess, &a);

@@ -179,7 +179,7 @@ static kempe_status sample(search *s)
     while (s->b->starts < starts && !s->b->many && !s->b->arena.failed && !kmp_interrupted(system->context)) {
         kempe_assembly *a = NULL;
         scatter(s);
-        kmp_guess guess = {s->guess, s->b->kept, 0, false};
+        kmp_guess guess = {s->guess, s->b->kept, 0, false, 0};
         kempe_status status = kmp_assemble_from(system, &guess, &a);
         if (status != KEMPE_OK)
             return status;
