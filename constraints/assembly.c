@@ -102,7 +102,8 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
                                     {&a->gaps, closures}, {&a->open, s->m}, {&a->pivots, s->m + s->n}};
     a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
     a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
-    if (kmp_arena_make_rooms(&a->arena, sizeof rooms / sizeof *rooms, rooms) && kmp_goals_init(&a->goals, s->model))
+    kmp_goals_init(&a->goals, s->model, &a->arena);
+    if (kmp_arena_make_rooms(&a->arena, sizeof rooms / sizeof *rooms, rooms))
         return a;
     kempe_assembly_free(a);
     return NULL;
@@ -272,7 +273,6 @@ void kempe_assembly_free(kempe_assembly *a)
     if (!a)
         return;
     kmp_arena_free(&a->arena);
-    kmp_goals_free(&a->goals);
     kmp_free(a);
 }
 

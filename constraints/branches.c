@@ -95,10 +95,8 @@ static void choose_blocks(search *s)
 
 static char sign_of_block(const search *s, const kmp_loop_block *block)
 {
-    int size = block->column_count, sign = 1;
+    int size = block->size, sign = 1;
     double least = INFINITY, most = 0;
-    if (block->row_count != size)
-        return '0';
     for (int i = 0; i < size; i++)
         for (int k = 0; k < size; k++)
             s->matrix[i + k * size] = s->walk->jacobian[block->rows[i] + block->columns[k] * s->walk->m];
