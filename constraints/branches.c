@@ -95,10 +95,8 @@ static void choose_blocks(search *s)
 
 static char sign_of_block(const search *s, const kmp_loop_block *block)
 {
-    int size = block->column_count, sign = 1;
+    int size = block->size, sign = 1;
     double least = INFINITY, most = 0;
-    if (block->row_count != size)
-        return '0';
     for (int i = 0; i < size; i++)
         for (int k = 0; k < size; k++)
             s->matrix[i + k * size] = s->walk->jacobian[block->rows[i] + block->columns[k] * s->walk->m];
@@ -179,7 +177,7 @@ static kempe_status sample(search *s)
     while (s->b->starts < starts && !s->b->many && !s->b->arena.failed && !kmp_interrupted(system->context)) {
         kempe_assembly *a = NULL;
         scatter(s);
-        kmp_guess guess = {s->guess, s->b->kept, 0, false};
+        kmp_guess guess = {s->guess, s->b->kept, 0, false, 0};
         kempe_status status = kmp_assemble_from(system, &guess, &a);
         if (status != KEMPE_OK)
             return status;

@@ -89,7 +89,7 @@ static kempe_status sample(sampling *s)
     while (e->starts < starts && !e->many && !kmp_interrupted(e->system->context)) {
         kempe_assembly *a = NULL;
         scatter(s);
-        kmp_guess guess = {s->guess, s->still, 0, false};
+        kmp_guess guess = {s->guess, s->still, 0, false, 0};
         kempe_status status = kmp_assemble_from(e->system, &guess, &a);
         if (status != KEMPE_OK)
             return status;
