@@ -65,7 +65,6 @@ typedef struct kmp_lane_room {
 
 struct kmp_ensemble {
     kempe_context *context;
-    const kempe_model *base;
     kmp_variant *variant;
     kempe_system *s;
     int n, m, p, r, size, parameters; /* p, r and size: of the lanes */
@@ -86,7 +85,6 @@ struct kmp_ensemble {
     kmp_pool *pools[KMP_POOLS_MOST];
     int pool_count;
     kmp_lane_room room;
-    int done;
     double told; /* when progress was */
     kmp_ensemble_work work;
 };

@@ -12,7 +12,7 @@
 enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double) };
 
 /* What became of an attempt in a lane. */
-typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, LEAVES } outcome;
+typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
