@@ -50,6 +50,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
                             run->road->keep(run->road, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
     release_road(run);
+    run->zone_t = run->in_zone ? run->zone_t : t;
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
     bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
@@ -163,9 +164,22 @@ static kempe_status enter_zone(kmp_runner *run, double t, double tau)
     return kmp_runner_change_road(run, t, true);
 }
 
-/* The zone is one step long. */
+/* A leap is one step long; steps across a zone go on until its surroundings are left. */
 static kempe_status leave_zone(kmp_runner *run, double t)
 {
+    if (run->walks && run->margin.tried > 0)
+        return KEMPE_OK;
+    if (run->walks) {
+        double since = run->zone_t;
+        run->walks = false;
+        kempe_status status = kmp_runner_change_road(run, t, false);
+        if (status == KEMPE_OK)
+            kmp_journal_note(run->journal, "change point", t, NAN, NAN,
+                             "the integrator stopped beside a change point; the projected formulation led on from "
+                             "t = %.9g to here in steps of dop853",
+                             since);
+        return status;
+    }
     double from = kmp_runner_t_old(run), at, size;
     kmp_leap_nearest(run->solver, &at, &size);
     kempe_status status = kmp_runner_change_road(run, t, false);
@@ -394,10 +408,10 @@ static kempe_status take_projected(kmp_runner *run, double t)
     return status;
 }
 
-/* Near a singular place, whether the motion passes it or only comes by, the zone takes over where a road cannot go on.
- */
+/* Where a formulation cannot go on near a singular place the zone takes over, in steps where no leap led across. */
 static kempe_status take_zone(kmp_runner *run, double t)
 {
+    run->walks = run->margin.tried > 0;
     kmp_text_free(&run->road->reason);
     kmp_context_clear(run->s->context);
     kempe_status status = kmp_runner_change_road(run, t, true);
@@ -407,24 +421,25 @@ static kempe_status take_zone(kmp_runner *run, double t)
 /* Whether it may. */
 static bool is_near_zone(kmp_runner *run, double t)
 {
-    if (run->margin.tried > 0 || run->margin.ignored || run->margin.r == 0 ||
-        kmp_memory_failures() != run->memory_failures || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN &&
-           kmp_margin_lock(&run->margin, run->plant, false) < 0;
+    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
 }
 
 /* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
  * past steps left may be all that was wrong. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
-    kempe_status quitted = run->in_zone ? quit_zone(run, t) : KEMPE_E_FAILED;
+    kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
     if (quitted != KEMPE_E_FAILED)
         return quitted;
     if (may_project(run))
         return take_projected(run, t);
+    if (kmp_runner_lock(run, t) >= 0)
+        return KEMPE_E_FAILED;
     if (is_near_zone(run, t))
         return take_zone(run, t);
     if (!run->yp || run->road->reason.length > 0 ||

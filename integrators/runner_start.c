@@ -187,7 +187,9 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
     bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
-    return run->in_zone ? &kmp_solver_leap : cannot ? kmp_solver_find("dop853") : asked;
+    if (run->in_zone && !run->walks)
+        return &kmp_solver_leap;
+    return cannot || run->in_zone ? kmp_solver_find("dop853") : asked;
 }
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
