@@ -389,13 +389,13 @@ static void copy_outputs(double *room, const double *outputs, const kmp_program 
 
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 {
-    const double *outputs = kmp_formulas_at(&tangents->value, at), *effort = tangents->effort;
-    double *out = tangents->with_effort;
-    int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
+    const double *outputs = kmp_formulas_at(&tangents->value, at);
     if (!tangents->forced)
         return outputs;
+    double *out = tangents->with_effort, *effort = tangents->effort;
+    int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
     copy_outputs(out, outputs, tangents->value.program);
-    kmp_system_effort(tangents->forced, at->t, at->q, at->qd, tangents->effort);
+    kmp_system_effort(tangents->forced, at->t, at->q, at->qd, effort);
     for (int i = 0; i < tangents->n; i++) {
         if (r >= 0)
             out[r + i] -= effort[i];
