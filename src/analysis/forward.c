@@ -716,9 +716,7 @@ static void release(kmp_road *road)
 {
     forward *f = (forward *)road;
     const kmp_plant *plant = plant_of(f);
-    kmp_free(road->y);
-    kmp_free(road->atol);
-    road->y = road->atol = NULL;
+    kmp_arena_free(&road->arena);
     if (plant == f->own)
         return;
     kmp_plant_set_charts(f->own, plant->chart);
@@ -741,10 +739,8 @@ static bool make_unknowns(forward *f)
 {
     kmp_road *road = &f->road;
     f->width = f->zone ? f->n : f->p;
-    road->size = 2 * blocks(f) + f->integrals;
     road->rtol = f->zone ? fmax(f->rtol, ZONE_RTOL) : 0;
-    road->y = KMP_NEW(double, road->size);
-    road->atol = KMP_NEW(double, road->size);
+    kmp_road_make_unknowns(road, 2 * blocks(f) + f->integrals, false);
     road->ode = (kmp_ode){.n = road->size,
                           .self = f,
                           .rhs = rhs,
@@ -753,7 +749,7 @@ static bool make_unknowns(forward *f)
                           .closed = closed,
                           .positions = blocks(f),
                           .quadratures = f->integrals};
-    return road->y && road->atol;
+    return !road->arena.failed;
 }
 
 /* A start that is neither the first one nor where the last road was left: what came between has changed rates. */
