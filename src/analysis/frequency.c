@@ -22,25 +22,18 @@ static const double no_answer = 1e-12;
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
 {
     kmp_frequency *f = frequency;
-    size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
-    *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
-    size_t block = inputs * outputs, all = block * (size_t)count;
-    kmp_arena *a = &f->arena;
-    double **const large[] = {&f->re, &f->im}, **const square[] = {&f->a_re, &f->a_im, &f->terms},
-                   **const pairs[] = {&f->still, &f->h_re, &f->h_im},
-                   **const vectors[] = {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im};
-    for (int k = 0; k < 2; k++)
-        *large[k] = KMP_ARENA_NEW(a, double, all);
-    for (int k = 0; k < 3; k++) {
-        *square[k] = KMP_ARENA_NEW(a, double, p *p);
-        *pairs[k] = KMP_ARENA_NEW(a, double, block);
-    }
-    for (int k = 0; k < 5; k++)
-        *vectors[k] = KMP_ARENA_NEW(a, double, p);
-    f->at = KMP_ARENA_NEW(a, double, count);
-    f->pole = KMP_ARENA_NEW(a, bool, count);
-    f->pivot = KMP_ARENA_NEW(a, int, p);
-    return a->failed ? kmp_fail_memory(transfer->linear->system->context) : KEMPE_OK;
+    ptrdiff_t p = transfer->p, block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
+    const kmp_arena_room rooms[] = {{&f->re, all},      {&f->im, all},     {&f->at, count},   {&f->still, block},
+                                    {&f->h_re, block},  {&f->h_im, block}, {&f->a_re, p * p}, {&f->a_im, p * p},
+                                    {&f->terms, p * p}, {&f->du_re, p},    {&f->du_im, p},    {&f->scale, p},
+                                    {&f->off_re, p},    {&f->off_im, p}};
+    *f = (kmp_frequency){
+        .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
+    f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
+    f->pivot = KMP_ARENA_NEW(&f->arena, int, p);
+    return kmp_arena_make_rooms(&f->arena, sizeof rooms / sizeof *rooms, rooms)
+               ? KEMPE_OK
+               : kmp_fail_memory(transfer->linear->system->context);
 }
 
 void kmp_frequency_free(kmp_frequency *frequency)

@@ -114,11 +114,6 @@ static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank,
 
 /* -- one parameter ----------------------------------------------------------------------------------- */
 
-static kmp_change change_by(const kmp_shift *s)
-{
-    return (kmp_change){.h = s->h, .rate = s->rate, .curve = s->curve, .force = s->force};
-}
-
 static kmp_response column(const kmp_shift *s, int k)
 {
     return (kmp_response){s->q + k * s->n, s->qd + k * s->n, s->qdd + k * s->n, s->lambda + k * s->m,
@@ -140,18 +135,15 @@ kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slop
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;
-    int rank = keeping == KMP_KEEP_MOTION ? 0
-                                          : factor(shift, linear, equilibrium ? linear->stiffness : linear->mass,
-                                                   equilibrium ? rounding(linear) : 0);
+    int rank =
+        factor(shift, linear, equilibrium ? linear->stiffness : linear->mass, equilibrium ? rounding(linear) : 0);
     for (int k = 0; k < shift->count; k++) {
         kmp_slopes_of_parameter(slopes, k, shift->h, shift->rate, shift->curve, shift->force);
-        kmp_change change = change_by(shift);
+        kmp_change change = {.h = shift->h, .rate = shift->rate, .curve = shift->curve, .force = shift->force};
         kmp_response response = column(shift, k);
         change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
         change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);
         kmp_linear_follow(linear, &change, &response);
-        if (keeping == KMP_KEEP_MOTION)
-            continue;
         double *x = shift->side + shift->n;
         if (!solve(shift, linear, rank, response.residual, x))
             return tell_open(shift, linear, rank, k);
