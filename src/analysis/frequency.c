@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/frequency.h"
 #include "base/bracket.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include <complex.h>
@@ -391,10 +392,11 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
     }
-    unsigned long failures = kmp_memory_failures();
-    f->has_spectrum = kmp_linear_spectrum(l, &f->poles) == 0;
-    if (kmp_memory_failures() > failures)
-        return kmp_fail_memory(context);
+    kempe_status status = kmp_linear_spectrum(l, &f->poles);
+    f->has_spectrum = status == KEMPE_OK;
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    kmp_context_clear(context);
     take_still(f);
     return look_for_peaks(f);
 }

@@ -136,21 +136,7 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
         return kmp_fail_memory(system->context);
     }
     memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
-    kempe_status status = KEMPE_OK;
-    unsigned long short_of = kmp_memory_failures();
-    int info = kmp_linear_spectrum(linear, &s.spectrum);
-    if (info > 0)
-        status = kmp_fail(system->context, KEMPE_E_FAILED,
-                          "the reduced mass is not positive for '%s': something that moves along it has no mass",
-                          system->model->motions[s.u[info - 1]].name);
-    else if (info == -2)
-        status = kmp_fail(system->context, KEMPE_E_FAILED,
-                          "accelerations do not follow from the state: forces that depend on multipliers take all "
-                          "inertia away from some motion, and there are no modes");
-    else if (info < 0 && kmp_memory_failures() == short_of)
-        status = kmp_fail(system->context, KEMPE_E_FAILED, "the iteration for the eigenvalues does not converge");
-    else if (info < 0)
-        status = kmp_fail_memory(system->context);
+    kempe_status status = kmp_linear_spectrum(linear, &s.spectrum);
     if (status == KEMPE_OK)
         status = measure(&s, linear);
     if (status == KEMPE_OK)

@@ -9,31 +9,27 @@
 
 kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
 {
-    int n = system->n, m = system->m;
-    kmp_arena a = {0};
-    *shift = (kmp_shift){.system = system,
-                         .n = n,
-                         .m = m,
-                         .count = count,
-                         .names = names,
-                         .q = KMP_ARENA_NEW(&a, double, n *count),
-                         .qd = KMP_ARENA_NEW(&a, double, n *count),
-                         .qdd = KMP_ARENA_NEW(&a, double, n *count),
-                         .lambda = KMP_ARENA_NEW(&a, double, m *count),
-                         .residual = KMP_ARENA_NEW(&a, double, n *count),
-                         .h = KMP_ARENA_NEW(&a, double, m),
-                         .rate = KMP_ARENA_NEW(&a, double, m),
-                         .curve = KMP_ARENA_NEW(&a, double, m),
-                         .force = KMP_ARENA_NEW(&a, double, n),
-                         .u = KMP_ARENA_NEW(&a, double, n),
-                         .ud = KMP_ARENA_NEW(&a, double, n),
-                         .matrix = KMP_ARENA_NEW(&a, double, n *n),
-                         .side = KMP_ARENA_NEW(&a, double, 2 * n),
-                         .pivots = KMP_ARENA_NEW(&a, double, n),
-                         .r = KMP_ARENA_NEW(&a, int, n),
-                         .c = KMP_ARENA_NEW(&a, int, n)};
-    shift->arena = a;
-    return a.failed ? kmp_fail_memory(system->context) : KEMPE_OK;
+    ptrdiff_t n = system->n, m = system->m;
+    kmp_shift *s = shift;
+    const kmp_arena_room rooms[] = {{&s->q, n * count},
+                                    {&s->qd, n * count},
+                                    {&s->qdd, n * count},
+                                    {&s->lambda, m * count},
+                                    {&s->residual, n * count},
+                                    {&s->h, m},
+                                    {&s->rate, m},
+                                    {&s->curve, m},
+                                    {&s->force, n},
+                                    {&s->u, n},
+                                    {&s->ud, n},
+                                    {&s->matrix, n * n},
+                                    {&s->side, 2 * n},
+                                    {&s->pivots, n}};
+    *s = (kmp_shift){.system = system, .n = system->n, .m = system->m, .count = count, .names = names};
+    s->r = KMP_ARENA_NEW(&s->arena, int, n);
+    s->c = KMP_ARENA_NEW(&s->arena, int, n);
+    return kmp_arena_make_rooms(&s->arena, sizeof rooms / sizeof *rooms, rooms) ? KEMPE_OK
+                                                                                : kmp_fail_memory(system->context);
 }
 
 void kmp_shift_free(kmp_shift *shift)
