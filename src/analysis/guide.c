@@ -26,20 +26,10 @@
 
 static bool make_room(kmp_guide *g)
 {
-    ptrdiff_t n = g->n;
-    const kmp_arena_room rooms[] = {{&g->q, n},
-                                    {&g->qd, n},
-                                    {&g->qdd, n},
-                                    {&g->trial, n},
-                                    {&g->move, n},
-                                    {&g->ud, n},
-                                    {&g->udd, n},
-                                    {&g->rest, n},
-                                    {&g->from, n},
-                                    {&g->tq, n},
-                                    {&g->tqd, n},
-                                    {&g->tqdd, n},
-                                    {&g->masked, g->system->jacobian.count}};
+    ptrdiff_t n = g->n, entries = g->system->jacobian.count;
+    const kmp_arena_room rooms[] = {{&g->q, n},   {&g->qd, n},   {&g->qdd, n},         {&g->trial, n}, {&g->move, n},
+                                    {&g->ud, n},  {&g->udd, n},  {&g->rest, n},        {&g->from, n},  {&g->tq, n},
+                                    {&g->tqd, n}, {&g->tqdd, n}, {&g->masked, entries}};
     g->sign = KMP_ARENA_NEW(&g->arena, int, n);
     g->u = KMP_ARENA_NEW(&g->arena, int, n);
     g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
@@ -100,13 +90,6 @@ void kmp_guide_free(kmp_guide *guide)
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-void kmp_guide_mask(const kmp_plant *plant, const bool *left_out, double *masked)
-{
-    const kmp_pattern *j = &plant->system->jacobian;
-    for (int e = 0; e < j->count; e++)
-        masked[e] = left_out[j->row[e]] ? 0 : plant->jacobian[e];
-}
-
 static const char *name_of(const kmp_guide *g, int coordinate)
 {
     return g->system->model->motions[coordinate].name;
@@ -162,7 +145,7 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
     int count = g->at_rest ? g->wish_count : 0;
     forget_choice(g);
     kmp_plant_closure(g->plant, t, q);
-    kmp_guide_mask(g->plant, g->left_out, g->masked);
+    kmp_plant_mask(g->plant, g->left_out, g->masked);
     if (count > 0)
         memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
     kempe_status status = some ? choose_among_given(g, &count) : KEMPE_OK;

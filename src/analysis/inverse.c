@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/inverse.h"
-#include "analysis/guide.h"
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
@@ -66,7 +65,7 @@ void kmp_inverse_free(kmp_inverse *inverse)
 static kempe_status choose(kmp_inverse *v)
 {
     forget_choice(v);
-    kmp_guide_mask(v->plant, v->left_out, v->masked);
+    kmp_plant_mask(v->plant, v->left_out, v->masked);
     kempe_status status = kmp_partition_init(&v->part, v->system, v->masked, NULL, 0);
     if (status != KEMPE_OK)
         return status;

@@ -70,9 +70,8 @@ static bool make_room(kempe_kinematics *k)
 typedef struct job {
     kempe_kinematics *k;
     kmp_sweep sweep;
-    kmp_plant *plant; /* for outputs */
-    double *zero;     /* m multipliers */
-    double *start;    /* n: the leads' assembled values */
+    double *zero;  /* m multipliers */
+    double *start; /* n: the leads' assembled values */
     kmp_text reason;
 } job;
 
@@ -90,7 +89,7 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
     double t = k->time < 0 ? 0 : kmp_lead_value(&k->lead[k->time], s);
     if (k->width == 0)
         return;
-    const double *all = kmp_plant_shown(j->plant, t, q, qd, qdd, j->zero);
+    const double *all = kmp_plant_shown(j->sweep.plant, t, q, qd, qdd, j->zero);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];
 }
@@ -403,12 +402,10 @@ static kempe_status run(job *j, const kempe_kinematics_ask *ask)
     if (status == KEMPE_OK)
         status = kmp_sweep_init(&j->sweep, s, backend, any ? j->k->released : NULL);
     if (status == KEMPE_OK) {
-        j->plant = kmp_plant_new(s, backend);
-        status = j->plant ? sweep_from(j, assembly->q) : KEMPE_E_MEMORY;
+        status = sweep_from(j, assembly->q);
         kmp_sweep_free(&j->sweep);
     }
     kempe_assembly_free(assembly);
-    kmp_plant_free(j->plant);
     return status;
 }
 

@@ -55,24 +55,11 @@ static void poses_swap(kmp_pose *a, kmp_pose *b)
 
 static bool make_room(kmp_sweep *w)
 {
-    ptrdiff_t x = w->n + 1, m = w->system->m;
-    const kmp_arena_room rooms[] = {{&w->here.x, x},
-                                    {&w->here.dx, x},
-                                    {&w->next.x, x},
-                                    {&w->next.dx, x},
-                                    {&w->part_way.x, x},
-                                    {&w->entry.x, x},
-                                    {&w->entry.dx, x},
-                                    {&w->part_way.dx, x},
-                                    {&w->unit, x},
-                                    {&w->drift, x},
-                                    {&w->dx, x},
-                                    {&w->xs, x},
-                                    {&w->xss, x},
-                                    {&w->h, m},
-                                    {&w->h_t, m},
-                                    {&w->jd, m},
-                                    {&w->jacobian, w->system->jacobian.count}};
+    ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
+    const kmp_arena_room rooms[] = {{&w->here.x, x},     {&w->here.dx, x},     {&w->next.x, x},      {&w->next.dx, x},
+                                    {&w->part_way.x, x}, {&w->part_way.dx, x}, {&w->entry.x, x},     {&w->entry.dx, x},
+                                    {&w->unit, x},       {&w->drift, x},       {&w->dx, x},          {&w->xs, x},
+                                    {&w->xss, x},        {&w->jd, m},          {&w->masked, entries}};
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
     w->moving = KMP_ARENA_NEW(&w->arena, int, m);
     return kmp_arena_make_rooms(&w->arena, sizeof rooms / sizeof *rooms, rooms);
@@ -88,6 +75,7 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
+    sweep->plant->left_out = sweep->dropped;
     memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
     sweep->unit[system->n] = 1;
     for (int r = 0; closures && r < system->m; r++) {
@@ -102,7 +90,6 @@ static void forget_choice(kmp_sweep *w)
     kmp_reduction_free(&w->red);
     kmp_partition_free(&w->part);
     kmp_arena_free(&w->of_choice);
-    w->reduced = false;
 }
 
 /* Room for so many other leads. */
@@ -137,7 +124,7 @@ void kmp_sweep_free(kmp_sweep *sweep)
 static kempe_status choose(kmp_sweep *w, int rank)
 {
     forget_choice(w);
-    kempe_status status = kmp_partition_of_rank(&w->part, w->system, w->plant->jacobian, rank, NULL, 0);
+    kempe_status status = kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0);
     if (status != KEMPE_OK)
         return status;
     if (w->watched && !kmp_margin_choose(&w->margin, &w->part))
@@ -145,7 +132,6 @@ static kempe_status choose(kmp_sweep *w, int rank)
     status = kmp_reduction_init(&w->red, w->plant, &w->part);
     if (status != KEMPE_OK)
         return status;
-    w->reduced = true;
     w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
     w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
     return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;

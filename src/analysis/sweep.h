@@ -32,7 +32,7 @@ typedef struct kmp_sweep {
     kmp_partition part;
     kmp_reduction red;
     kmp_margin margin;
-    bool reduced, watched;
+    bool watched;
     int n, p;
     int count; /* leads: as many coordinates as are wanted beside moving rows to make p; and the time when it is led */
     kmp_lead *lead;
@@ -40,9 +40,8 @@ typedef struct kmp_sweep {
     double *unit;  /* of x in the arc: scales of coordinates, and s by which a leading one goes by one of them */
     bool *dropped; /* rows that count as none */
     bool any_dropped;
-    int *moving, moving_count;  /* of these, rows that move in time: they lead, as coordinates do */
-    double *h, *jacobian, *h_t; /* without the rows that are dropped */
-    const double *full_h, *full_jacobian, *full_h_t; /* with them */
+    int *moving, moving_count; /* of these, rows that move in time: they lead, as coordinates do */
+    double *masked;            /* J without the rows that are dropped */
     kmp_pose here, next, part_way, entry;
     double *span;     /* n + 1 rows of p + 1: what each of x changes by along each of u and along s */
     double *gradient; /* p + 1 rows of n + 1: of all that is to be met */
