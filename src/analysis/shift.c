@@ -9,22 +9,12 @@
 
 kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
 {
-    ptrdiff_t n = system->n, m = system->m;
+    ptrdiff_t n = system->n, m = system->m, columns = n * count;
     kmp_shift *s = shift;
-    const kmp_arena_room rooms[] = {{&s->q, n * count},
-                                    {&s->qd, n * count},
-                                    {&s->qdd, n * count},
-                                    {&s->lambda, m * count},
-                                    {&s->residual, n * count},
-                                    {&s->h, m},
-                                    {&s->rate, m},
-                                    {&s->curve, m},
-                                    {&s->force, n},
-                                    {&s->u, n},
-                                    {&s->ud, n},
-                                    {&s->matrix, n * n},
-                                    {&s->side, 2 * n},
-                                    {&s->pivots, n}};
+    const kmp_arena_room rooms[] = {{&s->q, columns}, {&s->qd, columns}, {&s->qdd, columns}, {&s->residual, columns},
+                                    {&s->h, m},       {&s->rate, m},     {&s->curve, m},     {&s->lambda, m * count},
+                                    {&s->u, n},       {&s->ud, n},       {&s->force, n},     {&s->matrix, n * n},
+                                    {&s->pivots, n},  {&s->side, 2 * n}};
     *s = (kmp_shift){.system = system, .n = system->n, .m = system->m, .count = count, .names = names};
     s->r = KMP_ARENA_NEW(&s->arena, int, n);
     s->c = KMP_ARENA_NEW(&s->arena, int, n);

@@ -32,19 +32,12 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
-    const kmp_arena_room rooms[] = {{&t->map, n * p},
-                                    {&t->map_rate, n * p},
-                                    {&t->loads, p * columns},
-                                    {&t->by_u, outputs * p},
-                                    {&t->by_ud, outputs * p},
-                                    {&t->by_udd, outputs * p},
-                                    {&t->value, outputs},
-                                    {&t->direct, outputs * columns},
-                                    {&t->side, 3 * m + n},
-                                    {&t->moved, 3 * n + m},
-                                    {&t->unit, p},
-                                    {&t->parameters, slopes->count},
-                                    {&t->shown, slopes->shown}};
+    ptrdiff_t by_p = outputs * p, change = 3 * m + n, response = 3 * n + m, known = slopes->count;
+    const kmp_arena_room rooms[] = {
+        {&t->map, n * p},           {&t->map_rate, n * p}, {&t->loads, p * columns}, {&t->by_u, by_p},
+        {&t->by_ud, by_p},          {&t->by_udd, by_p},    {&t->value, outputs},     {&t->direct, outputs * columns},
+        {&t->shown, slopes->shown}, {&t->side, change},    {&t->moved, response},    {&t->unit, p},
+        {&t->parameters, known}};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = linear->n,
