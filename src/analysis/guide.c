@@ -95,34 +95,26 @@ static const char *name_of(const kmp_guide *g, int coordinate)
     return g->system->model->motions[coordinate].name;
 }
 
-/* Names of a list, with commas; NULL: no memory. */
-static char *names_of(const kmp_guide *g, int count, const int *list)
-{
-    kmp_text text = {0};
-    for (int k = 0; k < count; k++)
-        kmp_text_printf(&text, "%s'%s'", k ? ", " : "", name_of(g, list[k]));
-    kmp_text_put(&text, "");
-    return kmp_text_take(&text);
-}
-
 static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *free_ones)
 {
     kempe_context *context = g->system->context;
-    char *names = names_of(g, count, free_ones);
-    if (!names)
-        return kmp_fail_memory(context);
-    if (g->motion)
-        (void)kmp_fail(context, KEMPE_E_FAILED,
+    kmp_text names = {0};
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&names, "%s'%s'", k ? ", " : "", name_of(g, free_ones[k]));
+    kempe_status status = KEMPE_E_FAILED;
+    if (names.failed)
+        status = kmp_fail_memory(context);
+    else if (g->motion)
+        (void)kmp_fail(context, status,
                        "the coordinates of the motion do not say how all others move: %d more %s wanted, such as %s",
-                       count, count == 1 ? "is" : "are", names);
+                       count, count == 1 ? "is" : "are", names.s);
     else
-        (void)kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion that "
-            "was simulated",
-            names, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
-    kmp_free(names);
-    return KEMPE_E_FAILED;
+        (void)kmp_fail(context, status,
+                       "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion "
+                       "that was simulated",
+                       names.s, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
+    kmp_text_free(&names);
+    return status;
 }
 
 /* u among the coordinates of the table: all others must be determined by them. */

@@ -392,15 +392,12 @@ static kempe_status run(job *j, const kempe_kinematics_ask *ask)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
                         kmp_backend_names());
     kempe_status status = kempe_assemble(s, &assembly);
-    bool any = false;
-    for (int c = 0; c < s->model->closure_count; c++)
-        any = any || j->k->released[c];
     j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);
     j->start = KMP_ARENA_NEW(&j->k->arena, double, j->k->lead_count);
     if (status == KEMPE_OK && j->k->arena.failed)
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK)
-        status = kmp_sweep_init(&j->sweep, s, backend, any ? j->k->released : NULL);
+        status = kmp_sweep_init(&j->sweep, s, backend, j->k->released);
     if (status == KEMPE_OK) {
         status = sweep_from(j, assembly->q);
         kmp_sweep_free(&j->sweep);
@@ -419,15 +416,12 @@ static kempe_status finish(job *j, kempe_status status)
 {
     kempe_kinematics *k = j->k;
     k->status = status;
-    if (j->reason.length > 0) {
-        bool lost = j->reason.failed;
-        if (status == KEMPE_E_FAILED && !lost)
-            (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
-        k->reason = kmp_text_take(&j->reason);
-        if (!k->reason)
-            return kmp_fail_memory(k->system->context);
-    }
-    return status;
+    if (j->reason.length == 0)
+        return status;
+    if (status == KEMPE_E_FAILED && !j->reason.failed)
+        (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
+    k->reason = keep_text(k, &j->reason);
+    return k->reason ? status : kmp_fail_memory(k->system->context);
 }
 
 kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_ask *ask,
@@ -450,7 +444,6 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, ask));
-    kmp_text_free(&j.reason);
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
     if (status >= 0 || (status == KEMPE_E_FAILED && has_something(k)))
@@ -465,7 +458,6 @@ void kempe_kinematics_free(kempe_kinematics *k)
     if (!k)
         return;
     kmp_free(k->warnings);
-    kmp_free(k->reason);
     kmp_free(k->change);
     kmp_arena_free(&k->arena);
     kmp_free(k);

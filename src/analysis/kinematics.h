@@ -20,7 +20,7 @@ typedef struct kmp_shown_column {
 
 struct kempe_kinematics {
     const kempe_system *system;
-    kmp_arena arena; /* of all but reason, warnings and change points */
+    kmp_arena arena; /* of all but warnings and change points */
     kempe_status status;
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one a line */

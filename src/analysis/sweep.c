@@ -78,7 +78,7 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
     sweep->plant->left_out = sweep->dropped;
     memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
     sweep->unit[system->n] = 1;
-    for (int r = 0; closures && r < system->m; r++) {
+    for (int r = 0; r < system->m; r++) {
         sweep->dropped[r] = closures[system->rows[r].closure];
         sweep->any_dropped = sweep->any_dropped || sweep->dropped[r];
     }
@@ -127,7 +127,7 @@ static kempe_status choose(kmp_sweep *w, int rank)
     kempe_status status = kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0);
     if (status != KEMPE_OK)
         return status;
-    if (w->watched && !kmp_margin_choose(&w->margin, &w->part))
+    if (w->margin.system && !kmp_margin_choose(&w->margin, &w->part))
         return kmp_fail_memory(w->system->context);
     status = kmp_reduction_init(&w->red, w->plant, &w->part);
     if (status != KEMPE_OK)
@@ -145,13 +145,11 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
     w->here.x[w->n] = 0;
     kmp_margin_free(&w->margin);
-    w->watched = false;
     (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
     kempe_status status = choose(w, -1);
     if (status != KEMPE_OK)
         return status;
     w->p = w->part.p;
-    w->watched = true;
     if (!kmp_margin_init(&w->margin, w->system, &w->part))
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)

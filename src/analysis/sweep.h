@@ -32,7 +32,6 @@ typedef struct kmp_sweep {
     kmp_partition part;
     kmp_reduction red;
     kmp_margin margin;
-    bool watched;
     int n, p;
     int count; /* leads: as many coordinates as are wanted beside moving rows to make p; and the time when it is led */
     kmp_lead *lead;
@@ -55,7 +54,7 @@ typedef struct kmp_sweep {
     long steps, rejected, newton, exchanges;
 } kmp_sweep;
 
-/** `closures` (NULL: none): those that are released. KEMPE_E_MEMORY. */
+/** `closures`: those that are released. KEMPE_E_MEMORY. */
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures);
 void kmp_sweep_free(kmp_sweep *sweep);
 
