@@ -155,17 +155,11 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
 
 /* -- one state --------------------------------------------------------------------------------------- */
 
-/* What the table says at t, into tq, tqd, tqdd by coordinate. */
+/* What the table says at t. */
 static void read_table(kmp_guide *g, double t)
 {
-    if (!g->motion)
-        return;
-    kmp_prescribed_at(g->motion, t, g->from, g->ud, g->udd);
-    for (int k = 0; k < g->motion->count; k++) {
-        g->tq[g->motion->coordinate[k]] = g->from[k];
-        g->tqd[g->motion->coordinate[k]] = g->ud[k];
-        g->tqdd[g->motion->coordinate[k]] = g->udd[k];
-    }
+    if (g->motion)
+        kmp_prescribed_at(g->motion, t, g->tq, g->tqd, g->tqdd);
 }
 
 /* Closes `trial` on its u; rows that were dropped as redundant must close with it. */

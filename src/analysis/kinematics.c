@@ -53,16 +53,13 @@ static kempe_status take_columns(kempe_kinematics *k)
 
 static bool make_room(kempe_kinematics *k)
 {
-    size_t rows = (size_t)k->asked, n = (size_t)k->system->n;
-    double **rooms[] = {&k->q, &k->qd, &k->qdd};
-    for (size_t r = 0; r < sizeof rooms / sizeof *rooms; r++)
-        *rooms[r] = KMP_ARENA_NEW(&k->arena, double, rows *n);
-    k->asked_s = KMP_ARENA_NEW(&k->arena, double, rows);
-    k->s = KMP_ARENA_NEW(&k->arena, double, rows);
-    k->shown = KMP_ARENA_NEW(&k->arena, double, rows *(size_t)k->width);
-    for (int i = 0; k->asked_s && i < k->asked; i++)
+    ptrdiff_t rows = k->asked, size = rows * k->system->n;
+    const kmp_arena_room rooms[] = {{&k->q, size},       {&k->qd, size}, {&k->qdd, size},
+                                    {&k->asked_s, rows}, {&k->s, rows},  {&k->shown, rows * k->width}};
+    bool made = kmp_arena_make_rooms(&k->arena, sizeof rooms / sizeof *rooms, rooms);
+    for (int i = 0; made && i < k->asked; i++)
         k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
-    return !k->arena.failed;
+    return made;
 }
 
 /* -- what the sweep delivers ------------------------------------------------------------------------- */
@@ -376,10 +373,7 @@ static kempe_status sweep_from(job *j, const double *q)
         status = kmp_sweep_let_move(&j->sweep, &from_zero, 0, q);
     if (status == KEMPE_OK)
         status = follow(j);
-    k->steps = j->sweep.steps;
-    k->rejected = j->sweep.rejected;
-    k->newton = j->sweep.newton;
-    k->exchanges = j->sweep.exchanges;
+    k->effort = j->sweep.effort;
     return status;
 }
 

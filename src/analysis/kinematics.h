@@ -43,7 +43,7 @@ struct kempe_kinematics {
     int dead_count;
     kmp_change_point *change;
     int change_count;
-    long steps, rejected, newton, exchanges;
+    kmp_sweep_effort effort;
     double cpu_s;
 };
 

@@ -8,13 +8,11 @@
 
 static bool make_room(kmp_modes *s)
 {
-    size_t size = (size_t)s->n * (size_t)s->count;
+    ptrdiff_t size = (ptrdiff_t)s->n * s->count;
     kmp_arena *a = &s->arena;
+    const kmp_arena_room rooms[] = {{&s->re, size}, {&s->im, size}, {&s->kinetic, size}, {&s->potential, size}};
     s->u = KMP_ARENA_NEW(a, int, s->p);
-    s->re = KMP_ARENA_NEW(a, double, size);
-    s->im = KMP_ARENA_NEW(a, double, size);
-    s->kinetic = KMP_ARENA_NEW(a, double, size);
-    s->potential = KMP_ARENA_NEW(a, double, size);
+    (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
     bool charts = s->system->chart_count > 0;
     s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
     s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;

@@ -352,7 +352,7 @@ static kempe_status refresh(kmp_sweep *w)
     if (!kmp_sweep_evaluate(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
         w->margin.rows > KMP_ROWS_SWEEP) {
         kempe_status status = choose(w, w->margin.r);
-        w->exchanges++;
+        w->effort.exchanges++;
         if (status != KEMPE_OK)
             return status;
         if (!kmp_sweep_evaluate(w, w->here.x))
@@ -540,7 +540,7 @@ static kmp_sweep_end cross(way *y, double margin)
     (void)give_rows(y, &e, w->next.x[w->n], true);
     x_at(w, &e, part, 0, w->part_way.x);
     y->task->change(y->task->user, &w->part_way, margin);
-    w->steps++;
+    w->effort.steps++;
     w->last_margin = margin;
     w->last_step = 0;
     y->step = ENTRY;
@@ -563,14 +563,14 @@ static kmp_sweep_end go_on(way *y)
     double h = near_step(w, margin, fmin(y->step, longest_step(w)));
     verdict v = BAD;
     while (margin > EXACT && h > SHORTEST && (v = try_step(w, &w->here, h, false)) != GOOD) {
-        w->rejected++;
+        w->effort.rejected++;
         if (v == SIGN && h < SHORT)
             break;
         h /= 2;
     }
     if (v != GOOD) /* of a small margin rounding alone is left */
         return margin < ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
-    w->steps++;
+    w->effort.steps++;
     w->last_margin = margin;
     if (!goes_on(y))
         return stop_dead(y);
@@ -603,7 +603,7 @@ kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
     double s = sweep->here.x[sweep->n];
     way y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
     kmp_sweep_end end = task->s_end == s ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
-    long most = sweep->steps + MOST_STEPS;
+    long most = sweep->effort.steps + MOST_STEPS;
     if (sweep->here.dx[sweep->n] == 0)
         give_dead(&y);
     turn(&y);
@@ -612,7 +612,7 @@ kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
         if (kmp_interrupted(sweep->system->context))
             end = KMP_SWEEP_INTERRUPTED;
         else
-            end = sweep->steps < most ? go_on(&y) : KMP_SWEEP_LOST;
+            end = sweep->effort.steps < most ? go_on(&y) : KMP_SWEEP_LOST;
     }
     return end;
 }

@@ -25,6 +25,10 @@ typedef struct kmp_pose {
     double *x, *dx; /* n + 1 */
 } kmp_pose;
 
+typedef struct kmp_sweep_effort {
+    long steps, rejected, newton, exchanges;
+} kmp_sweep_effort;
+
 typedef struct kmp_sweep {
     kmp_arena arena, of_choice, of_leads; /* of the rooms; those of u and v, and of what leads, that are there */
     const kempe_system *system;
@@ -51,7 +55,7 @@ typedef struct kmp_sweep {
     int *signs;                         /* of the blocks of Jv where it stands */
     double last_margin, last_step;      /* how it changes */
     double fastest;                     /* the greatest share of s in the motion so far */
-    long steps, rejected, newton, exchanges;
+    kmp_sweep_effort effort;
 } kmp_sweep;
 
 /** `closures`: those that are released. KEMPE_E_MEMORY. */

@@ -190,7 +190,7 @@ static bool correct(void *self, const double *violation, double *dx)
         w->rhs[row] = c->target->offset - kmp_sweep_offset(w, base, &(kmp_pose){.x = (double *)c->x});
     kmp_reduction_push(&w->red, -1, violation, w->drift);
     meet(w, dx);
-    w->newton++;
+    w->effort.newton++;
     return true;
 }
 
