@@ -156,9 +156,9 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     f->h_im[e] = nothing ? 0 : cimag(sum);
 }
 
-bool kmp_frequency_eval(kmp_frequency *frequency, double hz)
+/* h_re and h_im at so many Hz. false: on a pole that nothing damps. */
+static bool evaluate(kmp_frequency *f, double hz)
 {
-    kmp_frequency *f = frequency;
     double w = two_pi * hz;
     f->rounding = 0;
     if (!factor(f, w))
@@ -187,7 +187,7 @@ static double amplitude(const kmp_frequency *f, int e)
 /* NaN on a pole. */
 static double amplitude_at(kmp_frequency *f, double hz, int e)
 {
-    return kmp_frequency_eval(f, hz) ? amplitude(f, e) : NAN;
+    return evaluate(f, hz) ? amplitude(f, e) : NAN;
 }
 
 static int ascending(const void *a, const void *b)
@@ -277,7 +277,7 @@ static bool add_maximum(kmp_frequency *f, const double *place, int k, int input,
     int e = output + input * f->outputs;
     pair x = {f, e};
     double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
-    (void)kmp_frequency_eval(f, hz);
+    (void)evaluate(f, hz);
     return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
 }
 
@@ -338,7 +338,7 @@ static kempe_status look_for_peaks(kmp_frequency *f)
     double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *block) : NULL;
     bool ok = values;
     for (int k = 0; ok && k < count; k++) {
-        bool there = kmp_frequency_eval(f, place[k]);
+        bool there = evaluate(f, place[k]);
         for (size_t e = 0; e < block; e++)
             values[(size_t)k * block + e] = there ? amplitude(f, (int)e) : 0;
     }
@@ -359,7 +359,7 @@ static kempe_status look_for_peaks(kmp_frequency *f)
 static void take(kmp_frequency *f, int k)
 {
     size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
-    f->pole[k] = !kmp_frequency_eval(f, f->at[k]);
+    f->pole[k] = !evaluate(f, f->at[k]);
     if (!f->pole[k] && f->rounding > f->worst) {
         f->worst = f->rounding;
         f->worst_at = f->at[k];
@@ -372,7 +372,7 @@ static void take(kmp_frequency *f, int k)
 
 static void take_still(kmp_frequency *f)
 {
-    bool rests = kmp_frequency_eval(f, 0);
+    bool rests = evaluate(f, 0);
     size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
     for (size_t e = 0; e < block; e++) {
         double most = 0, still = rests ? amplitude(f, (int)e) : NAN;

@@ -229,7 +229,7 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
 kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
-    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n);
+    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n + sweep->p);
     bool *given = KMP_NEW(bool, sweep->n);
     kmp_text names = {0};
     for (int i = 0; given && i < k->lead_count; i++)

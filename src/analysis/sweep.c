@@ -214,19 +214,16 @@ static int pivot_motions(const kmp_sweep *w, const bool *counts, const int *late
 
 int kmp_sweep_order(kmp_sweep *w, const bool *given, int *order)
 {
-    int n = w->n, rank = -1;
-    double *matrix = KMP_NEW(double, (n + 1) * w->p);
-    int *later = KMP_NEW(int, n), *pivoted = KMP_NEW(int, n + w->p);
-    if (matrix && later && pivoted) {
-        rank = pivot_motions(w, given, NULL, matrix, pivoted);
-        for (int k = 0; k < n; k++)
-            later[pivoted[k]] = k >= rank;
-        (void)pivot_motions(w, NULL, later, matrix, pivoted);
-        memcpy(order, pivoted, (size_t)n * sizeof *order);
+    int rank = -1, *later = KMP_NEW(int, w->n);
+    double *matrix = KMP_NEW(double, (w->n + 1) * w->p);
+    if (matrix && later) {
+        rank = pivot_motions(w, given, NULL, matrix, order);
+        for (int k = 0; k < w->n; k++)
+            later[order[k]] = k >= rank;
+        (void)pivot_motions(w, NULL, later, matrix, order);
     }
     kmp_free(matrix);
     kmp_free(later);
-    kmp_free(pivoted);
     return rank;
 }
 

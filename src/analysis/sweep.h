@@ -65,31 +65,27 @@ void kmp_sweep_free(kmp_sweep *sweep);
 /** Stands at (t, q), closed, and counts the freedoms: p. KEMPE_E_FAILED: a start where branches meet. */
 kempe_status kmp_sweep_stand(kmp_sweep *sweep, double t, const double *q);
 
-/** Where it stands time will go from one value to another: rows that move with it lead, so that the curve is regular
- * where they lock, and each is one of p then. */
+/** Where it stands, at (t, q), time will go from one value to another: rows that move with it lead, so that the curve
+ * is regular where they lock, and each is one of p then. */
 kempe_status kmp_sweep_let_move(kmp_sweep *sweep, const kmp_lead *time, double t, const double *q);
 
-/** Brings coordinates (n) into an order in which each determines more: first those that are `given` (n), as many as do
- * not follow from the others, then what would determine the rest with them, best first; p of them. The number of the
- * former, -1: no memory. */
+/** Brings coordinates (n; room for n + p) into an order in which each determines more: first those that are `given`
+ * (n), as many as do not follow from the others, then what would determine the rest with them, best first; p of them.
+ * The number of the former, -1: no memory. */
 int kmp_sweep_order(kmp_sweep *sweep, const bool *given, int *order);
 
 /** What leads from here on, and s where it stands; the leads' coordinates and moving rows are p. Copied. KEMPE_E_FAILED
  * without message: they do not determine the rest. */
 kempe_status kmp_sweep_lead(kmp_sweep *sweep, int count, const kmp_lead *leads, double s);
 
-/** A row: state and its derivatives by s (n each); NULL for both where they are infinite. */
-typedef void kmp_sweep_row_fn(void *user, double s, const double *q, const double *qs, const double *qss);
-
-/** Change points that were passed: where, and how small the margin was. */
-typedef void kmp_sweep_change_fn(void *user, const kmp_pose *pose, double margin);
-
 typedef struct kmp_sweep_task {
     double s_end;
     int count; /* rows wanted, with their s in the order in which they are met */
     const double *s;
-    kmp_sweep_row_fn *row;
-    kmp_sweep_change_fn *change;
+    /** A row: state and its derivatives by s (n each); NULL for both where they are infinite. */
+    void (*row)(void *user, double s, const double *q, const double *qs, const double *qss);
+    /** A change point that was passed: where, and how small the margin was. */
+    void (*change)(void *user, const kmp_pose *pose, double margin);
     void *user;
 } kmp_sweep_task;
 
