@@ -28,36 +28,27 @@ static void list_loads(kmp_transfer *t, const int *place)
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
-    int n = linear->n, m = linear->m, p = linear->p, columns = 0;
+    ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
-    kmp_arena a = {0};
+    ptrdiff_t by_p = outputs * p, change = 3 * m + n, response = 3 * n + m, known = slopes->count;
+    const kmp_arena_room rooms[] = {
+        {&t->map, n * p},           {&t->map_rate, n * p}, {&t->loads, p * columns}, {&t->by_u, by_p},
+        {&t->by_ud, by_p},          {&t->by_udd, by_p},    {&t->value, outputs},     {&t->direct, outputs * columns},
+        {&t->shown, slopes->shown}, {&t->side, change},    {&t->moved, response},    {&t->unit, p},
+        {&t->parameters, known}};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
-                        .n = n,
-                        .m = m,
-                        .p = p,
+                        .n = linear->n,
+                        .m = linear->m,
+                        .p = linear->p,
                         .inputs = inputs,
                         .outputs = outputs,
-                        .columns = columns,
-                        .seen = KMP_ARENA_NEW(&a, kmp_seen, outputs),
-                        .load = KMP_ARENA_NEW(&a, kmp_load, columns),
-                        .map = KMP_ARENA_NEW(&a, double, n *p),
-                        .map_rate = KMP_ARENA_NEW(&a, double, n *p),
-                        .loads = KMP_ARENA_NEW(&a, double, p *columns),
-                        .by_u = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .by_ud = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .by_udd = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .direct = KMP_ARENA_NEW(&a, double, outputs *columns),
-                        .value = KMP_ARENA_NEW(&a, double, outputs),
-                        .side = KMP_ARENA_NEW(&a, double, 3 * m + n),
-                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m),
-                        .unit = KMP_ARENA_NEW(&a, double, p),
-                        .parameters = KMP_ARENA_NEW(&a, double, slopes->count),
-                        .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
-    t->arena = a;
-    if (a.failed)
+                        .columns = (int)columns};
+    t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
+    t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
+    if (!kmp_arena_make_rooms(&t->arena, sizeof rooms / sizeof *rooms, rooms))
         return kmp_fail_memory(linear->system->context);
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
