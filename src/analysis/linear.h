@@ -44,6 +44,8 @@ typedef struct kmp_linear {
 /** Makes room. The tangents are evaluated number by number at first, and derived when that has happened often. No
  * independent coordinates are chosen yet. KEMPE_E_MEMORY. */
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend);
+
+/** Also of one that was never made, all zero. */
 void kmp_linear_free(kmp_linear *linear);
 
 /** Derives the tangents now, for who will look at hundreds of states: each look is then several times as fast. Without

@@ -317,8 +317,7 @@ void kmp_channels_free(kmp_channels *channels)
     kmp_free(c->warnings);
     kmp_transfer_free(&c->transfer);
     kmp_slopes_free(c->slopes);
-    if (c->linear.system)
-        kmp_linear_free(&c->linear);
+    kmp_linear_free(&c->linear);
     kmp_operating_free(c->at);
     kempe_system_free(c->own);
     kmp_variant_free(c->variant);
