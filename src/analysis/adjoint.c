@@ -13,9 +13,16 @@
  * none of which has a higher degree. */
 enum { NODES = 8 };
 
+typedef struct kept_step {
+    struct kept_step *before, *behind;
+    double from, to;
+    double values[]; /* NODES x 2 p */
+} kept_step;
+
 typedef struct kept_mark {
+    struct kept_mark *before;
     kmp_varied_mark of; /* its arrays are copies */
-    int first_step;     /* of the steps behind it */
+    kept_step *last;    /* before it; NULL: none */
 } kept_mark;
 
 typedef struct adjoint {
@@ -23,16 +30,16 @@ typedef struct adjoint {
     kmp_varied *v;
     const kmp_forward *ask;
     const kmp_target *target;
-    bool integral, failed;
+    bool integral;
     const double *sizes;
     int n, m, p, count, size;
-    int steps, step_room, marks, mark_room;
-    double *from, *values; /* steps + 1: where each begins, and the end; steps x NODES x 2 p */
-    kept_mark *mark;
+    int steps;
+    kept_step *begin, *end; /* of the whole motion */
+    kept_mark *mark;        /* the last one */
     const kmp_solver_kind *kind;
     void *solver;
     kmp_ode ode;
-    int at_step, low, high;                           /* steps of the segment at hand */
+    kept_step *first, *last, *at;                     /* steps: of the segment at hand; the one looked at last */
     double *y, *atol, *state, *gradient, value;       /* of the target at the end */
     double *end_q;                                    /* where the last step ends, n */
     int *end_u;                                       /* independent there */
@@ -51,35 +58,27 @@ static double node(int j)
     return 0.5 * (1 - cos(pi * j / (NODES - 1)));
 }
 
-static bool make_room_for_step(adjoint *a)
-{
-    if (a->steps + 1 < a->step_room)
-        return true;
-    int room = 2 * a->step_room + 256;
-    double *from = kmp_realloc(a->from, (size_t)room, sizeof *from);
-    a->from = from ? from : a->from;
-    double *values = from ? kmp_realloc(a->values, (size_t)room * NODES * 2 * (size_t)a->p, sizeof *values) : NULL;
-    a->values = values ? values : a->values;
-    a->step_room = values ? room : a->step_room;
-    return values;
-}
-
 static int keep_step(void *user, kmp_runner *runner, double from, double to)
 {
     adjoint *a = user;
     const kmp_linear *l = &a->v->linear;
     size_t width = 2 * (size_t)(a->p = l->p);
     memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
-    if (!make_room_for_step(a))
+    kept_step *step = kmp_arena_alloc(&a->arena, 1, sizeof *step + NODES * width * sizeof *step->values);
+    if (!step)
         return 1;
     for (int j = 0; j < NODES; j++) {
         const double *y = kmp_runner_unknowns(runner, j == NODES - 1 ? to : from + node(j) * (to - from));
         if (!y)
             return 1;
-        memcpy(a->values + ((size_t)a->steps * NODES + (size_t)j) * width, y, width * sizeof *y);
+        memcpy(step->values + (size_t)j * width, y, width * sizeof *y);
     }
-    a->from[a->steps++] = from;
-    a->from[a->steps] = to;
+    step->from = from;
+    step->to = to;
+    step->before = a->end;
+    *(a->end ? &a->end->behind : &a->begin) = step;
+    a->end = step;
+    a->steps++;
     memcpy(a->end_q, l->q, (size_t)a->n * sizeof *l->q);
     return 0;
 }
@@ -100,14 +99,9 @@ static size_t chart_size(const adjoint *a)
 static int keep_mark(void *user, const kmp_varied_mark *mark)
 {
     adjoint *a = user;
-    if (a->marks == a->mark_room) {
-        int room = 2 * a->mark_room + 16;
-        kept_mark *grown = kmp_realloc(a->mark, (size_t)room, sizeof *grown);
-        if (!grown)
-            return 1;
-        a->mark = grown;
-        a->mark_room = room;
-    }
+    kept_mark *kept_as = KMP_ARENA_NEW(&a->arena, kept_mark, 1);
+    if (!kept_as)
+        return 1;
     size_t n = (size_t)a->n, p = (size_t)a->v->linear.p, conditions = (size_t)a->v->system->events.count;
     kmp_varied_mark kept = *mark;
     kept.u = copy_of(a, mark->u, p, sizeof(int));
@@ -118,7 +112,8 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
     kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
     kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
-    a->mark[a->marks++] = (kept_mark){kept, a->steps};
+    *kept_as = (kept_mark){a->mark, kept, a->end};
+    a->mark = kept_as;
     return a->arena.failed;
 }
 
@@ -134,11 +129,11 @@ static int keep_end(void *user, const kmp_varied_row *row)
     return 0;
 }
 
-/* u and ud at t within step k, by the barycentric formula. */
-static void recall(const adjoint *a, int k, double t, double *y)
+/* u and ud at t within a step, by the barycentric formula. */
+static void recall(const adjoint *a, const kept_step *step, double t, double *y)
 {
-    const double *values = a->values + (size_t)k * NODES * 2 * (size_t)a->p;
-    double x = (t - a->from[k]) / (a->from[k + 1] - a->from[k]), sum = 0;
+    const double *values = step->values;
+    double x = (t - step->from) / (step->to - step->from), sum = 0;
     memset(y, 0, (size_t)(2 * a->p) * sizeof *y);
     for (int j = 0; j < NODES; j++) {
         double off = x - node(j), weight = (j % 2 ? -1 : 1) * (j == 0 || j == NODES - 1 ? 0.5 : 1);
@@ -156,13 +151,13 @@ static void recall(const adjoint *a, int k, double t, double *y)
 }
 
 /* The step of the segment at hand that t lies in. */
-static int step_at(adjoint *a, double t)
+static const kept_step *step_at(adjoint *a, double t)
 {
-    while (a->at_step > a->low && t < a->from[a->at_step])
-        a->at_step--;
-    while (a->at_step + 1 < a->high && t > a->from[a->at_step + 1])
-        a->at_step++;
-    return a->at_step;
+    while (a->at != a->first && t < a->at->from)
+        a->at = a->at->before;
+    while (a->at != a->last && t > a->at->to)
+        a->at = a->at->behind;
+    return a->at;
 }
 
 /* -- gradients at a state ---------------------------------------------------------------------------- */
@@ -241,7 +236,7 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 
 static int place(adjoint *a, double back)
 {
-    double t = fmin(fmax(a->ask->spec->t_end - back, a->from[a->low]), a->from[a->high]);
+    double t = fmin(fmax(a->ask->spec->t_end - back, a->first->from), a->last->to);
     recall(a, step_at(a, t), t, a->state);
     return kmp_varied_at(a->v, t, a->state, a->state + a->p);
 }
@@ -348,7 +343,8 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
     kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_values(&v->slopes->events, &at);
-    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1,
+                     a->unit);
     weight /= -a->unit[mark->condition];
     memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
     a->unit[mark->condition] = weight;
@@ -361,17 +357,16 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     return KEMPE_OK;
 }
 
-/* From the end of a segment to its begin. */
-static kempe_status come_back(adjoint *a, int low, int high, double *h)
+/* From the end of the step `last` to that of the step `before` (NULL: the start). */
+static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, double *h)
 {
     kempe_context *context = a->v->system->context;
-    a->low = low;
-    a->high = high;
-    a->at_step = high - 1;
-    if (low == high)
+    if (before == last)
         return KEMPE_OK;
-    double end = a->ask->spec->t_end - a->from[low];
-    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - a->from[high], a->y, NULL, end, *h);
+    a->first = before ? before->behind : a->begin;
+    a->last = a->at = last;
+    double end = a->ask->spec->t_end - a->first->from;
+    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - last->to, a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->kind->t(a->solver) < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
@@ -387,18 +382,17 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
 static kempe_status all_back(adjoint *a, double h)
 {
     const int *next_u = a->v->linear.part.u;
-    int high = a->steps;
+    kept_step *last = a->end;
     int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
     kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
-    for (int k = a->marks - 1; status == KEMPE_OK && k >= 0; k--) {
-        const kmp_varied_mark *mark = &a->mark[k].of;
-        status = come_back(a, a->mark[k].first_step, high, &h);
-        high = a->mark[k].first_step;
+    for (const kept_mark *k = a->mark; status == KEMPE_OK && k; k = k->before) {
+        status = come_back(a, k->last, last, &h);
+        last = k->last;
         if (status == KEMPE_OK)
-            status = mark->condition < 0 ? pass_exchange(a, mark, behind) : pass_condition(a, mark);
-        memcpy(behind, mark->u, (size_t)a->p * sizeof *behind);
+            status = k->of.condition < 0 ? pass_exchange(a, &k->of, behind) : pass_condition(a, &k->of);
+        memcpy(behind, k->of.u, (size_t)a->p * sizeof *behind);
     }
-    return status == KEMPE_OK ? come_back(a, 0, high, &h) : status;
+    return status == KEMPE_OK ? come_back(a, NULL, last, &h) : status;
 }
 
 /* -- the end ----------------------------------------------------------------------------------------- */
@@ -434,9 +428,6 @@ static bool make_room(adjoint *a)
 static void free_all(adjoint *a)
 {
     kmp_arena_free(&a->arena);
-    kmp_free(a->from);
-    kmp_free(a->values);
-    kmp_free(a->mark);
     if (a->solver)
         a->kind->release(a->solver);
 }
@@ -450,7 +441,7 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     kempe_status status = kmp_varied_choose(v, a->ask->spec->t_end, a->end_q, a->end_q, a->end_u, p);
     if (status != KEMPE_OK)
         return status;
-    recall(a, a->steps - 1, a->ask->spec->t_end, a->state);
+    recall(a, a->end, a->ask->spec->t_end, a->state);
     if (kmp_varied_at(v, a->ask->spec->t_end, a->state, a->state + p) != KMP_GO)
         return fail(a, a->ask->spec->t_end);
     kmp_varied_anchor(v);

@@ -21,10 +21,7 @@ kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int co
                          .qdd = KMP_ARENA_NEW(&a, double, n *count),
                          .lambda = KMP_ARENA_NEW(&a, double, m *count),
                          .residual = KMP_ARENA_NEW(&a, double, n *count),
-                         .h = KMP_ARENA_NEW(&a, double, m),
-                         .rate = KMP_ARENA_NEW(&a, double, m),
-                         .curve = KMP_ARENA_NEW(&a, double, m),
-                         .force = KMP_ARENA_NEW(&a, double, n),
+                         .part = KMP_ARENA_NEW(&a, double, 3 * m + n),
                          .u = KMP_ARENA_NEW(&a, double, n),
                          .ud = KMP_ARENA_NEW(&a, double, n),
                          .matrix = KMP_ARENA_NEW(&a, double, n *n),
@@ -79,7 +76,7 @@ static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, 
     int p = l->p;
     double *y = s->side, size = 0, rest = 0;
     for (int i = 0; i < s->n; i++)
-        size = fmax(size, fabs(s->force[i]) * s->system->scale[i]);
+        size = fmax(size, fabs(s->part[3 * s->m + i]) * s->system->scale[i]);
     for (int i = 0; i < p; i++) {
         y[i] = -b[s->r[i]] * scale_of(l, s->r[i]);
         size = fmax(size, fabs(y[i]));
@@ -114,11 +111,6 @@ static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank,
 
 /* -- one parameter ----------------------------------------------------------------------------------- */
 
-static kmp_change change_by(const kmp_shift *s)
-{
-    return (kmp_change){.h = s->h, .rate = s->rate, .curve = s->curve, .force = s->force};
-}
-
 static kmp_response column(const kmp_shift *s, int k)
 {
     return (kmp_response){s->q + k * s->n, s->qd + k * s->n, s->qdd + k * s->n, s->lambda + k * s->m,
@@ -144,8 +136,7 @@ kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slop
                                           : factor(shift, linear, equilibrium ? linear->stiffness : linear->mass,
                                                    equilibrium ? rounding(linear) : 0);
     for (int k = 0; k < shift->count; k++) {
-        kmp_slopes_of_parameter(slopes, k, shift->h, shift->rate, shift->curve, shift->force);
-        kmp_change change = change_by(shift);
+        kmp_change change = kmp_slopes_change(slopes, k, shift->part);
         kmp_response response = column(shift, k);
         change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
         change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);

@@ -41,47 +41,16 @@ static void end_column(const gather *g, kmp_slope_matrix *x)
 
 /* -- directions of parameters ------------------------------------------------------------------------ */
 
-static bool is_leaf(const kmp_tree *tree, int count, const kmp_ref *leaf, int parameter)
-{
-    for (int k = 0; k < count; k++)
-        if (leaf[k] == kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)parameter))
-            return true;
-    return false;
-}
-
-/* Whether a parameter follows from others and is not among the leaves yet. */
-static bool waits(const kmp_tree *tree, int count, const kmp_ref *leaf, int parameter)
-{
-    const kmp_parameter *p = &tree->model->parameters[parameter];
-    return p->varies && p->number.expr && !is_leaf(tree, count, leaf, parameter);
-}
-
-static bool is_known(const kmp_tree *tree, int count, const kmp_ref *leaf, const kmp_expr *e)
-{
-    if (!e)
-        return true;
-    if (e->kind == KMP_EXPR_PARAMETER)
-        return !waits(tree, count, leaf, e->index);
-    return is_known(tree, count, leaf, e->a) && is_known(tree, count, leaf, e->b) && is_known(tree, count, leaf, e->c);
-}
-
 int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
 {
     const kempe_model *m = tree->model;
     kmp_derivative *along = kmp_derivative_new(tree->graph, count, leaf, direction);
     bool ok = along;
-    for (bool grew = true; ok && grew;) {
-        grew = false;
-        for (int k = 0; ok && k < m->parameter_count; k++) {
-            const kmp_expr *e = m->parameters[k].number.expr;
-            if (!waits(tree, count, leaf, k) || !is_known(tree, count, leaf, e))
-                continue;
-            kmp_ref value = kmp_tree_expression(tree, e);
-            ok = kmp_derivative_restart(along, count, leaf, direction);
-            direction[count] = ok ? kmp_derivative_of(along, value) : KMP_ZERO;
-            leaf[count++] = kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)k);
-            grew = true;
-        }
+    for (int i = 0; ok && i < m->led_count; i++) {
+        kmp_ref value = kmp_tree_expression(tree, m->parameters[m->led[i]].number.expr);
+        ok = kmp_derivative_restart(along, count, leaf, direction);
+        direction[count] = ok ? kmp_derivative_of(along, value) : KMP_ZERO;
+        leaf[count++] = kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
     }
     kmp_derivative_free(along);
     return ok ? count : -1;
@@ -365,13 +334,11 @@ static void take_rows(const kmp_slopes *s, int k, int first, int count, double *
             out[x->entry[e].row - first] = x->value[x->entry[e].source];
 }
 
-void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double *rate, double *curve, double *force)
+kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room)
 {
     int m = slopes->m;
-    take_rows(slopes, k, 0, m, h);
-    take_rows(slopes, k, m, m, rate);
-    take_rows(slopes, k, 2 * m, m, curve);
-    take_rows(slopes, k, 3 * m, slopes->n, force);
+    take_rows(slopes, k, 0, 3 * m + slopes->n, room);
+    return (kmp_change){.h = room, .rate = room + m, .curve = room + 2 * m, .force = room + 3 * m};
 }
 
 void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
@@ -415,15 +382,18 @@ static int part_size(const kmp_slopes *s, int part)
     return part < COLUMN_KINDS ? size_of(s, part) : s->count;
 }
 
-void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, double *out)
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, int k,
+                      double *out)
 {
     double *part[COLUMN_KINDS + 1];
     parts_of(direction, part);
     memset(out, 0, (size_t)of->rows * sizeof *out);
     for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
-        for (int k = 0; k < part_size(slopes, c); k++, column++)
-            for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
-                out[of->entry[e].row] += of->value[of->entry[e].source] * part[c][k];
+        for (int i = 0; i < part_size(slopes, c); i++, column++) {
+            double by = c == COLUMN_KINDS ? i == k : part[c] ? part[c][i] : 0;
+            for (int e = of->start[column]; by != 0 && e < of->start[column + 1]; e++)
+                out[of->entry[e].row] += of->value[of->entry[e].source] * by;
+        }
 }
 
 void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,

@@ -54,7 +54,6 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .side = KMP_ARENA_NEW(&a, double, 3 * m + n),
                         .moved = KMP_ARENA_NEW(&a, double, 3 * n + m),
                         .unit = KMP_ARENA_NEW(&a, double, p),
-                        .parameters = KMP_ARENA_NEW(&a, double, slopes->count),
                         .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
     t->arena = a;
     if (a.failed)
@@ -85,12 +84,7 @@ static void follow(kmp_transfer *t, const kmp_change *change, int k, double *res
 {
     double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
     kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
-    if (k >= 0)
-        t->parameters[k] = 1;
-    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters},
-                     t->shown);
-    if (k >= 0)
-        t->parameters[k] = 0;
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, NULL}, k, t->shown);
     see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
@@ -127,7 +121,7 @@ static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual,
         drive(t, load, h + load->order * m);
         break;
     case KMP_ASKED_PARAMETER:
-        kmp_slopes_of_parameter(t->slopes, load->parameter, h, h + m, h + 2 * m, force);
+        (void)kmp_slopes_change(t->slopes, load->parameter, h);
         break;
     }
     follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);

@@ -8,16 +8,11 @@
 /* Determinant of the axes of a spherical joint below which its angles say little. */
 #define NEARLY_SINGULAR 0.02
 
-static size_t part_size(const kmp_varied *v)
-{
-    return 3 * (size_t)v->m + (size_t)v->n;
-}
-
 static bool make_room(kmp_varied *v)
 {
     kmp_arena *a = &v->arena;
     size_t n = (size_t)v->n;
-    v->part = KMP_ARENA_NEW(a, double, (size_t)v->count *part_size(v));
+    v->part = KMP_ARENA_NEW(a, double, 3 * (size_t)v->m + n);
     v->q = KMP_ARENA_NEW(a, double, n);
     for (int k = 0; k < 2; k++)
         v->anchor[k] = (kmp_varied_place){.q = KMP_ARENA_NEW(a, double, n),
@@ -43,8 +38,7 @@ kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, con
 
 void kmp_varied_free(kmp_varied *varied)
 {
-    if (varied->linear.system)
-        kmp_linear_free(&varied->linear);
+    kmp_linear_free(&varied->linear);
     kmp_arena_free(&varied->arena);
     *varied = (kmp_varied){0};
 }
@@ -165,10 +159,15 @@ void kmp_varied_matrix(kmp_varied *varied, double *matrix)
 {
     kmp_linear *l = &varied->linear;
     int p = l->p;
-    kmp_linear_matrices(l);
-    for (int k = 0; k < p; k++) {
-        kmp_linear_accelerate(l, l->stiffness + k * p, matrix + k * p);
-        kmp_linear_accelerate(l, l->damping + k * p, matrix + (p + k) * p);
+    double *unit = varied->udd;
+    memset(unit, 0, (size_t)p * sizeof *unit);
+    for (int c = 0; c < 2 * p; c++) {
+        double *column = matrix + c * p;
+        unit[c % p] = 1;
+        kmp_change change = {.u = c < p ? unit : NULL, .ud = c < p ? NULL : unit};
+        kmp_linear_follow(l, &change, &(kmp_response){.residual = column});
+        kmp_linear_accelerate(l, column, column);
+        unit[c % p] = 0;
     }
 }
 
@@ -183,33 +182,33 @@ const char *kmp_varied_singular(const kmp_varied *varied)
 
 /* -- parameters -------------------------------------------------------------------------------------- */
 
-void kmp_varied_parts(kmp_varied *varied)
+static kmp_change change_by(kmp_varied *v, int k, const double *u, const double *ud)
 {
-    int m = varied->m;
-    for (int k = 0; k < varied->count; k++) {
-        double *x = varied->part + (size_t)k * part_size(varied);
-        kmp_slopes_of_parameter(varied->slopes, k, x, x + m, x + 2 * m, x + 3 * m);
-    }
+    kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+    change.u = u;
+    change.ud = ud;
+    return change;
 }
 
-kmp_change kmp_varied_change(const kmp_varied *varied, int k, const double *u, const double *ud, const double *udd)
+static void accelerate(kmp_varied *v, const kmp_change *change, double *sudd)
 {
-    int m = varied->m;
-    const double *x = varied->part + (size_t)k * part_size(varied);
-    return (kmp_change){u, ud, udd, x, x + m, x + 2 * m, x + 3 * m};
+    kmp_linear_follow(&v->linear, change, &(kmp_response){.residual = v->residual});
+    kmp_linear_accelerate(&v->linear, v->residual, sudd);
 }
 
 void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd)
 {
-    kmp_change change = kmp_varied_change(varied, k, su, sud, NULL);
-    kmp_linear_follow(&varied->linear, &change, &(kmp_response){.residual = varied->residual});
-    kmp_linear_accelerate(&varied->linear, varied->residual, sudd);
+    kmp_change change = change_by(varied, k, su, sud);
+    accelerate(varied, &change, sudd);
 }
 
 void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
                        double *qdd, double *lambda)
 {
-    kmp_varied_accelerate(varied, k, su, sud, varied->udd);
-    kmp_change change = kmp_varied_change(varied, k, su, sud, varied->udd);
+    kmp_change change = change_by(varied, k, su, sud);
+    if (qdd || lambda) {
+        accelerate(varied, &change, varied->udd);
+        change.udd = varied->udd;
+    }
     kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
 }

@@ -101,8 +101,7 @@ static void move_positions(beginning *b, double *dq)
         kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
         for (int i = 0; i < l->p; i++)
             v->udd[i] = b->x[l->part.u[i]];
-        kmp_change change = kmp_varied_change(v, k, v->udd, NULL, NULL);
-        kmp_linear_follow(&v->linear, &change, &(kmp_response){.q = to});
+        kmp_varied_follow(v, k, v->udd, NULL, to, NULL, NULL, NULL);
     }
 }
 
@@ -207,7 +206,7 @@ static void pull_all(beginning *b, const double *dq)
         look_with_mu(b, side == 0 ? b->mu : b->zero);
         for (int k = 0; k < v->count; k++) {
             double *force = b->without + 3 * m;
-            kmp_slopes_of_parameter(v->slopes, k, b->without, b->without + m, b->without + 2 * m, force);
+            (void)kmp_slopes_change(v->slopes, k, b->without);
             kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
             for (int i = 0; i < n; i++)
                 b->with[k * n + i] += side == 0 ? -force[i] : force[i];
@@ -222,7 +221,7 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     kmp_varied *v = b->v;
     int n = b->n, m = b->m;
     const double *scale = v->system->scale;
-    double *rows = b->without;
+    double *rows = b->without + m; /* of the rate */
     kmp_slopes_of_start(v->slopes, k, b->x, dqd);
     double longer = 2 * kmp_slopes_of_length(v->slopes, k) / v->system->length;
     for (int i = 0; i < n; i++) {
@@ -230,7 +229,7 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
         dqd[i] += b->free[i] ? scale[i] * scale[i] * b->with[k * n + i] : 0;
         dqd[i] += moves ? longer * (b->a->qd[i] - v->system->model->start.qd[i].value) : 0;
     }
-    kmp_slopes_of_parameter(v->slopes, k, rows + m, rows, rows + 2 * m, rows + 3 * m); /* rows: of the rate */
+    (void)kmp_slopes_change(v->slopes, k, b->without);
     kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
     for (int r = 0; r < m; r++) {
         for (int i = 0; i < n; i++)
@@ -283,7 +282,6 @@ static kempe_status stand(beginning *b)
                         "no mass");
     kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_slopes_at(v->slopes, &at);
-    kmp_varied_parts(v);
     return KEMPE_OK;
 }
 

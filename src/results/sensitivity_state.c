@@ -16,8 +16,7 @@ static bool make_room(kmp_sensitivity_state *x)
     x->dqd = KMP_NEW(double, n *count);
     x->shown = KMP_NEW(double, shown);
     x->by = KMP_NEW(double, shown *count);
-    x->unit = KMP_NEW(double, count);
-    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by && x->unit;
+    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by;
 }
 
 /* The start with the accelerations that the equations give. */
@@ -74,7 +73,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
     kmp_shift_free(&x->shift);
     kmp_slopes_free(x->slopes);
     kmp_operating_free(x->at);
-    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by, x->unit};
+    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     *x = (kmp_sensitivity_state){0};
@@ -87,7 +86,6 @@ static void look(kmp_sensitivity_state *x)
 {
     kmp_instant at = kmp_linear_instant(&x->varied.linear);
     const kmp_shift *sh = &x->shift;
-    double *unit = x->unit;
     const double *shown = kmp_slopes_values(&x->slopes->outputs, &at);
     if (x->slopes->shown)
         memcpy(x->shown, shown, (size_t)x->slopes->shown * sizeof *shown);
@@ -95,11 +93,8 @@ static void look(kmp_sensitivity_state *x)
         kmp_direction along = {.q = sh->q + k * sh->n,
                                .qd = sh->qd + k * sh->n,
                                .qdd = sh->qdd + k * sh->n,
-                               .lambda = sh->lambda + k * sh->m,
-                               .parameters = unit};
-        unit[k] = 1;
-        kmp_slopes_along(x->slopes, &x->slopes->outputs, &along, x->by + (size_t)k * (size_t)x->slopes->shown);
-        unit[k] = 0;
+                               .lambda = sh->lambda + k * sh->m};
+        kmp_slopes_along(x->slopes, &x->slopes->outputs, &along, k, x->by + (size_t)k * (size_t)x->slopes->shown);
     }
 }
 
