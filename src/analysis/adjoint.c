@@ -39,14 +39,14 @@ typedef struct adjoint {
     const kmp_solver_kind *kind;
     void *solver;
     kmp_ode ode;
-    kept_step *first, *last, *at;                     /* steps: of the segment at hand; the one looked at last */
-    double *y, *atol, *state, *gradient, value;       /* of the target at the end */
-    double *end_q;                                    /* where the last step ends, n */
-    int *end_u;                                       /* independent there */
-    double *own_chart, *own_q, *own_qd, *own_qdd;     /* the end in the user's coordinates: charts; n */
-    double *dq, *dqd, *dqdd;                          /* n: room */
-    double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
-    double *unit, *matrix;                            /* conditions; p x 2 p */
+    kept_step *first, *last, *at;                 /* steps: of the segment at hand; the one looked at last */
+    double *y, *atol, *state, *gradient, value;   /* of the target at the end */
+    double *end_q;                                /* where the last step ends, n */
+    int *end_u;                                   /* independent there */
+    double *own_chart, *own_q, *own_qd, *own_qdd; /* the end in the user's coordinates: charts; n */
+    double *dq, *dqd, *dqdd;                      /* n: room */
+    double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
+    double *unit, *matrix;                        /* conditions; p x 2 p */
     kmp_changes_weight back;
 } adjoint;
 
@@ -286,21 +286,27 @@ static kempe_status fail(adjoint *a, double t)
     return kmp_fail(a->v->system->context, KEMPE_E_FAILED, "backwards the state cannot be evaluated at t = %.9g", t);
 }
 
+/* The state (t, y) near q, of these independent coordinates. */
+static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
+{
+    kempe_status status = kmp_varied_choose(a->v, t, q, q, u, a->p);
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_varied_at(a->v, t, y, y + a->p) != KMP_GO)
+        return fail(a, t);
+    kmp_varied_anchor(a->v);
+    return KEMPE_OK;
+}
+
 /* The state before a mark, in its own unknowns, charts and conditions. */
 static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
 {
-    kmp_varied *v = a->v;
-    for (int k = 0; k < v->system->events.count; k++)
-        kmp_plant_set_mode(v->linear.plant, k, mark->mode[k] != 0);
+    kmp_plant *plant = a->v->linear.plant;
+    for (int k = 0; k < a->v->system->events.count; k++)
+        kmp_plant_set_mode(plant, k, mark->mode[k] != 0);
     if (mark->next.chart)
-        kmp_plant_set_charts(v->linear.plant, mark->chart);
-    kempe_status status = kmp_varied_choose(v, mark->t, mark->q, mark->q, mark->u, a->p);
-    if (status != KEMPE_OK)
-        return status;
-    if (kmp_varied_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
-        return fail(a, mark->t);
-    kmp_varied_anchor(v);
-    return KEMPE_OK;
+        kmp_plant_set_charts(plant, mark->chart);
+    return stand(a, mark->t, mark->q, mark->u, mark->y);
 }
 
 /* Weights of what became u behind the mark, as those of what was u before it. */
@@ -399,37 +405,19 @@ static kempe_status all_back(adjoint *a, double h)
 
 static bool make_room(adjoint *a)
 {
-    kmp_arena *room = &a->arena;
-    size_t n = (size_t)a->n, m = (size_t)a->m, p = (size_t)a->p;
-    a->size = 2 * a->p + a->count;
-    a->y = KMP_ARENA_NEW(room, double, a->size);
-    a->atol = KMP_ARENA_NEW(room, double, a->size);
-    a->state = KMP_ARENA_NEW(room, double, 2 * p);
-    a->wq = KMP_ARENA_NEW(room, double, n);
-    a->wqd = KMP_ARENA_NEW(room, double, n);
-    a->wqdd = KMP_ARENA_NEW(room, double, n);
-    a->wlambda = KMP_ARENA_NEW(room, double, m);
-    a->w = KMP_ARENA_NEW(room, double, n);
-    a->wu = KMP_ARENA_NEW(room, double, p);
-    a->matrix = KMP_ARENA_NEW(room, double, 2 * p * p);
-    double **rooms[] = {&a->dq, &a->dqd, &a->dqdd};
-    for (int k = 0; k < 3; k++)
-        *rooms[k] = KMP_ARENA_NEW(room, double, n);
-    a->unit = KMP_ARENA_NEW(room, double, a->v->system->events.count);
-    a->back = (kmp_changes_weight){KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, p),
-                                   KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, m),
-                                   KMP_ARENA_NEW(room, double, m), KMP_ARENA_NEW(room, double, m),
-                                   KMP_ARENA_NEW(room, double, n)};
+    int n = a->n, m = a->m, p = a->p;
+    a->size = 2 * p + a->count;
+    const kmp_arena_group groups[] = {
+        {a->size, {&a->y, &a->atol}},
+        {n, {&a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force}},
+        {m, {&a->wlambda, &a->back.h, &a->back.rate, &a->back.curve}},
+        {p, {&a->wu, &a->back.u, &a->back.ud, &a->back.udd}},
+        {2 * p, {&a->state}},
+        {2 * p * p, {&a->matrix}},
+        {a->v->system->events.count, {&a->unit}}};
     a->ode =
         (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
-    return !room->failed;
-}
-
-static void free_all(adjoint *a)
-{
-    kmp_arena_free(&a->arena);
-    if (a->solver)
-        a->kind->release(a->solver);
+    return kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* The weights at the end, in y; how large they are, for the tolerances. */
@@ -438,13 +426,10 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     kmp_varied *v = a->v;
     int p = a->p;
     double size = 0;
-    kempe_status status = kmp_varied_choose(v, a->ask->spec->t_end, a->end_q, a->end_q, a->end_u, p);
+    recall(a, a->end, a->ask->spec->t_end, a->state);
+    kempe_status status = stand(a, a->ask->spec->t_end, a->end_q, a->end_u, a->state);
     if (status != KEMPE_OK)
         return status;
-    recall(a, a->end, a->ask->spec->t_end, a->state);
-    if (kmp_varied_at(v, a->ask->spec->t_end, a->state, a->state + p) != KMP_GO)
-        return fail(a, a->ask->spec->t_end);
-    kmp_varied_anchor(v);
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
     for (int i = 0; i < p; i++) {
@@ -524,12 +509,10 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
     a.ask = &motion;
-    a.end_q = KMP_ARENA_NEW(&a.arena, double, a.n);
+    const kmp_arena_group groups[] = {{a.n, {&a.end_q, &a.own_q, &a.own_qd, &a.own_qdd}},
+                                      {(ptrdiff_t)chart_size(&a), {&a.own_chart}}};
+    (void)kmp_arena_make_groups(&a.arena, 2, groups);
     a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
-    a.own_chart = KMP_ARENA_NEW(&a.arena, double, chart_size(&a));
-    a.own_q = KMP_ARENA_NEW(&a.arena, double, a.n);
-    a.own_qd = KMP_ARENA_NEW(&a.arena, double, a.n);
-    a.own_qdd = KMP_ARENA_NEW(&a.arena, double, a.n);
     if (!a.arena.failed)
         kmp_charts_reset(varied->system, a.own_chart);
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
@@ -539,6 +522,8 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
             report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }
-    free_all(&a);
+    if (a.solver)
+        a.kind->release(a.solver);
+    kmp_arena_free(&a.arena);
     return status;
 }

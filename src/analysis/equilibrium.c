@@ -152,14 +152,6 @@ static int farthest(const kmp_way *w, double *far)
     return best;
 }
 
-static int place_in_u(const kmp_linear *l, int coordinate)
-{
-    for (int k = 0; k < l->p; k++)
-        if (l->part.u[k] == coordinate)
-            return k;
-    return -1;
-}
-
 /* Who pulls at the start along the coordinate u[k], which has gone so far since. */
 static kempe_status complain_runaway(kmp_way *w, int k, double far)
 {
@@ -169,7 +161,7 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     kmp_load_path path = {0};
     kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
-        place = place_in_u(l, coordinate);
+        place = kmp_linear_place(l, coordinate);
     kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
     if (status != KEMPE_OK)
         return status;
@@ -310,20 +302,18 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
  * and something that resists on how fast it goes. */
 static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
 {
-    double *ud = KMP_NEW(double, 2 * l->n), *work = ud ? ud + l->n : NULL, most;
+    double *work = KMP_NEW(double, l->n), most;
     search->rates = KMP_NEW(kmp_steady, l->n);
     kempe_status status =
-        ud && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
-    for (int k = 0; status == KEMPE_OK && k < l->p; k++)
-        ud[k] = qd[l->part.u[k]];
-    if (status == KEMPE_OK && kmp_linear_at(l, t, q, ud, NULL) == KEMPE_OK) {
+        work && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
         kmp_linear_matrices(l);
         (void)kmp_way_measure(l, work, &most);
         for (int k = 0; k < l->p; k++)
             if (kmp_way_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
-                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], ud[k], KMP_RATE_FREED};
+                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], qd[l->part.u[k]], KMP_RATE_FREED};
     }
-    kmp_free(ud);
+    kmp_free(work);
     return status;
 }
 

@@ -226,33 +226,19 @@ static const kmp_road_kind varied_road = {
 static bool make_room(kmp_forward_road *f)
 {
     kmp_arena *a = &f->arena;
-    int n = f->n, slopes = n * f->v->count, conditions = f->system->events.count;
-    int charts = KMP_CHART_SIZE * f->system->chart_count;
-    const kmp_arena_room rooms[] = {{&f->q, n},
-                                    {&f->qd, n},
-                                    {&f->dq, slopes},
-                                    {&f->dqd, slopes},
-                                    {&f->dqdd, slopes},
-                                    {&f->dlambda, f->m * f->v->count},
-                                    {&f->dshown, f->v->slopes->shown * f->v->count},
-                                    {&f->swing, f->v->count},
-                                    {&f->mode, conditions},
-                                    {&f->new_mode, conditions},
-                                    {&f->next_mode, conditions},
-                                    {&f->changes, conditions},
-                                    {&f->along, conditions},
-                                    {&f->chart, charts},
-                                    {&f->new_chart, charts},
-                                    {&f->su, n},
-                                    {&f->sud, n},
-                                    {&f->ud, n},
-                                    {&f->before, n},
-                                    {&f->old_q, n},
-                                    {&f->old_y, 2 * n},
-                                    {&f->old_chart, charts},
-                                    {&f->matrix, 2 * n * n},
-                                    {&f->tail, f->integrals}};
-    (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
+    int n = f->n, count = f->v->count, conditions = f->system->events.count;
+    const kmp_arena_group groups[] = {
+        {n, {&f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q}},
+        {n * count, {&f->dq, &f->dqd, &f->dqdd}},
+        {f->m * count, {&f->dlambda}},
+        {f->v->slopes->shown * count, {&f->dshown}},
+        {count, {&f->swing}},
+        {conditions, {&f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along}},
+        {KMP_CHART_SIZE * f->system->chart_count, {&f->chart, &f->new_chart, &f->old_chart}},
+        {2 * n, {&f->old_y}},
+        {2 * n * n, {&f->matrix}},
+        {f->integrals, {&f->tail}}};
+    (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
     f->signs = KMP_ARENA_NEW(a, int, n);
     f->signs_now = KMP_ARENA_NEW(a, int, n);
     f->old_u = KMP_ARENA_NEW(a, int, n);

@@ -269,27 +269,20 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
 static bool make_room(kempe_gradient *g)
 {
     int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
-    const kmp_arena_room rooms[] = {{&g->wanted, count},
-                                    {&g->value, all},
-                                    {&g->q, n},
-                                    {&g->to, all + n},
-                                    {&g->from, all},
-                                    {&g->trial, n},
-                                    {&g->predicted, n},
-                                    {&g->slope, n * all},
-                                    {&g->rates, driven},
-                                    {&g->accelerations, driven},
-                                    {&g->part, 3 * m + n},
-                                    {&g->dqd, n},
-                                    {&g->dqdd, n},
-                                    {&g->dlambda, m},
-                                    {&g->column, all + n + shown},
-                                    {&g->unit, driven},
-                                    {&g->out, shown},
-                                    {&g->jacobian, shown * count},
-                                    {&g->by_driven, shown * driven},
-                                    {&g->q_jacobian, n * count}};
-    (void)kmp_arena_make_rooms(&g->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{n, {&g->q, &g->trial, &g->predicted, &g->dqd, &g->dqdd}},
+                                      {m, {&g->dlambda}},
+                                      {3 * m + n, {&g->part}},
+                                      {driven, {&g->rates, &g->accelerations, &g->unit}},
+                                      {count, {&g->wanted}},
+                                      {all, {&g->value, &g->from}},
+                                      {all + n, {&g->to}},
+                                      {all + n + shown, {&g->column}},
+                                      {n * all, {&g->slope}},
+                                      {shown, {&g->out}},
+                                      {shown * count, {&g->jacobian}},
+                                      {shown * driven, {&g->by_driven}},
+                                      {n * count, {&g->q_jacobian}}};
+    (void)kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
     g->order = KMP_ARENA_NEW(&g->arena, int, driven);
     g->name = KMP_ARENA_NEW(&g->arena, char *, shown);
     return !g->arena.failed;

@@ -53,18 +53,15 @@ static bool make_room(work *w)
     w->moved = KMP_ARENA_NEW(a, number, count * count);
     w->s = KMP_ARENA_NEW(a, number, count);
     w->group = KMP_ARENA_NEW(a, int, count);
-    w->room = KMP_ARENA_NEW(a, double, 2 * count * (count + 1));
     w->pivot = KMP_ARENA_NEW(a, int, count);
     w->done = KMP_ARENA_NEW(a, bool, count);
-    w->unit = KMP_ARENA_NEW(a, double, w->out->count);
-    for (int k = 0; k < 2; k++) {
-        double **of[] = {&w->part[k].u,  &w->part[k].ud,  &w->part[k].udd, &w->part[k].q,
-                         &w->part[k].qd, &w->part[k].qdd, &w->rest[k]};
-        for (size_t i = 0; i < sizeof of / sizeof *of; i++)
-            *of[i] = KMP_ARENA_NEW(a, double, n);
-        w->part[k].lambda = KMP_ARENA_NEW(a, double, w->m);
-    }
-    return !a->failed;
+    part *x = w->part;
+    const kmp_arena_group groups[] = {{n, {&x[0].u, &x[0].ud, &x[0].udd, &x[0].q, &x[0].qd, &x[0].qdd, &w->rest[0]}},
+                                      {n, {&x[1].u, &x[1].ud, &x[1].udd, &x[1].q, &x[1].qd, &x[1].qdd, &w->rest[1]}},
+                                      {w->m, {&x[0].lambda, &x[1].lambda}},
+                                      {w->out->count, {&w->unit}},
+                                      {2 * count * (count + 1), {&w->room}}};
+    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
 }
 
 /* -- one mode ---------------------------------------------------------------------------------------- */

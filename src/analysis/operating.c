@@ -212,13 +212,7 @@ kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *line
     kempe_status status = kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count);
     if (status != KEMPE_OK)
         return status;
-    double *ud = KMP_NEW(double, linear->p);
-    if (!ud)
-        return kmp_fail_memory(linear->system->context);
-    for (int k = 0; k < linear->p; k++)
-        ud[k] = operating->inner_qd[linear->part.u[k]];
-    status = operating->equilibrium ? kmp_linear_at(linear, operating->t, operating->inner_q, ud, NULL)
-                                    : kmp_linear_at_motion(linear, operating->t, operating->inner_q, ud);
-    kmp_free(ud);
+    status =
+        kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd, !operating->equilibrium);
     return explain(linear, status);
 }

@@ -9,7 +9,6 @@
 
 /** What stays. */
 typedef enum kmp_keeping {
-    KMP_KEEP_MOTION,     /* u, ud and udd: the equations are met by efforts on u */
     KMP_KEEP_RATES,      /* u and ud; udd follows from R = 0 */
     KMP_KEEP_EQUILIBRIUM /* ud and udd; u follows from R = 0 */
 } kmp_keeping;
@@ -20,7 +19,7 @@ typedef struct kmp_shift {
     int n, m, count;                /* parameters */
     const char *const *names;       /* theirs; not owned */
     double *q, *qd, *qdd, *lambda;  /* n, n, n and m a parameter */
-    double *residual;               /* what R becomes, by u: zero but for the first way; p a parameter, room for n */
+    double *residual;               /* what R becomes, by u: zero; p a parameter, room for n */
     double *part;                   /* 3 m + n: the change that one parameter makes of the equations */
     double *u, *ud;                 /* p of one parameter */
     double *matrix, *side, *pivots; /* of the equations for u or udd */

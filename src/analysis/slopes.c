@@ -4,6 +4,7 @@
 #include "analysis/slopes.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "model/variant.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <string.h>
@@ -13,6 +14,7 @@
 /* Expressions of one program while its entries are found. */
 typedef struct gather {
     kmp_slopes *s;
+    kmp_slope_matrix *x; /* that they become */
     kmp_arena arena;
     kmp_equations eq;
     kmp_derivative *along;     /* of one parameter after the other */
@@ -23,20 +25,10 @@ typedef struct gather {
     kmp_listing list;
 } gather;
 
-static bool begin_matrix(kmp_slope_matrix *x, int most_columns)
+/* The outputs so far that stand in the next column are all of it. */
+static void end_column(gather *g)
 {
-    x->start = KMP_NEW(int, most_columns + 1);
-    return x->start;
-}
-
-static void add_entry(gather *g, const kmp_slope_matrix *x, int row, kmp_ref r)
-{
-    kmp_listing_put(&g->list, 0, row, x->columns, r);
-}
-
-static void end_column(const gather *g, kmp_slope_matrix *x)
-{
-    x->start[++x->columns] = g->list.count;
+    g->x->start[++g->x->columns] = g->list.count;
 }
 
 /* -- directions of parameters ------------------------------------------------------------------------ */
@@ -57,7 +49,7 @@ int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *dir
 }
 
 /* A column for each parameter. */
-static bool add_parameters(gather *g, kmp_slope_matrix *x)
+static bool add_parameters(gather *g)
 {
     bool ok = true;
     for (int p = 0; ok && p < g->s->count; p++) {
@@ -66,8 +58,8 @@ static bool add_parameters(gather *g, kmp_slope_matrix *x)
         int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
         ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
         for (int i = 0; ok && i < g->of_count; i++)
-            add_entry(g, x, i, kmp_derivative_of(g->along, g->of[i]));
-        end_column(g, x);
+            kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
+        end_column(g);
     }
     return ok;
 }
@@ -104,7 +96,7 @@ static bool add_equations(gather *g)
     int n = g->s->n, m = g->s->m;
     const kmp_start *start = &g->eq.model->start;
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * m + 3 * n + 1);
-    if (!g->of || !begin_matrix(&g->s->equations, g->s->count))
+    if (!g->of)
         return false;
     kmp_slopes_collect(&g->eq, g->of);
     for (int i = 0; i < n; i++) {
@@ -113,7 +105,7 @@ static bool add_equations(gather *g)
     }
     g->of[3 * m + 3 * n] = length(g);
     g->of_count = 3 * m + 3 * n + 1;
-    return add_parameters(g, &g->s->equations);
+    return add_parameters(g);
 }
 
 /* -- the outputs ------------------------------------------------------------------------------------- */
@@ -126,18 +118,18 @@ static int size_of(const kmp_slopes *s, int kind)
     return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
 }
 
-static bool add_column(gather *g, kmp_slope_matrix *x, kmp_partials *partials, kmp_ref leaf)
+static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
 {
     const int *which;
     const kmp_ref *value;
     int count = kmp_partials_along(partials, leaf, &which, &value);
     for (int i = 0; i < count; i++)
-        add_entry(g, x, which[i], value[i]);
-    end_column(g, x);
+        kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
+    end_column(g);
     return count >= 0;
 }
 
-static bool add_state(gather *g, kmp_slope_matrix *x)
+static bool add_state(gather *g)
 {
     kmp_graph *graph = g->eq.graph;
     for (int c = 0; c < COLUMN_KINDS; c++)
@@ -147,18 +139,17 @@ static bool add_state(gather *g, kmp_slope_matrix *x)
     bool ok = partials;
     for (int c = 0; c < COLUMN_KINDS; c++)
         for (int k = 0; ok && k < size_of(g->s, c); k++)
-            ok = add_column(g, x, partials, kmp_input(graph, columns[c], (uint32_t)k));
+            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
     kmp_partials_free(partials);
     return ok;
 }
 
 /* The values come first. */
-static bool add_values(gather *g, kmp_slope_matrix *x)
+static bool add_values(gather *g)
 {
-    bool ok = g->of && begin_matrix(x, 1 + 3 * g->s->n + g->s->m + g->s->count);
-    for (int i = 0; ok && i < g->of_count; i++)
+    for (int i = 0; g->of && i < g->of_count; i++)
         (void)kmp_listing_add(&g->list, g->of[i]);
-    return ok && add_state(g, x) && add_parameters(g, x);
+    return g->of && add_state(g) && add_parameters(g);
 }
 
 static bool add_outputs(gather *g)
@@ -167,7 +158,7 @@ static bool add_outputs(gather *g)
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->of_count; i++)
         g->of[i] = g->eq.shown[i];
-    return add_values(g, &g->s->outputs);
+    return add_values(g);
 }
 
 static bool add_events(gather *g)
@@ -177,14 +168,15 @@ static bool add_events(gather *g)
     for (int i = 0; g->of && i < g->of_count; i++)
         if (!g->s->system->events.condition[i].ends && !kmp_tree_event(&g->eq.tree, i, &g->of[i]))
             return false;
-    return add_values(g, &g->s->events);
+    return add_values(g);
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-static bool make_machine(gather *g, kmp_slope_matrix *x, const kmp_backend *backend)
+static bool make_machine(gather *g, const kmp_backend *backend)
 {
     const kmp_listing *list = &g->list;
+    kmp_slope_matrix *x = g->x;
     if (kmp_graph_failed(g->eq.graph) || list->failed)
         return false;
     x->count = list->count;
@@ -197,19 +189,12 @@ static bool make_machine(gather *g, kmp_slope_matrix *x, const kmp_backend *back
 
 static bool make_room(gather *g)
 {
-    int parameters = g->eq.model->parameter_count;
+    int parameters = g->eq.model->parameter_count, width = 1 + 3 * g->s->n + g->s->m + g->s->count;
+    g->x->start = KMP_NEW(int, width + 1);
     g->leaf = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
     g->direction = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
     g->along = g->arena.failed ? NULL : kmp_derivative_new(g->eq.graph, 0, g->leaf, g->direction);
-    return g->along;
-}
-
-static void clear(gather *g)
-{
-    kmp_derivative_free(g->along);
-    kmp_arena_free(&g->arena);
-    kmp_free(g->list.output);
-    kmp_free(g->list.entry);
+    return g->along && g->x->start;
 }
 
 kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
@@ -222,13 +207,16 @@ kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system,
 static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g), kmp_slope_matrix *x, const int *named,
                            const kmp_backend *backend)
 {
-    gather g = {.s = s, .named = named};
+    gather g = {.s = s, .x = x, .named = named};
     kmp_events events;
     kempe_status status = kmp_slopes_equations(&g.eq, s->system, &events, sets);
     if (status != KEMPE_OK)
         return status;
-    bool ok = make_room(&g) && add(&g) && make_machine(&g, x, backend);
-    clear(&g);
+    bool ok = make_room(&g) && add(&g) && make_machine(&g, backend);
+    kmp_derivative_free(g.along);
+    kmp_arena_free(&g.arena);
+    kmp_free(g.list.output);
+    kmp_free(g.list.entry);
     kmp_equations_free(&g.eq);
     return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
 }
@@ -239,10 +227,8 @@ kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *
 {
     const kempe_model *m = system->model;
     for (int p = 0; p < count; p++) {
-        int k = 0;
-        while (k < m->parameter_count && (!m->parameters[k].varies || strcmp(m->parameters[k].name, names[p]) != 0))
-            k++;
-        if (k == m->parameter_count)
+        int k = kmp_parameter_find(m, names[p]);
+        if (k < 0 || !m->parameters[k].varies)
             return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                             "parameter '%s' is not among those that the equations keep open", names[p]);
         parameter[p] = k;
@@ -341,17 +327,13 @@ kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room)
     return (kmp_change){.h = room, .rate = room + m, .curve = room + 2 * m, .force = room + 3 * m};
 }
 
-void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
+double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
 {
     int n = slopes->n, first = 3 * slopes->m + n;
+    double length;
     take_rows(slopes, k, first, n, q);
     take_rows(slopes, k, first + n, n, qd);
-}
-
-double kmp_slopes_of_length(const kmp_slopes *slopes, int k)
-{
-    double length;
-    take_rows(slopes, k, 3 * (slopes->m + slopes->n), 1, &length);
+    take_rows(slopes, k, first + 2 * n, 1, &length);
     return length;
 }
 

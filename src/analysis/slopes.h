@@ -57,11 +57,9 @@ void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
 /** The change that parameter k makes of the equations; `room` (3 m + n) holds its h, rate, curve and force in turn. */
 kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room);
 
-/** By parameter k: of the model's start values and rates (n each), wherever the state is. */
-void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
-
-/** By parameter k: of the characteristic length. */
-double kmp_slopes_of_length(const kmp_slopes *slopes, int k);
+/** By parameter k: of the model's start values and rates (n each), wherever the state is; returns that of the
+ *  characteristic length. */
+double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
 
 /** out[k] += what changes of w'(h, rate, curve, force) by parameter k, for all of them; a NULL part of w is zero. */
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,

@@ -32,7 +32,6 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
-    kmp_arena a = {0};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = n,
@@ -40,23 +39,19 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .p = p,
                         .inputs = inputs,
                         .outputs = outputs,
-                        .columns = columns,
-                        .seen = KMP_ARENA_NEW(&a, kmp_seen, outputs),
-                        .load = KMP_ARENA_NEW(&a, kmp_load, columns),
-                        .map = KMP_ARENA_NEW(&a, double, n *p),
-                        .map_rate = KMP_ARENA_NEW(&a, double, n *p),
-                        .loads = KMP_ARENA_NEW(&a, double, p *columns),
-                        .by_u = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .by_ud = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .by_udd = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .direct = KMP_ARENA_NEW(&a, double, outputs *columns),
-                        .value = KMP_ARENA_NEW(&a, double, outputs),
-                        .side = KMP_ARENA_NEW(&a, double, 3 * m + n),
-                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m),
-                        .unit = KMP_ARENA_NEW(&a, double, p),
-                        .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
-    t->arena = a;
-    if (a.failed)
+                        .columns = columns};
+    const kmp_arena_group groups[] = {{n * p, {&t->map, &t->map_rate}},
+                                      {p * columns, {&t->loads}},
+                                      {outputs * p, {&t->by_u, &t->by_ud, &t->by_udd}},
+                                      {outputs * columns, {&t->direct}},
+                                      {outputs, {&t->value}},
+                                      {3 * m + n, {&t->side}},
+                                      {3 * n + m, {&t->moved}},
+                                      {p, {&t->unit}},
+                                      {slopes->shown, {&t->shown}}};
+    t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
+    t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
+    if (!kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(linear->system->context);
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);

@@ -10,19 +10,12 @@
 
 static bool make_room(kmp_varied *v)
 {
-    kmp_arena *a = &v->arena;
-    size_t n = (size_t)v->n;
-    v->part = KMP_ARENA_NEW(a, double, 3 * (size_t)v->m + n);
-    v->q = KMP_ARENA_NEW(a, double, n);
-    for (int k = 0; k < 2; k++)
-        v->anchor[k] = (kmp_varied_place){.q = KMP_ARENA_NEW(a, double, n),
-                                          .x = KMP_ARENA_NEW(a, double, n *n),
-                                          .drift = KMP_ARENA_NEW(a, double, n),
-                                          .curve = KMP_ARENA_NEW(a, double, n)};
-    v->udd = KMP_ARENA_NEW(a, double, n);
-    v->residual = KMP_ARENA_NEW(a, double, n);
-    v->shown = KMP_ARENA_NEW(a, double, v->slopes->shown);
-    return !a->failed;
+    int n = v->n;
+    const kmp_arena_group groups[] = {{n, {&v->q, &v->udd, &v->residual, &v->anchor[0].q, &v->anchor[1].q}},
+                                      {n * (2 + n), {&v->anchor[0].drift, &v->anchor[1].drift}},
+                                      {3 * v->m + n, {&v->part}},
+                                      {v->slopes->shown, {&v->shown}}};
+    return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
 }
 
 kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes)
@@ -50,11 +43,9 @@ static void stand_alone(kmp_varied *v, double t, const double *q)
 {
     for (int k = 0; k < 2; k++) {
         kmp_varied_place *at = &v->anchor[k];
-        memcpy(at->q, q, (size_t)v->n * sizeof *q);
-        memset(at->x, 0, (size_t)(v->n * v->linear.p) * sizeof *q);
-        memset(at->drift, 0, (size_t)v->n * sizeof *q);
-        memset(at->curve, 0, (size_t)v->n * sizeof *q);
         at->t = t;
+        memcpy(at->q, q, (size_t)v->n * sizeof *q);
+        memset(at->drift, 0, (size_t)(v->n * (2 + v->linear.p)) * sizeof *q);
     }
 }
 
@@ -87,9 +78,9 @@ void kmp_varied_anchor(kmp_varied *varied)
     at[0] = at[1];
     at[1] = last;
     memcpy(at->q, l->q, (size_t)varied->n * sizeof *l->q);
-    memcpy(at->x, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
     memcpy(at->drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
-    memcpy(at->curve, l->red.a0, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift + varied->n, l->red.a0, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift + 2 * varied->n, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
     at->t = l->t;
 }
 
@@ -97,13 +88,14 @@ void kmp_varied_anchor(kmp_varied *varied)
 static void predict_from(kmp_varied *v, const kmp_varied_place *at, double t, const double *u)
 {
     const kmp_partition *part = &v->linear.part;
+    const double *curve = at->drift + v->n, *x = curve + v->n;
     double tau = t - at->t;
     for (int i = 0; i < v->n; i++)
-        v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * at->curve[i]);
+        v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * curve[i]);
     for (int k = 0; k < part->p; k++) {
         double du = u[k] - at->q[part->u[k]];
         for (int i = 0; i < v->n; i++)
-            v->q[i] += at->x[i + k * v->n] * du;
+            v->q[i] += x[i + k * v->n] * du;
     }
     for (int k = 0; k < part->p; k++)
         v->q[part->u[k]] = u[k];

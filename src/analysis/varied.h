@@ -15,7 +15,7 @@
 
 /** A state that positions are predicted from. */
 typedef struct kmp_varied_place {
-    double t, *q, *x, *drift, *curve; /* n, n x p, n, n: with q' = x u' + drift and q'' = x u'' + curve */
+    double t, *q, *drift; /* n; n x (2 + p): drift, curve and x, with q' = x u' + drift and q'' = x u'' + curve */
 } kmp_varied_place;
 
 typedef struct kmp_varied {

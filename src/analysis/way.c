@@ -14,16 +14,14 @@
 bool kmp_way_init(kmp_way *w)
 {
     int n = w->n;
-    double **rooms[] = {&w->q,     &w->begin, &w->rates, &w->work, &w->size, &w->values,
-                        &w->right, &w->step,  &w->force, &w->move, &w->trial};
-    int **lists[] = {&w->pivot, &w->place, &w->rate};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        *rooms[k] = KMP_ARENA_NEW(&w->arena, double, n);
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        *lists[k] = KMP_ARENA_NEW(&w->arena, int, n);
-    w->matrix = KMP_ARENA_NEW(&w->arena, double, n *n);
-    w->vectors = KMP_ARENA_NEW(&w->arena, double, n *n);
-    w->factors = KMP_ARENA_NEW(&w->arena, double, n *n);
+    const kmp_arena_group groups[] = {{n,
+                                       {&w->q, &w->begin, &w->rates, &w->work, &w->size, &w->values, &w->right,
+                                        &w->step, &w->force, &w->move, &w->trial}},
+                                      {n * n, {&w->matrix, &w->vectors, &w->factors}}};
+    (void)kmp_arena_make_groups(&w->arena, 2, groups);
+    w->pivot = KMP_ARENA_NEW(&w->arena, int, n);
+    w->place = KMP_ARENA_NEW(&w->arena, int, n);
+    w->rate = KMP_ARENA_NEW(&w->arena, int, n);
     w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->given[k] = w->search->rates[k].rate;
@@ -209,13 +207,9 @@ static kempe_status choose_with_steady(kmp_way *w)
 /* The first of the steady coordinates that is not independent; -1: all are. */
 static int find_dependent(const kmp_way *w)
 {
-    for (int k = 0; k < w->search->rate_count; k++) {
-        int found = 0;
-        while (found < w->l->p && w->l->part.u[found] != w->search->rates[k].coordinate)
-            found++;
-        if (found == w->l->p)
+    for (int k = 0; k < w->search->rate_count; k++)
+        if (kmp_linear_place(w->l, w->search->rates[k].coordinate) < 0)
             return w->search->rates[k].coordinate;
-    }
     return -1;
 }
 

@@ -44,26 +44,19 @@ static bool make_room(solver *s)
 {
     int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
     int rows = n + t, columns = n + f;
-    const kmp_arena_room rooms[] = {{&s->jacobian, rows * columns},
-                                    {&s->value, rows},
-                                    {&s->row_size, rows},
-                                    {&s->column_size, columns},
-                                    {&s->damped, (rows + columns) * columns},
-                                    {&s->right, rows + columns},
-                                    {&s->step, columns},
-                                    {&s->moves, n * columns},
-                                    {&s->unit, n},
-                                    {&s->dqd, n},
-                                    {&s->dqdd, n},
-                                    {&s->dlambda, m},
-                                    {&s->partial, 3 * m + n},
-                                    {&s->along, s->shown},
-                                    {&s->dr, n},
-                                    {&s->kept, n + f + r},
-                                    {&s->good, n + f + r},
-                                    {&s->from, t},
-                                    {&s->to, t}};
-    return kmp_arena_make_rooms(&s->w->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{n, {&s->unit, &s->dqd, &s->dqdd, &s->dr}},
+                                      {m, {&s->dlambda}},
+                                      {3 * m + n, {&s->partial}},
+                                      {rows, {&s->value, &s->row_size}},
+                                      {columns, {&s->column_size, &s->step}},
+                                      {rows * columns, {&s->jacobian}},
+                                      {(rows + columns) * columns, {&s->damped}},
+                                      {rows + columns, {&s->right}},
+                                      {n * columns, {&s->moves}},
+                                      {s->shown, {&s->along}},
+                                      {n + f + r, {&s->kept, &s->good}},
+                                      {t, {&s->from, &s->to}}};
+    return kmp_arena_make_groups(&s->w->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* -- the equations ----------------------------------------------------------------------------------- */

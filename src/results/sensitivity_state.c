@@ -28,10 +28,7 @@ static kempe_status take_start(kmp_sensitivity_state *x)
         status = kmp_linear_choose(l, 0, x->q, NULL, 0);
     if (status != KEMPE_OK)
         return status;
-    double *ud = x->shift.ud;
-    for (int k = 0; k < l->p; k++)
-        ud[k] = x->qd[l->part.u[k]];
-    if (kmp_linear_at_motion(l, 0, x->q, ud) != KEMPE_OK)
+    if (kmp_linear_at_rates(l, 0, x->q, x->qd, true) != KEMPE_OK)
         return kmp_fail(x->s->context, KEMPE_E_FAILED,
                         "the start has no accelerations: its closures are singular, or a coordinate moves no mass");
     return kmp_shift_at(&x->shift, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
