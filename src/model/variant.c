@@ -333,20 +333,6 @@ kempe_model *kmp_variant_model(kmp_variant *variant)
     return &variant->model;
 }
 
-bool kmp_variant_shift(kmp_variant *v, kmp_number *number, double by)
-{
-    number->value += by;
-    if (!number->expr)
-        return true;
-    kmp_expr *sum = KMP_ARENA_NEW(&v->model.arena, kmp_expr, 2);
-    if (!sum)
-        return false;
-    sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = by};
-    sum[1] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = number->expr, .b = &sum[0]};
-    number->expr = &sum[1];
-    return true;
-}
-
 /* -- values ------------------------------------------------------------------------------------------ */
 
 static bool check_bodies(const kempe_model *m, const kempe_model *base, kmp_text *why)

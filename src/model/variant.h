@@ -24,9 +24,6 @@ kempe_model *kmp_variant_model(kmp_variant *variant);
  *  these values; `why` (empty before) then has a sentence. KEMPE_E_MEMORY: no room for it. */
 kempe_status kmp_variant_set(kmp_variant *variant, const double *values, kmp_text *why);
 
-/** A number of the copy that is more by so much from now on, whatever its parameters. false: no memory. */
-bool kmp_variant_shift(kmp_variant *variant, kmp_number *number, double by);
-
 /** The parameter of a name; -1: there is none. */
 int kmp_parameter_find(const kempe_model *model, const char *name);
 

@@ -237,7 +237,7 @@ static bool try_model(kempe_model *(*read)(const char *, const kempe_setting *, 
     const kempe_generation g = {.sets = SETS, .drives = true, .keep_parameters = 1};
     kempe_model *model = read(what, NULL, 0), *other = NULL;
     kmp_source kept, made;
-    if (model) /* axes are no entries of p: of a rounded drawing they stay as drawn */
+    if (model) /* the axes of a rounded drawing are moved, and no entries of p */
         CHECK(kempe_model_set_closure_tolerance(model, 0) == KEMPE_OK);
     if (!model || !can_be_written(model) || model->motion_count > MOST ||
         kmp_source_init(&kept, model, &g) != KEMPE_OK) {
@@ -377,6 +377,53 @@ static void shapes_are_no_entries(void)
     kempe_model_free(model);
 }
 
+/* The largest difference of two sources of the same drawing with their own values in p. */
+static double apart(const kmp_source *a, const kmp_source *b)
+{
+    double *one = NULL, *other = NULL, most = 0;
+    int count = evaluate(a, false, &one);
+    CHECK(evaluate(b, false, &other) == count && count > 0);
+    for (int k = 0; k < count; k++)
+        most = fmax(most, fabs(one[k] - other[k]));
+    kmp_free(one);
+    kmp_free(other);
+    return most;
+}
+
+/* With numbers in p, too, the mechanism that is meant is written: its points are the values of p, its axes constants.
+ */
+static void writes_what_is_meant(const char *path)
+{
+    char full[1024];
+    (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    kempe_model *model = read_file(full, NULL, 0), *as_drawn = read_file(full, NULL, 0);
+    kempe_generation g = {.sets = "h+J"};
+    kmp_source plain, kept, drawn;
+    CHECK(model && as_drawn && kempe_model_set_closure_tolerance(as_drawn, 0) == KEMPE_OK);
+    CHECK(kmp_source_init(&plain, model, &g) == KEMPE_OK);
+    g.keep_parameters = 1;
+    CHECK(kmp_source_init(&kept, model, &g) == KEMPE_OK && kmp_source_init(&drawn, as_drawn, &g) == KEMPE_OK);
+    CHECK(kept.parameter_count > 0 && apart(&plain, &kept) < 1e-12);
+    bool same = drawn.parameter_count == kept.parameter_count;
+    CHECK(same);
+    for (int k = 0; same && k < kept.parameter_count; k++) {
+        CHECK_TEXT(kept.parameter_name[k], drawn.parameter_name[k]);
+        CHECK_NEAR(kept.value[k], drawn.value[k], 5e-6);
+    }
+    CHECK(apart(&kept, &drawn) > 1e-8);
+    kmp_source_free(&plain);
+    kmp_source_free(&kept);
+    kmp_source_free(&drawn);
+    kempe_model_free(model);
+    kempe_model_free(as_drawn);
+}
+
+static void a_rounded_drawing_is_written_as_meant(void)
+{
+    writes_what_is_meant("tests/models/rounded_lamp.yaml");
+    writes_what_is_meant("tests/models/rounded_bennett.yaml");
+}
+
 static void every_model(void)
 {
     static char *paths[MOST_MODELS];
@@ -396,6 +443,7 @@ int main(void)
     TEST(numbers_everywhere);
     TEST(names_of_all);
     TEST(shapes_are_no_entries);
+    TEST(a_rounded_drawing_is_written_as_meant);
     TEST(every_model);
     kempe_context_free(context);
     return check_report();

@@ -1,0 +1,340 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Closures are redundant where w' h = 0 for all w of the left null space of J, wherever the mechanism goes. At many
+ * configurations q_k, reached by finite motions, these are conditions on the numbers p of the drawing: the points and
+ * axes around its loops. They are met by Gauss and Newton's method,
+ *
+ *     (w_k' dh/dp) dp = -w_k' h(q_k, p),     dp of least norm,
+ *
+ * q_k being closed anew on independent rows after each step: w_k' J = 0, so that the moves of q_k do not count. dh/dp
+ * is made of differences between closures derived with shifted numbers. Of several ranks of the conditions the largest
+ * one counts whose step reduces the misfit. Near an exact mechanism the misfit of some numbers is of second order (a
+ * Sarrus linkage whose axes are nearly parallel): their derivatives are small, and vanish with the misfit. Numbers that
+ * are zero stay zero. A drawing shows the mechanism assembled: where its start is closed but for the tolerance, h = 0
+ * there is a condition too, of all rows. */
+#include "constraints/exact.h"
+#include "base/memory.h"
+#include "constraints/doctor_walk.h"
+#include "constraints/drawn.h"
+#include "constraints/rounding.h"
+#include "constraints/tolerances.h"
+#include "dynamics/equations.h"
+#include "linalg/least.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
+#define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
+#define RANK       1e-8  /* of the conditions: above what dh/dp is off by */
+#define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
+#define MOST_RANK  1e-2
+#define WIDE       3.0   /* times the median misfit */
+#define MET        3e-16 /* scaled |h| of redundant rows: rounding of one evaluation */
+#define NEARLY_MET 1e-12 /* the same where no step reduces it: rounding of places where pivots are small */
+#define REDUCED    0.8   /* part of the misfit that a step may leave */
+/* Part of the misfit that may remain, or the rounding squared, where rounding explains it. */
+#define EXPLAINED 1e-2
+
+/* The places closed on independent rows of one system, and what its conditions are there. */
+typedef struct survey {
+    double *q;     /* n x (places + 1): the start comes last */
+    double *rest;  /* conditions */
+    double widest; /* redundant row */
+} survey;
+
+typedef struct search {
+    const kempe_system *s;
+    const kempe_assembly *a;
+    kempe_model *model; /* holds the numbers */
+    kmp_walk *walk;     /* of the drawing */
+    kmp_drawn *number;
+    int count;
+    bool *excluded; /* m: rows of drives */
+    int rank;       /* of the others */
+    int left;       /* conditions at a place */
+    int places;
+    bool closed;    /* the start is a place, closed with the numbers as drawn: its m rows are conditions */
+    int conditions; /* of all places */
+    double *w;      /* m x conditions */
+    bool *counts;   /* places + 1 */
+    survey at, trial;
+    kempe_system *system; /* with the numbers of `at`; NULL: as drawn */
+    double *total, *goal; /* count: shifts of `at` and of `trial`, scaled */
+    double *shift;        /* count: a step in units of the roundings */
+    double *h;            /* rows of all places */
+    double *matrix;       /* conditions x count */
+} search;
+
+static int all_places(const search *x)
+{
+    return x->places + x->closed;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+/* w' h of the places that count, to `out` (conditions). */
+static void contract(const search *x, double *out)
+{
+    int m = x->s->m;
+    for (int c = 0; c < x->conditions; c++) {
+        int place = c < x->places * x->left ? c / x->left : x->places;
+        const double *w = x->w + (size_t)c * (size_t)m, *h = x->h + (size_t)place * (size_t)m;
+        out[c] = 0;
+        for (int r = 0; x->counts[place] && r < m; r++)
+            out[c] += w[r] * h[r];
+    }
+}
+
+/* Adds scaled h of the model at all places, `times`, to x->h. */
+static kempe_status add_closures(search *x, double times)
+{
+    static const double start = 0;
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    const kempe_system *s = x->s;
+    kmp_equations eq;
+    kempe_status status = kmp_equations_derive_once(&eq, x->model, &scene);
+    if (status != KEMPE_OK)
+        return status;
+    int m = s->m;
+    double *value = KMP_NEW(double, kmp_graph_count(eq.graph));
+    for (int k = 0; value && k < all_places(x); k++) {
+        const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
+                                              [KMP_IN_TIME] = &start,
+                                              [KMP_IN_Q] = x->at.q + (size_t)k * (size_t)s->n,
+                                              [KMP_IN_CHART] = x->walk->plant->chart};
+        kmp_graph_eval(eq.graph, inputs, value);
+        for (int r = 0; r < m; r++) {
+            int row = eq.row[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
+            kmp_ref h = row < 0 || x->excluded[r] ? KMP_ZERO : eq.h[row];
+            x->h[k * m + r] += (kmp_is_negative(h) ? -times : times) * value[kmp_id(h)] / s->row_scale[r];
+        }
+    }
+    status = value ? KEMPE_OK : KEMPE_E_MEMORY;
+    kmp_free(value);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+/* Computes derivatives of the conditions by the shift of each number in units of its rounding: a step of least norm
+ * then shifts all alike. */
+static kempe_status find_slopes(search *x)
+{
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; status == KEMPE_OK && i < x->count; i++) {
+        double drawn = x->total[i];
+        memset(x->h, 0, (size_t)(all_places(x) * x->s->m) * sizeof *x->h);
+        for (int side = 1; status == KEMPE_OK && side >= -1; side -= 2) {
+            x->total[i] = drawn + side * DIFFERENCE;
+            kmp_drawn_place(x->number, x->count, x->total, x->s->length);
+            status = add_closures(x, side / (2 * DIFFERENCE) * x->number[i].rounding);
+        }
+        x->total[i] = drawn;
+        contract(x, x->matrix + (size_t)i * (size_t)x->conditions);
+    }
+    return status;
+}
+
+/* Places where rows are open much wider than at most others are next to a change point, or on a branch that is not
+ * meant: their conditions do not count. Returns the widest row of those that do. */
+static double sift(search *x, const double *open)
+{
+    double widest = 0;
+    int places = all_places(x);
+    for (int k = 0; k < places; k++) {
+        int narrower = 0;
+        for (int i = 0; i < places; i++)
+            narrower += !(open[k] <= fmax(WIDE * open[i], NEARLY_MET));
+        x->counts[k] = narrower <= places / 2;
+        widest = x->counts[k] ? fmax(widest, open[k]) : widest;
+    }
+    x->counts[x->places] = true;
+    return widest;
+}
+
+static kmp_walk *walk_of(const search *x, const kempe_system *s)
+{
+    kmp_walk *w = kmp_walk_new(s);
+    if (!w)
+        return NULL;
+    w->rank = x->rank;
+    w->excluded = x->excluded;
+    if (x->a->chart)
+        kmp_plant_set_charts(w->plant, x->a->chart);
+    return w;
+}
+
+/* Closes the places of `at` anew on independent rows of a system. false: no memory. */
+static bool look(search *x, const kempe_system *s, survey *at)
+{
+    size_t n = (size_t)s->n, m = (size_t)s->m;
+    double open[MOST_PLACES + 1];
+    kmp_walk *w = walk_of(x, s);
+    for (int k = 0; w && k < all_places(x); k++) {
+        double *q = at->q + (size_t)k * n;
+        bool place = k < x->places, closed = !place || kmp_walk_close(w, q);
+        if (place) {
+            (void)kmp_walk_left(w, 0, x->rank);
+            memcpy(x->w + (size_t)(k * x->left) * m, w->basis, m * (size_t)x->left * sizeof *x->w);
+        } else {
+            kmp_walk_evaluate(w, q);
+        }
+        memcpy(x->h + (size_t)k * m, w->h, m * sizeof *x->h);
+        open[k] = closed ? kmp_rounding_opening(w, NULL) : INFINITY;
+    }
+    if (w) {
+        at->widest = sift(x, open);
+        contract(x, at->rest);
+    }
+    kmp_walk_free(w);
+    return w;
+}
+
+/* -- steps ------------------------------------------------------------------------------------------- */
+
+/* Returns how far a number may be shifted, scaled. */
+static double farthest(const search *x, const kmp_drawn *n)
+{
+    if (x->s->model->closure_tolerance_given)
+        return x->s->closure_tolerance / x->s->length;
+    return fmax(KMP_MEND_DIGITS * n->rounding, n->scalar ? 0 : KMP_MEND_AXES);
+}
+
+/* Sets the goal of the step of a rank. true: every number stays within the shift that rounding allows. */
+static bool set_goal(search *x)
+{
+    bool near = true;
+    for (int i = 0; i < x->count; i++) {
+        x->goal[i] = x->total[i] - x->shift[i] * x->number[i].rounding;
+        near = near && fabs(x->goal[i]) <= farthest(x, &x->number[i]);
+    }
+    return near;
+}
+
+/* Goes to the goal if the misfit is reduced there. KEMPE_E_INPUT: what is no closure any more. */
+static kempe_status try_goal(search *x, bool *reduced)
+{
+    kempe_system *s = NULL;
+    kmp_drawn_place(x->number, x->count, x->goal, x->s->length);
+    kempe_status status = kmp_system_of_closures(x->model, &s);
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(x->trial.q, x->at.q, (size_t)(x->s->n * (x->places + 1)) * sizeof *x->at.q);
+    x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly will tell */
+    if (s->m == x->s->m && !look(x, s, &x->trial))
+        status = KEMPE_E_MEMORY;
+    *reduced = status == KEMPE_OK && x->trial.widest < REDUCED * x->at.widest;
+    if (*reduced) {
+        survey was = x->at;
+        x->at = x->trial;
+        x->trial = was;
+        memcpy(x->total, x->goal, (size_t)x->count * sizeof *x->total);
+        kempe_system_free(x->system);
+        x->system = s;
+        return KEMPE_OK;
+    }
+    kempe_system_free(s);
+    return status;
+}
+
+/* The widest row is what the left null spaces are off by, more where pivots are small: directions of the conditions
+ * below that are left to the next step, and more of them where they lead too far or nowhere. */
+static kempe_status step(search *x, bool *reduced)
+{
+    double widest = x->at.widest;
+    kempe_status status = find_slopes(x);
+    *reduced = false;
+    for (double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK); rank <= MOST_RANK; rank *= 10) {
+        if (*reduced || status != KEMPE_OK)
+            break;
+        if (kmp_least_squares(x->conditions, x->count, x->matrix, x->at.rest, rank, x->shift) < 0)
+            return KEMPE_E_MEMORY;
+        if (set_goal(x))
+            status = try_goal(x, reduced);
+    }
+    return status;
+}
+
+/* True if the mechanism closes and no row remains open. */
+static bool is_whole(const kempe_system *s)
+{
+    kempe_assembly *a = NULL;
+    bool whole = kmp_assemble_start(s, &a) == KEMPE_OK && a->closed && !kmp_rounding_of(s);
+    kempe_assembly_free(a);
+    return whole;
+}
+
+/* -- the search -------------------------------------------------------------------------------------- */
+
+static void find_places(search *x)
+{
+    kmp_waypoint place[MOST_PLACES];
+    const kempe_system *s = x->s;
+    int wanted = LEAST_PLACES + PER_NUMBER * x->count / x->left;
+    memcpy(x->at.q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)s->n * sizeof *x->at.q);
+    x->places = kmp_rounding_waypoints(x->walk, NULL, wanted < MOST_PLACES ? wanted : MOST_PLACES, x->at.q, place);
+    double *start = x->at.q + (size_t)x->places * (size_t)s->n;
+    for (int i = 0; i < s->n; i++)
+        start[i] = s->model->start.q[i].value;
+    kmp_walk_evaluate(x->walk, start);
+    x->closed = !x->a->chart && kmp_rounding_opening(x->walk, NULL) * s->length <= s->closure_tolerance;
+    x->conditions = x->places * x->left + (x->closed ? s->m : 0);
+    for (int r = 0; r < s->m; r++)
+        x->w[(x->places * x->left + r) * s->m + r] = 1;
+}
+
+static bool begin(search *x, kmp_arena *arena)
+{
+    const kempe_system *s = x->s;
+    x->excluded = KMP_ARENA_NEW(arena, bool, s->m);
+    x->counts = KMP_ARENA_NEW(arena, bool, MOST_PLACES + 1);
+    x->number = KMP_ARENA_NEW(arena, kmp_drawn, MOST_NUMBERS);
+    if (arena->failed)
+        return false;
+    x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
+    x->left = s->m - x->rank;
+    x->count = kmp_drawn_list(x->model, MOST_NUMBERS, x->number);
+    ptrdiff_t places = MOST_PLACES + 1, conditions = MOST_PLACES * x->left + s->m;
+    const kmp_arena_room rooms[] = {{&x->at.q, places * s->n},
+                                    {&x->trial.q, places * s->n},
+                                    {&x->at.rest, conditions},
+                                    {&x->trial.rest, conditions},
+                                    {&x->w, conditions * s->m},
+                                    {&x->h, places * s->m},
+                                    {&x->matrix, conditions * x->count},
+                                    {&x->total, x->count},
+                                    {&x->goal, x->count},
+                                    {&x->shift, x->count}};
+    x->walk = walk_of(x, s);
+    if (x->count < 0 || !x->walk || !kmp_arena_make_rooms(arena, sizeof rooms / sizeof *rooms, rooms))
+        return false;
+    find_places(x);
+    return look(x, s, &x->at);
+}
+
+kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, kmp_drawing *found,
+                            double *by)
+{
+    search x = {.s = s, .a = a, .model = kmp_variant_model(variant)};
+    kmp_arena arena = {0};
+    kempe_status status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
+    double drawn = x.at.widest, unit = kmp_drawn_find_rounding(x.number, x.count, s->length);
+    bool reduced = x.count > 0;
+    for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > MET; k++)
+        status = step(&x, &reduced);
+    bool exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= NEARLY_MET && is_whole(x.system);
+    bool explained = x.count == MOST_NUMBERS || x.at.widest <= fmax(EXPLAINED * drawn, unit * unit);
+    *by = 0;
+    for (int i = 0; exact && i < x.count; i++)
+        *by = fmax(*by, fabs(x.total[i]));
+    kmp_drawn_place(x.number, x.count, exact ? x.total : NULL, s->length);
+    *found = KMP_DRAWING_UNEXPLAINED;
+    if (exact)
+        *found = KMP_DRAWING_EXACT;
+    else if (explained || s->model->closure_tolerance_given)
+        *found = KMP_DRAWING_OPEN;
+    kempe_system_free(x.system);
+    kmp_walk_free(x.walk);
+    kmp_arena_free(&arena);
+    kmp_context_clear(s->context);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
+}
