@@ -241,10 +241,9 @@ static bool center_joints(work *w)
     if (centred == 0)
         return true;
     kmp_plant_set_charts(w->plant, w->plant->chart);
-    w->a->inner_q = KMP_NEW(double, w->n);
-    w->a->inner_qd = KMP_NEW(double, w->n);
-    w->a->chart = KMP_NEW(double, KMP_CHART_SIZE *charts);
-    return w->a->inner_q && w->a->inner_qd && w->a->chart;
+    const kmp_arena_room rooms[] = {
+        {&w->a->inner_q, w->n}, {&w->a->inner_qd, w->n}, {&w->a->chart, (ptrdiff_t)KMP_CHART_SIZE * charts}};
+    return kmp_arena_make_rooms(&w->a->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 /* The user's angles of joint c: those of the guess where it did not move. */

@@ -3,11 +3,13 @@
 #ifndef KMP_CONSTRAINTS_ASSEMBLE_H
 #define KMP_CONSTRAINTS_ASSEMBLE_H
 
+#include "base/arena.h"
 #include "constraints/goals.h"
 #include "dynamics/system.h"
 
 struct kempe_assembly {
     const kempe_system *system;
+    kmp_arena arena;
     double *q, *qd;  /* n */
     double residual; /* max |h| / row scale */
     double gap;      /* widest gap of a closure, m */

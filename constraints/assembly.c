@@ -98,16 +98,11 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     if (!a)
         return NULL;
     a->system = s;
-    a->q = KMP_NEW(double, s->n);
-    a->qd = KMP_NEW(double, s->n);
-    a->moved = KMP_NEW(double, s->n);
-    a->gaps = KMP_NEW(double, closures);
-    a->culprits = KMP_NEW(int, closures);
-    a->dropped = KMP_NEW(bool, s->m);
-    a->open = KMP_NEW(double, s->m);
-    a->pivots = KMP_NEW(double, s->m + s->n);
-    if (a->dropped && a->open && a->pivots && a->q && a->qd && a->moved && a->gaps && a->culprits &&
-        kmp_goals_init(&a->goals, s->model))
+    const kmp_arena_room rooms[] = {{&a->q, s->n},        {&a->qd, s->n},   {&a->moved, s->n},
+                                    {&a->gaps, closures}, {&a->open, s->m}, {&a->pivots, s->m + s->n}};
+    a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
+    a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
+    if (kmp_arena_make_rooms(&a->arena, sizeof rooms / sizeof *rooms, rooms) && kmp_goals_init(&a->goals, s->model))
         return a;
     kempe_assembly_free(a);
     return NULL;
@@ -276,17 +271,7 @@ void kempe_assembly_free(kempe_assembly *a)
 {
     if (!a)
         return;
-    kmp_free(a->q);
-    kmp_free(a->qd);
-    kmp_free(a->moved);
-    kmp_free(a->inner_q);
-    kmp_free(a->inner_qd);
-    kmp_free(a->chart);
-    kmp_free(a->gaps);
-    kmp_free(a->culprits);
-    kmp_free(a->dropped);
-    kmp_free(a->open);
-    kmp_free(a->pivots);
+    kmp_arena_free(&a->arena);
     kmp_goals_free(&a->goals);
     kmp_free(a);
 }

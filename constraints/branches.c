@@ -108,32 +108,26 @@ static bool is_own(const search *s, int k)
 
 /* What is held; else what the model wants independent; and further coordinates of a good choice, until there are as
  * many as degrees of freedom. */
-static void choose_kept(search *s)
+static bool choose_kept(search *s)
 {
     const kempe_system *system = s->b->system;
     const kempe_model *model = system->model;
-    int n = system->n, m = system->m, count = 0, rank = 0;
-    int *fixed = KMP_ARENA_NEW(&s->b->arena, int, n), *col = KMP_ARENA_NEW(&s->b->arena, int, n);
-    int *row = KMP_ARENA_NEW(&s->b->arena, int, m);
-    double *pivots = KMP_ARENA_NEW(&s->b->arena, double, m + n);
-    if (!fixed || !col || !row || !pivots)
-        return;
+    bool *kept = s->b->kept;
+    int n = system->n, count = 0;
     for (int k = 0; k < n; k++)
-        count += fixed[k] = s->b->kept[k] = model->start.hold[k];
+        count += kept[k] = model->start.hold[k];
     for (int k = 0; count == 0 && k < model->run.u_count; k++)
-        fixed[model->run.u[k]] = s->b->kept[model->run.u[k]] = true;
+        kept[model->run.u[k]] = true;
     for (int k = count = 0; k < n; k++)
-        count += s->b->kept[k];
+        count += kept[k];
     stand_at_start(s);
-    rank = kmp_walk_tangents(s->walk, n);
-    memcpy(s->walk->copy, s->walk->jacobian, (size_t)(m * n) * sizeof(double));
-    kmp_lu_complete(m, n, s->walk->copy, fixed, row, col, pivots);
-    for (int k = n - 1; k >= rank && count < n - rank; k--) {
-        if (!is_own(s, col[k]))
-            continue;
-        count += !s->b->kept[col[k]];
-        s->b->kept[col[k]] = true;
-    }
+    int free = kmp_partition_prefer(system, s->walk->plant->jacobian, kept, s->order);
+    for (int k = free - 1; k >= 0 && count < free; k--)
+        if (is_own(s, s->order[k])) {
+            count += !kept[s->order[k]];
+            kept[s->order[k]] = true;
+        }
+    return free >= 0;
 }
 
 /* Rows and v for the signs: of the kept coordinates, where they may be independent. */
@@ -250,16 +244,16 @@ static kempe_status find(kempe_branches *b, int seed)
     b->kept = KMP_ARENA_NEW(&b->arena, bool, n);
     s.matrix = KMP_ARENA_NEW(&b->arena, double, n *n);
     s.order = KMP_ARENA_NEW(&b->arena, int, n);
-    kempe_status status = KEMPE_OK;
-    if (s.walk && !b->arena.failed) {
-        choose_kept(&s);
+    kempe_status status = KEMPE_E_MEMORY;
+    bool made = s.walk && !b->arena.failed && choose_kept(&s);
+    if (made) {
         choose_blocks(&s);
         kmp_charts_reset(b->system, s.walk->plant->chart);
         kmp_plant_set_charts(s.walk->plant, s.walk->plant->chart);
         status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
         sort(b);
     }
-    if (!s.walk || b->arena.failed)
+    if (!made || b->arena.failed)
         status = kmp_fail_memory(b->system->context);
     kmp_partition_free(&s.part);
     kmp_walk_free(s.walk);

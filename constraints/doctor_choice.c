@@ -141,7 +141,7 @@ int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *aren
     int count = -1;
     if (kmp_reduction_init(&red, plant, part) != KEMPE_OK)
         return -1;
-    int found = red.block ? kmp_block_count(red.block) : 0;
+    int found = kmp_block_count(red.block);
     *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, found);
     if (*blocks && (found == 0 || fill_blocks(plant->system, part, red.block, arena, *blocks)))
         count = found;

@@ -4,6 +4,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/fused_inside.h"
+#include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 
@@ -58,32 +59,6 @@ static double scale_of(const maker *k, int row)
     return k->plan->row_scale[k->red->part->rows[row]];
 }
 
-/* The order in which partial pivoting takes the rows of scaled values, which are lost. */
-static void pivot_rows(int size, double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK], int order[KMP_FUSED_BLOCK])
-{
-    for (int i = 0; i < size; i++)
-        order[i] = i;
-    for (int c = 0; c < size; c++) {
-        int best = c;
-        for (int i = c + 1; i < size; i++)
-            if (fabs(value[i][c]) > fabs(value[best][c]))
-                best = i;
-        for (int j = 0; best != c && j < size; j++) {
-            double x = value[c][j];
-            value[c][j] = value[best][j];
-            value[best][j] = x;
-        }
-        int row = order[c];
-        order[c] = order[best];
-        order[best] = row;
-        for (int i = c + 1; i < size; i++) {
-            double l = value[c][c] != 0 ? value[i][c] / value[c][c] : 0;
-            for (int j = c; j < size; j++)
-                value[i][j] -= l * value[c][j];
-        }
-    }
-}
-
 /* Rows of a block in the order of elimination; `begin`: how many rows the blocks before it have. */
 static void take_block(const maker *k, int number, int begin, block *b)
 {
@@ -107,21 +82,29 @@ static double value_at(const kmp_reduction *red, int row, int col)
     return 0;
 }
 
+static void swap(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
 void kmp_fused_order(const kmp_reduction *red, int *order)
 {
     const double *scale = red->plant->system->row_scale;
-    for (int number = 0, begin = 0; red->r > 0 && number < kmp_block_count(red->block); number++) {
-        double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
-        int size, by[KMP_FUSED_BLOCK] = {0, 1};
+    double value[KMP_FUSED_BLOCK * KMP_FUSED_BLOCK];
+    int size, pivot[KMP_FUSED_BLOCK];
+    for (int number = 0, count = kmp_block_count(red->block); number < count; number++, order += size) {
         const int *col = kmp_block_columns(red->block, number, &size), *row = kmp_block_rows(red->block, number);
-        for (int i = 0; size > 2 && i < size; i++)
-            for (int j = 0; j < size; j++)
-                value[i][j] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
-        if (size > 2)
-            pivot_rows(size, value, by);
+        memcpy(order, row, (size_t)size * sizeof *order);
+        if (size <= 2) /* by the determinant */
+            continue;
         for (int i = 0; i < size; i++)
-            order[begin + i] = row[by[i]];
-        begin += size;
+            for (int j = 0; j < size; j++)
+                value[i + j * size] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
+        int fault = kmp_lu_factor(size, value, pivot);
+        for (int i = 0; i < (fault ? fault - 1 : size); i++)
+            swap(&order[i], &order[pivot[i]]);
     }
 }
 
@@ -195,11 +178,6 @@ static void solve_columns(maker *k, int number, const block *b, int columns, con
     }
 }
 
-static int block_count(const maker *k)
-{
-    return k->r > 0 ? kmp_block_count(k->red->block) : 0;
-}
-
 static void negate(int count, kmp_ref *x)
 {
     for (int i = 0; i < count; i++)
@@ -210,7 +188,7 @@ static void negate(int count, kmp_ref *x)
 static void make_tangent(maker *k)
 {
     int begin = k->r;
-    for (int number = block_count(k); number-- > 0;) {
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         block *b = &k->block[number];
         (void)kmp_block_columns(k->red->block, number, &b->size);
         begin -= b->size;
@@ -229,7 +207,7 @@ static void make_tangent(maker *k)
 /* a0 = -Jv^-1 jdqd. */
 static void make_curvature(maker *k)
 {
-    for (int number = block_count(k); number-- > 0;)
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
         solve_columns(k, number, &k->block[number], 1, k->jdqd, k->a0);
     negate(k->r, k->a0);
 }
@@ -326,7 +304,7 @@ static kmp_ref *refs(maker *k, int count)
 static bool allocate(maker *k)
 {
     int entries = k->s->jacobian.count;
-    k->block = KMP_ARENA_NEW(&k->arena, block, block_count(k));
+    k->block = KMP_ARENA_NEW(&k->arena, block, kmp_block_count(k->red->block));
     k->jv_start = KMP_ARENA_NEW(&k->arena, int, k->r + 2);
     k->jv_col = KMP_ARENA_NEW(&k->arena, int, entries);
     k->block_of = KMP_ARENA_NEW(&k->arena, int, k->r);
@@ -429,7 +407,7 @@ static void sort_jacobian(maker *k, const int *place)
         for (int i = 0; pass == 0 && i < k->r; i++)
             k->jv_start[i + 2] += k->jv_start[i + 1];
     }
-    for (int number = block_count(k); number-- > 0;) {
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         int size;
         const int *col = kmp_block_columns(k->red->block, number, &size);
         for (int i = 0; i < size; i++)

@@ -302,7 +302,7 @@ kmp_zeros *kmp_zeros_new(const kmp_zeros_of *of)
     z->part = part;
     z->n = part->n;
     z->p = part->p;
-    z->blocks = of->block ? kmp_block_count(of->block) : 0;
+    z->blocks = kmp_block_count(of->block);
     z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
     z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
     sets x = sets_new(z->p, z->n), coupled = sets_new(z->p, z->p);

@@ -125,7 +125,7 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     memcpy(l->q, q, (size_t)l->n * sizeof *q);
     memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
     if (!l->held)
-        kmp_plant_thaw(plant);
+        plant->frozen = false;
     if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
         return KEMPE_E_FAILED;
     kmp_plant_closure(plant, t, l->q);
