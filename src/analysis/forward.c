@@ -129,8 +129,7 @@ static void release(kmp_road *road)
 {
     kmp_forward_road *f = (kmp_forward_road *)road;
     const kmp_plant *plant = kmp_forward_plant(f);
-    kmp_free(road->y);
-    kmp_free(road->atol);
+    kmp_arena_free(&road->arena);
     road->y = road->atol = NULL;
     if (plant == f->own)
         return;
