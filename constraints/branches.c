@@ -62,7 +62,7 @@ kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
         if (!scatter->still[k])
             scatter->guess[k] += reach * kmp_walk_random(&scatter->state);
     }
-    kmp_guess guess = {scatter->guess, scatter->still, 0, false};
+    kmp_guess guess = {scatter->guess, scatter->still, 0, false, 0};
     kempe_status status = kmp_assemble_from(system, &guess, closed);
     if (status != KEMPE_OK)
         return status;
@@ -149,10 +149,8 @@ static void choose_blocks(search *s)
 
 static char sign_of_block(const search *s, const kmp_loop_block *block)
 {
-    int size = block->column_count, sign = 1;
+    int size = block->size, sign = 1;
     double least = INFINITY, most = 0;
-    if (block->row_count != size)
-        return '0';
     for (int i = 0; i < size; i++)
         for (int k = 0; k < size; k++)
             s->matrix[i + k * size] = s->walk->jacobian[block->rows[i] + block->columns[k] * s->walk->m];

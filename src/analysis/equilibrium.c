@@ -158,22 +158,17 @@ static kempe_status complain_runaway(kmp_way *w, int k, double far)
     kmp_linear *l = w->l;
     int coordinate = l->part.u[k], place = -1;
     const kmp_motion *motion = &l->system->model->motions[coordinate];
-    kmp_load_path path = {0};
     kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
         place = kmp_linear_place(l, coordinate);
-    kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
+    kempe_status status = place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK;
     if (status != KEMPE_OK)
         return status;
-    if (place >= 0 && path.count > 0)
-        kmp_text_put(&pulls, "; along it pull, at the start: ");
-    kmp_load_path_tell(&pulls, l, place, &path);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
-                   "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s; no spring, stop or closure "
+                   "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s%s; no spring, stop or closure "
                    "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
                    motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
-                   pulls.s ? pulls.s : "");
-    kmp_load_path_free(&path);
+                   pulls.s ? "; along it pull, at the start: " : "", pulls.s ? pulls.s : "");
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;
 }

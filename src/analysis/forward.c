@@ -130,7 +130,6 @@ static void release(kmp_road *road)
     kmp_forward_road *f = (kmp_forward_road *)road;
     const kmp_plant *plant = kmp_forward_plant(f);
     kmp_arena_free(&road->arena);
-    road->y = road->atol = NULL;
     if (plant == f->own)
         return;
     kmp_plant_set_charts(f->own, plant->chart);

@@ -3,6 +3,7 @@
  * the integrator that leaps over such places (integrators/leap.h): u and what is smooth with it goes straight on. A
  * parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt over. */
 #include "analysis/forward_inside.h"
+#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/redundant.h"
 #include <math.h>
@@ -284,8 +285,8 @@ bool kmp_forward_make_unknowns(kmp_forward_road *f)
 {
     kmp_road *road = &f->road;
     f->width = f->zone ? f->n : f->p;
-    kmp_road_make_unknowns(road, 2 * kmp_forward_blocks(f) + f->integrals, false);
     road->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
+    kmp_road_make_unknowns(road, 2 * kmp_forward_blocks(f) + f->integrals, false);
     road->ode = (kmp_ode){.n = road->size,
                           .self = f,
                           .rhs = rhs,

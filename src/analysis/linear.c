@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/context.h"
+#include "base/memory.h"
 #include "constraints/rounding.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
@@ -322,9 +323,23 @@ void kmp_linear_matrices(kmp_linear *linear)
     kmp_linear_inertia(linear);
 }
 
-int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
+kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
 {
     const kmp_linear *l = linear;
-    return l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
-                      : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    kempe_context *context = l->system->context;
+    unsigned long failures = kmp_memory_failures();
+    int info = l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
+                          : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    if (info == 0)
+        return KEMPE_OK;
+    if (kmp_memory_failures() != failures)
+        return kmp_fail_memory(context);
+    if (info > 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "the reduced mass is not positive for '%s': something that moves along it has no mass",
+                        l->system->model->motions[l->part.u[info - 1]].name);
+    return kmp_fail(context, KEMPE_E_FAILED,
+                    info == -2 ? "accelerations do not follow from the state: forces that depend on multipliers take "
+                                 "all inertia away from some motion, and there are no modes"
+                               : "the iteration for the eigenvalues does not converge");
 }

@@ -115,8 +115,8 @@ void kmp_linear_matrices(kmp_linear *linear);
 /** The latter alone, for who has made the others by kmp_linear_follow. */
 void kmp_linear_inertia(kmp_linear *linear);
 
-/** Eigenvalues and vectors of them; the same whatever u are chosen. 0; -1: no memory, or an iteration did not converge;
- * -2: Mr is singular; i + 1: N' M N is not positive for u[i]. */
-int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
+/** Eigenvalues and vectors of them; the same whatever u are chosen. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N'
+ * M N is not positive, or an iteration did not converge. */
+kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
 
 #endif

@@ -274,7 +274,7 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
     }
     if (ok) {
         kmp_instant at = kmp_linear_instant(linear);
-        kmp_bend_at(bend, &at);
+        kmp_formulas_place(&bend->bent, &at);
         ok = follow_all(&w) == KEMPE_OK;
     }
     kmp_arena_free(&w.arena);

@@ -81,7 +81,7 @@ static kempe_status find_state(kmp_station *s)
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 
-kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
+kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes)
 {
     kmp_station *s = station;
     kempe_context *context = s->base->context;

@@ -28,18 +28,18 @@ static void list_loads(kmp_transfer *t, const int *place)
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
-    int n = linear->n, m = linear->m, p = linear->p, columns = 0;
+    ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
-                        .n = n,
-                        .m = m,
-                        .p = p,
+                        .n = linear->n,
+                        .m = linear->m,
+                        .p = linear->p,
                         .inputs = inputs,
                         .outputs = outputs,
-                        .columns = columns};
+                        .columns = (int)columns};
     const kmp_arena_group groups[] = {{n * p, {&t->map, &t->map_rate}},
                                       {p * columns, {&t->loads}},
                                       {outputs * p, {&t->by_u, &t->by_ud, &t->by_udd}},
