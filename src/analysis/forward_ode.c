@@ -3,7 +3,6 @@
  * the integrator that leaps over such places (integrators/leap.h): u and what is smooth with it goes straight on. A
  * parameter that moves the closures there is no such thing; where it stands among the others nothing is leapt over. */
 #include "analysis/forward_inside.h"
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/redundant.h"
 #include <math.h>
