@@ -8,6 +8,7 @@
  * axes across each other). The angles of a rotation R: v = R c makes the angle psi with a, and q2 = phi +- psi where
  * R_b(phi) c = a; then q1 turns R_b(q2) c onto v about a, and q3 is what is left about c. */
 #include "constraints/charts.h"
+#include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
@@ -57,15 +58,15 @@ static void apply(matrix m, bool transposed, const double v[3], double out[3])
     memcpy(out, r, sizeof r);
 }
 
-/* out = a b, or a b' */
-static void multiply(matrix a, matrix b, bool transposed, matrix out)
+/* out = a b */
+static void multiply(matrix a, matrix b, matrix out)
 {
     matrix r;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             r[i][j] = 0;
             for (int k = 0; k < 3; k++)
-                r[i][j] += a[i][k] * (transposed ? b[j][k] : b[k][j]);
+                r[i][j] += a[i][k] * b[k][j];
         }
     memcpy(out, r, sizeof r);
 }
@@ -145,61 +146,28 @@ static spin spin_of(const joint *j, const double q[3], const double *qd, const d
     return s;
 }
 
-static void swap(double *a, double *b)
-{
-    double t = *a;
-    *a = *b;
-    *b = t;
-}
-
 /* x with e' x = right, by complete pivoting; where the axes are dependent the least one that fits best. */
 static void solve(matrix e, const double right[3], double x[3])
 {
-    double m[3][4], last[3] = {0}, size = 0;
-    int order[3] = {0, 1, 2};
+    double lu[9], pivots[3], y[3], null[3] = {0};
+    int row[3], col[3], rank;
+    memcpy(lu, e, sizeof lu); /* columns of e' */
+    kmp_lu_complete(3, 3, lu, NULL, row, col, pivots);
+    rank = pivots[2] > DEPENDENT * pivots[0] ? 3 : 2;
     for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++)
-            m[i][k] = e[k][i];
-        m[i][3] = right[i];
+        y[i] = right[row[i]];
+        for (int k = 0; k < i; k++)
+            y[i] -= lu[i + 3 * k] * y[k];
     }
-    for (int p = 0; p < 3; p++) {
-        int row = p, col = p;
-        for (int i = p; i < 3; i++)
-            for (int k = p; k < 3; k++)
-                if (fabs(m[i][k]) > fabs(m[row][col]) * (1 + 1e-12)) {
-                    row = i;
-                    col = k;
-                }
-        for (int k = 0; k < 4; k++)
-            swap(&m[p][k], &m[row][k]);
-        for (int i = 0; i < 3; i++)
-            swap(&m[i][p], &m[i][col]);
-        int t = order[p];
-        order[p] = order[col];
-        order[col] = t;
-        size = fmax(size, fabs(m[p][p]));
-        if (p == 2 && !(fabs(m[p][p]) > DEPENDENT * size)) {
-            m[2][2] = 1; /* the last unknown is free: 0 first, then along the null vector `last` */
-            m[2][3] = 0;
-            last[2] = 1;
-        }
-        for (int i = p + 1; i < 3; i++)
-            for (int k = 3; k >= p; k--)
-                m[i][k] -= m[i][p] / m[p][p] * m[p][k];
-    }
-    double y[3];
     for (int i = 2; i >= 0; i--) {
-        double sum = m[i][3], null = i == 2 ? last[2] : 0;
-        for (int k = i + 1; k < 3; k++) {
-            sum -= m[i][k] * y[k];
-            null -= m[i][k] * last[k];
-        }
-        y[i] = sum / m[i][i];
-        last[i] = i == 2 ? null : null / m[i][i];
+        for (int k = i + 1; k < rank; k++)
+            y[i] -= lu[i + 3 * k] * x[col[k]];
+        x[col[i]] = i < rank ? y[i] / lu[4 * i] : 0;
     }
-    double square = kmp_dot3(last, last), part = square > 0 ? kmp_dot3(last, y) / square : 0;
-    for (int i = 0; i < 3; i++)
-        x[order[i]] = y[i] - part * last[i];
+    if (rank == 3)
+        return;
+    kmp_lu_null_vector(3, 3, lu, col, 2, 2, null);
+    add_scaled(x, -kmp_dot3(null, x) / kmp_dot3(null, null), null);
 }
 
 /* qd and qdd of the angles q that make the spin. */
@@ -236,10 +204,10 @@ static void whole(const joint *j, matrix chart, const double *q, const double *q
     rotation(j, q, r);
     *s = spin_of(j, q, qd, qdd);
     if (!j->before) {
-        multiply(r, chart, false, r);
+        multiply(r, chart, r);
         return;
     }
-    multiply(chart, r, false, r);
+    multiply(chart, r, r);
     apply(chart, false, s->w, s->w);
     apply(chart, false, s->wd, s->wd);
 }
@@ -341,9 +309,9 @@ void kmp_chart_center(const kempe_system *system, int c, double *chart, double *
         for (int k = 0; k < 3; k++)
             inverse[i][k] = r[k][i];
     if (j.before)
-        multiply(total, inverse, false, own);
+        multiply(total, inverse, own);
     else
-        multiply(inverse, total, false, own);
+        multiply(inverse, total, own);
     clean(own);
     put(chart, c, own);
     memcpy(q + j.first, center, sizeof center);

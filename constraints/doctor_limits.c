@@ -8,10 +8,11 @@
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor.h"
+#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_STEPS = 3000, REFINE = 60, MOST_COORDINATES = 40 };
+enum { MOST_STEPS = 3000, MOST_COORDINATES = 40 };
 #define FIRST_STEP 0.05
 #define LONGEST    0.1
 #define APPROACH   0.5  /* the step over the last pivot, where branches come near each other: */
@@ -43,21 +44,11 @@ typedef struct way {
 static void tangent_at(way *w, place *p, const double *like)
 {
     kmp_walk *walk = w->x->walk;
-    double dot = 0;
     kmp_walk_tangents(walk, w->n - 1);
     p->pivot = walk->last;
+    bool other = kmp_dot(w->n, walk->basis, like) < 0;
     for (int k = 0; k < w->n; k++)
-        dot += walk->basis[k] * like[k];
-    for (int k = 0; k < w->n; k++)
-        p->tangent[k] = dot < 0 ? -walk->basis[k] : walk->basis[k];
-}
-
-static double dot(const way *w, const double *a, const double *b)
-{
-    double sum = 0;
-    for (int k = 0; k < w->n; k++)
-        sum += a[k] * b[k];
-    return sum;
+        p->tangent[k] = other ? -walk->basis[k] : walk->basis[k];
 }
 
 /* `to` from `from` by h along its tangent; false when it cannot be closed close by. */
@@ -77,7 +68,7 @@ static bool stride(way *w, const place *from, double h, place *to)
         return false;
     tangent_at(w, to, from->tangent);
     to->arc = from->arc + h;
-    return dot(w, from->tangent, to->tangent) > LEAST_DOT;
+    return kmp_dot(w->n, from->tangent, to->tangent) > LEAST_DOT;
 }
 
 static void copy(const way *w, const place *from, place *to)
@@ -150,29 +141,22 @@ static void dead_centre(way *w, int k)
 }
 
 /* The last pivot at `h` from here, zero where closing fails, as it does next to an exact change point; the best place
- * is kept in `least`. */
-static double probe(way *w, double h, place *least)
+ * is kept. */
+static double probe(void *self, double h)
 {
+    way *w = self;
     if (!stride(w, &w->here, h, &w->trial))
         return 0;
-    if (w->trial.pivot < least->pivot)
-        copy(w, &w->trial, least);
+    if (w->trial.pivot < w->least.pivot)
+        copy(w, &w->trial, &w->least);
     return w->trial.pivot;
 }
 
-/* The least last pivot between `before` and `next`, by golden section. */
+/* The least last pivot between `before` and `next`. */
 static void change_point(way *w)
 {
-    const double golden = 0.6180339887498949;
-    double a = w->before.arc - w->here.arc, b = w->next.arc - w->here.arc;
     copy(w, &w->here, &w->least);
-    for (int i = 0; i < REFINE && b - a > 1e-8; i++) {
-        double c = b - golden * (b - a), d = a + golden * (b - a);
-        if (probe(w, c, &w->least) < probe(w, d, &w->least))
-            b = d;
-        else
-            a = c;
-    }
+    (void)kmp_bracket_least(probe, w, w->before.arc - w->here.arc, w->next.arc - w->here.arc, 1e-8);
     double margin = w->least.pivot / w->usual;
     if (margin < NEAR)
         remember(w, -1, w->least.q, margin < EXACT ? 0 : margin);
@@ -199,7 +183,7 @@ static bool came_back(way *w)
 {
     const kempe_system *s = w->x->system;
     double along = 0, square = 0, h = w->next.arc - w->here.arc;
-    if (dot(w, w->start.tangent, w->next.tangent) < LEAST_DOT || w->here.arc < 2 * LONGEST)
+    if (kmp_dot(w->n, w->start.tangent, w->next.tangent) < LEAST_DOT || w->here.arc < 2 * LONGEST)
         return false;
     for (int k = 0; k < w->n; k++) {
         double off = w->start.q[k] - w->here.q[k];

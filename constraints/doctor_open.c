@@ -3,6 +3,7 @@
  * loop turns, its links are a polygon, which closes only if none is longer than all the others together. */
 #include "base/memory.h"
 #include "constraints/doctor.h"
+#include "constraints/kinds/parts.h"
 #include <math.h>
 #include <string.h>
 
@@ -13,7 +14,7 @@ enum { PUSHES = 4 };
 static bool try_release(const kempe_system *s, const double *q, const bool *hold, int coordinate, kmp_release *release)
 {
     kempe_assembly *a = NULL;
-    kmp_guess guess = {q, hold, PUSHES, false};
+    kmp_guess guess = {q, hold, PUSHES, false, 0};
     if (kmp_assemble_from(s, &guess, &a) != KEMPE_OK)
         return false;
     *release = (kmp_release){coordinate, a->closed, coordinate < 0 ? 0 : a->q[coordinate]};
@@ -98,22 +99,11 @@ static void climb(polygon *p, int body, int top, int *at)
     }
 }
 
-/* Parents precede their children. */
-static int common_ancestor(const kempe_model *model, int a, int b)
-{
-    while (a != b)
-        if (a > b)
-            a = model->bodies[a].parent;
-        else
-            b = model->bodies[b].parent;
-    return a;
-}
-
 static polygon polygon_of(const kempe_model *model, const kmp_closure *c)
 {
     polygon p = {.model = model, .from = -1, .to = -1};
     int at = c->point[0], bt = c->point[1];
-    int a = model->points[at].body, b = model->points[bt].body, top = common_ancestor(model, a, b);
+    int a = model->points[at].body, b = model->points[bt].body, top = kmp_part_ancestor(model, a, b);
     climb(&p, a, top, &at);
     climb(&p, b, top, &bt);
     add_side(&p, top, at, bt);

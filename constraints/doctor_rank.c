@@ -186,20 +186,11 @@ static void try_closure(kmp_examination *x, int closure, bool *out, int *rows, k
             continue;
         repair->of++;
         out[r] = true;
-        if (rank_stays(x, out, rows))
+        out[r] = rank_stays(x, out, rows);
+    }
+    for (int r = 0; repair->rows && r < m; r++)
+        if (out[r])
             repair->rows[repair->count++] = r;
-        else
-            out[r] = false;
-    }
-}
-
-static void turn_round(int *x, int count)
-{
-    for (int i = 0; i < count / 2; i++) {
-        int t = x[i];
-        x[i] = x[count - 1 - i];
-        x[count - 1 - i] = t;
-    }
 }
 
 void kmp_doctor_repairs(kmp_examination *x)
@@ -221,9 +212,7 @@ void kmp_doctor_repairs(kmp_examination *x)
             member = member || x->system->rows[d->shared_rows[k]].closure == c;
         if (!member)
             continue;
-        kmp_repair *repair = &d->repairs[d->repair_count];
-        try_closure(x, c, out, rows, repair);
-        turn_round(repair->rows, repair->count);
-        d->repair_count += repair->count > 0;
+        try_closure(x, c, out, rows, &d->repairs[d->repair_count]);
+        d->repair_count += d->repairs[d->repair_count].count > 0;
     }
 }

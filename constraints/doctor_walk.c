@@ -25,15 +25,12 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     *w = (kmp_walk){.system = system, .n = n, .m = m, .plant = kmp_plant_new(system, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
-    w->jacobian = KMP_NEW(double, m *n);
-    w->h = KMP_NEW(double, m);
-    w->copy = KMP_NEW(double, size *size);
-    w->basis = KMP_NEW(double, size *size);
-    w->order = KMP_NEW(int, size);
-    w->row_order = KMP_NEW(int, size);
-    w->pivots = KMP_NEW(double, m + n);
-    w->dropped = KMP_NEW(bool, m);
-    if (w->plant && w->jacobian && w->h && w->copy && w->basis && w->order && w->row_order && w->pivots && w->dropped &&
+    const kmp_arena_room rooms[] = {
+        {&w->jacobian, m * n}, {&w->h, m}, {&w->copy, size * size}, {&w->basis, size * size}, {&w->pivots, m + n}};
+    w->order = KMP_ARENA_NEW(&w->arena, int, size);
+    w->row_order = KMP_ARENA_NEW(&w->arena, int, size);
+    w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
+    if (kmp_arena_make_rooms(&w->arena, sizeof rooms / sizeof *rooms, rooms) && w->plant &&
         kmp_least_change_init(&w->least, w->plant))
         return w;
     kmp_walk_free(w);
@@ -46,14 +43,7 @@ void kmp_walk_free(kmp_walk *w)
         return;
     kmp_least_change_free(&w->least);
     kmp_plant_free(w->plant);
-    kmp_free(w->jacobian);
-    kmp_free(w->h);
-    kmp_free(w->copy);
-    kmp_free(w->basis);
-    kmp_free(w->order);
-    kmp_free(w->row_order);
-    kmp_free(w->pivots);
-    kmp_free(w->dropped);
+    kmp_arena_free(&w->arena);
     kmp_free(w);
 }
 
@@ -102,7 +92,6 @@ bool kmp_walk_close(kmp_walk *w, double *q)
 
 /* -- null spaces ------------------------------------------------------------------------------------- */
 
-/* Solves U x = 0 with the factors of complete pivoting. */
 int kmp_walk_null_space(kmp_walk *w, int rows, int cols, double tolerance, int most)
 {
     int all = rows < cols ? rows : cols, rank = 0;
@@ -110,17 +99,8 @@ int kmp_walk_null_space(kmp_walk *w, int rows, int cols, double tolerance, int m
     while (rank < all && rank < most && w->pivots[rank] > tolerance * w->pivots[0])
         rank++;
     w->last = rank > 0 ? w->pivots[rank - 1] : 0;
-    memset(w->basis, 0, (size_t)(cols * (cols - rank)) * sizeof *w->basis);
-    for (int k = rank; k < cols; k++) {
-        double *x = w->basis + (k - rank) * cols;
-        x[w->order[k]] = 1;
-        for (int i = rank - 1; i >= 0; i--) {
-            double sum = w->copy[i + k * rows];
-            for (int j = i + 1; j < rank; j++)
-                sum += w->copy[i + j * rows] * x[w->order[j]];
-            x[w->order[i]] = -sum / w->copy[i + i * rows];
-        }
-    }
+    for (int k = rank; k < cols; k++)
+        kmp_lu_null_vector(rows, cols, w->copy, w->order, rank, k, w->basis + (k - rank) * cols);
     return rank;
 }
 

@@ -11,6 +11,7 @@
 typedef struct kmp_walk {
     const kempe_system *system;
     kmp_plant *plant;
+    kmp_arena arena;
     const bool *hold;     /* n: coordinates that no correction moves; NULL: none */
     const bool *excluded; /* m: rows that are as if they were not there; NULL: none */
     int n, m;

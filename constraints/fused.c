@@ -22,17 +22,12 @@ struct kmp_fused {
     const double *power;      /* of the last run */
 };
 
-static int block_count(const kmp_reduction *red)
-{
-    return red->r > 0 ? kmp_block_count(red->block) : 0;
-}
-
 /* Whether all numbers come from the program, and the linear algebra is small. */
 static bool can_be(const kmp_reduction *red)
 {
     const kempe_system *s = red->plant->system;
     bool can = red->p <= KMP_FUSED_FREEDOMS && s->motion->block_count == 0;
-    for (int b = block_count(red); can && b-- > 0;) {
+    for (int b = kmp_block_count(red->block); can && b-- > 0;) {
         int size;
         (void)kmp_block_columns(red->block, b, &size);
         can = size <= KMP_FUSED_BLOCK;
@@ -65,7 +60,7 @@ static void set_place(kmp_fused *f, double t, const double *y)
 static bool find_signs(const kmp_fused *f, const double *pivot, int *signs)
 {
     bool regular = true;
-    for (int block = block_count(f->red); block-- > 0;) {
+    for (int block = kmp_block_count(f->red->block); block-- > 0;) {
         int size;
         (void)kmp_block_columns(f->red->block, block, &size);
         signs[block] = 1;
@@ -90,7 +85,7 @@ static void find_turns(kmp_fused *f)
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
     if (red->r > 0)
         kmp_block_take_signs(red->block, f->turn);
-    for (int block = block_count(red); block-- > 0;)
+    for (int block = kmp_block_count(red->block); block-- > 0;)
         f->turn[block] *= f->signs[block];
 }
 
@@ -225,7 +220,7 @@ kmp_fused_end kmp_fused_at_end(kmp_fused *f)
     const kempe_system *s = f->red->plant->system;
     const double *out = kmp_machine_run(f->machine, KMP_FUSED_END), *pivot = out + f->layout.multipliers;
     kmp_fused_end end = {.good = is_good(f, out), .regular = find_signs(f, pivot, f->signs), .signs = f->signs};
-    for (int block = block_count(f->red); block-- > 0;)
+    for (int block = kmp_block_count(f->red->block); block-- > 0;)
         f->signs[block] *= f->turn[block];
     end.h = pivot + f->layout.pivots;
     end.jacobian = end.h + s->m;

@@ -4,6 +4,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/fused_inside.h"
+#include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 
@@ -26,62 +27,25 @@ typedef struct maker {
     kmp_ref *out; /* of the motion program */
     const kmp_ref *h, *jacobian, *h_t, *mass, *jdqd;
     kmp_ref *bias;
-    kmp_ref *ju;            /* r x p, row by row */
-    int *jv_start, *jv_col; /* by row */
-    kmp_ref *jv;            /* likewise */
-    int *block_of;          /* by column */
-    kmp_ref *b, *x_t, *a0;  /* r x p row by row, r, r */
-    kmp_ref *dv;            /* r: the correction of v */
-    kmp_ref *rate;          /* r: qd of v */
-    kmp_ref *input, *by;    /* 2 n: q and qd of the motion program, and what stands for them */
-    kmp_ref *mx;            /* n x p, row by row */
-    kmp_ref *multiplier;    /* of all blocks */
-    double *factor;         /* likewise */
+    kmp_ref *ju;           /* r x p, row by row */
+    kmp_ref *jv;           /* r x r, row by row */
+    int *block_of;         /* by column */
+    kmp_ref *b, *x_t, *a0; /* r x p row by row, r, r */
+    kmp_ref *dv;           /* r: the correction of v */
+    kmp_ref *rate;         /* r: qd of v */
+    kmp_ref *input, *by;   /* 2 n: q and qd of the motion program, and what stands for them */
+    kmp_ref *mx;           /* n x p, row by row */
+    kmp_ref *multiplier;   /* of all blocks */
+    double *factor;        /* likewise */
     int multipliers;
     kmp_ref *pivot; /* whose product is det Jv, but for the sign of a permutation */
     int pivots;
     kmp_ref power; /* of the non-conservative forces */
 } maker;
 
-static void find_entries(const maker *k, int row, kmp_ref entry[KMP_FUSED_BLOCK], const block *b)
-{
-    for (int j = 0; j < b->size; j++)
-        entry[j] = KMP_ZERO;
-    for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
-        for (int j = 0; j < b->size; j++)
-            if (k->jv_col[e] == b->col[j])
-                entry[j] = k->jv[e];
-}
-
 static double scale_of(const maker *k, int row)
 {
     return k->plan->row_scale[k->red->part->rows[row]];
-}
-
-/* The order in which partial pivoting takes the rows of scaled values, which are lost. */
-static void pivot_rows(int size, double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK], int order[KMP_FUSED_BLOCK])
-{
-    for (int i = 0; i < size; i++)
-        order[i] = i;
-    for (int c = 0; c < size; c++) {
-        int best = c;
-        for (int i = c + 1; i < size; i++)
-            if (fabs(value[i][c]) > fabs(value[best][c]))
-                best = i;
-        for (int j = 0; best != c && j < size; j++) {
-            double x = value[c][j];
-            value[c][j] = value[best][j];
-            value[best][j] = x;
-        }
-        int row = order[c];
-        order[c] = order[best];
-        order[best] = row;
-        for (int i = c + 1; i < size; i++) {
-            double l = value[c][c] != 0 ? value[i][c] / value[c][c] : 0;
-            for (int j = c; j < size; j++)
-                value[i][j] -= l * value[c][j];
-        }
-    }
 }
 
 /* Rows of a block in the order of elimination; `begin`: how many rows the blocks before it have. */
@@ -93,7 +57,8 @@ static void take_block(const maker *k, int number, int begin, block *b)
         b->row[i] = k->plan->order[begin + i];
     }
     for (int i = 0; i < b->size; i++)
-        find_entries(k, b->row[i], b->a[i], b);
+        for (int j = 0; j < b->size; j++)
+            b->a[i][j] = k->jv[b->row[i] * k->r + b->col[j]];
 }
 
 static double value_at(const kmp_reduction *red, int row, int col)
@@ -107,21 +72,29 @@ static double value_at(const kmp_reduction *red, int row, int col)
     return 0;
 }
 
+static void swap(int *a, int *b)
+{
+    int t = *a;
+    *a = *b;
+    *b = t;
+}
+
 void kmp_fused_order(const kmp_reduction *red, int *order)
 {
     const double *scale = red->plant->system->row_scale;
-    for (int number = 0, begin = 0; red->r > 0 && number < kmp_block_count(red->block); number++) {
-        double value[KMP_FUSED_BLOCK][KMP_FUSED_BLOCK];
-        int size, by[KMP_FUSED_BLOCK] = {0, 1};
+    double value[KMP_FUSED_BLOCK * KMP_FUSED_BLOCK];
+    int size, pivot[KMP_FUSED_BLOCK];
+    for (int number = 0, count = kmp_block_count(red->block); number < count; number++, order += size) {
         const int *col = kmp_block_columns(red->block, number, &size), *row = kmp_block_rows(red->block, number);
-        for (int i = 0; size > 2 && i < size; i++)
-            for (int j = 0; j < size; j++)
-                value[i][j] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
-        if (size > 2)
-            pivot_rows(size, value, by);
+        memcpy(order, row, (size_t)size * sizeof *order);
+        if (size <= 2) /* by the determinant */
+            continue;
         for (int i = 0; i < size; i++)
-            order[begin + i] = row[by[i]];
-        begin += size;
+            for (int j = 0; j < size; j++)
+                value[i + j * size] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
+        int fault = kmp_lu_factor(size, value, pivot);
+        for (int i = 0; i < (fault ? fault - 1 : size); i++)
+            swap(&order[i], &order[pivot[i]]);
     }
 }
 
@@ -176,9 +149,9 @@ static void solve_block(kmp_graph *g, const block *b, kmp_ref *x)
 /* The right-hand side of a row less what is known of the solution: columns of later blocks. */
 static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
 {
-    for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
-        if (k->block_of[k->jv_col[e]] > number)
-            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[e], x[k->jv_col[e] * stride]));
+    for (int col = 0; col < k->r; col++)
+        if (k->block_of[col] > number && k->jv[row * k->r + col] != KMP_ZERO)
+            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[row * k->r + col], x[col * stride]));
     return rhs;
 }
 
@@ -195,11 +168,6 @@ static void solve_columns(maker *k, int number, const block *b, int columns, con
     }
 }
 
-static int block_count(const maker *k)
-{
-    return k->r > 0 ? kmp_block_count(k->red->block) : 0;
-}
-
 static void negate(int count, kmp_ref *x)
 {
     for (int i = 0; i < count; i++)
@@ -210,7 +178,7 @@ static void negate(int count, kmp_ref *x)
 static void make_tangent(maker *k)
 {
     int begin = k->r;
-    for (int number = block_count(k); number-- > 0;) {
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         block *b = &k->block[number];
         (void)kmp_block_columns(k->red->block, number, &b->size);
         begin -= b->size;
@@ -229,7 +197,7 @@ static void make_tangent(maker *k)
 /* a0 = -Jv^-1 jdqd. */
 static void make_curvature(maker *k)
 {
-    for (int number = block_count(k); number-- > 0;)
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
         solve_columns(k, number, &k->block[number], 1, k->jdqd, k->a0);
     negate(k->r, k->a0);
 }
@@ -325,14 +293,11 @@ static kmp_ref *refs(maker *k, int count)
 
 static bool allocate(maker *k)
 {
-    int entries = k->s->jacobian.count;
-    k->block = KMP_ARENA_NEW(&k->arena, block, block_count(k));
-    k->jv_start = KMP_ARENA_NEW(&k->arena, int, k->r + 2);
-    k->jv_col = KMP_ARENA_NEW(&k->arena, int, entries);
+    k->block = KMP_ARENA_NEW(&k->arena, block, kmp_block_count(k->red->block));
     k->block_of = KMP_ARENA_NEW(&k->arena, int, k->r);
     k->out = refs(k, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
     k->ju = refs(k, k->r * k->p);
-    k->jv = refs(k, entries);
+    k->jv = refs(k, k->r * k->r);
     k->b = refs(k, k->r * k->p);
     k->x_t = refs(k, k->r);
     k->a0 = refs(k, k->r);
@@ -407,29 +372,16 @@ static bool sort_motion(maker *k)
     return ok;
 }
 
-/* Jv by rows, and Ju. */
+/* Jv and Ju. */
 static void sort_jacobian(maker *k, const int *place)
 {
     const kmp_pattern *pattern = &k->s->jacobian;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int e = 0; e < pattern->count; e++) {
-            int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
-            if (row < 0)
-                continue;
-            if (col < 0) {
-                k->ju[row * k->p - 1 - col] = k->jacobian[e];
-            } else if (pass == 0) {
-                k->jv_start[row + 2]++;
-            } else {
-                int to = k->jv_start[row + 1]++;
-                k->jv_col[to] = col;
-                k->jv[to] = k->jacobian[e];
-            }
-        }
-        for (int i = 0; pass == 0 && i < k->r; i++)
-            k->jv_start[i + 2] += k->jv_start[i + 1];
+    for (int e = 0; e < pattern->count; e++) {
+        int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
+        if (row >= 0)
+            *(col < 0 ? &k->ju[row * k->p - 1 - col] : &k->jv[row * k->r + col]) = k->jacobian[e];
     }
-    for (int number = block_count(k); number-- > 0;) {
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         int size;
         const int *col = kmp_block_columns(k->red->block, number, &size);
         for (int i = 0; i < size; i++)

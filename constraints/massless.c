@@ -24,24 +24,6 @@ static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
     }
 }
 
-/* s (p) with a s = 0 as far as the least pivot goes; a is destroyed. row, col, pivot, y: p. */
-static void null_vector(int p, double *a, int *row, int *col, double *pivot, double *y, double *s)
-{
-    int rank = 0;
-    kmp_lu_complete(p, p, a, NULL, row, col, pivot);
-    while (rank < p - 1 && pivot[rank] > 4 * p * DBL_EPSILON * pivot[0])
-        rank++;
-    memset(s, 0, (size_t)p * sizeof *s);
-    s[col[rank]] = 1;
-    for (int i = rank - 1; i >= 0; i--) {
-        y[i] = -a[i + rank * p];
-        for (int j = i + 1; j < rank; j++)
-            y[i] -= a[i + j * p] * y[j];
-        y[i] /= a[i + i * p];
-        s[col[i]] = y[i];
-    }
-}
-
 /* The coordinate that moves most, in scales, in the motion s of u. */
 static int largest(const kmp_reduction *red, const double *s)
 {
@@ -75,16 +57,22 @@ static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 static bool search(kmp_reduction *red, bool found, kmp_text *why)
 {
     int n = red->n, p = red->p;
-    double *work = KMP_NEW(double, n + p * p + 3 * p);
+    double *work = KMP_NEW(double, n + p * p + 2 * p);
     int *order = KMP_NEW(int, 2 * p);
     bool made = work && order;
     if (made) {
-        double *mr = work + n, *pivot = mr + p * p;
+        double *mr = work + n, *pivot = mr + p * p, *s = pivot + p;
+        int rank = 0;
         kmp_reduction_tangent(red);
         reduced_mass(red, work, mr);
-        null_vector(p, mr, order, order + p, pivot, pivot + p, pivot + 2 * p);
-        if (found || !(pivot[p - 1] > 4 * p * DBL_EPSILON * pivot[0]))
-            name(red, pivot + 2 * p, why);
+        kmp_lu_complete(p, p, mr, NULL, order, order + p, pivot);
+        while (rank < p && pivot[rank] > 4 * p * DBL_EPSILON * pivot[0])
+            rank++;
+        found = found || rank < p;
+        rank = rank < p ? rank : p - 1;
+        kmp_lu_null_vector(p, p, mr, order + p, rank, rank, s);
+        if (found)
+            name(red, s, why);
     }
     kmp_free(work);
     kmp_free(order);

@@ -29,9 +29,10 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 64, LEAST_PLACES = 12, STEPS = 12, MOST
 #define WIDE       3.0   /* times the median misfit */
 #define MET        2e-14 /* scaled |h| of redundant rows */
 #define NEARLY_MET 1e-12 /* the same where it no longer falls: rounding of places where pivots are small */
-#define EXPLAINED  1e-2  /* part of the misfit, or of the rounding squared, that may remain where rounding explains it \
-                          */
-#define LEAST 1e-15      /* a shift below is none */
+#define EXPLAINED                                                                                                      \
+    1e-2            /* part of the misfit, or of the rounding squared, that may remain where rounding explains it      \
+                     */
+#define LEAST 1e-15 /* a shift below is none */
 
 /* A number of the model that may be shifted: a coordinate of a point, a component of an axis, a rotation of a frame. */
 typedef struct number {

@@ -29,6 +29,14 @@ static void sort(int *x, int count)
         qsort(x, (size_t)count, sizeof *x, compare_ints);
 }
 
+void kmp_partition_sort(kmp_partition *part)
+{
+    sort(part->v, part->r);
+    sort(part->u, part->p);
+    sort(part->rows, part->r);
+    sort(part->redundant, part->m - part->r);
+}
+
 static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
 {
     const kmp_pattern *j = &s->jacobian;
@@ -109,10 +117,7 @@ static void keep(const kmp_pick *c, kmp_partition *part)
     memcpy(part->u, c->col + r, (size_t)part->p * sizeof(int));
     memcpy(part->rows, c->row, (size_t)r * sizeof(int));
     memcpy(part->redundant, c->row + r, (size_t)(part->m - r) * sizeof(int));
-    sort(part->v, r);
-    sort(part->u, part->p);
-    sort(part->rows, r);
-    sort(part->redundant, part->m - r);
+    kmp_partition_sort(part);
 }
 
 /* As many rows and columns as `part` says, improved. KEMPE_E_FAILED without message: singular, part is untouched. */

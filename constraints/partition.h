@@ -40,6 +40,9 @@ bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, do
 
 void kmp_partition_free(kmp_partition *part);
 
+/** Puts the lists of coordinates and rows in ascending order. */
+void kmp_partition_sort(kmp_partition *part);
+
 /** Other independent rows, as many, of a partition of the same system. */
 void kmp_partition_take_rows(kmp_partition *part, const kmp_partition *from);
 

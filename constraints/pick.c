@@ -23,20 +23,18 @@ bool kmp_pick_is_large(int m, int n, int nz)
 bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, bool dense)
 {
     *c = (kmp_pick){.m = m, .n = n, .dense = dense, .growth = KMP_PICK_GROWTH};
-    c->row = KMP_NEW(int, m);
-    c->col = KMP_NEW(int, n);
-    c->fixed = KMP_NEW(int, n);
-    c->entry_row = KMP_NEW(int, nz);
-    c->entry_col = KMP_NEW(int, nz);
-    c->value = KMP_NEW(double, nz);
-    return c->row && c->col && c->fixed && c->entry_row && c->entry_col && c->value;
+    c->row = KMP_ARENA_NEW(&c->arena, int, m);
+    c->col = KMP_ARENA_NEW(&c->arena, int, n);
+    c->fixed = KMP_ARENA_NEW(&c->arena, int, n);
+    c->entry_row = KMP_ARENA_NEW(&c->arena, int, nz);
+    c->entry_col = KMP_ARENA_NEW(&c->arena, int, nz);
+    c->value = KMP_ARENA_NEW(&c->arena, double, nz);
+    return !c->arena.failed;
 }
 
 void kmp_pick_free(kmp_pick *c)
 {
-    void *arrays[] = {c->row, c->col, c->fixed, c->entry_row, c->entry_col, c->value};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        kmp_free(arrays[k]);
+    kmp_arena_free(&c->arena);
     *c = (kmp_pick){0};
 }
 

@@ -4,9 +4,11 @@
 #ifndef KMP_CONSTRAINTS_PICK_H
 #define KMP_CONSTRAINTS_PICK_H
 
+#include "base/arena.h"
 #include <stdbool.h>
 
 typedef struct kmp_pick {
+    kmp_arena arena;
     int m, n;
     bool dense;
     double growth;  /* |Bvu| above which columns are exchanged */

@@ -94,11 +94,6 @@ void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double 
     plant->frozen = true;
 }
 
-void kmp_plant_thaw(kmp_plant *plant)
-{
-    plant->frozen = false;
-}
-
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds)
 {
     plant->mode[condition] = holds && !plant->system->events.condition[condition].kink ? 1 : 0;
@@ -146,14 +141,20 @@ static bool prepare(kmp_plant *plant, const kmp_backend *backend)
     plant->judge = kmp_machine_new(plant->system->judge, plant->system->dissipative ? backend : seldom);
     if (plant->system->changes)
         plant->changes = kmp_machine_new(plant->system->changes, seldom);
-    plant->mode = KMP_NEW(double, plant->system->events.count);
-    plant->chart = KMP_NEW(double, KMP_CHART_SIZE * plant->system->chart_count);
-    if (!plant->motion || !plant->judge || !plant->mode || !plant->chart || (plant->system->changes && !plant->changes))
+    const kmp_arena_room rooms[] = {{&plant->q, plant->n},
+                                    {&plant->with_force, plant->n},
+                                    {&plant->effort, plant->n},
+                                    {&plant->mode, plant->system->events.count},
+                                    {&plant->chart, (ptrdiff_t)KMP_CHART_SIZE * plant->system->chart_count},
+                                    {&plant->nu, plant->m}};
+    size_t count = sizeof rooms / sizeof *rooms - (plant->system->pressed_count > 0 ? 0 : 1);
+    plant->dropped = KMP_ARENA_NEW(&plant->arena, bool, plant->m);
+    if (!kmp_arena_make_rooms(&plant->arena, count, rooms) || !plant->motion || !plant->judge ||
+        (plant->system->changes && !plant->changes))
         return false;
-    if (plant->system->pressed_count > 0) {
-        plant->nu = KMP_NEW(double, plant->m);
+    if (plant->nu) {
         plant->press = kmp_press_work_new(plant->system);
-        if (!plant->nu || !plant->press)
+        if (!plant->press)
             return false;
         set_all(plant, KMP_IN_LAMBDA, plant->nu);
     }
@@ -179,20 +180,12 @@ kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend,
     }
     kmp_plant *plant = KMP_NEW(kmp_plant, 1);
     if (plant)
-        *plant = (kmp_plant){.system = system,
-                             .shared = *b,
-                             .n = system->n,
-                             .m = system->m,
-                             .q = KMP_NEW(double, system->n),
-                             .with_force = KMP_NEW(double, system->n),
-                             .effort = KMP_NEW(double, system->n),
-                             .dropped = KMP_NEW(bool, system->m)};
+        *plant = (kmp_plant){.system = system, .shared = *b, .n = system->n, .m = system->m};
     if (plant) {
         plant->shared.team = team;
         plant->backend = team ? &plant->shared : b;
     }
-    if (!plant || !plant->q || !plant->with_force || !plant->effort || !plant->dropped ||
-        !prepare(plant, plant->backend)) {
+    if (!plant || !prepare(plant, plant->backend)) {
         kmp_plant_free(plant);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -232,13 +225,7 @@ void kmp_plant_free(kmp_plant *plant)
     kmp_machine_free(plant->articulated);
     kmp_machine_free(plant->judge);
     kmp_machine_free(plant->changes);
-    kmp_free(plant->mode);
-    kmp_free(plant->chart);
-    kmp_free(plant->q);
-    kmp_free(plant->with_force);
-    kmp_free(plant->effort);
-    kmp_free(plant->dropped);
-    kmp_free(plant->nu);
+    kmp_arena_free(&plant->arena);
     kmp_press_work_free(plant->press);
     kmp_free(plant);
 }
@@ -427,14 +414,6 @@ const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, c
     kmp_machine_set(plant->judge, KMP_IN_LAMBDA, lambda);
     (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
     return kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
-}
-
-const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q)
-{
-    (void)kmp_plant_potential(plant, t, q);
-    (void)kmp_machine_run(plant->judge, KMP_STAGE_POWER);
-    (void)kmp_machine_run(plant->judge, KMP_STAGE_REACTION);
-    return kmp_machine_run(plant->judge, KMP_STAGE_POSITION);
 }
 
 const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,

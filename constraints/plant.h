@@ -4,11 +4,13 @@
 #define KMP_CONSTRAINTS_PLANT_H
 
 #include "backend/machine.h"
+#include "base/arena.h"
 #include "dynamics/system.h"
 
 typedef struct kmp_plant {
     const kempe_system *system;
     const kmp_backend *backend;
+    kmp_arena arena;
     kmp_backend shared;                            /* it, with a team */
     kmp_machine *composite, *articulated, *motion; /* by M and C; without them, NULL: none; the one at hand */
     kmp_machine *judge, *changes;
@@ -97,10 +99,9 @@ const double *kmp_plant_changes(kmp_plant *plant, double t, const double *q, con
 void kmp_plant_all_changes(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda, double *change);
 
-/** Holds the conditions as they are at (t, q, qd), whatever state is evaluated later; and lets them follow again.
+/** Holds the conditions as they are at (t, q, qd), whatever state is evaluated later, until `frozen` is taken back.
  *  kmp_plant_set_mode changes one that is held. */
 void kmp_plant_freeze(kmp_plant *plant, double t, const double *q, const double *qd);
-void kmp_plant_thaw(kmp_plant *plant);
 void kmp_plant_set_mode(kmp_plant *plant, int condition, bool holds);
 
 /** Which branch of a kink counts (kmp_tree_kink); 0, until it is set, whichever does. kmp_plant_set_mode leaves it. */
@@ -117,14 +118,13 @@ void kmp_plant_dense_mass(const kmp_plant *plant, double *mass);
 /** out += M x. */
 void kmp_plant_add_mass_times(const kmp_plant *plant, const double *x, double *out);
 
-/** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 a closure) and
- * positions (3 a position output) at (t, q, lambda). */
+/** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 a closure) at
+ * (t, q, lambda). */
 double kmp_plant_potential(kmp_plant *plant, double t, const double *q);
 double kmp_plant_power(kmp_plant *plant, double t, const double *q, const double *qd);
 /** That power with the forces of the last kmp_plant_bias at hand, whose rates qd are. */
 double kmp_plant_power_here(kmp_plant *plant, const double *qd);
 const double *kmp_plant_reactions(kmp_plant *plant, double t, const double *q, const double *lambda);
-const double *kmp_plant_positions(kmp_plant *plant, double t, const double *q);
 
 /** What outputs show beside the table, in their order (model/output_table.h). */
 const double *kmp_plant_shown(kmp_plant *plant, double t, const double *q, const double *qd, const double *qdd,

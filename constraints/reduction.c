@@ -14,23 +14,17 @@ enum { MAX_NEWTON = 12 };
 static bool allocate(kmp_reduction *red, int entries, int m)
 {
     size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
-    red->jv_entry = KMP_NEW(int, entries);
-    red->ju_entry = KMP_NEW(int, entries);
-    red->ju_row = KMP_NEW(int, entries);
-    red->ju_col = KMP_NEW(int, entries);
-    red->row_of = KMP_NEW(int, m);
-    red->u_of = KMP_NEW(int, n);
-    red->jv = KMP_NEW(double, entries);
-    red->bvu = KMP_NEW(double, r *p);
-    red->x = KMP_NEW(double, n *p);
-    red->x_t = KMP_NEW(double, n);
-    red->a0 = KMP_NEW(double, n);
-    red->force = KMP_NEW(double, n);
-    red->mr = KMP_NEW(double, p *p);
-    red->dv = KMP_NEW(double, r);
-    red->answer = KMP_NEW(double, p);
-    return red->jv_entry && red->ju_entry && red->ju_row && red->ju_col && red->row_of && red->u_of && red->jv &&
-           red->bvu && red->x && red->x_t && red->a0 && red->force && red->mr && red->dv && red->answer;
+    red->jv_entry = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->ju_entry = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->ju_row = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->ju_col = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
+    red->u_of = KMP_ARENA_NEW(&red->arena, int, n);
+    const kmp_arena_room rooms[] = {
+        {&red->jv, entries},   {&red->bvu, (ptrdiff_t)(r * p)}, {&red->x, (ptrdiff_t)(n * p)},  {&red->x_t, red->n},
+        {&red->a0, red->n},    {&red->force, red->n},           {&red->mr, (ptrdiff_t)(p * p)}, {&red->dv, red->r},
+        {&red->answer, red->p}};
+    return kmp_arena_make_rooms(&red->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 /* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
@@ -61,19 +55,10 @@ static bool split(kmp_reduction *red)
         red->block = kmp_block_new(red->r, red->jv_count, row, col);
         ok = red->block;
     }
-    const kmp_zeros_of of = {.part = red->part,
-                             .mass = &red->plant->system->mass,
-                             .block = red->block,
-                             .jv_count = red->jv_count,
-                             .ju_count = red->ju_count,
-                             .jv_row = row,
-                             .jv_col = col,
-                             .ju_row = red->ju_row,
-                             .ju_col = red->ju_col};
     unsigned long failures = kmp_memory_failures();
-    red->zeros = ok ? kmp_zeros_new(&of) : NULL;
+    red->zeros = ok ? kmp_zeros_new(red, row, col) : NULL;
     ok = ok && kmp_memory_failures() == failures;
-    red->mx = ok ? KMP_NEW(double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p)) : NULL;
+    red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
     ok = ok && red->mx; /* it also holds one qdd */
     kmp_free(row);
     kmp_free(col);
@@ -109,22 +94,7 @@ void kmp_reduction_free(kmp_reduction *red)
 {
     kmp_block_free(red->block);
     kmp_zeros_free(red->zeros);
-    kmp_free(red->jv_entry);
-    kmp_free(red->ju_entry);
-    kmp_free(red->ju_row);
-    kmp_free(red->ju_col);
-    kmp_free(red->row_of);
-    kmp_free(red->u_of);
-    kmp_free(red->jv);
-    kmp_free(red->bvu);
-    kmp_free(red->x);
-    kmp_free(red->x_t);
-    kmp_free(red->a0);
-    kmp_free(red->force);
-    kmp_free(red->mx);
-    kmp_free(red->mr);
-    kmp_free(red->dv);
-    kmp_free(red->answer);
+    kmp_arena_free(&red->arena);
     *red = (kmp_reduction){0};
 }
 
@@ -139,6 +109,22 @@ int kmp_reduction_factor(kmp_reduction *red)
     red->factorizations++;
     int fault = kmp_block_factor(red->block, red->jv);
     return fault ? 1 + red->part->v[fault - 1] : 0;
+}
+
+/* dv = factor Jv^-1 rows, for all m given rows. */
+static void solve_rows(kmp_reduction *red, double factor, const double *rows)
+{
+    for (int i = 0; i < red->r; i++)
+        red->dv[i] = factor * rows[red->part->rows[i]];
+    if (red->r > 0) /* there are no blocks otherwise */
+        kmp_block_solve(red->block, 1, red->dv);
+}
+
+/* dv at the places of v. */
+static void put_dependent(const kmp_reduction *red, double *out)
+{
+    for (int i = 0; i < red->r; i++)
+        out[red->part->v[i]] = red->dv[i];
 }
 
 static void solve_tangent(kmp_reduction *red)
@@ -165,11 +151,8 @@ void kmp_reduction_tangent(kmp_reduction *red)
             red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
     if (!red->plant->h_t)
         return;
-    for (int i = 0; i < r; i++)
-        red->dv[i] = -red->plant->h_t[red->part->rows[i]];
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < r; i++)
-        red->x_t[red->part->v[i]] = red->dv[i];
+    solve_rows(red, -1, red->plant->h_t);
+    put_dependent(red, red->x_t);
 }
 
 /* out = X s + base; X is 1 in the rows of u. */
@@ -204,8 +187,7 @@ void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
         kmp_block_solve(red->block, 1, red->dv);
     for (int k = 0; k < red->p; k++)
         qd[red->part->u[k]] = ud[k];
-    for (int i = 0; i < red->r; i++)
-        qd[red->part->v[i]] = red->dv[i];
+    put_dependent(red, qd);
 }
 
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd)
@@ -215,18 +197,20 @@ void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, do
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
+/* force = C + M qdd, NULL: C. */
+static void set_force(kmp_reduction *red, const double *bias, const double *qdd)
+{
+    memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
+    if (qdd)
+        kmp_plant_add_mass_times(red->plant, qdd, red->force);
+}
+
 /* a0 = (0; -Jv^-1 jdqd), force = C + M a0. */
 static void bias_force(kmp_reduction *red)
 {
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -red->plant->jdqd[red->part->rows[i]];
-    if (red->r > 0)
-        kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        red->a0[red->part->v[i]] = red->dv[i];
-    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    if (red->r > 0)
-        kmp_plant_add_mass_times(red->plant, red->a0, red->force);
+    solve_rows(red, -1, red->plant->jdqd);
+    put_dependent(red, red->a0);
+    set_force(red, red->plant->bias, red->r > 0 ? red->a0 : NULL);
 }
 
 /* On a tree X is 1, but for the order of coordinates: Mr = M. */
@@ -305,14 +289,11 @@ static int fail(int p, double *out)
 static void answer_moving(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_reduction *red = self;
-    int n = red->n;
     double *qdd = red->mx;
-    memcpy(red->force, bias, (size_t)n * sizeof *red->force);
-    if (!change)
-        kmp_plant_add_mass_times(red->plant, red->a0, red->force);
+    set_force(red, bias, change ? NULL : red->a0);
     kmp_reduction_project(red, red->force, red->answer);
     kmp_reduction_solve_mass(red, red->answer);
-    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    memset(qdd, 0, (size_t)red->n * sizeof *qdd);
     spread(red, red->answer, qdd, qdd);
     kmp_plant_add_mass_times(red->plant, qdd, red->force);
     kmp_reduction_pull(red, red->force, lambda);
@@ -322,9 +303,7 @@ static void answer_moving(void *self, const double *bias, bool change, double *l
 static void answer_given(void *self, const double *bias, bool change, double *lambda)
 {
     kmp_reduction *red = self;
-    memcpy(red->force, bias, (size_t)red->n * sizeof *red->force);
-    if (!change)
-        kmp_plant_add_mass_times(red->plant, red->mx, red->force);
+    set_force(red, bias, change ? NULL : red->mx);
     kmp_reduction_pull(red, red->force, lambda);
 }
 
@@ -334,8 +313,7 @@ static int accelerate_pressed(kmp_reduction *red, double *udd)
     const kmp_answer answer = {red, answer_moving};
     if (!kmp_press(red->plant, &answer))
         return fail(red->p, udd);
-    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    kmp_plant_add_mass_times(red->plant, red->a0, red->force);
+    set_force(red, red->plant->bias, red->a0);
     kmp_reduction_project(red, red->force, udd);
     kmp_reduction_solve_mass(red, udd);
     return 0;
@@ -382,8 +360,7 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
         (void)fail(red->p, out);
         return;
     }
-    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    kmp_plant_add_mass_times(red->plant, qdd, red->force);
+    set_force(red, red->plant->bias, qdd);
     if (red->zeros) {
         kmp_zeros_project(red->zeros, red->x, red->force, out);
         for (int k = 0; k < red->p; k++)
@@ -411,8 +388,7 @@ void kmp_reduction_press_change(kmp_reduction *red, bool moving, double *bias)
 
 void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *lambda)
 {
-    memcpy(red->force, red->plant->bias, (size_t)red->n * sizeof *red->force);
-    kmp_plant_add_mass_times(red->plant, qdd, red->force);
+    set_force(red, red->plant->bias, qdd);
     kmp_reduction_pull(red, red->force, lambda);
 }
 
@@ -420,10 +396,7 @@ void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *la
 
 void kmp_reduction_correction(kmp_reduction *red)
 {
-    for (int i = 0; i < red->r; i++)
-        red->dv[i] = -red->plant->h[red->part->rows[i]];
-    if (red->r > 0)
-        kmp_block_solve(red->block, 1, red->dv);
+    solve_rows(red, -1, red->plant->h);
 }
 
 static int place(void *self, double t, const double *q)

@@ -5,6 +5,7 @@
 #ifndef KMP_CONSTRAINTS_REDUCTION_H
 #define KMP_CONSTRAINTS_REDUCTION_H
 
+#include "base/arena.h"
 #include "constraints/partition.h"
 #include "constraints/plant.h"
 #include "constraints/zeros.h"
@@ -13,6 +14,7 @@
 typedef struct kmp_reduction {
     kmp_plant *plant;          /* not owned */
     const kmp_partition *part; /* not owned */
+    kmp_arena arena;
     int n, p, r;
     kmp_block *block; /* Jv; NULL when r = 0 */
     kmp_zeros *zeros; /* NULL: X is taken as dense */

@@ -2,21 +2,36 @@
 #include "constraints/kinds/kind.h"
 #include <string.h>
 
-static const kmp_closure_kind *const kinds[] = {
-#define KMP_KIND(name) &kmp_kind_##name,
+const kmp_part kmp_part_none = {0};
+
+static const kmp_closure_kind kinds[] = {
+#define KMP_KIND(name, force, moment) {#name, &kmp_part_##force, &kmp_part_##moment},
 #include "constraints/kinds/kinds.def"
 #undef KMP_KIND
 };
 
 int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure)
 {
-    return closure->curve_count > 0 ? closure->curve_count : kind->rows;
+    return closure->curve_count > 0 ? closure->curve_count : kind->force->rows + kind->moment->rows;
+}
+
+void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kind->force->residual(tree, closure, h);
+    if (kind->moment->rows > 0)
+        kind->moment->residual(tree, closure, h + kind->force->rows);
 }
 
 const kmp_closure_kind *kmp_closure_kind_find(const char *name)
 {
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
-        if (strcmp(kinds[k]->name, name) == 0)
-            return kinds[k];
+        if (strcmp(kinds[k].name, name) == 0)
+            return &kinds[k];
     return NULL;
+}
+
+kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    (void)tree, (void)closure;
+    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
 }

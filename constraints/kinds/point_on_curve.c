@@ -51,7 +51,7 @@ static kmp_ref slope(const kmp_tree *tree, const kmp_closure *closure, int row, 
     return kmp_graph_replace(g, 3, leaf, place, f);
 }
 
-static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+static kmp_vec load(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
 {
     kmp_graph *g = tree->graph;
     kmp_vec axes[3], force = kmp_vec_zero();
@@ -65,5 +65,4 @@ static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const 
     return kmp_part_own(tree, closure, force);
 }
 
-const kmp_closure_kind kmp_kind_point_on_curve = {
-    "point_on_curve", 2, KMP_KIND_POWER_GIVEN, residual, reaction, NULL, 0};
+const kmp_part kmp_part_point_on_curve = {2, KMP_KIND_POWER_GIVEN, residual, load};

@@ -13,10 +13,10 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     h[0] = kmp_mul(g, half, kmp_sub(g, kmp_vec_dot(g, d, d), kmp_mul(g, length, length)));
 }
 
-static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+static kmp_vec load(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
 {
     kmp_vec d = kmp_part_gap(tree, closure);
     return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], d));
 }
 
-const kmp_closure_kind kmp_kind_rod = {"rod", 1, 2, residual, reaction, NULL, 0};
+const kmp_part kmp_part_rod = {1, 2, residual, load};

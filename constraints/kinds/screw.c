@@ -11,10 +11,4 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, slide), kmp_mul(g, rate, kmp_input(g, KMP_IN_Q, slide + 1)));
 }
 
-static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    (void)tree, (void)closure;
-    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
-}
-
-const kmp_closure_kind kmp_kind_screw = {"screw", 1, KMP_KIND_POWER_OF_COORDINATE, residual, reaction, NULL, 0};
+const kmp_part kmp_part_screw = {1, KMP_KIND_POWER_OF_COORDINATE, residual, kmp_part_effort};

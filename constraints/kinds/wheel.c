@@ -15,10 +15,4 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
         kmp_graph_fail(tree->graph);
 }
 
-static kmp_vec reaction(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    (void)tree, (void)closure;
-    return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
-}
-
-const kmp_closure_kind kmp_kind_wheel = {"wheel", 1, 1, residual, reaction, NULL, 0};
+const kmp_part kmp_part_wheel = {1, 1, residual, kmp_part_effort};

@@ -297,8 +297,7 @@ kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_con
         status = run(&j, ask);
     kmp_arena_free(&j.arena);
     kmp_operating_free(j.start);
-    if (j.linear.plant)
-        kmp_linear_free(&j.linear);
+    kmp_linear_free(&j.linear);
     t->status = status;
     t->warnings = kmp_context_warnings(system->context);
     t->cpu_s = kmp_cpu_now() - begun;

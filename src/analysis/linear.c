@@ -10,15 +10,9 @@
 
 static bool make_room(kmp_linear *l)
 {
-    kmp_arena *a = &l->arena;
-    l->q = KMP_ARENA_NEW(a, double, l->n);
-    l->qd = KMP_ARENA_NEW(a, double, l->n);
-    l->qdd = KMP_ARENA_NEW(a, double, l->n);
-    l->force = KMP_ARENA_NEW(a, double, l->n);
-    l->lambda = KMP_ARENA_NEW(a, double, l->m);
-    l->unit = KMP_ARENA_NEW(a, double, l->n);
-    l->work = KMP_ARENA_NEW(a, double, 5 * l->n + l->m);
-    return !a->failed;
+    const kmp_arena_group groups[] = {
+        {l->n, {&l->q, &l->qd, &l->qdd, &l->force, &l->unit}}, {l->m, {&l->lambda}}, {5 * l->n + l->m, {&l->work}}};
+    return kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups);
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -86,6 +80,14 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
     return status == KEMPE_OK ? kmp_linear_take(linear, &part) : status;
 }
 
+int kmp_linear_place(const kmp_linear *linear, int coordinate)
+{
+    for (int k = 0; k < linear->p; k++)
+        if (linear->part.u[k] == coordinate)
+            return k;
+    return -1;
+}
+
 void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant)
 {
     forget_choice(linear);
@@ -100,15 +102,13 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
     kmp_arena *a = &linear->choice;
-    linear->residual = KMP_ARENA_NEW(a, double, p);
-    linear->mass = KMP_ARENA_NEW(a, double, p *p);
-    linear->damping = KMP_ARENA_NEW(a, double, p *p);
-    linear->stiffness = KMP_ARENA_NEW(a, double, p *p);
-    if (s->pressed_count > 0) {
-        linear->pressed = KMP_ARENA_NEW(a, double, p *p);
-        linear->inertia = KMP_ARENA_NEW(a, double, p *p);
+    bool pressed = s->pressed_count > 0;
+    const kmp_arena_group groups[] = {{p, {&linear->residual}},
+                                      {p * p, {&linear->mass, &linear->damping, &linear->stiffness}},
+                                      {p * p, {&linear->pressed, &linear->inertia}}};
+    (void)kmp_arena_make_groups(a, pressed ? 3 : 2, groups);
+    if (pressed)
         linear->pivot = KMP_ARENA_NEW(a, int, p);
-    }
     if (a->failed)
         return kmp_fail_memory(s->context);
     kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
@@ -126,7 +126,7 @@ static kempe_status place(kmp_linear *l, double t, const double *q, const double
     memcpy(l->q, q, (size_t)l->n * sizeof *q);
     memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
     if (!l->held)
-        kmp_plant_thaw(plant);
+        plant->frozen = false;
     if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
         return KEMPE_E_FAILED;
     kmp_plant_closure(plant, t, l->q);
@@ -205,6 +205,14 @@ kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q,
     memset(linear->residual, 0, (size_t)linear->p * sizeof *linear->residual);
     complete(linear);
     return KEMPE_OK;
+}
+
+kempe_status kmp_linear_at_rates(kmp_linear *linear, double t, const double *q, const double *qd, bool motion)
+{
+    double *ud = linear->unit;
+    for (int k = 0; k < linear->p; k++)
+        ud[k] = qd[linear->part.u[k]];
+    return motion ? kmp_linear_at_motion(linear, t, q, ud) : kmp_linear_at(linear, t, q, ud, NULL);
 }
 
 /* -- small changes ----------------------------------------------------------------------------------- */

@@ -9,17 +9,19 @@
 
 kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
 {
-    ptrdiff_t n = system->n, m = system->m, columns = n * count;
+    int n = system->n, m = system->m;
     kmp_shift *s = shift;
-    const kmp_arena_room rooms[] = {{&s->q, columns}, {&s->qd, columns}, {&s->qdd, columns}, {&s->residual, columns},
-                                    {&s->h, m},       {&s->rate, m},     {&s->curve, m},     {&s->lambda, m * count},
-                                    {&s->u, n},       {&s->ud, n},       {&s->force, n},     {&s->matrix, n * n},
-                                    {&s->pivots, n},  {&s->side, 2 * n}};
-    *s = (kmp_shift){.system = system, .n = system->n, .m = system->m, .count = count, .names = names};
+    *s = (kmp_shift){.system = system, .n = n, .m = m, .count = count, .names = names};
+    const kmp_arena_group groups[] = {{n * count, {&s->q, &s->qd, &s->qdd, &s->residual}},
+                                      {m * count, {&s->lambda}},
+                                      {3 * m + n, {&s->part}},
+                                      {n, {&s->u, &s->ud, &s->pivots}},
+                                      {n * n, {&s->matrix}},
+                                      {2 * n, {&s->side}}};
     s->r = KMP_ARENA_NEW(&s->arena, int, n);
     s->c = KMP_ARENA_NEW(&s->arena, int, n);
-    return kmp_arena_make_rooms(&s->arena, sizeof rooms / sizeof *rooms, rooms) ? KEMPE_OK
-                                                                                : kmp_fail_memory(system->context);
+    return kmp_arena_make_groups(&s->arena, sizeof groups / sizeof *groups, groups) ? KEMPE_OK
+                                                                                    : kmp_fail_memory(system->context);
 }
 
 void kmp_shift_free(kmp_shift *shift)
@@ -65,7 +67,7 @@ static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, 
     int p = l->p;
     double *y = s->side, size = 0, rest = 0;
     for (int i = 0; i < s->n; i++)
-        size = fmax(size, fabs(s->force[i]) * s->system->scale[i]);
+        size = fmax(size, fabs(s->part[3 * s->m + i]) * s->system->scale[i]);
     for (int i = 0; i < p; i++) {
         y[i] = -b[s->r[i]] * scale_of(l, s->r[i]);
         size = fmax(size, fabs(y[i]));
@@ -124,8 +126,7 @@ kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slop
     int rank =
         factor(shift, linear, equilibrium ? linear->stiffness : linear->mass, equilibrium ? rounding(linear) : 0);
     for (int k = 0; k < shift->count; k++) {
-        kmp_slopes_of_parameter(slopes, k, shift->h, shift->rate, shift->curve, shift->force);
-        kmp_change change = {.h = shift->h, .rate = shift->rate, .curve = shift->curve, .force = shift->force};
+        kmp_change change = kmp_slopes_change(slopes, k, shift->part);
         kmp_response response = column(shift, k);
         change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
         change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);

@@ -32,8 +32,7 @@ void kmp_station_free(kmp_station *station)
         return;
     kmp_operating_free(station->state);
     kmp_free(station->found);
-    if (station->linear.plant)
-        kmp_linear_free(&station->linear);
+    kmp_linear_free(&station->linear);
     kempe_system_free(station->own);
     kmp_variant_free(station->variant);
     kmp_free(station);

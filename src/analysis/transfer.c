@@ -32,12 +32,6 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
-    ptrdiff_t by_p = outputs * p, change = 3 * m + n, response = 3 * n + m, known = slopes->count;
-    const kmp_arena_room rooms[] = {
-        {&t->map, n * p},           {&t->map_rate, n * p}, {&t->loads, p * columns}, {&t->by_u, by_p},
-        {&t->by_ud, by_p},          {&t->by_udd, by_p},    {&t->value, outputs},     {&t->direct, outputs * columns},
-        {&t->shown, slopes->shown}, {&t->side, change},    {&t->moved, response},    {&t->unit, p},
-        {&t->parameters, known}};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = linear->n,
@@ -46,9 +40,18 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .inputs = inputs,
                         .outputs = outputs,
                         .columns = (int)columns};
+    const kmp_arena_group groups[] = {{n * p, {&t->map, &t->map_rate}},
+                                      {p * columns, {&t->loads}},
+                                      {outputs * p, {&t->by_u, &t->by_ud, &t->by_udd}},
+                                      {outputs * columns, {&t->direct}},
+                                      {outputs, {&t->value}},
+                                      {3 * m + n, {&t->side}},
+                                      {3 * n + m, {&t->moved}},
+                                      {p, {&t->unit}},
+                                      {slopes->shown, {&t->shown}}};
     t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
     t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
-    if (!kmp_arena_make_rooms(&t->arena, sizeof rooms / sizeof *rooms, rooms))
+    if (!kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(linear->system->context);
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
@@ -76,12 +79,7 @@ static void follow(kmp_transfer *t, const kmp_change *change, int k, double *res
 {
     double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
     kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
-    if (k >= 0)
-        t->parameters[k] = 1;
-    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters},
-                     t->shown);
-    if (k >= 0)
-        t->parameters[k] = 0;
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, NULL}, k, t->shown);
     see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
@@ -118,7 +116,7 @@ static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual,
         drive(t, load, h + load->order * m);
         break;
     case KMP_ASKED_PARAMETER:
-        kmp_slopes_of_parameter(t->slopes, load->parameter, h, h + m, h + 2 * m, force);
+        (void)kmp_slopes_change(t->slopes, load->parameter, h);
         break;
     }
     follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);

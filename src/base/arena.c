@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { BLOCK_SIZE = 16 * 1024 };
+enum { FIRST_SIZE = 2 * 1024, BLOCK_SIZE = 16 * 1024 }; /* many arenas hold a few small arrays */
 
 struct kmp_arena_block {
     struct kmp_arena_block *before;
@@ -34,7 +34,7 @@ static void *fail(kmp_arena *arena)
 
 static struct kmp_arena_block *add_block(kmp_arena *arena, size_t need)
 {
-    size_t size = need > BLOCK_SIZE ? need : BLOCK_SIZE;
+    size_t usual = arena->last ? BLOCK_SIZE : FIRST_SIZE, size = need > usual ? need : usual;
     struct kmp_arena_block *block = kmp_calloc(1, sizeof *block + size);
     if (!block)
         return NULL;
@@ -67,6 +67,14 @@ bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *
 {
     for (size_t k = 0; k < count; k++)
         *rooms[k].to = KMP_ARENA_NEW(arena, double, rooms[k].size);
+    return !arena->failed;
+}
+
+bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups)
+{
+    for (size_t k = 0; k < count; k++)
+        for (double **const *to = groups[k].to; *to; to++)
+            **to = KMP_ARENA_NEW(arena, double, groups[k].size);
     return !arena->failed;
 }
 

@@ -88,11 +88,10 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
 
 static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
 {
-    if (kind->length_power == KMP_KIND_POWER_GIVEN)
-        return closure->power;
-    if (kind->length_power != KMP_KIND_POWER_OF_COORDINATE)
-        return row < kind->rows - kind->angles ? kind->length_power : 0;
-    return model->motions[closure->motion].rotation ? 0 : 1;
+    int power = (row < kind->force->rows ? kind->force : kind->moment)->length_power;
+    if (power == KMP_KIND_POWER_OF_COORDINATE)
+        return model->motions[closure->motion].rotation ? 0 : 1;
+    return power == KMP_KIND_POWER_GIVEN ? closure->power : power;
 }
 
 static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
@@ -109,7 +108,7 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
         if (loops_alone && kmp_closure_is_drive(closure))
             continue;
-        kind->residual(&eq->tree, closure, h);
+        kmp_closure_residual(kind, &eq->tree, closure, h);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
@@ -252,9 +251,9 @@ kmp_vec kmp_closures_reaction(const kmp_equations *eq, int c, bool moment)
     kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
     for (int r = first_row(eq, c); r < eq->m && eq->rows[r].closure == c; r++)
         lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
-    if (!moment)
-        return kind->reaction(&eq->tree, closure, lambda);
-    return kind->moment ? kind->moment(&eq->tree, closure, lambda) : kmp_vec_zero();
+    const kmp_part *part = moment ? kind->moment : kind->force;
+    return part->rows > 0 ? part->load(&eq->tree, closure, moment ? lambda + kind->force->rows : lambda)
+                          : kmp_vec_zero();
 }
 
 static void derive_reactions(kmp_equations *eq)

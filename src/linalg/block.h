@@ -23,15 +23,16 @@ int kmp_block_factor(kmp_block *b, const double *values);
 void kmp_block_solve(const kmp_block *b, int m, double *x);
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 
-/** The same for right-hand sides of few entries, from which few blocks are reached; smaller values are taken as zero.
- */
-void kmp_block_solve_transposed_sparse(const kmp_block *b, int m, double nothing, double *x);
+/** A^-T of a right-hand side with `count` entries, in columns of A, from which few blocks are reached: rows and values
+ * (at most n) of the entries found. Smaller values than `nothing` are taken as zero. Returns their number. */
+int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
+                                   const double *value, int *row, double *x);
 
 /** The same as kmp_block_solve for m of 1 or 2 where x is zero in the rows of blocks that are not `used` (one a block),
  * and the answer in their columns with it. */
 void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x);
 
-/** Number of diagonal blocks; block k holds `*count` matrix columns, returned. */
+/** Number of diagonal blocks, none of NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);
 const int *kmp_block_columns(const kmp_block *b, int k, int *count);
 /** Its matrix rows. A row of block k has no columns of blocks before k. */

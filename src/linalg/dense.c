@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 /* False for zero, infinity and NaN. */
 static int usable(double pivot)
@@ -356,6 +357,18 @@ void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, 
         pivots[k] = fabs(a[k + k * m]);
         if (usable(pivots[k]))
             eliminate(m, n, k, a);
+    }
+}
+
+void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x)
+{
+    memset(x, 0, (size_t)n * sizeof *x);
+    x[c[one]] = 1;
+    for (int i = rank - 1; i >= 0; i--) {
+        double sum = lu[i + one * m];
+        for (int j = i + 1; j < rank; j++)
+            sum += lu[i + j * m] * x[c[j]];
+        x[c[i]] = -sum / lu[i + i * m];
     }
 }
 

@@ -42,6 +42,10 @@ kmp_flops kmp_cholesky_solve_flops(int n);
  *  is the caller's decision, relative to pivots[0]. */
 void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots);
 
+/** x (n) with A x = 0 as far as the first `rank` pivots of kmp_lu_complete go: 1 in the column of pivot `one` (>=
+ * rank), 0 in those of the others behind `rank`. */
+void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x);
+
 /** The same r, c and pivots to the last bit where no column is fixed, quicker: `a` is left as scratch, and so is
  * `largest` (n). */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);

@@ -48,10 +48,9 @@ static bool bench_open(bench *b, const kempe_model *model)
                             .rtol = 1e-14,
                             .atol = 1e-14,
                             .rate_scale = 1,
-                            .t_end = 1,
                             .implicit = true,
                             .dae = true};
-    b->road = kmp_road_closed.create(&start);
+    b->road = kmp_road_closed.create(&kmp_road_closed, &start);
     return b->road != NULL;
 }
 

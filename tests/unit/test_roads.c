@@ -207,7 +207,7 @@ static void spatial_problems_reach_their_digits(void)
         l = load("tests/models/bricard.yaml"); /* IFToMM A04: P3 after 10 s; 6 rows of rank 4 */
         CHECK(run(&l, ways[k][0], ways[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
         kmp_plant *plant = kmp_plant_new(l.system, "tape");
-        const double *p3 = kmp_plant_positions(plant, 10, row.q);
+        const double *p3 = kmp_plant_shown(plant, 10, row.q, row.qd, row.qdd, row.lambda);
         CHECK_NEAR(p3[0], 0.999730987303835346, 1e-9);
         CHECK_NEAR(p3[1], -0.999999963825817275, 1e-9);
         CHECK_NEAR(p3[2], -2.68976512249305e-4, 1e-9);
