@@ -275,13 +275,6 @@ static kempe_status run(job *j, const kempe_contact_ask *ask)
     return give_reason(j, status);
 }
 
-static void release(job *j)
-{
-    kmp_arena_free(&j->arena);
-    kmp_operating_free(j->start);
-    kmp_linear_free(&j->linear);
-}
-
 kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_ask *ask,
                                      kempe_contact_table **table)
 {
@@ -302,7 +295,9 @@ kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_con
         status = make_table(t);
     if (status == KEMPE_OK)
         status = run(&j, ask);
-    release(&j);
+    kmp_arena_free(&j.arena);
+    kmp_operating_free(j.start);
+    kmp_linear_free(&j.linear);
     t->status = status;
     t->warnings = kmp_context_warnings(system->context);
     t->cpu_s = kmp_cpu_now() - begun;

@@ -400,12 +400,6 @@ static kempe_status run(job *j, const kempe_kinematics_ask *ask)
     return status;
 }
 
-/* A failure that has rows or dead centres to tell is told with them. */
-static bool has_something(const kempe_kinematics *k)
-{
-    return k->count > 0 || k->dead_count > 0;
-}
-
 static kempe_status finish(job *j, kempe_status status)
 {
     kempe_kinematics *k = j->k;
@@ -440,7 +434,8 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = finish(&j, run(&j, ask));
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
-    if (status >= 0 || (status == KEMPE_E_FAILED && has_something(k)))
+    bool something = k->count > 0 || k->dead_count > 0; /* to be told even of a failure */
+    if (status >= 0 || (status == KEMPE_E_FAILED && something))
         *kinematics = k;
     else
         kempe_kinematics_free(k);

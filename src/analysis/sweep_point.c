@@ -138,19 +138,25 @@ static bool factor(kmp_sweep *w, const kmp_pose *base)
     put_gradients(w, base);
     put_matrix(w, w->p + 1);
     memset(w->rhs, 0, (size_t)(w->p + 1) * sizeof *w->rhs);
-    memset(w->drift, 0, (size_t)(w->n + 1) * sizeof *w->drift);
     return kmp_lu_factor(w->p + 1, w->matrix, w->order) == 0;
 }
 
-/* dx by which the conditions change as w->rhs says; v drifts, with u and s as they are. */
-static void meet(kmp_sweep *w, double *dx)
+/* v drifts by -Jv^-1 rows while u and s stay. */
+static void take_drift(kmp_sweep *w, const double *rows)
 {
-    int n = w->n, all = w->p + 1;
-    for (int k = 0; k < all; k++)
-        w->rhs[k] -= kmp_dot(n + 1, w->gradient + k * (n + 1), w->drift);
+    memset(w->drift, 0, (size_t)(w->n + 1) * sizeof *w->drift);
+    kmp_reduction_push(&w->red, -1, rows, w->drift);
+    for (int k = 0; k <= w->p; k++)
+        w->rhs[k] -= kmp_dot(w->n + 1, w->gradient + k * (w->n + 1), w->drift);
+}
+
+/* dx by which the conditions change as w->rhs says, beside the drift (NULL: none). */
+static void meet(kmp_sweep *w, const double *drift, double *dx)
+{
+    int all = w->p + 1;
     kmp_lu_solve(all, w->matrix, w->order, 1, w->rhs);
-    for (int i = 0; i <= n; i++)
-        dx[i] = w->drift[i] + kmp_dot(all, w->span + i * all, w->rhs);
+    for (int i = 0; i <= w->n; i++)
+        dx[i] = (drift ? drift[i] : 0) + kmp_dot(all, w->span + i * all, w->rhs);
 }
 
 /* -- closing ----------------------------------------------------------------------------------------- */
@@ -188,8 +194,8 @@ static bool correct(void *self, const double *violation, double *dx)
     w->rhs[row] = (c->target->s - c->x[w->n]) / w->unit[w->n];
     if (base)
         w->rhs[row] = c->target->offset - kmp_sweep_offset(w, base, &(kmp_pose){.x = (double *)c->x});
-    kmp_reduction_push(&w->red, -1, violation, w->drift);
-    meet(w, dx);
+    take_drift(w, violation);
+    meet(w, w->drift, dx);
     w->effort.newton++;
     return true;
 }
@@ -222,7 +228,7 @@ bool kmp_sweep_tangent(kmp_sweep *w, kmp_pose *pose, const kmp_pose *along)
     if (!kmp_sweep_evaluate(w, pose->x) || !factor(w, along))
         return false;
     w->rhs[w->p] = 1;
-    meet(w, pose->dx);
+    meet(w, NULL, pose->dx);
     double length = sqrt(kmp_sweep_cosine(w, pose, pose));
     for (int i = 0; i <= w->n; i++)
         pose->dx[i] /= length;
@@ -273,13 +279,13 @@ bool kmp_sweep_derivatives(kmp_sweep *w, const kmp_pose *pose, double *qs, doubl
     if (!kmp_sweep_evaluate(w, pose->x) || !factor(w, NULL))
         return false;
     w->rhs[w->p] = 1 / w->unit[w->n];
-    meet(w, qs);
+    meet(w, NULL, qs);
     take_curve(w, qs);
-    kmp_reduction_push(&w->red, -1, w->jd, w->drift);
     memset(w->rhs, 0, (size_t)(w->p + 1) * sizeof *w->rhs);
     for (int k = 0; k < w->moving_count; k++)
         w->rhs[w->p - w->moving_count + k] = -w->jd[w->moving[k]] / w->system->row_scale[w->moving[k]];
-    meet(w, qss);
+    take_drift(w, w->jd);
+    meet(w, w->drift, qss);
     bool finite = true;
     for (int i = 0; i < w->n; i++)
         finite = finite && isfinite(qs[i]) && isfinite(qss[i]);

@@ -137,8 +137,8 @@ static void show_all(kmp_text *text, const kempe_kinematics *k)
     show_dead(text, k);
     show_changes(text, k);
     show_left_out(text, k);
-    kmp_text_printf(text, "\n%ld steps, %ld tried again, %ld corrections, u chosen anew %ld times, %.2g s\n", k->effort.steps,
-                    k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
+    kmp_text_printf(text, "\n%ld steps, %ld tried again, %ld corrections, u chosen anew %ld times, %.2g s\n",
+                    k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
