@@ -17,7 +17,8 @@ static bool is_singular(const double a[3], const double b[3], const double c[3],
     return fabs(cosine * cos(angle) + sine * sin(angle)) < NEAR * most;
 }
 
-int kmp_angles_singular(const kempe_model *model, const double *q)
+/* The middle one of three rotations of a joint that are singular at q, or nearly; -1: there is none. */
+static int find_singular(const kempe_model *model, const double *q)
 {
     for (int k = 1; k + 1 < model->motion_count; k++) {
         const kmp_motion *m = &model->motions[k];
@@ -30,7 +31,7 @@ int kmp_angles_singular(const kempe_model *model, const double *q)
 
 void kmp_angles_explain(const kempe_model *model, const double *q, kmp_text *text)
 {
-    int k = kmp_angles_singular(model, q);
+    int k = find_singular(model, q);
     if (k >= 0)
         kmp_text_printf(text,
                         "; joint '%s' comes to the singular position of its angles, %s = %.6g: choose another axis, or "

@@ -7,10 +7,7 @@
 #include "base/text.h"
 #include "model/model.h"
 
-/** The middle one of three rotations of a joint that are singular at q, or nearly; -1 when there is none. */
-int kmp_angles_singular(const kempe_model *model, const double *q);
-
-/** Appends a clause that names the joint, when there is one. */
+/** Appends a clause that names a joint of which three rotations are singular at q, or nearly, when there is one. */
 void kmp_angles_explain(const kempe_model *model, const double *q, kmp_text *text);
 
 #endif

@@ -32,16 +32,17 @@ typedef struct work {
     const kmp_guess *guess;
     int n, m;
     kmp_arena arena;
-    double *trial;       /* n; also used for rows */
-    double *from;        /* n: the guess in the present charts */
-    double *best;        /* n */
-    double *rate;        /* m */
-    bool *fixed;         /* n: prescribed rates */
-    kmp_partition part;  /* choice of u and v for KINSOL */
-    int *place, *row_at; /* n, m: indices of v and of the rows of KINSOL; -1: not among them */
-    bool starved;        /* an allocation failed */
-    int rank;            /* of J where the other rows stay open by rounding; -1: there are none */
-    double near;         /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
+    double *trial;      /* n; also used for rows */
+    double *from;       /* n: the guess in the present charts */
+    double *best;       /* n */
+    double *rate;       /* m */
+    bool *fixed;        /* n: prescribed rates */
+    kmp_partition part; /* choice of u and v for KINSOL */
+    double *jacobian;   /* m x n, for KINSOL's matrix */
+    int *held;          /* n: coordinates that are held */
+    bool starved;       /* an allocation failed */
+    int rank;           /* of J where the other rows stay open by rounding; -1: there are none */
+    double near;        /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
 } work;
 
 static void evaluate(work *w)
@@ -102,12 +103,12 @@ static int dependent_rows(void *self, const double *v, double *out)
 static int dependent_matrix(void *self, const double *v, double *out)
 {
     work *w = self;
-    const kmp_pattern *jac = &w->s->jacobian;
     int r = w->part.r;
     (void)dependent_rows(w, v, w->trial);
-    for (int e = 0; e < jac->count; e++)
-        if (w->row_at[jac->row[e]] >= 0 && w->place[jac->col[e]] >= 0)
-            out[w->row_at[jac->row[e]] + w->place[jac->col[e]] * r] = w->plant->jacobian[e];
+    kmp_plant_dense_jacobian(w->plant, w->jacobian);
+    for (int k = 0; k < r; k++)
+        for (int i = 0; i < r; i++)
+            out[i + k * r] = w->jacobian[w->part.rows[i] + w->part.v[k] * w->m];
     return 0;
 }
 
@@ -119,20 +120,16 @@ static bool choose_dependent(work *w)
     int held = 0;
     for (int k = 0; k < w->n; k++)
         if (w->guess->hold[k])
-            w->place[held++] = k;
-    bool chosen = kmp_partition_init(&w->part, w->s, w->plant->jacobian, w->place, held) == KEMPE_OK ||
+            w->held[held++] = k;
+    bool chosen = kmp_partition_init(&w->part, w->s, w->plant->jacobian, w->held, held) == KEMPE_OK ||
                   kmp_partition_init(&w->part, w->s, w->plant->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(w->s->context);
     if (!chosen || part->r == 0 || part->r > MOST_DENSE ||
         !(part->pivots[part->r - 1] > KMP_CLOSED_DECIDED * residual(w) * part->pivots[0]))
         return false;
-    memset(w->place, -1, (size_t)w->n * sizeof *w->place);
-    memset(w->row_at, -1, (size_t)w->m * sizeof *w->row_at);
-    for (int i = 0; i < part->r; i++) {
+    for (int i = 0; i < part->r; i++)
         if (w->guess->hold[part->v[i]])
             return false;
-        w->place[part->v[i]] = w->row_at[part->rows[i]] = i;
-    }
     return true;
 }
 
@@ -141,9 +138,8 @@ static bool choose_dependent(work *w)
 static void close_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
-    bool chosen = choose_dependent(w);
-    double *v = KMP_NEW(double, 3 * part->r), *scale_v = v ? v + part->r : NULL,
-           *scale_h = v ? scale_v + part->r : NULL;
+    double *v = choose_dependent(w) ? KMP_NEW(double, 3 * part->r + w->m * w->n) : NULL;
+    double *scale_v = v ? v + part->r : NULL, *scale_h = v ? scale_v + part->r : NULL;
     int iterations = 0;
     copy(w, w->best, w->a->q);
     for (int i = 0; v && i < part->r; i++) {
@@ -152,7 +148,8 @@ static void close_dependent(work *w)
         scale_h[i] = 1 / w->s->row_scale[part->rows[i]];
     }
     const kmp_kinsol_problem problem = {w, part->r, scale_v, scale_h, dependent_rows, dependent_matrix};
-    if (!chosen || !v || !kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
+    w->jacobian = v ? scale_h + part->r : NULL;
+    if (!v || !kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
         copy(w, w->a->q, w->best);
     else
         (void)dependent_rows(w, v, w->trial);
@@ -375,20 +372,18 @@ static void judge(work *w)
 
 /* -- all together ------------------------------------------------------------------------------------ */
 
-/* rank < 0: what the system has found. */
-static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, int rank, kempe_assembly *a)
+static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, kempe_assembly *a)
 {
     *w = (work){.s = s, .a = a, .guess = guess, .n = s->n, .m = s->m, .plant = kmp_plant_new(s, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(s);
-    w->rank = rank < 0 && rounding ? rounding->rank : rank;
+    w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
     w->trial = KMP_ARENA_NEW(&w->arena, double, s->n + s->m);
     w->from = KMP_ARENA_NEW(&w->arena, double, s->n);
     w->best = KMP_ARENA_NEW(&w->arena, double, s->n);
     w->rate = KMP_ARENA_NEW(&w->arena, double, s->m);
     w->fixed = KMP_ARENA_NEW(&w->arena, bool, s->n);
-    w->place = KMP_ARENA_NEW(&w->arena, int, s->n);
-    w->row_at = KMP_ARENA_NEW(&w->arena, int, s->m);
+    w->held = KMP_ARENA_NEW(&w->arena, int, s->n);
     if (!w->plant || w->arena.failed || !kmp_least_change_init(&w->least, w->plant))
         return false;
     w->least.hold = guess->hold;
@@ -454,12 +449,11 @@ static bool assemble(work *w)
     return !w->starved;
 }
 
-kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
-                                  kempe_assembly **assembly)
+kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
 {
     work w = {0};
     kempe_assembly *a = kmp_assembly_new(system);
-    if (!a || !work_init(&w, system, guess, rank, a) || !assemble(&w)) {
+    if (!a || !work_init(&w, system, guess, a) || !assemble(&w)) {
         work_free(&w);
         kempe_assembly_free(a);
         return kmp_fail_memory(system->context);
@@ -467,9 +461,4 @@ kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *g
     work_free(&w);
     *assembly = a;
     return KEMPE_OK;
-}
-
-kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)
-{
-    return kmp_assemble_of_rank(system, guess, -1, assembly);
 }

@@ -38,14 +38,11 @@ typedef struct kmp_guess {
     const bool *hold; /* n */
     int pushes;       /* how often it is pushed aside where it comes to rest with h open */
     bool goals;       /* the model's goals are sought once it is closed */
+    int rank; /* of J, whose other rows stay open by rounding of the model's numbers; 0: what the system has found */
 } kmp_guess;
 
 /** The same from any guess; whether it closed is in the assembly, without a complaint. Errors: memory alone. */
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly);
-
-/** The same with the rank of J given, whose other rows stay open by rounding of the model's numbers. */
-kempe_status kmp_assemble_of_rank(const kempe_system *system, const kmp_guess *guess, int rank,
-                                  kempe_assembly **assembly);
 
 /** kempe_assemble without a complaint: whether it closed is in the assembly. */
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly);

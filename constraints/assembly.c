@@ -102,7 +102,8 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
                                     {&a->gaps, closures}, {&a->open, s->m}, {&a->pivots, s->m + s->n}};
     a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
     a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
-    if (kmp_arena_make_rooms(&a->arena, sizeof rooms / sizeof *rooms, rooms) && kmp_goals_init(&a->goals, s->model))
+    kmp_goals_init(&a->goals, s->model, &a->arena);
+    if (kmp_arena_make_rooms(&a->arena, sizeof rooms / sizeof *rooms, rooms))
         return a;
     kempe_assembly_free(a);
     return NULL;
@@ -135,10 +136,10 @@ static bool is_doubtful(const kempe_assembly *a)
 static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kempe_assembly **found)
 {
     const kempe_system *s = strict->system;
-    kmp_guess as = {guess->q, guess->hold, guess->pushes, false};
+    kmp_guess as = {guess->q, guess->hold, guess->pushes, false, rank};
     kmp_rounding_trial trial = {.rank = rank, .tolerance = s->closure_tolerance / s->length};
     kempe_assembly *a = NULL;
-    kempe_status status = kmp_assemble_of_rank(s, &as, rank, &a);
+    kempe_status status = kmp_assemble_from(s, &as, &a);
     if (status != KEMPE_OK || !a)
         return status;
     bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
@@ -234,7 +235,7 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     double *q = KMP_NEW(double, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
-    kmp_guess guess = {q, start->hold, PUSHES, true};
+    kmp_guess guess = {q, start->hold, PUSHES, true, 0};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK && a && !kmp_rounding_of(system))
         status = look_for_rounding(system, &guess, &a);
@@ -272,7 +273,6 @@ void kempe_assembly_free(kempe_assembly *a)
     if (!a)
         return;
     kmp_arena_free(&a->arena);
-    kmp_goals_free(&a->goals);
     kmp_free(a);
 }
 

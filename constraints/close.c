@@ -80,7 +80,7 @@ kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, 
 
 /* -- from a distant guess ------------------------------------------------------------------------------ */
 
-static double length_of_h(const kmp_plant *plant)
+double kmp_close_length(const kmp_plant *plant)
 {
     double sum = 0;
     for (int r = 0; r < plant->m; r++)
@@ -111,13 +111,13 @@ static double step_down(const kmp_closer *c, double t, double *x, double *trial,
     for (; *bound > KMP_SHORTEST_CORRECTION; *bound *= 0.4) {
         if (c->place(c->self, t, x))
             return 0;
-        double before = length_of_h(c->plant), promised = before - bounded_correction(c, before, *bound);
+        double before = kmp_close_length(c->plant), promised = before - bounded_correction(c, before, *bound);
         if (!(promised > 0)) /* no slope left */
             return 0;
         memcpy(trial, x, bytes);
         add(c, 1, trial);
         kmp_plant_closure(c->plant, t, trial);
-        double gained = before - length_of_h(c->plant);
+        double gained = before - kmp_close_length(c->plant);
         if (gained > 0.1 * promised) {
             memcpy(x, trial, bytes);
             *bound = gained > 0.6 * promised ? fmin(2 * *bound, KMP_LONGEST_CORRECTION) : *bound;
@@ -136,7 +136,7 @@ int kmp_close_from_afar(const kmp_closer *c, double near, double worth, double t
     while (worthwhile && steps < MOST_FROM_AFAR && !(kmp_plant_residual(c->plant) <= near)) {
         double gained = step_down(c, t, x, trial, &bound);
         kmp_plant_closure(c->plant, t, x);
-        worthwhile = gained > worth * length_of_h(c->plant);
+        worthwhile = gained > worth * kmp_close_length(c->plant);
         steps++;
     }
     return steps;

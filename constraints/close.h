@@ -58,6 +58,9 @@ kmp_closed kmp_close(const kmp_closer *closer, const kmp_close_rule *rule, doubl
  * that of x. trial: n values of work space. */
 int kmp_close_from_afar(const kmp_closer *closer, double near, double worth, double t, double *x, double *trial);
 
+/** |h| of the plant's last closure: the root of the sum of squares of the rows that count, scaled. */
+double kmp_close_length(const kmp_plant *plant);
+
 /** Scaled |h| that is rounding where corrections no longer shrink, also of points far from the origin. */
 double kmp_close_rounding(const kempe_system *system);
 

@@ -34,8 +34,7 @@ typedef struct kmp_alternative {
 
 /** One diagonal block of Jv, in order of solution. */
 typedef struct kmp_loop_block {
-    int *columns, column_count;
-    int *rows, row_count;
+    int size, *columns, *rows;
     int *closures, closure_count;
 } kmp_loop_block;
 

@@ -79,72 +79,36 @@ void kmp_doctor_alternatives(kmp_examination *x)
 
 /* -- blocks ------------------------------------------------------------------------------------------ */
 
-/* The block that each row of h belongs to: the last one, in order of solution, with an entry in it; -1: none. */
-static void find_blocks_of_rows(const kempe_system *s, const int *block_of, int *last)
+/* Block b of Jv, its rows ascending: those of one closure follow each other. */
+static void fill_block(const kmp_reduction *red, int b, kmp_arena *arena, kmp_loop_block *block)
 {
-    for (int r = 0; r < s->m; r++)
-        last[r] = -1;
-    for (int e = 0; e < s->jacobian.count; e++)
-        if (block_of[s->jacobian.col[e]] > last[s->jacobian.row[e]])
-            last[s->jacobian.row[e]] = block_of[s->jacobian.col[e]];
-}
-
-static void add_row(const kempe_system *s, kmp_loop_block *block, int r)
-{
-    int c = s->rows[r].closure;
-    block->rows[block->row_count++] = r;
-    for (int k = 0; k < block->closure_count; k++)
-        if (block->closures[k] == c)
-            return;
-    block->closures[block->closure_count++] = c;
-}
-
-/* Room for the rows of each block and their closures. */
-static void count_rows(const kmp_partition *part, const int *last, int count, kmp_arena *arena, kmp_loop_block *blocks)
-{
-    for (int i = 0; i < part->r; i++)
-        blocks[last[part->rows[i]]].row_count++;
-    for (int b = 0; b < count; b++) {
-        blocks[b].rows = KMP_ARENA_NEW(arena, int, blocks[b].row_count);
-        blocks[b].closures = KMP_ARENA_NEW(arena, int, blocks[b].row_count);
-        blocks[b].row_count = 0;
+    const int *column = kmp_block_columns(red->block, b, &block->size), *row = kmp_block_rows(red->block, b);
+    block->columns = KMP_ARENA_NEW(arena, int, block->size);
+    block->rows = KMP_ARENA_NEW(arena, int, block->size);
+    block->closures = KMP_ARENA_NEW(arena, int, block->size);
+    for (int i = 0; !arena->failed && i < block->size; i++) {
+        int k = i, r = red->part->rows[row[i]];
+        for (; k > 0 && block->rows[k - 1] > r; k--)
+            block->rows[k] = block->rows[k - 1];
+        block->rows[k] = r;
+        block->columns[i] = red->part->v[column[i]];
     }
-}
-
-static bool fill_blocks(const kempe_system *s, const kmp_partition *part, const kmp_block *matrix, kmp_arena *arena,
-                        kmp_loop_block *blocks)
-{
-    int *block_of = KMP_ARENA_NEW(arena, int, s->n), *last = KMP_ARENA_NEW(arena, int, s->m);
-    int count = kmp_block_count(matrix);
-    if (!block_of || !last)
-        return false;
-    for (int c = 0; c < s->n; c++)
-        block_of[c] = -1;
-    for (int b = 0; b < count; b++) {
-        const int *column = kmp_block_columns(matrix, count - 1 - b, &blocks[b].column_count); /* solved from below */
-        blocks[b].columns = KMP_ARENA_NEW(arena, int, blocks[b].column_count);
-        if (arena->failed)
-            return false;
-        for (int i = 0; i < blocks[b].column_count; i++)
-            block_of[blocks[b].columns[i] = part->v[column[i]]] = b;
+    for (int i = 0; !arena->failed && i < block->size; i++) {
+        int c = red->plant->system->rows[block->rows[i]].closure;
+        if (block->closure_count == 0 || block->closures[block->closure_count - 1] != c)
+            block->closures[block->closure_count++] = c;
     }
-    find_blocks_of_rows(s, block_of, last);
-    count_rows(part, last, count, arena, blocks);
-    for (int i = 0; !arena->failed && i < part->r; i++)
-        add_row(s, &blocks[last[part->rows[i]]], part->rows[i]);
-    return !arena->failed;
 }
 
 int kmp_loop_blocks(kmp_plant *plant, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks)
 {
     kmp_reduction red;
-    int count = -1;
     if (kmp_reduction_init(&red, plant, part) != KEMPE_OK)
         return -1;
-    int found = kmp_block_count(red.block);
-    *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, found);
-    if (*blocks && (found == 0 || fill_blocks(plant->system, part, red.block, arena, *blocks)))
-        count = found;
+    int count = kmp_block_count(red.block);
+    *blocks = KMP_ARENA_NEW(arena, kmp_loop_block, count);
+    for (int b = 0; !arena->failed && b < count; b++)
+        fill_block(&red, count - 1 - b, arena, &(*blocks)[b]); /* solved from below */
     kmp_reduction_free(&red);
-    return count;
+    return arena->failed ? -1 : count;
 }

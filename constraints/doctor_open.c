@@ -14,7 +14,7 @@ enum { PUSHES = 4 };
 static bool try_release(const kempe_system *s, const double *q, const bool *hold, int coordinate, kmp_release *release)
 {
     kempe_assembly *a = NULL;
-    kmp_guess guess = {q, hold, PUSHES, false};
+    kmp_guess guess = {q, hold, PUSHES, false, 0};
     if (kmp_assemble_from(s, &guess, &a) != KEMPE_OK)
         return false;
     *release = (kmp_release){coordinate, a->closed, coordinate < 0 ? 0 : a->q[coordinate]};

@@ -27,32 +27,21 @@ typedef struct maker {
     kmp_ref *out; /* of the motion program */
     const kmp_ref *h, *jacobian, *h_t, *mass, *jdqd;
     kmp_ref *bias;
-    kmp_ref *ju;            /* r x p, row by row */
-    int *jv_start, *jv_col; /* by row */
-    kmp_ref *jv;            /* likewise */
-    int *block_of;          /* by column */
-    kmp_ref *b, *x_t, *a0;  /* r x p row by row, r, r */
-    kmp_ref *dv;            /* r: the correction of v */
-    kmp_ref *rate;          /* r: qd of v */
-    kmp_ref *input, *by;    /* 2 n: q and qd of the motion program, and what stands for them */
-    kmp_ref *mx;            /* n x p, row by row */
-    kmp_ref *multiplier;    /* of all blocks */
-    double *factor;         /* likewise */
+    kmp_ref *ju;           /* r x p, row by row */
+    kmp_ref *jv;           /* r x r, row by row */
+    int *block_of;         /* by column */
+    kmp_ref *b, *x_t, *a0; /* r x p row by row, r, r */
+    kmp_ref *dv;           /* r: the correction of v */
+    kmp_ref *rate;         /* r: qd of v */
+    kmp_ref *input, *by;   /* 2 n: q and qd of the motion program, and what stands for them */
+    kmp_ref *mx;           /* n x p, row by row */
+    kmp_ref *multiplier;   /* of all blocks */
+    double *factor;        /* likewise */
     int multipliers;
     kmp_ref *pivot; /* whose product is det Jv, but for the sign of a permutation */
     int pivots;
     kmp_ref power; /* of the non-conservative forces */
 } maker;
-
-static void find_entries(const maker *k, int row, kmp_ref entry[KMP_FUSED_BLOCK], const block *b)
-{
-    for (int j = 0; j < b->size; j++)
-        entry[j] = KMP_ZERO;
-    for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
-        for (int j = 0; j < b->size; j++)
-            if (k->jv_col[e] == b->col[j])
-                entry[j] = k->jv[e];
-}
 
 static double scale_of(const maker *k, int row)
 {
@@ -68,7 +57,8 @@ static void take_block(const maker *k, int number, int begin, block *b)
         b->row[i] = k->plan->order[begin + i];
     }
     for (int i = 0; i < b->size; i++)
-        find_entries(k, b->row[i], b->a[i], b);
+        for (int j = 0; j < b->size; j++)
+            b->a[i][j] = k->jv[b->row[i] * k->r + b->col[j]];
 }
 
 static double value_at(const kmp_reduction *red, int row, int col)
@@ -159,9 +149,9 @@ static void solve_block(kmp_graph *g, const block *b, kmp_ref *x)
 /* The right-hand side of a row less what is known of the solution: columns of later blocks. */
 static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
 {
-    for (int e = k->jv_start[row]; e < k->jv_start[row + 1]; e++)
-        if (k->block_of[k->jv_col[e]] > number)
-            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[e], x[k->jv_col[e] * stride]));
+    for (int col = 0; col < k->r; col++)
+        if (k->block_of[col] > number && k->jv[row * k->r + col] != KMP_ZERO)
+            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[row * k->r + col], x[col * stride]));
     return rhs;
 }
 
@@ -303,14 +293,11 @@ static kmp_ref *refs(maker *k, int count)
 
 static bool allocate(maker *k)
 {
-    int entries = k->s->jacobian.count;
     k->block = KMP_ARENA_NEW(&k->arena, block, kmp_block_count(k->red->block));
-    k->jv_start = KMP_ARENA_NEW(&k->arena, int, k->r + 2);
-    k->jv_col = KMP_ARENA_NEW(&k->arena, int, entries);
     k->block_of = KMP_ARENA_NEW(&k->arena, int, k->r);
     k->out = refs(k, k->s->motion->outputs[k->s->motion->stages] + 3 * k->s->m);
     k->ju = refs(k, k->r * k->p);
-    k->jv = refs(k, entries);
+    k->jv = refs(k, k->r * k->r);
     k->b = refs(k, k->r * k->p);
     k->x_t = refs(k, k->r);
     k->a0 = refs(k, k->r);
@@ -385,27 +372,14 @@ static bool sort_motion(maker *k)
     return ok;
 }
 
-/* Jv by rows, and Ju. */
+/* Jv and Ju. */
 static void sort_jacobian(maker *k, const int *place)
 {
     const kmp_pattern *pattern = &k->s->jacobian;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int e = 0; e < pattern->count; e++) {
-            int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
-            if (row < 0)
-                continue;
-            if (col < 0) {
-                k->ju[row * k->p - 1 - col] = k->jacobian[e];
-            } else if (pass == 0) {
-                k->jv_start[row + 2]++;
-            } else {
-                int to = k->jv_start[row + 1]++;
-                k->jv_col[to] = col;
-                k->jv[to] = k->jacobian[e];
-            }
-        }
-        for (int i = 0; pass == 0 && i < k->r; i++)
-            k->jv_start[i + 2] += k->jv_start[i + 1];
+    for (int e = 0; e < pattern->count; e++) {
+        int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
+        if (row >= 0)
+            *(col < 0 ? &k->ju[row * k->p - 1 - col] : &k->jv[row * k->r + col]) = k->jacobian[e];
     }
     for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         int size;

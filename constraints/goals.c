@@ -67,19 +67,12 @@ typedef struct search {
     double *step, *rate;                 /* n */
 } search;
 
-bool kmp_goals_init(kmp_goals_verdict *v, const kempe_model *model)
+void kmp_goals_init(kmp_goals_verdict *v, const kempe_model *model, kmp_arena *arena)
 {
     *v = (kmp_goals_verdict){0};
     for (int k = 0; k < model->start.goal_count; k++)
         v->count += model->start.goals[k].width;
-    v->value = KMP_NEW(double, v->count);
-    return v->value;
-}
-
-void kmp_goals_free(kmp_goals_verdict *v)
-{
-    kmp_free(v->value);
-    *v = (kmp_goals_verdict){0};
+    v->value = KMP_ARENA_NEW(arena, double, v->count);
 }
 
 static double norm(int n, const double *x)

@@ -4,6 +4,7 @@
 #ifndef KMP_CONSTRAINTS_GOALS_H
 #define KMP_CONSTRAINTS_GOALS_H
 
+#include "base/arena.h"
 #include "dynamics/system.h"
 
 typedef enum kmp_goals_end {
@@ -22,9 +23,8 @@ typedef struct kmp_goals_verdict {
     int steps;
 } kmp_goals_verdict;
 
-/** Room for the model's goals. false: no memory. */
-bool kmp_goals_init(kmp_goals_verdict *verdict, const kempe_model *model);
-void kmp_goals_free(kmp_goals_verdict *verdict);
+/** Room for the model's goals in the arena. */
+void kmp_goals_init(kmp_goals_verdict *verdict, const kempe_model *model, kmp_arena *arena);
 
 /** What the position q reaches: value and distance. false: no memory. */
 bool kmp_goals_measure(const kempe_system *system, const double *q, kmp_goals_verdict *verdict);

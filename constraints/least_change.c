@@ -112,17 +112,12 @@ static int place(void *self, double t, const double *q)
     kmp_least_change *c = self;
     const kempe_system *s = c->plant->system;
     const kmp_pattern *jac = &s->jacobian;
-    double square = 0;
     kmp_plant_closure(c->plant, t, q);
-    for (int r = 0; r < s->m; r++) {
-        double h = kmp_plant_counts(c->plant, r) ? c->plant->h[r] / s->row_scale[r] : 0;
-        square += h * h;
-    }
     for (int e = 0; e < jac->count; e++) {
         bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_plant_counts(c->plant, jac->row[e]);
         c->entry[e] = none ? 0 : c->plant->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
     }
-    return damp(c, fmax(sqrt(square), KMP_LEAST_DAMPING));
+    return damp(c, fmax(kmp_close_length(c->plant), KMP_LEAST_DAMPING));
 }
 
 static bool correct(void *self, const double *violation, double *dx)

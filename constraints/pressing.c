@@ -258,34 +258,31 @@ static kempe_status complain_shared(const kempe_system *s, int row, int other)
         kmp_pressed_force(s, row), s->row_names[row], s->row_names[other]);
 }
 
-/* Jv' a = the dropped row's v columns: a (r) are the shares of the kept rows in it. */
-static void shares_of(const kmp_reduction *red, int dropped, double *a)
-{
-    const kmp_pattern *jac = &red->plant->system->jacobian;
-    memset(a, 0, (size_t)red->r * sizeof *a);
-    for (int e = 0; e < jac->count; e++)
-        for (int i = 0; jac->row[e] == dropped && i < red->r; i++)
-            if (red->part->v[i] == jac->col[e])
-                a[i] = red->plant->jacobian[e];
-    kmp_block_solve_transposed(red->block, 1, a);
-}
-
-static double share_of(const kmp_reduction *red, int row, int dropped)
-{
-    const double *scale = red->plant->system->row_scale;
-    return red->row_of[row] < 0 ? 0 : fabs(red->dv[red->row_of[row]]) * scale[row] / scale[dropped];
-}
-
-static kempe_status check_row(const kmp_reduction *red, int dropped)
+/* share (m): how much of each kept row is in the dropped one, from Jv' a = its v columns, scaled; of itself infinitely
+ * much. */
+static void shares_of(kmp_reduction *red, int dropped, double *share)
 {
     const kempe_system *s = red->plant->system;
+    memset(red->force, 0, (size_t)red->n * sizeof *red->force);
+    for (int e = 0; e < s->jacobian.count; e++)
+        if (s->jacobian.row[e] == dropped)
+            red->force[s->jacobian.col[e]] = red->plant->jacobian[e];
+    kmp_reduction_pull(red, red->force, share);
+    for (int r = 0; r < s->m; r++)
+        share[r] = r == dropped ? INFINITY : fabs(share[r]) * s->row_scale[r] / s->row_scale[dropped];
+}
+
+static kempe_status check_row(kmp_reduction *red, int dropped)
+{
+    const kempe_system *s = red->plant->system;
+    double *share = red->plant->press->changed;
     int most = red->part->rows[0];
-    shares_of(red, dropped, red->dv);
+    shares_of(red, dropped, share);
     for (int i = 1; i < red->r; i++)
-        if (share_of(red, red->part->rows[i], dropped) > share_of(red, most, dropped))
+        if (share[red->part->rows[i]] > share[most])
             most = red->part->rows[i];
     for (int k = 0; k < s->pressed_count; k++)
-        if (s->pressed[k] == dropped || share_of(red, s->pressed[k], dropped) > KMP_RANK_SHARED)
+        if (share[s->pressed[k]] > KMP_RANK_SHARED)
             return complain_shared(s, s->pressed[k], s->pressed[k] == dropped ? most : dropped);
     return KEMPE_OK;
 }
@@ -306,33 +303,31 @@ kempe_status kmp_pressing_check(kmp_plant *plant, const kmp_partition *part)
     return status;
 }
 
-static void mark_shared(kmp_reduction *red, int dropped, bool *shared)
-{
-    shared[dropped] = true;
-    shares_of(red, dropped, red->dv);
-    for (int i = 0; i < red->r; i++)
-        if (share_of(red, red->part->rows[i], dropped) > KMP_RANK_SHARED)
-            shared[red->part->rows[i]] = true;
-}
-
 kempe_status kmp_find_shared(kmp_plant *plant, double t, const double *q, bool *shared, int *count)
 {
     const kempe_system *s = plant->system;
     kmp_reduction red = {0};
     kmp_partition part = {0};
+    double *share = KMP_NEW(double, s->m);
     *count = 0;
     memset(shared, 0, (size_t)s->m * sizeof *shared);
     kmp_plant_closure(plant, t, q);
-    kempe_status status = s->m > 0 ? kmp_partition_init(&part, s, plant->jacobian, NULL, 0) : KEMPE_OK;
+    kempe_status status = !share     ? kmp_fail_memory(s->context)
+                          : s->m > 0 ? kmp_partition_init(&part, s, plant->jacobian, NULL, 0)
+                                     : KEMPE_OK;
     if (status == KEMPE_OK && part.r < part.m) {
         status = kmp_reduction_init(&red, plant, &part);
-        bool good = status == KEMPE_OK && (part.r == 0 || !kmp_reduction_factor(&red));
-        for (int k = 0; good && k < part.m - part.r; k++)
-            mark_shared(&red, part.redundant[k], shared);
+        bool good = status == KEMPE_OK && !kmp_reduction_factor(&red);
+        for (int k = 0; good && k < part.m - part.r; k++) {
+            shares_of(&red, part.redundant[k], share);
+            for (int r = 0; r < s->m; r++)
+                shared[r] = shared[r] || share[r] > KMP_RANK_SHARED;
+        }
         kmp_reduction_free(&red);
     }
     for (int r = 0; r < s->m; r++)
         *count += shared[r];
     kmp_partition_free(&part);
+    kmp_free(share);
     return status;
 }

@@ -55,17 +55,8 @@ static bool split(kmp_reduction *red)
         red->block = kmp_block_new(red->r, red->jv_count, row, col);
         ok = red->block;
     }
-    const kmp_zeros_of of = {.part = red->part,
-                             .mass = &red->plant->system->mass,
-                             .block = red->block,
-                             .jv_count = red->jv_count,
-                             .ju_count = red->ju_count,
-                             .jv_row = row,
-                             .jv_col = col,
-                             .ju_row = red->ju_row,
-                             .ju_col = red->ju_col};
     unsigned long failures = kmp_memory_failures();
-    red->zeros = ok ? kmp_zeros_new(&of) : NULL;
+    red->zeros = ok ? kmp_zeros_new(red, row, col) : NULL;
     ok = ok && kmp_memory_failures() == failures;
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
     ok = ok && red->mx; /* it also holds one qdd */

@@ -3,6 +3,7 @@
  * George and Liu, SIAM Review 31 (1989) 1). */
 #include "constraints/zeros.h"
 #include "base/memory.h"
+#include "constraints/reduction.h"
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
@@ -75,32 +76,33 @@ static int size_of(sets s, int k, int most)
 /* -- X ------------------------------------------------------------------------------------------------- */
 
 /* Of each v, the u that move it: those of its block's rows, and of the later blocks that these hold. */
-static bool find_reach(const kmp_zeros_of *of, sets reach, int *block_of_row, int *block_of_column, int blocks)
+static bool find_reach(const kmp_reduction *red, const int *jv_row, const int *jv_col, sets reach, int *block_of_row,
+                       int *block_of_column, int blocks)
 {
-    sets of_block = sets_new(blocks + 1, of->part->p);
+    sets of_block = sets_new(blocks + 1, red->part->p);
     for (int b = 0, count; of_block.bits && b < blocks; b++) {
-        const int *columns = kmp_block_columns(of->block, b, &count), *rows = kmp_block_rows(of->block, b);
+        const int *columns = kmp_block_columns(red->block, b, &count), *rows = kmp_block_rows(red->block, b);
         for (int i = 0; i < count; i++) {
             block_of_row[rows[i]] = b;
             block_of_column[columns[i]] = b;
         }
     }
-    for (int k = 0; of_block.bits && k < of->ju_count; k++)
-        put(of_block, block_of_row[of->ju_row[k]], of->ju_col[k]);
+    for (int k = 0; of_block.bits && k < red->ju_count; k++)
+        put(of_block, block_of_row[red->ju_row[k]], red->ju_col[k]);
     for (int b = blocks - 1; of_block.bits && b >= 0; b--)
-        for (int k = 0; k < of->jv_count; k++)
-            if (block_of_row[of->jv_row[k]] == b && block_of_column[of->jv_col[k]] != b)
-                join(of_block, b, set_at(of_block, block_of_column[of->jv_col[k]]));
-    for (int i = 0; of_block.bits && i < of->part->r; i++)
+        for (int k = 0; k < red->jv_count; k++)
+            if (block_of_row[jv_row[k]] == b && block_of_column[jv_col[k]] != b)
+                join(of_block, b, set_at(of_block, block_of_column[jv_col[k]]));
+    for (int i = 0; of_block.bits && i < red->part->r; i++)
         join(reach, i, set_at(of_block, block_of_column[i]));
     kmp_free(of_block.bits);
     return of_block.bits;
 }
 
 /* Columns of X as sets of coordinates, and lists of them; which blocks each pair of columns reaches. */
-static bool list_x(kmp_zeros *z, const kmp_zeros_of *of, sets reach, const int *block_of_column, sets x)
+static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int *block_of_column, sets x)
 {
-    const kmp_partition *part = of->part;
+    const kmp_partition *part = red->part;
     long count = z->p;
     for (int i = 0; i < part->r; i++)
         count += size_of(reach, i, z->p);
@@ -129,12 +131,12 @@ static bool list_x(kmp_zeros *z, const kmp_zeros_of *of, sets reach, const int *
     return true;
 }
 
-static bool find_x(kmp_zeros *z, const kmp_zeros_of *of, sets x)
+static bool find_x(kmp_zeros *z, const kmp_reduction *red, const int *jv_row, const int *jv_col, sets x)
 {
-    sets reach = sets_new(of->part->r + 1, z->p);
-    int *row = KMP_NEW(int, of->part->r + 1), *column = KMP_NEW(int, of->part->r + 1);
-    bool ok =
-        reach.bits && row && column && find_reach(of, reach, row, column, z->blocks) && list_x(z, of, reach, column, x);
+    sets reach = sets_new(red->part->r + 1, z->p);
+    int *row = KMP_NEW(int, red->part->r + 1), *column = KMP_NEW(int, red->part->r + 1);
+    bool ok = reach.bits && row && column && find_reach(red, jv_row, jv_col, reach, row, column, z->blocks) &&
+              list_x(z, red, reach, column, x);
     kmp_free(reach.bits);
     kmp_free(row);
     kmp_free(column);
@@ -282,18 +284,18 @@ static bool order_factor(kmp_zeros *z, sets coupled)
 
 /* -- all together ------------------------------------------------------------------------------------------ */
 
-static void count_solves(kmp_zeros *z, const kmp_zeros_of *of)
+static void count_solves(kmp_zeros *z, const kmp_reduction *red)
 {
     for (int k = 0; k < z->p; k++) {
-        kmp_flops one = kmp_block_solve_flops_some(of->block, z->used + k / 2 * z->blocks);
+        kmp_flops one = kmp_block_solve_flops_some(red->block, z->used + k / 2 * z->blocks);
         z->solves.add += one.add;
         z->solves.mul += one.mul;
     }
 }
 
-kmp_zeros *kmp_zeros_new(const kmp_zeros_of *of)
+kmp_zeros *kmp_zeros_new(const kmp_reduction *red, const int *jv_row, const int *jv_col)
 {
-    const kmp_partition *part = of->part;
+    const kmp_partition *part = red->part;
     if (part->p < LEAST || part->p > MOST)
         return NULL;
     kmp_zeros *z = KMP_NEW(kmp_zeros, 1);
@@ -302,20 +304,21 @@ kmp_zeros *kmp_zeros_new(const kmp_zeros_of *of)
     z->part = part;
     z->n = part->n;
     z->p = part->p;
-    z->blocks = kmp_block_count(of->block);
+    z->blocks = kmp_block_count(red->block);
     z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
     z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
     sets x = sets_new(z->p, z->n), coupled = sets_new(z->p, z->p);
-    bool ok = z->column && z->packed && x.bits && coupled.bits && find_x(z, of, x) && list_mass(z, of->mass) &&
-              find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
+    bool ok = z->column && z->packed && x.bits && coupled.bits && find_x(z, red, jv_row, jv_col, x) &&
+              list_mass(z, &red->plant->system->mass) && find_coupled(z, x, coupled) && order_factor(z, coupled) &&
+              (part->r > 0 || !z->whole);
     kmp_free(x.bits);
     kmp_free(coupled.bits);
     if (!ok) {
         kmp_zeros_free(z);
         return NULL;
     }
-    if (of->block)
-        count_solves(z, of);
+    if (red->block)
+        count_solves(z, red);
     return z;
 }
 

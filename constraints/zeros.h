@@ -27,16 +27,11 @@ typedef struct kmp_zeros {
     kmp_flops solves;                /* of all columns of Bvu */
 } kmp_zeros;
 
-/** Entries of Ju as positions in rows and u; Jv in `block` (NULL: there are no rows), its entries as positions in rows
- * and v. NULL where too little is zero to gain by it, or without memory. */
-typedef struct kmp_zeros_of {
-    const kmp_partition *part;
-    const kmp_pattern *mass;
-    const kmp_block *block;
-    int jv_count, ju_count;
-    const int *jv_row, *jv_col, *ju_row, *ju_col;
-} kmp_zeros_of;
-kmp_zeros *kmp_zeros_new(const kmp_zeros_of *of);
+struct kmp_reduction;
+
+/** Of a reduction whose Jacobian is split; entries of Jv as positions in rows and v. NULL where too little is zero to
+ * gain by it, or without memory. */
+kmp_zeros *kmp_zeros_new(const struct kmp_reduction *red, const int *jv_row, const int *jv_col);
 void kmp_zeros_free(kmp_zeros *z);
 
 /** v of out += Bvu s; out = -X' force. */

@@ -203,7 +203,7 @@ static void show_blocks(kmp_text *text, const kempe_check *check)
     for (int b = 0; b < d->block_count; b++) {
         const kmp_loop_block *block = &d->blocks[b];
         kmp_text_put(text, b ? " -> {" : "{");
-        kmp_list_coordinates(text, check->system, block->column_count, block->columns);
+        kmp_list_coordinates(text, check->system, block->size, block->columns);
         kmp_text_put(text, "} by ");
         kmp_list_closures(text, check->system, block->closure_count, block->closures);
     }

@@ -59,7 +59,7 @@ static void json_blocks(kmp_json *json, const kempe_check *check)
     const kmp_doctor *d = &check->doctor;
     kmp_json_array(json, "blocks");
     for (int b = 0; b < d->block_count; b++)
-        kmp_print_coordinates(json, NULL, check->system, d->blocks[b].column_count, d->blocks[b].columns);
+        kmp_print_coordinates(json, NULL, check->system, d->blocks[b].size, d->blocks[b].columns);
     kmp_json_end(json);
     kmp_json_array(json, "block_closures");
     for (int b = 0; b < d->block_count; b++) {

@@ -99,7 +99,7 @@ static void wheels_close_from_anywhere(void)
         kempe_assembly *a = NULL;
         for (int k = 0; k < n; k++)
             q[k] = l.model->start.q[k].value + (l.model->start.hold[k] ? 0 : between(-3, 3) * l.system->scale[k]);
-        kmp_guess guess = {q, l.model->start.hold, 0, false};
+        kmp_guess guess = {q, l.model->start.hold, 0, false, 0};
         CHECK(kmp_assemble_from(l.system, &guess, &a) == KEMPE_OK);
         closed += a && a->closed;
         kempe_assembly_free(a);

@@ -291,7 +291,7 @@ static double distance_at(const loaded *l, int held, double value, const double 
     memcpy(from, q, (size_t)l->system->n * sizeof *from);
     from[held] = value;
     hold[held] = true;
-    kmp_guess guess = {from, hold, 0, false};
+    kmp_guess guess = {from, hold, 0, false, 0};
     if (kmp_assemble_from(l->system, &guess, &a) == KEMPE_OK && a->closed &&
         kmp_goals_measure(l->system, a->q, &a->goals))
         distance = a->goals.distance;

@@ -16,7 +16,7 @@ static const char file[] = "examples/tram/tram.yaml";
 static char bogie_of(const kempe_model *model, const kmp_loop_block *block)
 {
     char first = model->motions[block->columns[0]].name[0];
-    for (int k = 1; k < block->column_count; k++)
+    for (int k = 1; k < block->size; k++)
         if (model->motions[block->columns[k]].name[0] != first)
             return 0;
     return first;
@@ -57,10 +57,10 @@ static void bogies_are_blocks_of_their_own(void)
             const kmp_loop_block *block = &d->blocks[b];
             char bogie = bogie_of(l.model, block);
             bool own = bogie && is_loop_of(l.model, block, bogie);
-            columns += block->column_count;
-            inside += own ? block->column_count : 0;
+            columns += block->size;
+            inside += own ? block->size : 0;
             CHECK(own || is_articulation(l.model, block));
-            CHECK(block->column_count <= MOST_BLOCK);
+            CHECK(block->size <= MOST_BLOCK);
         }
         CHECK(columns == ROWS && inside == ROWS - 2 * 3);
     }
