@@ -29,27 +29,13 @@ static const double D[4][DENSE_TERMS] = {
 
 /* -- stages ---------------------------------------------------------------------------------------- */
 
-static int first_stages(kmp_rk *s, double h)
-{
-    int n = s->ode.n;
-    double t = s->base.t, *y = s->y, **k = s->k;
-    KMP_DOP853_FIRST_STAGES(KMP_STAGE, k);
-    return KMP_GO;
-}
-
-static int last_stages(kmp_rk *s, double h)
-{
-    int n = s->ode.n;
-    double t = s->base.t, *y = s->y, **k = s->k;
-    KMP_DOP853_LAST_STAGES(KMP_STAGE, k);
-    return KMP_GO;
-}
-
 static int run(kmp_rk *s, double h, double t_new)
 {
+    int n = s->ode.n;
+    double t = s->base.t, *y = s->y, **k = s->k;
     (void)t_new;
-    int said = first_stages(s, h);
-    return said == KMP_GO ? last_stages(s, h) : said;
+    KMP_DOP853_STAGES(KMP_STAGE, k);
+    return KMP_GO;
 }
 
 /* The 8th-order solution in y_old (for the time being), the weights, and the combined error estimate
@@ -99,19 +85,14 @@ static int prepare_dense(kmp_rk *s)
     if (said != KMP_GO)
         return said;
     double h = s->taken, **r = s->interpolant, **k = s->k;
-    for (int i = 0; i < n; i++) {
-        double rise = s->y[i] - s->y_old[i], bend = h * k[1][i] - rise;
-        r[0][i] = s->y_old[i];
-        r[1][i] = rise;
-        r[2][i] = bend;
-        r[3][i] = rise - h * k[13][i] - bend;
+    kmp_rk_begin_dense(s);
+    for (int i = 0; i < n; i++)
         for (int j = 0; j < 4; j++) {
             double sum = D[j][0] * k[1][i];
             for (int l = 1; l < DENSE_TERMS; l++)
                 sum += D[j][l] * k[l + 5][i];
             r[4 + j][i] = h * sum;
         }
-    }
     return KMP_GO;
 }
 

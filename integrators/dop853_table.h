@@ -75,14 +75,13 @@ static const double B3[] = {0.244094488188976377952755905512, 0.7338466882816118
                             0.0220588235294117647058823529412};
 
 /* Stages 2 to 12: STAGE(number, coefficients, the stages that they belong to). */
-#define KMP_DOP853_FIRST_STAGES(STAGE, k)                                                                              \
+#define KMP_DOP853_STAGES(STAGE, k)                                                                                    \
     STAGE(2, A2, k[1]);                                                                                                \
     STAGE(3, A3, k[1], k[2]);                                                                                          \
     STAGE(4, A4, k[1], k[3]);                                                                                          \
     STAGE(5, A5, k[1], k[3], k[4]);                                                                                    \
     STAGE(6, A6, k[1], k[4], k[5]);                                                                                    \
-    STAGE(7, A7, k[1], k[4], k[5], k[6])
-#define KMP_DOP853_LAST_STAGES(STAGE, k)                                                                               \
+    STAGE(7, A7, k[1], k[4], k[5], k[6]);                                                                              \
     STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);                                                                        \
     STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);                                                                  \
     STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);                                                          \

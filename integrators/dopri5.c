@@ -56,15 +56,9 @@ static double error_of(kmp_rk *s, double h)
 
 static int prepare_dense(kmp_rk *s)
 {
-    double h = s->taken, **r = s->interpolant, **k = s->k;
-    for (int i = 0; i < s->ode.n; i++) {
-        double rise = s->y[i] - s->y_old[i], bend = h * k[1][i] - rise;
-        r[0][i] = s->y_old[i];
-        r[1][i] = rise;
-        r[2][i] = bend;
-        r[3][i] = rise - h * k[7][i] - bend;
-        r[4][i] = h * six(D, k, i);
-    }
+    kmp_rk_begin_dense(s);
+    for (int i = 0; i < s->ode.n; i++)
+        s->interpolant[4][i] = s->taken * six(D, s->k, i);
     return KMP_GO;
 }
 

@@ -67,30 +67,22 @@ static void release(kmp_ensemble *e)
     e->pool_count = 0;
     kmp_lane_room_free(&e->room);
     kmp_plant_free(e->plant);
-    kmp_free(e->instances);
-    kmp_free(e->memory);
-    kmp_free(e->state);
+    kmp_arena_free(&e->arena);
     e->plant = NULL;
-    e->instances = NULL;
-    e->memory = e->state = NULL;
 }
 
 static bool allocate(kmp_ensemble *e)
 {
-    size_t size = (size_t)(e->size > 0 ? e->size : 0), constants = (size_t)e->parameters + (size_t)e->n + (size_t)e->m;
-    size_t count = (size_t)e->count;
-    e->instances = KMP_NEW(kmp_instance, count);
-    e->memory = KMP_NEW(double, count *(2 * size + constants));
-    e->state = KMP_NEW(double, 4 * (size_t)e->n);
-    if (!e->instances || !e->memory || !e->state)
-        return false;
-    for (size_t i = 0; i < count; i++) {
+    kmp_arena *a = &e->arena;
+    int size = e->size > 0 ? e->size : 0;
+    e->state = KMP_ARENA_NEW(a, double, 4 * e->n);
+    e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
+    for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
-        x->y = e->memory + i * (2 * size + constants);
-        x->dy = x->y + size;
-        x->constants = x->dy + size;
+        const kmp_arena_room rooms[] = {{&x->y, size}, {&x->dy, size}, {&x->constants, e->parameters + e->n + e->m}};
+        (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
     }
-    return true;
+    return !a->failed;
 }
 
 static kempe_status prepare(kmp_ensemble *e)

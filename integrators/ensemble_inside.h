@@ -77,11 +77,11 @@ struct kmp_ensemble {
     kmp_plant *plant;
     int count;
     const double *values;
+    kmp_arena arena; /* of the instances and their arrays */
     kmp_instance *instances;
-    double *memory;
     kmp_ensemble_result *results;
     double *q, *qd; /* count x n */
-    double *state;  /* 3 n: of the instance at hand */
+    double *state;  /* 4 n: of the instance at hand */
     kmp_pool *pools[KMP_POOLS_MOST];
     int pool_count;
     kmp_lane_room room;

@@ -240,8 +240,7 @@ static void run_stages(kmp_ensemble *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
-    KMP_DOP853_FIRST_STAGES(STAGE, k);
-    KMP_DOP853_LAST_STAGES(STAGE, k);
+    KMP_DOP853_STAGES(STAGE, k);
 }
 
 /* The steps to try; what has become too small is left to a run of its own. */

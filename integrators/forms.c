@@ -13,7 +13,6 @@
  *
  * Multipliers are kept out of every error norm by weights: the first steps are tiny, the condition of the iteration
  * matrix grows like h^-(index - 1), and their corrections never fall below rounding times that. */
-#include "base/memory.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
 #include "integrators/tangent.h"
@@ -64,7 +63,7 @@ typedef struct dae {
     long *col_start, *row;
     double *differential, *factor;
     term *terms;
-    int term_count, term_capacity;
+    int term_count;
     double *lambda, *mu; /* m: spread over all rows */
 } dae;
 
@@ -88,93 +87,87 @@ static int at_group(const dae *d, int g)
 
 /* -- the iteration matrix ----------------------------------------------------------------------------- */
 
-static bool add_term(dae *d, int row, int col, int source, bool cj, double factor)
+/* Counted where there is no room yet. */
+static void add_term(dae *d, int row, int col, int source, bool cj, double factor)
 {
     if (factor == 0)
-        return true;
-    if (d->term_count == d->term_capacity) {
-        int capacity = d->term_capacity ? 2 * d->term_capacity : 256;
-        term *terms = kmp_realloc(d->terms, (size_t)capacity, sizeof *terms);
-        if (!terms)
-            return false;
-        d->terms = terms;
-        d->term_capacity = capacity;
-    }
-    d->terms[d->term_count++] = (term){row, col, 0, source, cj, factor};
-    return true;
+        return;
+    if (d->terms)
+        d->terms[d->term_count] = (term){row, col, 0, source, cj, factor};
+    d->term_count++;
 }
 
 /* J stands in h by q, in J v by v, in hddot by v', and transposed with the multipliers. */
-static bool add_jacobian(dae *d, const kmp_tangent *e, int at)
+static void add_jacobian(dae *d, const kmp_tangent *e, int at)
 {
     bool cj = d->form.integrated;
-    bool ok = add_term(d, at_v(d) + e->col, at_lambda(d) + at, e->source, cj, -1);
+    add_term(d, at_v(d) + e->col, at_lambda(d) + at, e->source, cj, -1);
     if (d->form.mu)
-        ok = ok && add_term(d, e->col, at_mu(d) + at, e->source, cj, 1);
-    for (int g = 0; ok && g < d->form.groups; g++) {
+        add_term(d, e->col, at_mu(d) + at, e->source, cj, 1);
+    for (int g = 0; g < d->form.groups; g++) {
         const double *weight = d->form.weight[g];
         int row = at_group(d, g) + at;
-        ok = add_term(d, row, e->col, e->source, false, weight[0]) &&
-             add_term(d, row, at_v(d) + e->col, e->source, false, weight[1]) &&
-             add_term(d, row, at_v(d) + e->col, e->source, true, weight[2]);
+        add_term(d, row, e->col, e->source, false, weight[0]);
+        add_term(d, row, at_v(d) + e->col, e->source, false, weight[1]);
+        add_term(d, row, at_v(d) + e->col, e->source, true, weight[2]);
     }
-    return ok;
 }
 
 /* An entry of a block of closure rows, by its weight in each group. */
-static bool add_closure(dae *d, const kmp_tangent *e, int at, int col, int order)
+static void add_closure(dae *d, const kmp_tangent *e, int at, int col, int order)
 {
-    bool ok = true;
-    for (int g = 0; ok && g < d->form.groups; g++)
-        ok = add_term(d, at_group(d, g) + at, col, e->source, false, d->form.weight[g][order]);
-    return ok;
+    for (int g = 0; g < d->form.groups; g++)
+        add_term(d, at_group(d, g) + at, col, e->source, false, d->form.weight[g][order]);
 }
 
-/* Of C by a multiplier. */
-static bool add_load(dae *d, const kmp_tangent *e)
-{
-    int at = d->position[e->col];
-    return at < 0 || add_term(d, at_v(d) + e->row, at_lambda(d) + at, e->source, d->form.integrated, 1);
-}
-
-static bool add_entry(dae *d, const kmp_tangent *e)
+static void add_entry(dae *d, const kmp_tangent *e)
 {
     bool closure = e->block == KMP_J || e->block == KMP_RATE_Q || e->block == KMP_CURVE_Q || e->block == KMP_CURVE_QD;
-    int at = closure ? d->position[e->row] : 0;
-    if (at < 0)
-        return true;
+    int at = closure ? d->position[e->row] : e->block == KMP_C_LAMBDA ? d->position[e->col] : 0;
+    if (at < 0) /* of a row that is dropped */
+        return;
     switch (e->block) {
     case KMP_R_Q:
-        return add_term(d, at_v(d) + e->row, e->col, e->source, false, 1);
+        add_term(d, at_v(d) + e->row, e->col, e->source, false, 1);
+        break;
     case KMP_R_QD:
-        return add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, false, 1);
+        add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, false, 1);
+        break;
     case KMP_M:
-        return add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, true, 1);
+        add_term(d, at_v(d) + e->row, at_v(d) + e->col, e->source, true, 1);
+        break;
     case KMP_JTMU_Q:
-        return add_term(d, e->row, e->col, e->source, false, 1);
+        add_term(d, e->row, e->col, e->source, false, 1);
+        break;
     case KMP_RATE_Q:
-        return add_closure(d, e, at, e->col, 1);
+        add_closure(d, e, at, e->col, 1);
+        break;
     case KMP_CURVE_Q:
-        return add_closure(d, e, at, e->col, 2);
+        add_closure(d, e, at, e->col, 2);
+        break;
     case KMP_CURVE_QD:
-        return add_closure(d, e, at, at_v(d) + e->col, 2);
+        add_closure(d, e, at, at_v(d) + e->col, 2);
+        break;
     case KMP_J:
-        return add_jacobian(d, e, at);
+        add_jacobian(d, e, at);
+        break;
     case KMP_C_LAMBDA:
-        return add_load(d, e);
+        add_term(d, at_v(d) + e->row, at_lambda(d) + at, e->source, d->form.integrated, 1);
+        break;
     default:
-        return true;
+        break;
     }
 }
 
-static bool add_terms(dae *d)
+static void add_terms(dae *d)
 {
-    bool ok = true;
-    for (int k = 0; ok && k < d->n; k++)
-        ok = add_term(d, k, k, -1, true, 1) && add_term(d, k, at_v(d) + k, -1, false, -1);
-    for (int k = 0; ok && k < d->tangents.start[KMP_TANGENT_BLOCKS]; k++)
-        ok = add_entry(d, &d->tangents.entry[k]);
-    return ok;
+    d->term_count = 0;
+    for (int k = 0; k < d->n; k++) {
+        add_term(d, k, k, -1, true, 1);
+        add_term(d, k, at_v(d) + k, -1, false, -1);
+    }
+    for (int k = 0; k < d->tangents.start[KMP_TANGENT_BLOCKS]; k++)
+        add_entry(d, &d->tangents.entry[k]);
 }
 
 static int by_column(const void *a, const void *b)
@@ -187,14 +180,17 @@ static int by_column(const void *a, const void *b)
     return x->source != y->source ? x->source - y->source : x->cj - y->cj;
 }
 
-/* Compressed columns of the union of all terms. */
+/* All terms, and compressed columns of their union. false: no memory. */
 static bool compress(dae *d)
 {
     int size = d->road.size, nz = 0;
+    add_terms(d);
+    d->terms = KMP_ARENA_NEW(&d->road.arena, term, d->term_count);
     d->col_start = KMP_ARENA_NEW(&d->road.arena, long, size + 1);
     d->row = KMP_ARENA_NEW(&d->road.arena, long, d->term_count);
     if (d->road.arena.failed)
         return false;
+    add_terms(d);
     qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);
     for (int k = 0; k < d->term_count; k++) {
         term *t = &d->terms[k];
@@ -364,7 +360,6 @@ static void release(kmp_road *road)
     dae *d = (dae *)road;
     kmp_saddle_free(&d->saddle);
     kmp_tangents_free(&d->tangents);
-    kmp_free(d->terms);
     kmp_road_free(road);
 }
 
@@ -427,7 +422,7 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *st
         return kmp_fail_memory(d->s->context);
     choose_form(d, chosen, start->rate_scale);
     kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->plant->backend, values_of(chosen));
-    if (status == KEMPE_OK && (!add_terms(d) || !compress(d)))
+    if (status == KEMPE_OK && !compress(d))
         status = kmp_fail_memory(d->s->context);
     if (status == KEMPE_OK)
         begin(d, start);

@@ -30,53 +30,38 @@ enum { PATIENCE = 20, MOST_PATIENCE = 5000 };
 
 /* -- creation ---------------------------------------------------------------------------------------- */
 
-static double *cut(double **memory, size_t count)
-{
-    double *part = *memory;
-    *memory += count;
-    return part;
-}
-
 static bool allocate(kmp_radau *s)
 {
-    size_t n = (size_t)s->n, inner = (size_t)s->inner, stages = (size_t)s->s, pairs = (size_t)s->method.pairs;
-    size_t square = inner * inner, all = inner * stages;
+    int n = s->n, inner = s->inner, square = inner * inner, all = inner * s->s;
     bool coupled = s->ode.jacobian && all <= MOST_COUPLED;
-    size_t jacobians = coupled ? stages : 1;
-    size_t room = (10 + 5 * stages) * n + jacobians * n * n + (1 + 2 * pairs) * square;
-    double *m = s->memory = KMP_NEW(double, room + (coupled ? all * all + all : 0));
-    int *pivot = s->pivots = KMP_NEW(int, inner *(1 + pairs) + (coupled ? all : 0));
-    if (!m || !pivot)
-        return false;
-    double **vector[] = {&s->y, &s->y_old, &s->dy,   &s->trial, &s->scale,
-                         &s->w, &s->error, &s->bend, &s->lead,  &s->lead_old};
-    for (size_t i = 0; i < sizeof vector / sizeof *vector; i++)
-        *vector[i] = cut(&m, n);
-    for (size_t i = 0; i < stages; i++) {
-        s->z[i] = cut(&m, n);
-        s->z_old[i] = cut(&m, n);
-        s->u[i] = cut(&m, n);
-        s->f[i] = cut(&m, n);
-        s->change[i] = cut(&m, n);
+    kmp_arena *a = &s->arena;
+    const kmp_arena_room rooms[] = {{&s->y, n}, {&s->y_old, n}, {&s->dy, n},   {&s->trial, n}, {&s->scale, n},
+                                    {&s->w, n}, {&s->error, n}, {&s->bend, n}, {&s->lead, n},  {&s->lead_old, n}};
+    (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
+    for (int i = 0; i < s->s; i++) {
+        const kmp_arena_room stage[] = {
+            {&s->z[i], n}, {&s->z_old[i], n}, {&s->u[i], n}, {&s->f[i], n}, {&s->change[i], n}};
+        (void)kmp_arena_make_rooms(a, sizeof stage / sizeof *stage, stage);
+        if (i == 0 || coupled)
+            s->jacobian[i] = KMP_ARENA_NEW(a, double, n *n);
     }
-    for (size_t i = 0; i < jacobians; i++)
-        s->jacobian[i] = cut(&m, n * n);
-    s->real = (kmp_radau_block){.re = cut(&m, square), .pivot = pivot};
-    for (size_t i = 0; i < pairs; i++) {
-        double *re = cut(&m, square);
-        s->complex[i] = (kmp_radau_block){.re = re, .im = cut(&m, square), .pivot = pivot + (1 + i) * inner};
+    s->real = (kmp_radau_block){.re = KMP_ARENA_NEW(a, double, square), .pivot = KMP_ARENA_NEW(a, int, inner)};
+    for (int i = 0; i < s->method.pairs; i++)
+        s->complex[i] = (kmp_radau_block){.re = KMP_ARENA_NEW(a, double, square),
+                                          .im = KMP_ARENA_NEW(a, double, square),
+                                          .pivot = KMP_ARENA_NEW(a, int, inner)};
+    if (coupled) {
+        s->coupled = KMP_ARENA_NEW(a, double, all *all);
+        s->joint = KMP_ARENA_NEW(a, double, all);
+        s->coupled_pivot = KMP_ARENA_NEW(a, int, all);
     }
-    s->coupled = coupled ? cut(&m, all * all) : NULL;
-    s->joint = coupled ? cut(&m, all) : NULL;
-    s->coupled_pivot = coupled ? pivot + (1 + pairs) * inner : NULL;
-    return true;
+    return !a->failed;
 }
 
 static void release(void *solver)
 {
     kmp_radau *s = solver;
-    kmp_free(s->memory);
-    kmp_free(s->pivots);
+    kmp_arena_free(&s->arena);
     kmp_free(s);
 }
 

@@ -3,6 +3,7 @@
 #ifndef KMP_INTEGRATORS_RADAU_H
 #define KMP_INTEGRATORS_RADAU_H
 
+#include "base/arena.h"
 #include "integrators/radau_method.h"
 #include "integrators/solver.h"
 
@@ -46,8 +47,7 @@ typedef struct kmp_radau {
     bool first, rejected, has_step, has_jacobian, fresh, factored, collapsed;
     bool held;           /* Newton has refused a longer step than the one taken */
     int trust, patience; /* steps until one Jacobian for all stages is tried again; how many the next time */
-    double *memory;
-    int *pivots;
+    kmp_arena arena;     /* of all arrays */
 } kmp_radau;
 
 /* What became of an attempt. */

@@ -195,6 +195,19 @@ kempe_status kmp_rk_step(void *solver)
 
 /* -- dense output ---------------------------------------------------------------------------------- */
 
+void kmp_rk_begin_dense(kmp_rk *s)
+{
+    double h = s->taken, **r = s->interpolant;
+    const double *begin = s->k[1], *end = s->k[s->method->end];
+    for (int i = 0; i < s->ode.n; i++) {
+        double rise = s->y[i] - s->y_old[i], bend = h * begin[i] - rise;
+        r[0][i] = s->y_old[i];
+        r[1][i] = rise;
+        r[2][i] = bend;
+        r[3][i] = rise - h * end[i] - bend;
+    }
+}
+
 kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
 {
     kmp_rk *s = solver;

@@ -65,6 +65,9 @@ struct kmp_rk {
 /** dy = f(t, y), counted. */
 int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy);
 
+/** The first four vectors of the interpolant: a cubic by the values and slopes at both ends of the last step. */
+void kmp_rk_begin_dense(kmp_rk *s);
+
 #define KMP_INLINE static inline __attribute__((always_inline))
 
 /* -- step-size control ------------------------------------------------------------------------------- */

@@ -52,9 +52,9 @@ const kmp_road_kind *kmp_road_find(const char *road, const char *form)
 enum { ROAD, FORM, INTEGRATOR };
 
 /* The names of one part among the ways of a road and form (NULL: any), each once, in order. */
-static kempe_status unknown(const kempe_system *system, const char *what, const char *name, int part, const char *road,
-                            const char *form)
+static kempe_status unknown(const kempe_system *system, int part, const char *name, const char *road, const char *form)
 {
+    static const char *const words[] = {[ROAD] = "road", [FORM] = "form", [INTEGRATOR] = "integrator"};
     kmp_text known = {0};
     kmp_way way;
     for (int k = 0; kmp_way_get(k, &way); k++) {
@@ -64,8 +64,8 @@ static kempe_status unknown(const kempe_system *system, const char *what, const 
         if (!known.s || !strstr(known.s, one))
             kmp_text_printf(&known, "%s%s", known.length ? ", " : "", one);
     }
-    kempe_status status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s", what,
-                                   name, road ? " on the road " : "", road ? road : "",
+    kempe_status status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s",
+                                   words[part], name, road ? " on the road " : "", road ? road : "",
                                    form && road ? " in this form" : "", known.s ? known.s : "");
     kmp_text_free(&known);
     return status;
@@ -94,7 +94,7 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
     bool own_road = !spec->road || (model->road && strcmp(spec->road, model->road) == 0);
     spec->road = or_default(spec->road, or_default(model->road, "reduced"));
     if (!kmp_road_find(spec->road, NULL))
-        return unknown(system, "road", spec->road, ROAD, NULL, NULL);
+        return unknown(system, ROAD, spec->road, NULL, NULL);
     if (own_road) {
         bool own_form = !spec->form || (model->form && strcmp(spec->form, model->form) == 0);
         spec->form = or_default(spec->form, model->form);
@@ -107,12 +107,12 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
             spec->form = roads[k]->form;
     const kmp_road_kind *kind = kmp_road_find(spec->road, spec->form);
     if (!kind)
-        return unknown(system, "form", spec->form, FORM, spec->road, NULL);
+        return unknown(system, FORM, spec->form, spec->road, NULL);
     spec->form = kind->form;
     spec->integrator = or_default(spec->integrator, first_integrator(kind));
     solver = kmp_solver_find(spec->integrator);
     if (!solver || !fits(kind, solver))
-        return unknown(system, "integrator", spec->integrator, INTEGRATOR, spec->road, spec->form);
+        return unknown(system, INTEGRATOR, spec->integrator, spec->road, spec->form);
     return KEMPE_OK;
 }
 
