@@ -166,7 +166,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
                             .atol = 1e-10,
                             .rate_scale = 1,
                             .t_end = t_end};
-    s.road = kmp_road_carried.create(&given);
+    s.road = kmp_road_carried.create(&kmp_road_carried, &given);
     if (!s.road)
         exit(1);
     gather_states(&s, b, start);

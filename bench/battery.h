@@ -341,6 +341,7 @@ static const hard_case hard_cases[] = {
      .model = "examples/four_bar/four_bar_ill.yaml",
      .reference = "examples/four_bar/reference_ill.csv",
      .t_end = 5,
+     .rtol_dae = 1e-10, /* at 1e-11 IDA's Newton method stops in rounding, and says so */
      .known = 3.3e-8},
     {.name = "Stewart", HARD_EXAMPLE("stewart"), .t_end = 1, .energy = HARD_ANY},
     {.name = "Bennett", .model = "tests/models/bennett.yaml", .rule = hard_bennett, .t_end = 10},
@@ -459,8 +460,8 @@ static bool hard_verdict(const hard_case *c, bool dae, const hard_result *r)
     if (c->end == HARD_STOPS)
         return (r->status == KEMPE_E_FAILED || r->status == KEMPE_STOPPED) && r->report.reason &&
                strstr(r->report.reason, "'slider'");
-    if (r->status != KEMPE_OK) /* a named reason is enough for the dae road alone */
-        return dae && r->report.reason;
+    if (r->status != KEMPE_OK)
+        return false;
     double bar = dae ? hard_given(c->bar_dae, 1e-5) : hard_given(c->bar, 1e-8);
     return r->error <= bar && (dae || c->energy == HARD_ANY || r->drift <= hard_given(c->energy, 1e-7));
 }

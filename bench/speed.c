@@ -6,9 +6,9 @@
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/fused.h"
-#include "integrators/rk.h"
 #include "integrators/road.h"
 #include "integrators/run.h"
+#include "integrators/solver.h"
 #include <math.h>
 #include <string.h>
 
@@ -164,20 +164,23 @@ static double time_integrator(int n)
     kmp_ode ode = {.n = n, .rhs = nothing};
     for (int i = 0; i < n; i++)
         atol[i] = y[i] = 1;
-    kmp_rk *solver = kmp_rk_new(&kmp_dop853, &ode, (kmp_tolerance){1e-10, atol});
+    const kmp_solver_kind *kind = &kmp_solver_dop853;
+    kmp_solver *solver = kind->create(kind, &(kmp_solver_setup){.ode = &ode, .tolerance = {1e-10, atol}});
     for (int r = 0; solver && r < RUNS; r++) {
-        long before = kmp_rk_work(solver).rhs;
-        (void)kmp_rk_start(solver, 0, y, 1e9, 1);
+        long before = solver->work.rhs;
+        (void)kind->start(solver, 0, y, NULL, 1e9, 1);
         double begin = bench_now();
         for (int k = 0; k < REPEAT / 10; k++) {
-            (void)kmp_rk_step(solver);
-            if (!(kmp_rk_t(solver) < 1e8))
-                (void)kmp_rk_start(solver, 0, y, 1e9, 1);
+            (void)kind->step(solver);
+            if (!(solver->t < 1e8))
+                (void)kind->start(solver, 0, y, NULL, 1e9, 1);
         }
-        cpu[r] = (bench_now() - begin) / (double)(kmp_rk_work(solver).rhs - before);
+        cpu[r] = (bench_now() - begin) / (double)(solver->work.rhs - before);
     }
-    kmp_rk_free(solver);
-    return solver ? 1e9 * bench_median(RUNS, cpu) : NAN;
+    if (!solver)
+        return NAN;
+    kind->release(solver);
+    return 1e9 * bench_median(RUNS, cpu);
 }
 
 /* ns a call. */
@@ -229,7 +232,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                             .atol = 1e-10,
                             .rate_scale = 1,
                             .t_end = 0.03};
-    s->road = kmp_road_carried.create(&given);
+    s->road = kmp_road_carried.create(&kmp_road_carried, &given);
     if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red) || !s->fused)
         exit(1);
     gather_states(s, start);

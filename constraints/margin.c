@@ -30,8 +30,14 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     margin->entry = KMP_ARENA_NEW(&margin->arena, int, entries);
     margin->signs = KMP_ARENA_NEW(&margin->arena, int, r);
     margin->signs_stood = KMP_ARENA_NEW(&margin->arena, int, r);
-    margin->t_kept = KMP_ARENA_NEW(&margin->arena, int, (m - r) * r);
-    margin->t_start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+    margin->drop_start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+    margin->drop_entry = KMP_ARENA_NEW(&margin->arena, int, entries);
+    margin->drop_column = KMP_ARENA_NEW(&margin->arena, int, entries);
+    for (int k = 0; k < 2; k++) {
+        kmp_margin_rows *need = k ? &margin->need_stood : &margin->need;
+        need->start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
+        need->kept = KMP_ARENA_NEW(&margin->arena, int, (m - r) * r);
+    }
     const kmp_arena_room rooms[] = {{&margin->weight, entries},
                                     {&margin->value, entries},
                                     {&margin->jacobian, entries},
@@ -43,8 +49,9 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
                                     {&margin->room, 4 * r},
                                     {&margin->w, n},
                                     {&margin->w_stood, n},
-                                    {&margin->t, (m - r) * r},
-                                    {&margin->t_stood, (m - r) * r}};
+                                    {&margin->drop_value, r},
+                                    {&margin->need.t, (m - r) * r},
+                                    {&margin->need_stood.t, (m - r) * r}};
     if (!kmp_arena_make_rooms(&margin->arena, sizeof rooms / sizeof *rooms, rooms))
         return false;
     for (int e = 0; e < entries; e++)
@@ -62,6 +69,32 @@ void kmp_margin_free(kmp_margin *margin)
     kmp_block_free(margin->block);
     kmp_partition_free(&margin->part);
     *margin = (kmp_margin){0};
+}
+
+/* Whether an entry of J is of a dropped row and a column of the block. */
+static bool is_dropped(const kmp_margin *margin, int e)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    return margin->place[jac->row[e]] < 0 && margin->column[jac->col[e]] >= 0;
+}
+
+/* Entries of J of the dropped rows in the columns of the block, row by row. */
+static void list_dropped(kmp_margin *margin)
+{
+    const kmp_pattern *jac = &margin->system->jacobian;
+    int dropped = margin->part.m - margin->r, *end = margin->drop_start + 1;
+    memset(margin->drop_start, 0, ((size_t)dropped + 1) * sizeof *margin->drop_start);
+    for (int e = 0; e < jac->count; e++)
+        if (is_dropped(margin, e) && margin->place[jac->row[e]] > -dropped)
+            end[-margin->place[jac->row[e]]]++;
+    for (int d = 1; d < dropped; d++)
+        end[d] += end[d - 1];
+    for (int e = 0; e < jac->count; e++)
+        if (is_dropped(margin, e)) {
+            int place = end[-1 - margin->place[jac->row[e]]]++;
+            margin->drop_entry[place] = e;
+            margin->drop_column[place] = margin->column[jac->col[e]];
+        }
 }
 
 /* The block of the rows and columns in margin->part. */
@@ -89,6 +122,7 @@ static bool renew_block(kmp_margin *margin)
             col[count] = margin->column[jac->col[e]];
             margin->entry[count++] = e;
         }
+    list_dropped(margin);
     margin->count = count;
     margin->pivot = 0;
     margin->seen = false; /* the signs of the last step's end belong to another block */
@@ -109,15 +143,14 @@ bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
 /* out = G x, G = 1 + T'T: what a combination of the kept rows is worth in all rows. */
 static void add_dropped(const kmp_margin *margin, const double *x, double *out)
 {
-    int r = margin->r;
-    memcpy(out, x, (size_t)r * sizeof *out);
-    for (int d = 0; d < margin->part.m - r; d++) {
-        const double *t = margin->t + d * r;
+    const kmp_margin_rows *need = &margin->need;
+    memcpy(out, x, (size_t)margin->r * sizeof *out);
+    for (int d = 0; d < margin->part.m - margin->r; d++) {
         double part = 0;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            part += t[margin->t_kept[e]] * x[margin->t_kept[e]];
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            out[margin->t_kept[e]] += part * t[margin->t_kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            part += need->t[e] * x[need->kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            out[need->kept[e]] += part * need->t[e];
     }
 }
 
@@ -148,11 +181,12 @@ static void find_u(kmp_margin *margin)
 {
     int r = margin->r, dropped = margin->part.m - r;
     double *u = margin->u, *a = margin->room + 3 * r;
+    const kmp_margin_rows *need = &margin->need;
     for (int k = 0; k < r; k++)
         u[k] = margin->begin[margin->part.rows[k]];
     for (int d = 0; d < dropped; d++)
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            u[margin->t_kept[e]] += margin->t[margin->t_kept[e] + d * r] * margin->begin[margin->part.redundant[d]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            u[need->kept[e]] += need->t[e] * margin->begin[margin->part.redundant[d]];
     for (int pass = 0; pass <= PASSES; pass++) {
         if (dropped > 0)
             without_dropped(margin, u, a);
@@ -172,8 +206,8 @@ static void find_u(kmp_margin *margin)
         margin->z[margin->part.rows[k]] = a[k];
     for (int d = 0; d < dropped; d++) {
         double sum = 0;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            sum += margin->t[margin->t_kept[e] + d * r] * a[margin->t_kept[e]];
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            sum += need->t[e] * a[need->kept[e]];
         margin->z[margin->part.redundant[d]] = sum;
     }
 }
@@ -197,28 +231,24 @@ static double find_w(kmp_margin *margin)
     return outside / inside;
 }
 
+/* A dropped row depends on rows of its own loops alone. */
 static void find_t(kmp_margin *margin)
 {
-    const kmp_pattern *jac = &margin->system->jacobian;
-    int r = margin->r, dropped = margin->part.m - r;
+    kmp_margin_rows *need = &margin->need;
     margin->rows = 0;
-    if (dropped == 0)
-        return;
-    memset(margin->t, 0, (size_t)(r * dropped) * sizeof *margin->t);
-    for (int e = 0; e < jac->count; e++) {
-        int row = margin->place[jac->row[e]], col = margin->column[jac->col[e]];
-        if (row < 0 && col >= 0)
-            margin->t[col + (-1 - row) * r] = margin->jacobian[e];
-    }
-    kmp_block_solve_transposed_sparse(margin->block, dropped, KMP_ROWS_NOTHING, margin->t);
-    for (int k = 0, e = 0; k < r * dropped; k++) {
-        if (!(fabs(margin->t[k]) <= margin->rows)) {
-            margin->rows = fabs(margin->t[k]);
-            margin->rows_at = k;
-        }
-        if (fabs(margin->t[k]) > KMP_ROWS_NOTHING) /* a dropped row depends on rows of its own loops alone */
-            margin->t_kept[e++] = k % r;
-        margin->t_start[k / r + 1] = e;
+    for (int d = 0; d < margin->part.m - margin->r; d++) {
+        int first = margin->drop_start[d], count = margin->drop_start[d + 1] - first, start = need->start[d];
+        for (int e = 0; e < count; e++)
+            margin->drop_value[e] = margin->jacobian[margin->drop_entry[first + e]];
+        int found = kmp_block_solve_transposed_few(margin->block, KMP_ROWS_NOTHING, count, margin->drop_column + first,
+                                                   margin->drop_value, need->kept + start, need->t + start);
+        need->start[d + 1] = start + found;
+        for (int e = start; e < start + found; e++)
+            if (!(fabs(need->t[e]) <= margin->rows)) {
+                margin->rows = fabs(need->t[e]);
+                margin->rows_d = d;
+                margin->rows_k = need->kept[e];
+            }
     }
 }
 
@@ -380,10 +410,19 @@ static line line_of(const kmp_margin *margin)
     return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new), true};
 }
 
+static double needed(const kmp_margin_rows *need, int d, int kept)
+{
+    for (int e = need->start[d]; e < need->start[d + 1]; e++)
+        if (need->kept[e] == kept)
+            return need->t[e];
+    return 0;
+}
+
 /* Whether the kept rows have lost their rank on the way from the last step's end: T has gone through infinity. */
 static bool rows_lost(const kmp_margin *margin)
 {
-    double before = margin->t_stood[margin->rows_at], after = margin->t[margin->rows_at];
+    double before = needed(&margin->need_stood, margin->rows_d, margin->rows_k),
+           after = needed(&margin->need, margin->rows_d, margin->rows_k);
     return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
 }
 
@@ -416,17 +455,19 @@ static bool passes(kmp_margin *margin)
 }
 
 /* True if a cheap test excludes a singularity: no pivot of the block has fallen far, no sign has changed, and
- * dropped rows depend little on the kept ones. */
+ * dropped rows depend little on the kept ones. Where change points are ignored the rows are all that is wanted. */
 static bool looks_well(kmp_margin *margin, const kmp_plant *plant)
 {
     if (!margin->stands || margin->refused || !(margin->pivot > 0))
         return false;
     take(margin, plant);
     double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
+    margin->rows = INFINITY;
     if (least > 0)
         find_t(margin);
     margin->pivot = fmax(margin->pivot, least);
-    margin->quick = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
+    bool well = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT && !has_turned(margin);
+    margin->quick = margin->ignored || well;
     return margin->quick;
 }
 
@@ -435,6 +476,13 @@ static void exchange(double **a, double **b)
     double *t = *a;
     *a = *b;
     *b = t;
+}
+
+static void exchange_needs(kmp_margin *margin)
+{
+    kmp_margin_rows now = margin->need;
+    margin->need = margin->need_stood;
+    margin->need_stood = now;
 }
 
 /* Of the last step's end, which had a quick look alone, all of it. */
@@ -448,7 +496,7 @@ static void catch_up(kmp_margin *margin)
     exchange(&margin->jacobian, &margin->jacobian_stood);
     exchange(&margin->w, &margin->w_stood);
     exchange(&margin->z, &margin->z_stood);
-    exchange(&margin->t, &margin->t_stood);
+    exchange_needs(margin);
     margin->seen = true;
 }
 
@@ -458,7 +506,7 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_plant *plant, double t)
         return false;
     margin->step_t = t;
     if (looks_well(margin, plant))
-        return false;
+        return margin->ignored && rows_lost(margin);
     catch_up(margin);
     (void)kmp_margin_at(margin, plant);
     if (!margin->stands)
@@ -513,7 +561,7 @@ void kmp_margin_stand(kmp_margin *margin)
     exchange(&margin->jacobian, &margin->jacobian_stood);
     exchange(&margin->w, &margin->w_stood);
     exchange(&margin->z, &margin->z_stood);
-    exchange(&margin->t, &margin->t_stood);
+    exchange_needs(margin);
     margin->seen = !margin->quick;
     margin->tried = margin->quick || margin->last > KMP_ZONE_LEFT * margin->usual ? 0 : margin->tried;
     margin->refused = false;
@@ -545,20 +593,19 @@ static void exchange_apart(kmp_margin *margin)
     kmp_partition *part = &margin->part;
     int *taken = margin->signs; /* kept rows already exchanged */
     memset(taken, 0, (size_t)part->r * sizeof *taken);
+    const kmp_margin_rows *need = &margin->need;
     for (int d = 0; d < part->m - part->r; d++) {
-        const double *t = margin->t + d * part->r;
         int most = -1;
         bool apart = true;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++) {
-            int k = margin->t_kept[e];
-            apart = apart && !taken[k];
-            most = fabs(t[k]) > (most < 0 ? KMP_ROWS_OUT : fabs(t[most])) ? k : most;
+        for (int e = need->start[d]; e < need->start[d + 1]; e++) {
+            apart = apart && !taken[need->kept[e]];
+            most = fabs(need->t[e]) > (most < 0 ? KMP_ROWS_OUT : fabs(need->t[most])) ? e : most;
         }
         if (!apart || most < 0)
             continue;
-        for (int e = margin->t_start[d]; e < margin->t_start[d + 1]; e++)
-            taken[margin->t_kept[e]] = 1;
-        swap(&part->rows[most], &part->redundant[d]);
+        for (int e = need->start[d]; e < need->start[d + 1]; e++)
+            taken[need->kept[e]] = 1;
+        swap(&part->rows[need->kept[most]], &part->redundant[d]);
     }
 }
 

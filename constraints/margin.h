@@ -15,6 +15,12 @@
 #include "constraints/plant.h"
 #include "linalg/block.h"
 
+/** Dropped rows as combinations of the kept ones, T: row d takes t[e] of kept row kept[e], e from start[d] on. */
+typedef struct kmp_margin_rows {
+    int *start, *kept; /* m - r + 1, (m - r) r */
+    double *t;
+} kmp_margin_rows;
+
 typedef struct kmp_margin {
     const kempe_system *system;
     kmp_arena arena;
@@ -22,8 +28,8 @@ typedef struct kmp_margin {
     int r;              /* rank at the start */
     double usual;       /* the largest margin seen, scaled |w| */
     double last;        /* the last one */
-    double rows;        /* the largest |T| there, at `rows_at` of T */
-    int rows_at;
+    double rows;        /* the largest |T| there, of dropped row rows_d and kept row rows_k */
+    int rows_d, rows_k;
     bool near;    /* to a change point at the start */
     bool ignored; /* nobody asks for change points: no step is shorter for one, nothing looked at but rows */
     bool refused; /* a step from where it stands passed a singular place */
@@ -46,8 +52,9 @@ typedef struct kmp_margin {
     double *jacobian, *jacobian_stood; /* weighted */
     double *z, *z_stood;               /* m */
     double *w, *w_stood;               /* n */
-    double *t, *t_stood;               /* r x (m - r): T' */
-    int *t_start, *t_kept;             /* non-zeros of T': kept rows of each dropped row, from t_start on */
+    kmp_margin_rows need, need_stood;
+    int *drop_start, *drop_entry, *drop_column; /* entries of J of each dropped row in the columns of the block */
+    double *drop_value;                         /* r */
 } kmp_margin;
 
 /** Of the partition's rows. false: no memory. */

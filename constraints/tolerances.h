@@ -79,8 +79,8 @@
 /** A closure correction beyond this many error weights refuses a step. */
 #define KMP_CORRECTION_LIMIT 1.0
 /** The same of v carried along where rows are dropped: with each choice of rows the motion off the closures is another
- * one, and the error estimate of a step sees less of it. Errors are 2 to 4 times as large with 1. */
-#define KMP_CORRECTION_REDUNDANT 1e-2
+ * one, and the error estimate of a step sees less of it. With 1 errors are 4 to 8 times as large, with 1e-2 twice. */
+#define KMP_CORRECTION_REDUNDANT 3e-3
 /** Scaled corrections below this are held against KMP_CORRECTION_LIMIT alone: rounding of h makes some of them. */
 #define KMP_CORRECTION_ROUNDING 1e-13
 /** Newton in an evaluation stops at this fraction of the error weights. */

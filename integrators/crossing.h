@@ -41,7 +41,7 @@ struct kmp_crossing {
     kmp_plant *plant;
     kmp_road *road;
     const kmp_solver_kind *kind;
-    void *solver;
+    kmp_solver *solver;
     double *y, *yp, *q, *qd, *qdd, *lambda;
     double work;
     double *change; /* first - second at the last point that was looked at */

@@ -3,7 +3,7 @@
  * after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.5 (method), II.6 (dense
  * output), II.10 (error), and the authors' published code. */
 #include "integrators/dop853_table.h"
-#include "integrators/rk_method.h"
+#include "integrators/rk.h"
 
 #include <math.h>
 
@@ -32,7 +32,7 @@ static const double D[4][DENSE_TERMS] = {
 static int first_stages(kmp_rk *s, double h)
 {
     int n = s->ode.n;
-    double t = s->t, *y = s->y, **k = s->k;
+    double t = s->base.t, *y = s->y, **k = s->k;
     KMP_DOP853_FIRST_STAGES(KMP_STAGE, k);
     return KMP_GO;
 }
@@ -40,7 +40,7 @@ static int first_stages(kmp_rk *s, double h)
 static int last_stages(kmp_rk *s, double h)
 {
     int n = s->ode.n;
-    double t = s->t, *y = s->y, **k = s->k;
+    double t = s->base.t, *y = s->y, **k = s->k;
     KMP_DOP853_LAST_STAGES(KMP_STAGE, k);
     return KMP_GO;
 }
@@ -85,7 +85,7 @@ static double solution_and_error(kmp_rk *s, double h)
 static int extra_stages(kmp_rk *s)
 {
     int n = s->ode.n;
-    double t = s->t_old, h = s->taken, *y = s->y_old, **k = s->k;
+    double t = s->base.t_old, h = s->taken, *y = s->y_old, **k = s->k;
     KMP_STAGE(14, A14, k[1], k[7], k[8], k[9], k[10], k[11], k[12], k[13]);
     KMP_STAGE(15, A15, k[1], k[6], k[7], k[8], k[11], k[12], k[13], k[14]);
     KMP_STAGE(16, A16, k[1], k[6], k[7], k[8], k[9], k[13], k[14], k[15]);

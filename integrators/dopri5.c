@@ -2,7 +2,7 @@
 /* DOPRI5: Dormand and Prince's pair of orders 5 and 4 with dense output of order 4. Coefficients after Hairer, Norsett,
  * Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.5 (table 5.2), II.6, and the authors' published code.
  * Cheaper than DOP853 at rtol of 1e-5 and above. */
-#include "integrators/rk_method.h"
+#include "integrators/rk.h"
 
 #include <math.h>
 
@@ -26,7 +26,7 @@ static const double D[] = {-12715105075.0 / 11282082432,  87487479700.0 / 327004
 static int run(kmp_rk *s, double h, double t_new)
 {
     int n = s->ode.n;
-    double t = s->t, *y = s->y, **k = s->k;
+    double t = s->base.t, *y = s->y, **k = s->k;
     KMP_STAGE(2, A2, k[1]);
     KMP_STAGE(3, A3, k[1], k[2]);
     KMP_STAGE(4, A4, k[1], k[2], k[3]);

@@ -10,7 +10,7 @@
 #include "constraints/reduction.h"
 #include "constraints/tolerances.h"
 #include "integrators/ensemble.h"
-#include "integrators/rk_method.h"
+#include "integrators/rk.h"
 #include "integrators/work_bound.h"
 #include "model/variant.h"
 

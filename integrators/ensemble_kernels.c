@@ -3,7 +3,7 @@
 #include "backend/lanes.h"
 #include "base/clones.h"
 #include "integrators/dop853_table.h"
-#include "integrators/rk_method.h"
+#include "integrators/rk.h"
 #include <math.h>
 
 /* Eight and four doubles, in memory of any alignment. */

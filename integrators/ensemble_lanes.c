@@ -251,8 +251,8 @@ static void choose_tries(kmp_ensemble *e)
         room->step[l] = room->bad[l] = 0;
         if (room->who[l] < 0)
             continue;
-        double h = kmp_rk_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
-        if (!(h >= kmp_solver_least_step(room->t[l])) || !(room->t_new[l] > room->t[l])) {
+        double h = kmp_solver_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
+        if (!(h > 0)) {
             kmp_instance_leave(e, room->who[l], "steps that become too small");
             empty(room, l);
         } else {

@@ -366,7 +366,7 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
 kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
 {
     kmp_event_search *s = &c->search;
-    double from = c->kind->t_old(c->solver), end = c->kind->t(c->solver);
+    double from = c->solver->t_old, end = c->solver->t;
     *found = false;
     c->end = -1;
     if (!(end > from))

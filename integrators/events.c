@@ -15,7 +15,7 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition with no time between */
 /* A kink is held beside so many tolerances of its largest value: within them it is passed by what steps err by. */
 #define KINK 100
 
-bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, void *solver)
+bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, kmp_solver *solver)
 {
     int n = c->s->n;
     double *y = KMP_NEW(double, 2 * road->size + 3 * n + c->s->m);
@@ -36,7 +36,7 @@ bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *k
 }
 
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, void *solver, double span, kmp_journal *journal)
+                               const kmp_solver_kind *kind, kmp_solver *solver, double span, kmp_journal *journal)
 {
     kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
     if (!c)

@@ -11,11 +11,11 @@ typedef struct kmp_crossing kmp_crossing;
 
 /** NULL: no memory. All are used as they are at the time of a call. span: length of the run. */
 kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, void *solver, double span, kmp_journal *journal);
+                               const kmp_solver_kind *kind, kmp_solver *solver, double span, kmp_journal *journal);
 void kmp_crossing_free(kmp_crossing *crossing);
 
 /** Goes on with another road and integrator. false: no memory. */
-bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_kind *kind, void *solver);
+bool kmp_crossing_move(kmp_crossing *crossing, kmp_road *road, const kmp_solver_kind *kind, kmp_solver *solver);
 
 /** Looks for the earliest event of the last step. *t is where, just beyond the change; left alone when there is none.
  */

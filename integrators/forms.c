@@ -191,9 +191,9 @@ static int by_column(const void *a, const void *b)
 static bool compress(dae *d)
 {
     int size = d->road.size, nz = 0;
-    d->col_start = KMP_NEW(long, size + 1);
-    d->row = KMP_NEW(long, d->term_count);
-    if (!d->col_start || !d->row)
+    d->col_start = KMP_ARENA_NEW(&d->road.arena, long, size + 1);
+    d->row = KMP_ARENA_NEW(&d->road.arena, long, d->term_count);
+    if (d->road.arena.failed)
         return false;
     qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);
     for (int k = 0; k < d->term_count; k++) {
@@ -295,12 +295,6 @@ static int accept(void *self, double t, const double *y, const double *yp)
     return said == KMP_GO && kmp_margin_refuses(d->margin, d->plant, t) ? KMP_RETRY : said;
 }
 
-static void position(kmp_road *road, double t, const double *y, double *q)
-{
-    (void)t;
-    memcpy(q, y, (size_t)((dae *)road)->n * sizeof *q);
-}
-
 /* Rows are what the integrator holds; accelerations and multipliers come from the saddle system there. */
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
@@ -370,34 +364,20 @@ static void release(kmp_road *road)
     dae *d = (dae *)road;
     kmp_saddle_free(&d->saddle);
     kmp_tangents_free(&d->tangents);
-    kmp_text_free(&road->reason);
-    kmp_free(road->y);
-    kmp_free(road->yp);
-    kmp_free(road->atol);
-    kmp_free(d->position);
-    kmp_free(d->col_start);
-    kmp_free(d->row);
-    kmp_free(d->differential);
-    kmp_free(d->factor);
     kmp_free(d->terms);
-    kmp_free(d->lambda);
-    kmp_free(d->mu);
-    kmp_free(d);
+    kmp_road_free(road);
 }
 
-static bool allocate(dae *d)
+static bool allocate(dae *d, int size)
 {
-    int size = d->road.size;
-    d->road.y = KMP_NEW(double, size);
-    d->road.yp = KMP_NEW(double, size);
-    d->road.atol = KMP_NEW(double, size);
-    d->differential = KMP_NEW(double, size);
-    d->factor = KMP_NEW(double, size);
-    d->lambda = KMP_NEW(double, d->m);
-    d->mu = KMP_NEW(double, d->m);
-    d->position = KMP_NEW(int, d->m);
-    return d->road.y && d->road.yp && d->road.atol && d->differential && d->factor && d->lambda && d->mu &&
-           d->position && kmp_saddle_init(&d->saddle, d->plant, d->part);
+    kmp_arena *a = &d->road.arena;
+    kmp_road_make_unknowns(&d->road, size, true);
+    d->differential = KMP_ARENA_NEW(a, double, size);
+    d->factor = KMP_ARENA_NEW(a, double, size);
+    d->lambda = KMP_ARENA_NEW(a, double, d->m);
+    d->mu = KMP_ARENA_NEW(a, double, d->m);
+    d->position = KMP_ARENA_NEW(a, int, d->m);
+    return !a->failed && kmp_saddle_init(&d->saddle, d->plant, d->part);
 }
 
 static void choose_form(dae *d, const form *chosen, double rate_scale)
@@ -428,13 +408,9 @@ static unsigned values_of(const form *f)
 static void begin(dae *d, const kmp_road_start *start)
 {
     int n = d->n;
-    for (int i = 0; i < n; i++) {
-        d->road.y[i] = start->q[i];
-        d->road.y[n + i] = d->road.yp[i] = start->qd[i];
-        d->road.yp[n + i] = start->qdd[i];
-        d->road.atol[i] = start->atol * d->s->scale[i];
-        d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
-    }
+    kmp_road_begin_with_state(&d->road, start);
+    memcpy(d->road.yp, start->qd, (size_t)n * sizeof *d->road.yp);
+    memcpy(d->road.yp + n, start->qdd, (size_t)n * sizeof *d->road.yp);
     put_multipliers(d, start->lambda, d->road.y, d->road.yp);
     for (int i = 0; i < d->road.size; i++) {
         bool coordinate = i < n, rate = i >= n && i < 2 * n;
@@ -447,7 +423,7 @@ static void begin(dae *d, const kmp_road_start *start)
 
 static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *start)
 {
-    if (!allocate(d))
+    if (!allocate(d, 2 * d->n + chosen->groups * d->r))
         return kmp_fail_memory(d->s->context);
     choose_form(d, chosen, start->rate_scale);
     kempe_status status = kmp_tangents_init(&d->tangents, d->s, d->plant->backend, values_of(chosen));
@@ -458,13 +434,11 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_road_start *st
     return status;
 }
 
-static kmp_road *create(const kmp_road_start *start, const form *chosen)
+static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
 {
-    dae *d = KMP_NEW(dae, 1);
-    if (!d) {
-        (void)kmp_fail_memory(start->system->context);
+    dae *d = kmp_road_new(start, sizeof *d);
+    if (!d)
         return NULL;
-    }
     d->s = start->system;
     d->plant = start->plant;
     d->margin = start->margin;
@@ -475,10 +449,9 @@ static kmp_road *create(const kmp_road_start *start, const form *chosen)
     d->r = start->part->r;
     d->road.release = release;
     d->road.row = row;
-    d->road.position = position;
+    d->road.position = kmp_road_position_of_state;
     d->road.resume = resume;
-    d->road.size = 2 * d->n + chosen->groups * d->r;
-    if (prepare(d, chosen, start) != KEMPE_OK) {
+    if (prepare(d, kind->detail, start) != KEMPE_OK) {
         release(&d->road);
         return NULL;
     }
@@ -496,12 +469,8 @@ static kmp_road *create(const kmp_road_start *start, const form *chosen)
 }
 
 #define FORM(id, is_standard)                                                                                          \
-    static kmp_road *create_##id(const kmp_road_start *start)                                                          \
-    {                                                                                                                  \
-        return create(start, &form_##id);                                                                              \
-    }                                                                                                                  \
     const kmp_road_kind kmp_road_##id = {                                                                              \
-        .road = "dae", .form = #id, .dae = true, .standard = is_standard, .create = create_##id}
+        .road = "dae", .form = #id, .dae = true, .standard = is_standard, .detail = &form_##id, .create = create}
 
 FORM(ah, true);
 FORM(ggl, false);

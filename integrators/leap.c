@@ -34,9 +34,9 @@ static const double LANDINGS[] = {0.25, 0.06, 0.5};
 #define BEYOND 1.3
 
 typedef struct leap {
+    kmp_solver base; /* first */
     kmp_ode ode;
     kmp_tolerance tolerance;
-    double t, t_old, t_end;
     double nearest, nearest_t;
     double *y;        /* n */
     double *y0, *dy0; /* n: start of the leap */
@@ -49,7 +49,6 @@ typedef struct leap {
     double p[NODES][NODES];        /* P_k at node j: p[k][j] */
     double integral[NODES][NODES]; /* I_k at node j */
     double *memory;
-    long steps, refused, rhs;
 } leap;
 
 /* -- Legendre's polynomials ------------------------------------------------------------------------- */
@@ -123,7 +122,7 @@ static void combine(const leap *s, const double *integral, double *y)
 static void at(const leap *s, double t, double *y)
 {
     double integral[NODES];
-    integrals(2 * (t - s->t_old) / s->h - 1, integral);
+    integrals(2 * (t - s->base.t_old) / s->h - 1, integral);
     combine(s, integral, y);
 }
 
@@ -158,14 +157,14 @@ static double distance(leap *s, double t, double *y)
 static double ahead(leap *s, double tau)
 {
     extrapolate(s, s->y0, s->dy0, tau, s->trial);
-    return distance(s, s->t + tau, s->trial);
+    return distance(s, s->base.t + tau, s->trial);
 }
 
 /* Along the polynomial. */
 static double within(leap *s, double tau)
 {
-    at(s, s->t_old + tau, s->trial);
-    return distance(s, s->t_old + tau, s->trial);
+    at(s, s->base.t_old + tau, s->trial);
+    return distance(s, s->base.t_old + tau, s->trial);
 }
 
 /* The place of the least distance between two times. Its square is a parabola as far as what is left of the lost row
@@ -196,7 +195,7 @@ static double least(leap *s, double (*of)(leap *, double), double from, double t
  * the start (0: behind it). 0 when the way does not lead from below to the landing. */
 static double look_ahead(leap *s, double now, double landing, double *place)
 {
-    double left = s->t_end - s->t, tau = 1e-7 * left, low = now, lowest = 0, before = 0, d = now, size = now;
+    double left = s->base.t_end - s->base.t, tau = 1e-7 * left, low = now, lowest = 0, before = 0, d = now, size = now;
     for (int k = 0; k < PROBES && before < left && !(d > low && d > 1.01 * now); k++) { /* until it grows */
         d = ahead(s, tau);
         lowest = d < low ? tau : lowest;
@@ -237,9 +236,9 @@ static double length_of(const leap *s, double wanted, double most, double place)
 static int evaluate(leap *s, int j)
 {
     int n = s->ode.n;
-    s->rhs++;
+    s->base.work.rhs++;
     memcpy(s->trial, s->node + j * n, (size_t)n * sizeof *s->trial);
-    return s->ode.closed(s->ode.self, s->t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
+    return s->ode.closed(s->ode.self, s->base.t + 0.5 * s->h * (1 + s->x[j]), s->trial, false, s->slope + j * n, NULL);
 }
 
 /* Nodes one after the other, each from the one before. */
@@ -315,10 +314,10 @@ static outcome settle(leap *s)
  * the way. */
 static double place_within(leap *s)
 {
-    double size, t_old = s->t_old;
-    s->t_old = s->t;
+    double size, t_old = s->base.t_old;
+    s->base.t_old = s->base.t;
     double place = least(s, within, 0, s->h, &size);
-    s->t_old = t_old;
+    s->base.t_old = t_old;
     return place;
 }
 
@@ -327,28 +326,29 @@ static double place_within(leap *s)
 static outcome leap_to(leap *s, double now, double landing)
 {
     int n = s->ode.n;
-    double place, end = s->t, left = s->t_end - s->t, wanted = look_ahead(s, now, landing, &place), ones[NODES] = {2};
+    double place, end = s->base.t, left = s->base.t_end - s->base.t, wanted = look_ahead(s, now, landing, &place),
+                  ones[NODES] = {2};
     outcome what = UNSETTLED;
     for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
         double h = length_of(s, wanted, left, k > 0 ? place_within(s) : place);
         if (k > 0 && fabs(h - s->h) < SAME * h)
             break;
         s->h = h;
-        end = h == left ? s->t_end : s->t + h;
-        what = end > s->t ? settle(s) : UNSETTLED;
-        if (!(end > s->t) || place <= 0)
+        end = h == left ? s->base.t_end : s->base.t + h;
+        what = end > s->base.t ? settle(s) : UNSETTLED;
+        if (!(end > s->base.t) || place <= 0)
             break;
     }
     if (what != SMOOTHLY)
         return what;
     combine(s, ones, s->y); /* I_k(1) = 0 but for k = 0 */
-    s->rhs++;
+    s->base.work.rhs++;
     if (s->ode.closed(s->ode.self, end, s->y, false, s->slope, NULL) != KMP_GO) {
         memcpy(s->y, s->y0, (size_t)n * sizeof *s->y);
         return UNSETTLED;
     }
-    s->t_old = s->t;
-    s->t = end;
+    s->base.t_old = s->base.t;
+    s->base.t = end;
     return SMOOTHLY;
 }
 
@@ -360,12 +360,12 @@ static bool try(leap *s)
     outcome what = UNSETTLED;
     memcpy(s->y0, s->y, size);
     memcpy(s->trial, s->y, size);
-    s->rhs++;
-    if (s->ode.closed(s->ode.self, s->t, s->trial, true, s->dy0, &now) != KMP_GO)
+    s->base.work.rhs++;
+    if (s->ode.closed(s->ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
         return false;
     for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
         what = leap_to(s, now, LANDINGS[k]);
-    s->refused += what != SMOOTHLY;
+    s->base.work.refused += what != SMOOTHLY;
     return what == SMOOTHLY;
 }
 
@@ -380,8 +380,9 @@ static void release(void *solver)
     kmp_free(s);
 }
 
-static void *create(const kmp_solver_setup *setup)
+static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
+    (void)kind;
     enum { SINGLE = 4, VECTORS = SINGLE + 3 * NODES };
     int n = setup->ode->n;
     leap *s = KMP_NEW(leap, 1);
@@ -409,8 +410,8 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 {
     leap *s = solver;
     (void)yp, (void)h0;
-    s->t = s->t_old = t;
-    s->t_end = t_end;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
     s->nearest = INFINITY;
     memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
     return KEMPE_OK;
@@ -419,42 +420,26 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 static kempe_status step(void *solver)
 {
     leap *s = solver;
-    if (!(s->t < s->t_end))
+    if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
     if (!try(s))
         return KEMPE_E_FAILED;
-    s->steps++;
+    s->base.work.steps++;
     double size, tau = least(s, within, 0, s->h, &size);
-    s->nearest_t = size < s->nearest ? s->t_old + tau : s->nearest_t;
+    s->nearest_t = size < s->nearest ? s->base.t_old + tau : s->nearest_t;
     s->nearest = fmin(s->nearest, size);
     return KEMPE_OK;
-}
-
-static double t(const void *solver)
-{
-    return ((const leap *)solver)->t;
-}
-
-static double t_old(const void *solver)
-{
-    return ((const leap *)solver)->t_old;
 }
 
 static kempe_status dense(void *solver, double time, double *y, double *yp)
 {
     leap *s = solver;
     (void)yp;
-    if (time == s->t)
+    if (time == s->base.t)
         memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
     else
         at(s, time, y);
     return KEMPE_OK;
-}
-
-static kmp_solver_work work(const void *solver)
-{
-    const leap *s = solver;
-    return (kmp_solver_work){.steps = s->steps, .refused = s->refused, .rhs = s->rhs};
 }
 
 void kmp_leap_nearest(const void *solver, double *time, double *size)
@@ -470,7 +455,4 @@ const kmp_solver_kind kmp_solver_leap = {.name = "leap",
                                          .release = release,
                                          .start = start,
                                          .step = step,
-                                         .t = t,
-                                         .t_old = t_old,
-                                         .dense = dense,
-                                         .work = work};
+                                         .dense = dense};

@@ -37,10 +37,6 @@ typedef struct kmp_ode {
     int quadratures; /* the last of y, on which f does not depend */
 } kmp_ode;
 
-typedef struct kmp_ode_work {
-    long steps, rejected, rhs, refused; /* rejected by the error test; refused by rhs or accept */
-} kmp_ode_work;
-
 /** Error control: weight of y[i] is atol[i] + rtol max(|y_old|, |y_new|). */
 typedef struct kmp_tolerance {
     double rtol;

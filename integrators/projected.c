@@ -6,7 +6,6 @@
  * The same unknowns lead through a change point: an integrator that chooses where to evaluate (leap.h) has each state
  * closed first, since accelerations beside the closures are not those of the motion where J comes near to losing a
  * row. */
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/redundant.h"
 #include "integrators/road.h"
@@ -165,12 +164,6 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
-static void position(kmp_road *road, double t, const double *y, double *q)
-{
-    (void)t;
-    memcpy(q, y, (size_t)((projected *)road)->n * sizeof *q);
-}
-
 /* Rows between steps are projected too, to round-off. */
 static int row(kmp_road *road, double t, const double *y, const double *yp, double *q, double *qd, double *qdd,
                double *lambda, double *work)
@@ -207,68 +200,45 @@ static int resume(kmp_road *road, double t, const double *q, const double *qd, c
 
 static void release(kmp_road *road)
 {
-    projected *d = (projected *)road;
-    kmp_saddle_free(&d->saddle);
-    kmp_text_free(&road->reason);
-    kmp_free(road->y);
-    kmp_free(road->atol);
-    kmp_free(d->violation);
-    kmp_free(d->lambda);
-    kmp_free(d->dx);
-    kmp_free(d->q);
-    kmp_free(d->qd);
-    kmp_free(d);
+    kmp_saddle_free(&((projected *)road)->saddle);
+    kmp_road_free(road);
 }
 
-static bool allocate(projected *d)
+static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
 {
-    d->road.y = KMP_NEW(double, d->road.size);
-    d->road.atol = KMP_NEW(double, d->road.size);
-    d->violation = KMP_NEW(double, d->m);
-    d->lambda = KMP_NEW(double, d->m);
-    d->dx = KMP_NEW(double, d->n);
-    d->q = KMP_NEW(double, d->n);
-    d->qd = KMP_NEW(double, d->n);
-    return d->road.y && d->road.atol && d->violation && d->lambda && d->dx && d->q && d->qd &&
-           kmp_saddle_init(&d->saddle, d->plant, d->part);
-}
-
-static kmp_road *create(const kmp_road_start *start)
-{
-    projected *d = KMP_NEW(projected, 1);
-    if (!d) {
-        (void)kmp_fail_memory(start->system->context);
+    (void)kind;
+    projected *d = kmp_road_new(start, sizeof *d);
+    if (!d)
         return NULL;
-    }
-    int n = start->part->n;
+    int n = d->n = d->road.n;
+    kmp_arena *a = &d->road.arena;
     d->s = start->system;
     d->plant = start->plant;
     d->margin = start->margin;
     d->part = start->part;
-    d->n = n;
     d->m = start->part->m;
     d->has_work = start->system->dissipative;
     d->rtol = start->rtol;
     d->atol = start->atol;
     d->t = start->t;
+    d->violation = KMP_ARENA_NEW(a, double, d->m);
+    d->lambda = KMP_ARENA_NEW(a, double, d->m);
+    d->dx = KMP_ARENA_NEW(a, double, n);
+    d->q = KMP_ARENA_NEW(a, double, n);
+    d->qd = KMP_ARENA_NEW(a, double, n);
+    kmp_road_make_unknowns(&d->road, 2 * n + d->has_work, false);
     d->road.release = release;
     d->road.row = row;
-    d->road.position = position;
+    d->road.position = kmp_road_position_of_state;
     d->road.resume = resume;
-    d->road.size = 2 * n + d->has_work;
     d->road.ode =
         (kmp_ode){.n = d->road.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
-    if (!allocate(d)) {
+    if (a->failed || !kmp_saddle_init(&d->saddle, d->plant, d->part)) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->road);
         return NULL;
     }
-    for (int i = 0; i < n; i++) {
-        d->road.y[i] = start->q[i];
-        d->road.y[n + i] = start->qd[i];
-        d->road.atol[i] = start->atol * d->s->scale[i];
-        d->road.atol[n + i] = d->road.atol[i] * start->rate_scale;
-    }
+    kmp_road_begin_with_state(&d->road, start);
     if (d->has_work) {
         d->road.y[2 * n] = start->work;
         d->road.atol[2 * n] = 1e300; /* judged, not controlled */

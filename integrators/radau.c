@@ -91,8 +91,9 @@ static void choose_limits(kmp_radau *s)
     s->most_iterations = 7 + (s->s - 3) * 5 / 2;
 }
 
-static void *create(const kmp_solver_setup *setup, int stages)
+static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
+    int stages = *(const int *)kind->method;
     kmp_radau *s = KMP_NEW(kmp_radau, 1);
     if (s) {
         s->ode = *setup->ode;
@@ -133,7 +134,7 @@ static double norm(const kmp_radau *s, const double *a, const double *b)
 /* As for explicit methods (Hairer, Norsett, Wanner, I, II.4), of the order of the estimate. */
 static int choose_first_step(kmp_radau *s)
 {
-    double longest = s->t_end - s->t;
+    double longest = s->base.t_end - s->base.t;
     weigh(s);
     double slope = norm(s, s->dy, NULL), size = norm(s, s->y, NULL);
     double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
@@ -142,12 +143,12 @@ static int choose_first_step(kmp_radau *s)
         h = attempt ? h / 4 : h;
         for (int i = 0; i < s->n; i++)
             s->trial[i] = s->y[i] + h * s->dy[i];
-        said = kmp_radau_call(s, s->t + h, s->trial, s->f[0]);
-        s->work.refused += said == KMP_RETRY;
+        said = kmp_radau_call(s, s->base.t + h, s->trial, s->f[0]);
+        s->base.work.refused += said == KMP_RETRY;
     }
     double most = fmax(said == KMP_GO ? norm(s, s->f[0], s->dy) / h : 0, slope);
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / (s->s + 1));
-    s->h = fmin(fmin(100 * h, h1), longest);
+    s->base.h = fmin(fmin(100 * h, h1), longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
@@ -155,12 +156,12 @@ static kempe_status start(void *solver, double t, const double *y, const double 
 {
     kmp_radau *s = solver;
     (void)yp;
-    s->t = s->t_old = t;
-    s->t_end = t_end;
-    s->h = h0;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
+    s->base.h = h0;
     s->first = true;
     s->rejected = s->has_step = s->has_jacobian = s->fresh = s->factored = s->collapsed = false;
-    s->hopeless = 0;
+    s->base.hopeless = 0;
     s->together = s->held = false;
     s->patience = PATIENCE;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
@@ -214,7 +215,7 @@ static kmp_radau_outcome estimate(kmp_radau *s, double h, double *error)
     if (*error >= 1 && (s->first || s->rejected)) {
         for (int k = 0; k < s->n; k++)
             s->trial[k] = s->y[k] + s->error[k];
-        int said = kmp_radau_call(s, s->t, s->trial, s->f[0]);
+        int said = kmp_radau_call(s, s->base.t, s->trial, s->f[0]);
         if (said == KMP_HALT)
             return KMP_RADAU_HALTED;
         if (said == KMP_GO)
@@ -265,16 +266,6 @@ static double predict(const kmp_radau *s, double h, double error)
     return h * fmax(SHRINK, fmin(GROW, quotient));
 }
 
-/* The step to try, and where it ends: at t_end exactly when it would come near, half way when little more than one step
- * is left. */
-static double next_step(const kmp_radau *s, double *t_new)
-{
-    double left = s->t_end - s->t;
-    double h = left < 1.01 * s->h ? left : left < 2.0 * s->h ? 0.5 * left : s->h;
-    *t_new = h == left ? s->t_end : s->t + h;
-    return h;
-}
-
 static void swap(double **a, double **b)
 {
     double *t = *a;
@@ -303,7 +294,7 @@ static void take(kmp_radau *s, double h, double t_new, double error, int iterati
         next = fmin(next, predict(s, h, error));
     if (s->rejected)
         next = fmin(next, h);
-    s->work.steps++;
+    s->base.work.steps++;
     s->error_old = fmax(OLD_ERROR_FLOOR, error);
     s->h_old = h;
     /* the road's correction belongs to the polynomial's end */
@@ -319,9 +310,9 @@ static void take(kmp_radau *s, double h, double t_new, double error, int iterati
     s->has_step = true;
     s->first = s->rejected = s->fresh = false;
     s->taken = h;
-    s->t = t_new;
+    s->base.t = t_new;
     s->has_jacobian = s->has_jacobian && !s->together && s->contraction <= KEEP_JACOBIAN;
-    s->h = s->has_jacobian && next >= h && next <= KEEP_STEP * h ? h : next;
+    s->base.h = s->has_jacobian && next >= h && next <= KEEP_STEP * h ? h : next;
     choose_newton(s, h, error);
 }
 
@@ -330,15 +321,15 @@ static void refuse(kmp_radau *s, kmp_radau_outcome what, double h, double error,
 {
     bool stale = s->has_jacobian && !s->fresh && !s->together;
     if (what == KMP_RADAU_BAD_ERROR)
-        s->work.rejected++;
+        s->base.work.rejected++;
     else
-        s->work.refused++;
+        s->base.work.refused++;
     if (what == KMP_RADAU_BAD_ERROR)
-        s->h = s->first ? 0.1 * h : after_error(s, h, error, iterations);
+        s->base.h = s->first ? 0.1 * h : after_error(s, h, error, iterations);
     else if (what == KMP_RADAU_BAD_NEWTON)
-        s->h = stale ? h : shorter * h;
+        s->base.h = stale ? h : shorter * h;
     else
-        s->h = what == KMP_RADAU_BAD_STAGE ? h / 4 : h / 2;
+        s->base.h = what == KMP_RADAU_BAD_STAGE ? h / 4 : h / 2;
     s->held = s->held || (what == KMP_RADAU_BAD_NEWTON && !stale);
     if (what != KMP_RADAU_BAD_ERROR || s->contraction > KEEP_JACOBIAN)
         s->has_jacobian = s->has_jacobian && !stale;
@@ -348,21 +339,21 @@ static void refuse(kmp_radau *s, kmp_radau_outcome what, double h, double error,
 static kempe_status step(void *solver)
 {
     kmp_radau *s = solver;
-    if (!(s->t < s->t_end))
+    if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
     weigh(s);
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0, shorter = 0.5, h = next_step(s, &t_new);
-        if (!(h >= kmp_solver_least_step(s->t)) || !(t_new > s->t) || s->collapsed)
+        double t_new, error = 0, shorter = 0.5, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        if (!(h > 0) || s->collapsed)
             return KEMPE_E_FAILED;
-        long newton = s->work.newton;
+        long newton = s->base.work.newton;
         kmp_radau_outcome what = attempt(s, h, t_new, &error, &shorter);
-        int iterations = (int)(s->work.newton - newton);
+        int iterations = (int)(s->base.work.newton - newton);
         if (what == KMP_RADAU_HALTED)
             return KEMPE_E_FAILED;
         if (what == KMP_RADAU_TAKEN) {
-            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, t_new);
-            s->t_old = s->t;
+            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
+            s->base.t_old = s->base.t;
             take(s, h, t_new, error, iterations);
             return KEMPE_OK;
         }
@@ -373,56 +364,30 @@ static kempe_status step(void *solver)
 
 /* -- behind the socket ------------------------------------------------------------------------------- */
 
-static double end_of_step(const void *solver)
-{
-    return ((const kmp_radau *)solver)->t;
-}
-
-static double start_of_step(const void *solver)
-{
-    return ((const kmp_radau *)solver)->t_old;
-}
-
 static kempe_status dense(void *solver, double t, double *y, double *yp)
 {
     kmp_radau *s = solver;
     (void)yp;
     memcpy(y, s->y, (size_t)s->n * sizeof *y);
-    if (t == s->t || !(s->t > s->t_old))
+    if (t == s->base.t || !(s->base.t > s->base.t_old))
         return KEMPE_OK;
-    kmp_radau_extrapolate(s, (t - s->t_old) / s->taken, s->trial);
+    kmp_radau_extrapolate(s, (t - s->base.t_old) / s->taken, s->trial);
     for (int k = 0; k < s->n; k++)
         y[k] += s->trial[k];
     return KEMPE_OK;
 }
 
-static kmp_solver_work work(const void *solver)
-{
-    return ((const kmp_radau *)solver)->work;
-}
-
-static double next(const void *solver)
-{
-    return ((const kmp_radau *)solver)->h;
-}
-
 #define RADAU(order)                                                                                                   \
-    static void *create_##order(const kmp_solver_setup *setup)                                                         \
-    {                                                                                                                  \
-        return create(setup, ((order) + 1) / 2);                                                                       \
-    }                                                                                                                  \
+    static const int stages_##order = ((order) + 1) / 2;                                                               \
     const kmp_solver_kind kmp_solver_radau##order = {.name = "radau" #order,                                           \
                                                      .corrects = true,                                                 \
                                                      .implicit = true,                                                 \
-                                                     .create = create_##order,                                         \
+                                                     .method = &stages_##order,                                        \
+                                                     .create = create,                                                 \
                                                      .release = release,                                               \
                                                      .start = start,                                                   \
                                                      .step = step,                                                     \
-                                                     .t = end_of_step,                                                 \
-                                                     .t_old = start_of_step,                                           \
-                                                     .dense = dense,                                                   \
-                                                     .work = work,                                                     \
-                                                     .next = next}
+                                                     .dense = dense}
 
 RADAU(5);
 RADAU(9);

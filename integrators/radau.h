@@ -15,6 +15,7 @@ typedef struct kmp_radau_block {
 } kmp_radau_block;
 
 typedef struct kmp_radau {
+    kmp_solver base; /* first */
     kmp_ode ode;
     kmp_tolerance tolerance;
     kmp_radau_method method;
@@ -22,7 +23,7 @@ typedef struct kmp_radau {
     double widen;       /* weights of the estimate by those of the tolerance */
     double limit;       /* what is left of a correction at which Newton stops */
     int most_iterations;
-    double t, t_old, t_end, h, taken;
+    double taken;                        /* the last step */
     double *y, *y_old, *dy, *trial;      /* n; dy = f(t, y) */
     double *scale, *w;                   /* n: weights of the estimate, of the tolerance */
     double *error, *bend;                /* n: of the attempt; of the last step's polynomial */
@@ -45,10 +46,8 @@ typedef struct kmp_radau {
     bool first, rejected, has_step, has_jacobian, fresh, factored, collapsed;
     bool held;           /* Newton has refused a longer step than the one taken */
     int trust, patience; /* steps until one Jacobian for all stages is tried again; how many the next time */
-    int hopeless;
     double *memory;
     int *pivots;
-    kmp_solver_work work;
 } kmp_radau;
 
 /* What became of an attempt. */

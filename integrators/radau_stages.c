@@ -19,7 +19,7 @@ enum { S = KMP_RADAU_MAX_STAGES };
 
 int kmp_radau_call(kmp_radau *s, double t, const double *y, double *dy)
 {
-    s->work.rhs++;
+    s->base.work.rhs++;
     return s->ode.rhs(s->ode.self, t, y, dy);
 }
 
@@ -34,11 +34,11 @@ static int differentiate(kmp_radau *s)
         volatile double moved = s->y[k] + sqrt(DBL_EPSILON * fmax(1e-5, fabs(s->y[k])));
         double by = moved - s->y[k];
         s->trial[k] = moved;
-        int said = kmp_radau_call(s, s->t, s->trial, column);
+        int said = kmp_radau_call(s, s->base.t, s->trial, column);
         if (said == KMP_RETRY) {
             by = -by;
             s->trial[k] = s->y[k] + by;
-            said = kmp_radau_call(s, s->t, s->trial, column);
+            said = kmp_radau_call(s, s->base.t, s->trial, column);
         }
         if (said != KMP_GO)
             return said;
@@ -50,7 +50,7 @@ static int differentiate(kmp_radau *s)
 
 static int evaluate_jacobian(kmp_radau *s, double t, const double *y, double *j)
 {
-    s->work.matrices++;
+    s->base.work.matrices++;
     memset(j, 0, (size_t)s->n * (size_t)s->n * sizeof *j);
     return s->ode.jacobian(s->ode.self, t, y, j);
 }
@@ -60,9 +60,9 @@ static int renew_jacobian(kmp_radau *s)
     int said;
     s->factored = false;
     if (s->ode.jacobian)
-        said = evaluate_jacobian(s, s->t, s->y, s->jacobian[0]);
+        said = evaluate_jacobian(s, s->base.t, s->y, s->jacobian[0]);
     else {
-        s->work.matrices++;
+        s->base.work.matrices++;
         said = differentiate(s);
     }
     s->has_jacobian = s->fresh = said == KMP_GO;
@@ -95,7 +95,7 @@ static bool factor(const kmp_radau *s, kmp_radau_block *e, double re, double im)
 static bool factor_all(kmp_radau *s, double h)
 {
     const kmp_radau_method *m = &s->method;
-    s->work.factorizations++;
+    s->base.work.factorizations++;
     bool good = factor(s, &s->real, m->g / h, 0);
     for (int i = 0; good && i < m->pairs; i++)
         good = factor(s, &s->complex[i], m->a[i] / h, m->b[i] / h);
@@ -205,7 +205,7 @@ static void correct_apart(kmp_radau *s)
 static bool factor_together(kmp_radau *s, double h)
 {
     int n = s->n, p = s->p, inner = s->inner, size = inner * s->s;
-    s->work.factorizations++;
+    s->base.work.factorizations++;
     for (int j = 0; j < s->s; j++)
         for (int l = 0; l < inner; l++) {
             double *column = s->coupled + (j * inner + l) * size;
@@ -226,7 +226,7 @@ static kmp_radau_outcome prepare_together(kmp_radau *s, double h)
     for (int i = 0; i < s->s; i++) {
         for (int k = 0; k < s->n; k++)
             s->trial[k] = s->y[k] + s->z[i][k];
-        int said = evaluate_jacobian(s, s->t + s->method.c[i] * h, s->trial, s->jacobian[i]);
+        int said = evaluate_jacobian(s, s->base.t + s->method.c[i] * h, s->trial, s->jacobian[i]);
         if (said != KMP_GO)
             return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
     }
@@ -312,7 +312,7 @@ static kmp_radau_outcome evaluate(kmp_radau *s, double h)
     for (int i = 0; i < s->s; i++) {
         for (int k = 0; k < s->n; k++)
             s->trial[k] = s->y[k] + s->z[i][k];
-        int said = kmp_radau_call(s, s->t + s->method.c[i] * h, s->trial, s->f[i]);
+        int said = kmp_radau_call(s, s->base.t + s->method.c[i] * h, s->trial, s->f[i]);
         if (said != KMP_GO)
             return said == KMP_RETRY ? KMP_RADAU_BAD_STAGE : KMP_RADAU_HALTED;
     }
@@ -333,7 +333,7 @@ static double iterate(kmp_radau *s, double h)
             s->z[i][k] += s->f[i][k];
             sum += e * e;
         }
-    s->work.newton++;
+    s->base.work.newton++;
     return sqrt(sum / (s->n * s->s));
 }
 

@@ -2,8 +2,8 @@
 /* One driver for explicit Runge-Kutta methods: first step, attempts, step-size control, the road's say, dense output on
  * demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer, Wanner, II, IV.2.
  */
+#include "integrators/rk.h"
 #include "base/memory.h"
-#include "integrators/rk_method.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,14 +12,16 @@ enum { MAX_REJECT = 1000 };
 
 /* -- creation -------------------------------------------------------------------------------------- */
 
-kmp_rk *kmp_rk_new(const kmp_rk_method *method, const kmp_ode *ode, kmp_tolerance tolerance)
+void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
     enum { OWN = 4, MOST = OWN + KMP_RK_MAX_STAGES + KMP_RK_MAX_INTERPOLANTS };
-    int vectors = OWN + method->stages + method->interpolants;
+    const kmp_rk_method *method = kind->method;
+    int n = setup->ode->n, vectors = OWN + method->stages + method->interpolants;
     kmp_rk *s = KMP_NEW(kmp_rk, 1);
-    double *v = s ? KMP_NEW(double, (size_t)vectors *(size_t)ode->n) : NULL;
+    double *v = s ? KMP_NEW(double, (size_t)vectors *(size_t)n) : NULL;
     if (!v) {
         kmp_free(s);
+        (void)kmp_fail_memory(setup->context);
         return NULL;
     }
     double **vector[MOST] = {&s->y, &s->y_old, &s->stage, &s->w};
@@ -28,19 +30,19 @@ kmp_rk *kmp_rk_new(const kmp_rk_method *method, const kmp_ode *ode, kmp_toleranc
     for (int i = 0; i < method->interpolants; i++)
         vector[OWN + method->stages + i] = &s->interpolant[i];
     for (int i = 0; i < vectors; i++)
-        *vector[i] = v + (size_t)i * (size_t)ode->n;
+        *vector[i] = v + (size_t)i * (size_t)n;
     s->memory = v;
     s->method = method;
     s->dy = s->k[method->end];
-    s->ode = *ode;
-    s->tolerance = tolerance;
+    s->ode = *setup->ode;
+    s->tolerance = setup->tolerance;
     return s;
 }
 
-void kmp_rk_free(kmp_rk *s)
+void kmp_rk_release(void *solver)
 {
-    if (s)
-        kmp_free(s->memory);
+    kmp_rk *s = solver;
+    kmp_free(s->memory);
     kmp_free(s);
 }
 
@@ -48,7 +50,7 @@ void kmp_rk_free(kmp_rk *s)
 
 int kmp_rk_call(kmp_rk *s, double t, const double *y, double *dy)
 {
-    s->work.rhs++;
+    s->base.work.rhs++;
     return s->ode.rhs(s->ode.self, t, y, dy);
 }
 
@@ -68,7 +70,7 @@ static double weighted_square(int n, const double *a, const double *b, const dou
 static int choose_first_step(kmp_rk *s)
 {
     int n = s->ode.n;
-    double longest = s->t_end - s->t;
+    double longest = s->base.t_end - s->base.t;
     for (int i = 0; i < n; i++)
         s->w[i] = s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y[i]);
     double slope = weighted_square(n, s->dy, NULL, s->w), size = weighted_square(n, s->y, NULL, s->w);
@@ -79,30 +81,32 @@ static int choose_first_step(kmp_rk *s)
         h = attempt ? h / 4 : h;
         for (int i = 0; i < n; i++)
             s->stage[i] = s->y[i] + h * s->dy[i];
-        said = kmp_rk_call(s, s->t + h, s->stage, s->k[2]);
-        s->work.refused += said == KMP_RETRY;
+        said = kmp_rk_call(s, s->base.t + h, s->stage, s->k[2]);
+        s->base.work.refused += said == KMP_RETRY;
     }
     double bend = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(bend, sqrt(slope));
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / s->method->order);
-    s->h = fmin(fmin(100 * h, h1), longest);
+    s->base.h = fmin(fmin(100 * h, h1), longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
-int kmp_rk_start(kmp_rk *s, double t, const double *y, double t_end, double h0)
+kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
 {
-    s->t = s->t_old = t;
-    s->t_end = t_end;
-    s->h = h0;
+    kmp_rk *s = solver;
+    (void)yp;
+    s->base.t = s->base.t_old = t;
+    s->base.t_end = t_end;
+    s->base.h = h0;
     s->error_old = KMP_RK_ERROR_FLOOR;
     s->rejected = s->dense_ready = false;
-    s->hopeless = 0;
+    s->base.hopeless = 0;
     s->collapsed = false;
     s->dy = s->k[s->method->end];
     memcpy(s->y, y, (size_t)s->ode.n * sizeof *y);
     int said = kmp_rk_call(s, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0.0 && t_end > t)
         said = choose_first_step(s);
-    return said;
+    return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 /* -- one attempt ----------------------------------------------------------------------------------- */
@@ -141,12 +145,12 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 
 static void take(kmp_rk *s, double h, double t_new, double error)
 {
-    s->work.steps++;
-    s->h = kmp_rk_after_accepted(s->method, h, error, s->error_old, s->rejected);
+    s->base.work.steps++;
+    s->base.h = kmp_rk_after_accepted(s->method, h, error, s->error_old, s->rejected);
     s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
     s->rejected = false;
     s->taken = h;
-    s->t = t_new;
+    s->base.t = t_new;
     s->dy = s->k[s->method->end];
     swap(&s->y, &s->y_old);
 }
@@ -154,141 +158,55 @@ static void take(kmp_rk *s, double h, double t_new, double error)
 static void refuse(kmp_rk *s, outcome what, double h, double error)
 {
     if (what == BAD_ERROR)
-        s->work.rejected++;
+        s->base.work.rejected++;
     else
-        s->work.refused++;
-    s->h = what == BAD_ERROR ? kmp_rk_after_rejected(s->method, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
+        s->base.work.refused++;
+    s->base.h = what == BAD_ERROR ? kmp_rk_after_rejected(s->method, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
     s->rejected = true;
 }
 
-int kmp_rk_step(kmp_rk *s)
+kempe_status kmp_rk_step(void *solver)
 {
-    s->t_old = s->t;
+    kmp_rk *s = solver;
+    s->base.t_old = s->base.t;
     s->dense_ready = false;
-    if (!(s->t < s->t_end))
-        return KMP_GO;
+    if (!(s->base.t < s->base.t_end))
+        return KEMPE_OK;
     if (s->dy == s->k[s->method->end]) {
         swap(&s->k[1], &s->k[s->method->end]);
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0.0, h = kmp_rk_next_step(s->t, s->t_end, s->h, &t_new);
-        if (!(h >= kmp_solver_least_step(s->t)) || !(t_new > s->t) || s->collapsed)
-            return KMP_RETRY;
+        double t_new, error = 0.0, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        if (!(h > 0) || s->collapsed)
+            break;
         outcome what = attempt(s, h, t_new, &error);
         if (what == HALTED)
-            return KMP_HALT;
+            break;
         if (what == TAKEN) {
-            s->collapsed = kmp_solver_collapsed(&s->hopeless, h, t_new);
+            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
             take(s, h, t_new, error);
-            return KMP_GO;
+            return KEMPE_OK;
         }
         refuse(s, what, h, error);
     }
-    return KMP_RETRY;
+    return KEMPE_E_FAILED;
 }
 
 /* -- dense output ---------------------------------------------------------------------------------- */
 
-int kmp_rk_dense(kmp_rk *s, double t, double *y)
-{
-    bool none = !(s->t > s->t_old); /* no step yet, or the last one failed */
-    if (none || t == s->t_old) {
-        memcpy(y, none ? s->y : s->y_old, (size_t)s->ode.n * sizeof *y);
-        return KMP_GO;
-    }
-    if (!(t > s->t_old)) { /* needs no stages, which may fail */
-        memcpy(y, s->y_old, (size_t)s->ode.n * sizeof *y);
-        return KMP_GO;
-    }
-    int said = s->dense_ready ? KMP_GO : s->method->prepare_dense(s);
-    s->dense_ready = said == KMP_GO;
-    if (said == KMP_GO)
-        s->method->interpolate(s, (t - s->t_old) / s->taken, y);
-    return said;
-}
-
-/* -- queries --------------------------------------------------------------------------------------- */
-
-double kmp_rk_t(const kmp_rk *s)
-{
-    return s->t;
-}
-
-double kmp_rk_t_old(const kmp_rk *s)
-{
-    return s->t_old;
-}
-
-const double *kmp_rk_y(const kmp_rk *s)
-{
-    return s->y;
-}
-
-const double *kmp_rk_dy(const kmp_rk *s)
-{
-    return s->dy;
-}
-
-kmp_ode_work kmp_rk_work(const kmp_rk *s)
-{
-    return s->work;
-}
-
-/* -- behind the socket ----------------------------------------------------------------------------- */
-
-void *kmp_rk_solver_create(const kmp_solver_setup *setup, const kmp_rk_method *method)
-{
-    kmp_rk *s = kmp_rk_new(method, setup->ode, setup->tolerance);
-    if (!s)
-        (void)kmp_fail_memory(setup->context);
-    return s;
-}
-
-void kmp_rk_solver_release(void *solver)
-{
-    kmp_rk_free(solver);
-}
-
-kempe_status kmp_rk_solver_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0)
-{
-    (void)yp;
-    return kmp_rk_start(solver, t, y, t_end, h0) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-}
-
-kempe_status kmp_rk_solver_step(void *solver)
-{
-    return kmp_rk_step(solver) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-}
-
-double kmp_rk_solver_t(const void *solver)
-{
-    return kmp_rk_t(solver);
-}
-
-double kmp_rk_solver_t_old(const void *solver)
-{
-    return kmp_rk_t_old(solver);
-}
-
-kempe_status kmp_rk_solver_dense(void *solver, double t, double *y, double *yp)
+kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
 {
     kmp_rk *s = solver;
     (void)yp;
-    if (t == s->t) {
-        memcpy(y, s->y, (size_t)s->ode.n * sizeof *y);
+    bool at_end = t == s->base.t || !(s->base.t > s->base.t_old); /* no step yet, or the last one failed */
+    if (at_end || !(t > s->base.t_old)) {                         /* needs no stages, which may fail */
+        memcpy(y, at_end ? s->y : s->y_old, (size_t)s->ode.n * sizeof *y);
         return KEMPE_OK;
     }
-    return kmp_rk_dense(s, t, y) == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
-}
-
-kmp_solver_work kmp_rk_solver_work(const void *solver)
-{
-    kmp_ode_work w = kmp_rk_work(solver);
-    return (kmp_solver_work){.steps = w.steps, .rejected = w.rejected, .refused = w.refused, .rhs = w.rhs};
-}
-
-double kmp_rk_solver_next(const void *solver)
-{
-    return ((const kmp_rk *)solver)->h;
+    s->dense_ready = s->dense_ready || s->method->prepare_dense(s) == KMP_GO;
+    if (!s->dense_ready)
+        return KEMPE_E_FAILED;
+    s->method->interpolate(s, (t - s->base.t_old) / s->taken, y);
+    return KEMPE_OK;
 }

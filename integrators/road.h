@@ -4,6 +4,7 @@
 #ifndef KMP_INTEGRATORS_ROAD_H
 #define KMP_INTEGRATORS_ROAD_H
 
+#include "base/arena.h"
 #include "constraints/assemble.h"
 #include "constraints/margin.h"
 #include "constraints/partition.h"
@@ -42,13 +43,16 @@ typedef struct kmp_road_start {
 typedef struct kmp_road_kind {
     const char *road, *form;
     bool dae;
-    bool standard;                                    /* compare runs it unasked */
-    bool corrected;                                   /* `accept` corrects y: multistep methods are out */
-    bool both;                                        /* an ODE that stands as a DAE, too */
-    bool jacobian;                                    /* it has that of its ODE, for implicit integrators */
-    bool by_bodies;                                   /* it goes by articulated bodies where the plant may take them */
-    const struct kmp_road_kind *zone;                 /* that leads through change points; NULL: kmp_road_zone */
-    kmp_road *(*create)(const kmp_road_start *start); /* NULL after a message */
+    bool standard;                    /* compare runs it unasked */
+    bool corrected;                   /* `accept` corrects y: multistep methods are out */
+    bool both;                        /* an ODE that stands as a DAE, too */
+    bool jacobian;                    /* it has that of its ODE, for implicit integrators */
+    bool by_bodies;                   /* it goes by articulated bodies where the plant may take them */
+    const struct kmp_road_kind *zone; /* that leads through change points; NULL: kmp_road_zone */
+    const void *detail;               /* for `create`, where several kinds share it */
+
+    /** NULL after a message. */
+    kmp_road *(*create)(const struct kmp_road_kind *kind, const kmp_road_start *start);
 } kmp_road_kind;
 
 struct kmp_road {
@@ -79,6 +83,8 @@ struct kmp_road {
 
     kmp_ode ode; /* one of the two, or both */
     kmp_dae dae;
+    kmp_arena arena; /* of y, yp, atol and a road's own arrays */
+    int n;           /* coordinates */
     int size;        /* unknowns */
     double *y, *yp;  /* consistent start; yp for an integrator of DAEs only */
     double *atol;    /* of each unknown */
@@ -86,6 +92,20 @@ struct kmp_road {
     kmp_text reason; /* why it gave up */
     long newton, factorizations, exchanges;
 };
+
+/** A zeroed struct of so many bytes that begins with a kmp_road, which kmp_road_free releases unless told otherwise.
+ * NULL after a message. */
+void *kmp_road_new(const kmp_road_start *start, size_t bytes);
+
+/** The reason, the arena and the struct itself. */
+void kmp_road_free(kmp_road *road);
+
+/** Room for `size` unknowns, and for their slopes, unless the arena fails. */
+void kmp_road_make_unknowns(kmp_road *road, int size, bool slopes);
+
+/** Of roads whose unknowns begin with q and qd: the state of a start and the tolerances; q. */
+void kmp_road_begin_with_state(kmp_road *road, const kmp_road_start *start);
+void kmp_road_position_of_state(kmp_road *road, double t, const double *y, double *q);
 
 /** Row k of the table, NULL after the last. */
 const kmp_road_kind *kmp_road_get(int k);

@@ -8,7 +8,7 @@
 
 long kmp_runner_tried(const kmp_runner *run)
 {
-    kmp_solver_work now = run->kind->work(run->solver);
+    kmp_solver_work now = run->solver->work;
     const kmp_run_report *before = &run->before;
     return now.steps + now.rejected + now.refused + before->steps + before->rejected + before->refused;
 }
@@ -123,7 +123,7 @@ double kmp_runner_t(const kmp_runner *run)
 {
     if (run->at_event)
         return run->event_t;
-    return run->solver ? run->kind->t(run->solver) : run->work_t;
+    return run->solver ? run->solver->t : run->work_t;
 }
 
 bool kmp_runner_ended(const kmp_runner *run)
@@ -133,7 +133,7 @@ bool kmp_runner_ended(const kmp_runner *run)
 
 double kmp_runner_t_old(const kmp_runner *run)
 {
-    return run->solver ? run->kind->t_old(run->solver) : run->work_t;
+    return run->solver ? run->solver->t_old : run->work_t;
 }
 
 /* Adds the work of the road and integrator at hand. */
@@ -141,7 +141,7 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
 {
     if (!run->solver)
         return;
-    kmp_solver_work w = run->kind->work(run->solver);
+    kmp_solver_work w = run->solver->work;
     report->steps += w.steps;
     report->rejected += w.rejected;
     report->refused += w.refused;
@@ -163,7 +163,7 @@ kempe_status kmp_runner_step(kmp_runner *run)
         if (status == KEMPE_E_FAILED)
             status = kmp_runner_rescue(run, t);
     }
-    if (status == KEMPE_OK && run->kind->t(run->solver) < run->stop)
+    if (status == KEMPE_OK && run->solver->t < run->stop)
         run->pace = 0;
     if (status == KEMPE_OK && run->crossing)
         status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);

@@ -24,9 +24,11 @@ struct kmp_runner {
     kmp_road *road;
     const kmp_road_kind *way; /* the road asked for; `road` may be the zone instead */
     bool in_zone;
-    bool brief; /* the road before lasted for a few steps */
+    bool walks;    /* across the zone in steps of dop853: no leap leads across, and the integrator stopped */
+    double zone_t; /* where the zone was entered */
+    bool brief;    /* the road before lasted for a few steps */
     const kmp_solver_kind *kind;
-    void *solver;
+    kmp_solver *solver;
     kmp_run_report before; /* work of roads and solvers that are gone */
     double *state;         /* q, qd, qdd, lambda at a change of road */
     double *seen, seen_t;  /* the user's coordinates (n) of spherical joints, at a time */
@@ -134,6 +136,9 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
 
 /** Adds to a reason which spherical joint has angles near to their singular position at the last step, if one has. */
 void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text);
+
+/** The row of a prescribed motion that cannot go on beyond the last step's end, which is a dead centre; -1: none. */
+int kmp_runner_lock(kmp_runner *run, double t);
 
 /** The coordinate that a row alone prescribes, NULL when it has several. */
 const char *kmp_runner_driven_by(const kempe_system *s, int row);

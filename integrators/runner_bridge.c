@@ -19,7 +19,7 @@ typedef struct bridge {
     kmp_margin margin;
     kmp_road *road;
     const kmp_solver_kind *kind;
-    void *solver;
+    kmp_solver *solver;
     double *y;
     int steps;
 } bridge;
@@ -60,15 +60,15 @@ static bool set_up(bridge *b)
                                   .rate_scale = run->rate_scale,
                                   .t_end = b->end,
                                   .journal = run->journal};
-    b->road = kmp_road_find("projected", NULL)->create(&given);
+    b->road = kmp_road_projected.create(&kmp_road_projected, &given);
     if (!b->road)
         return false;
     b->kind = kmp_solver_find("dop853");
     b->y = KMP_NEW(double, b->road->size);
-    b->solver = b->kind->create(&(kmp_solver_setup){.context = run->s->context,
-                                                    .ode = &b->road->ode,
-                                                    .dae = &b->road->dae,
-                                                    .tolerance = {run->spec.rtol, b->road->atol}});
+    b->solver = b->kind->create(b->kind, &(kmp_solver_setup){.context = run->s->context,
+                                                             .ode = &b->road->ode,
+                                                             .dae = &b->road->dae,
+                                                             .tolerance = {run->spec.rtol, b->road->atol}});
     return b->solver && b->y && b->kind->start(b->solver, b->t, b->road->y, NULL, b->end, 0) == KEMPE_OK;
 }
 
@@ -78,7 +78,7 @@ static bool march(bridge *b)
     bool good = true, stays = true;
     while (good && stays && b->t < b->end) {
         good = b->steps++ < MOST_STEPS && b->kind->step(b->solver) == KEMPE_OK;
-        b->t = b->kind->t(b->solver);
+        b->t = b->solver->t;
         if (!good || b->part.r == b->part.m)
             continue;
         (void)kmp_margin_after_step(&b->margin, b->run->plant, b->t);

@@ -20,7 +20,7 @@ enum { RESCUE_WAY = 100 };
 static void release_road(kmp_runner *run)
 {
     kmp_runner_add_report(run, &run->before);
-    run->brief = run->kind->work(run->solver).steps < KMP_ROAD_BRIEF;
+    run->brief = run->solver->work.steps < KMP_ROAD_BRIEF;
     run->kind->release(run->solver);
     run->road->release(run->road);
     kmp_free(run->y);
@@ -52,6 +52,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
                             run->road->keep(run->road, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
     release_road(run);
+    run->zone_t = run->in_zone ? run->zone_t : t;
     run->in_zone = to_zone;
     kempe_status status = choose_again(run, t, q);
     bool meets = status == KEMPE_OK && ((run->way->dae && !to_zone) || kmp_runner_is_off(run, t, q));
@@ -87,7 +88,7 @@ kempe_status kmp_runner_change_road(kmp_runner *run, double t, bool to_zone)
 /* Where a dropped row needs too much of a kept one they change places. */
 static kempe_status change_rows(kmp_runner *run, double t)
 {
-    double before = run->margin.rows, h = run->kind->next ? run->kind->next(run->solver) : 0;
+    double before = run->margin.rows, h = run->solver->h;
     kempe_status status = change_road(run, t, false, h);
     if (status == KEMPE_OK)
         kmp_journal_note(run->journal, "rows", t, before, run->margin.rows,
@@ -166,9 +167,22 @@ static kempe_status enter_zone(kmp_runner *run, double t, double tau)
     return kmp_runner_change_road(run, t, true);
 }
 
-/* The zone is one step long. */
+/* A leap is one step long; steps across a zone go on until its surroundings are left. */
 static kempe_status leave_zone(kmp_runner *run, double t)
 {
+    if (run->walks && run->margin.tried > 0)
+        return KEMPE_OK;
+    if (run->walks) {
+        double since = run->zone_t;
+        run->walks = false;
+        kempe_status status = kmp_runner_change_road(run, t, false);
+        if (status == KEMPE_OK)
+            kmp_journal_note(run->journal, "change point", t, NAN, NAN,
+                             "the integrator stopped beside a change point; the projected formulation led on from "
+                             "t = %.9g to here in steps of dop853",
+                             since);
+        return status;
+    }
     double from = kmp_runner_t_old(run), at, size;
     kmp_leap_nearest(run->solver, &at, &size);
     kempe_status status = kmp_runner_change_road(run, t, false);
@@ -244,7 +258,7 @@ static kempe_status renew(kmp_runner *run, double t)
     case KMP_GO:
         return KEMPE_OK;
     case KMP_CHANGED:
-        h = run->kind->next ? run->kind->next(run->solver) : h;
+        h = run->solver->h > 0 ? run->solver->h : h;
         return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
                                 run->kind->corrects ? h : kmp_runner_first_step(run));
     default:
@@ -282,7 +296,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
 /* Closures switch: the state as it was, then the rates that fit. What the impact takes is work. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, h = t - run->kind->t_old(run->solver), work, energy = 0;
+    double *q = run->state, h = t - run->solver->t_old, work, energy = 0;
     kempe_status status = kmp_runner_inner_row(run, t, q, q + run->s->n, run->qdd, run->lambda, &work);
     if (status == KEMPE_OK)
         status = meet_closures(run, t, &energy);
@@ -312,7 +326,7 @@ static kempe_status end_run(kmp_runner *run, double t, int condition)
 /* Conditions change, and the integrator starts anew, a one-step method with the step it had. */
 static kempe_status pass_event(kmp_runner *run, double t)
 {
-    double h = run->kind->t(run->solver) - run->kind->t_old(run->solver);
+    double h = run->solver->t - run->solver->t_old;
     if (!run->at_event)
         return KEMPE_OK;
     if (kmp_crossing_end(run->crossing) >= 0)
@@ -334,7 +348,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
 static double step_it_had(const kmp_runner *run, double t)
 {
     double last = t - kmp_runner_t_old(run);
-    return fmax(run->kind->next ? run->kind->next(run->solver) : last, run->pace);
+    return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
 }
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
@@ -400,10 +414,10 @@ static kempe_status take_projected(kmp_runner *run, double t)
     return status;
 }
 
-/* Near a singular place, whether the motion passes it or only comes by, the zone takes over where a road cannot go on.
- */
+/* Where a formulation cannot go on near a singular place the zone takes over, in steps where no leap led across. */
 static kempe_status take_zone(kmp_runner *run, double t)
 {
+    run->walks = run->margin.tried > 0;
     kmp_text_free(&run->road->reason);
     kmp_context_clear(run->s->context);
     kempe_status status = kmp_runner_change_road(run, t, true);
@@ -413,24 +427,25 @@ static kempe_status take_zone(kmp_runner *run, double t)
 /* Whether it may. */
 static bool is_near_zone(kmp_runner *run, double t)
 {
-    if (run->margin.tried > 0 || run->margin.ignored || run->margin.r == 0 ||
-        kmp_memory_failures() != run->memory_failures || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
+    if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||
+        run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return false;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
-    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN &&
-           kmp_margin_lock(&run->margin, run->plant, false) < 0;
+    return kmp_margin_at(&run->margin, run->plant) < KMP_ZONE_IN;
 }
 
 /* An implicit integrator that stopped goes on once from the same place, projected and with rows chosen anew: what its
  * past steps left may be all that was wrong. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
-    kempe_status quitted = run->in_zone ? quit_zone(run, t) : KEMPE_E_FAILED;
+    kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
     if (quitted != KEMPE_E_FAILED)
         return quitted;
     if (may_project(run))
         return take_projected(run, t);
+    if (kmp_runner_lock(run, t) >= 0)
+        return KEMPE_E_FAILED;
     if (is_near_zone(run, t))
         return take_zone(run, t);
     if (!run->yp || run->road->reason.length > 0 ||

@@ -29,28 +29,34 @@ void kmp_runner_explain_angles(const kmp_runner *run, kmp_text *text)
 {
     if (!run->road || !run->solver)
         return;
-    double t = run->kind->t(run->solver);
+    double t = run->solver->t;
     if (!(t > run->spec.t_start) || run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
         return;
     run->road->position(run->road, t, run->y, run->state);
     kmp_angles_explain(run->s->model, run->state, text);
 }
 
-/* A drive that asks for more than the mechanism can do; false when that is not the trouble. */
-static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
+int kmp_runner_lock(kmp_runner *run, double t)
 {
     if (!run->road || !run->solver || !run->s->rheonomic ||
         run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK)
-        return false;
+        return -1;
     run->road->position(run->road, t, run->y, run->state);
     kmp_plant_closure(run->plant, t, run->state);
     bool open = kmp_plant_residual(run->plant) > KMP_CLOSED_ENOUGH; /* behind a dead centre no motion closes it */
     bool been = run->margin.tried > 0 && open;
-    int row = kmp_margin_lock(&run->margin, run->plant, been);
+    return kmp_margin_lock(&run->margin, run->plant, been);
+}
+
+/* A drive that asks for more than the mechanism can do; false when that is not the trouble. Integrators stop up to some
+ * 1e-7 of the time before a dead centre. */
+static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
+{
+    int row = kmp_runner_lock(run, t);
     if (row < 0)
         return false;
     const char *name = kmp_runner_driven_by(run->s, row);
-    kmp_text_printf(text, "the mechanism locks at t = %.9g: it is at a dead centre, beyond which ", t);
+    kmp_text_printf(text, "the mechanism locks at t = %.7g: it is at a dead centre, beyond which ", t);
     if (name)
         kmp_text_printf(text, "the driven coordinate '%s' (row '%s') cannot move on", name, run->s->row_names[row]);
     else

@@ -137,7 +137,7 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .user = run->spec.user};
     kmp_plant_take(run->plant, run->by_bodies && way->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->plant->by_bodies;
-    run->road = way->create(&given);
+    run->road = way->create(way, &given);
     return run->road ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
@@ -188,7 +188,9 @@ static const kmp_solver_kind *integrator_of(const kmp_runner *run)
 {
     const kmp_solver_kind *asked = kmp_solver_find(run->spec.integrator);
     bool cannot = !asked->dae && (asked->implicit || !asked->corrects) && run->part.p == 0;
-    return run->in_zone ? &kmp_solver_leap : cannot ? kmp_solver_find("dop853") : asked;
+    if (run->in_zone && !run->walks)
+        return &kmp_solver_leap;
+    return cannot || run->in_zone ? kmp_solver_find("dop853") : asked;
 }
 
 kempe_status kmp_runner_make_solver(kmp_runner *run)
@@ -204,7 +206,7 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
     run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
     if (!run->y || (road->yp && !run->yp))
         return kmp_fail_memory(run->s->context);
-    run->solver = run->kind->create(&setup);
+    run->solver = run->kind->create(run->kind, &setup);
     if (!run->solver || !run->s->changes)
         return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
     if (run->crossing)

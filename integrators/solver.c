@@ -32,6 +32,14 @@ double kmp_solver_least_step(double t)
     return LEAST * DBL_EPSILON * fabs(t);
 }
 
+double kmp_solver_next_step(double t, double t_end, double next, double *t_new)
+{
+    double left = t_end - t;
+    double h = left < 1.01 * next ? left : left < 2.0 * next ? 0.5 * left : next;
+    *t_new = h == left ? t_end : t + h;
+    return h >= kmp_solver_least_step(t) && *t_new > t ? h : 0;
+}
+
 bool kmp_solver_collapsed(int *hopeless, double h, double t)
 {
     *hopeless = h < COLLAPSED * DBL_EPSILON * fabs(t) ? *hopeless + 1 : 0;

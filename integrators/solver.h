@@ -23,15 +23,25 @@ typedef struct kmp_solver_work {
     long newton, matrices, factorizations;
 } kmp_solver_work;
 
+/** Every integrator begins with one, which its owner reads. */
+typedef struct kmp_solver {
+    double t, t_old; /* ends of the last accepted step; equal when there was none since the start */
+    double t_end;
+    double h;     /* the step it would try next, for a start from the same place in other unknowns; 0: the last one */
+    int hopeless; /* steps in a row that are hardly resolved */
+    kmp_solver_work work;
+} kmp_solver;
+
 typedef struct kmp_solver_kind {
     const char *name;
-    bool dae;      /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
-    bool corrects; /* lets `accept` correct y and refuse a step: one-step methods */
-    bool implicit; /* uses the Jacobian of the ODE when there is one */
-    bool standard; /* compare runs it unasked */
+    bool dae;           /* solves F(t, y, y') = 0 instead of y' = f(t, y) */
+    bool corrects;      /* lets `accept` correct y and refuse a step: one-step methods */
+    bool implicit;      /* uses the Jacobian of the ODE when there is one */
+    bool standard;      /* compare runs it unasked */
+    const void *method; /* for `create`, where several kinds have the same functions */
 
-    /** NULL after a message. What `setup` points to outlives the solver. */
-    void *(*create)(const kmp_solver_setup *setup);
+    /** A struct that begins with a kmp_solver; NULL after a message. What `setup` points to outlives the solver. */
+    void *(*create)(const struct kmp_solver_kind *kind, const kmp_solver_setup *setup);
     void (*release)(void *solver);
 
     /** Begins, or begins anew, at (t, y[, yp]) towards t_end; h0 is the first step, 0 lets an explicit method choose.
@@ -42,16 +52,8 @@ typedef struct kmp_solver_kind {
      * hold a sentence, else the step became too small or the road gave up. */
     kempe_status (*step)(void *solver);
 
-    /** Ends of the last accepted step; equal when there was none since the start. */
-    double (*t)(const void *solver);
-    double (*t_old)(const void *solver);
-
     /** y (and y' when yp is not NULL, of a DAE) at t_old <= t <= t. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);
-    kmp_solver_work (*work)(const void *solver);
-
-    /** The step it would try next, for a start from the same place in other unknowns. NULL: the last one will do. */
-    double (*next)(const void *solver);
 } kmp_solver_kind;
 
 /** Row k of the table, NULL after the last; by name, NULL when there is none. */
@@ -61,6 +63,10 @@ const kmp_solver_kind *kmp_solver_find(const char *name);
 /** What double precision resolves at t decides how short a step may be, never the end of the run: a shorter one than
  * this is not tried. */
 double kmp_solver_least_step(double t);
+
+/** The step to try where `next` is wished, 0 when it has become too short, and where it ends: at t_end exactly when it
+ * would come near, half way when little more than one step is left. */
+double kmp_solver_next_step(double t, double t_end, double next, double *t_new);
 
 /** After a step of length h that ended at t: true when more than 100 in a row (counted in *hopeless, 0 at a start) were
  * hardly longer than the least. An integrator gives up then, and says KMP_SOLVER_COLLAPSED. Long runs of other steps

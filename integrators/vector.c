@@ -157,7 +157,7 @@ static int scaled_each(int count, double *a, N_Vector *x, N_Vector *z)
     return 0;
 }
 
-N_Vector kmp_vector_new(long n, SUNContext context)
+N_Vector kmp_vector_new(sunindextype n, SUNContext context)
 {
     N_Vector v = N_VNew_Serial(n, context);
     if (!v)

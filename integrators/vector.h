@@ -7,6 +7,6 @@
 #include "constraints/sundials_compat.h"
 
 /** n numbers; its clones compute likewise. NULL: no memory. Freed by N_VDestroy. */
-N_Vector kmp_vector_new(long n, SUNContext context);
+N_Vector kmp_vector_new(sunindextype n, SUNContext context);
 
 #endif

@@ -30,7 +30,7 @@ typedef struct adjoint {
     double *from, *values; /* steps + 1: where each begins, and the end; steps x NODES x 2 p */
     kept_mark *mark;
     const kmp_solver_kind *kind;
-    void *solver;
+    kmp_solver *solver;
     kmp_ode ode;
     int at_step, low, high;                           /* steps of the segment at hand */
     double *y, *atol, *state, *gradient, value;       /* of the target at the end */
@@ -372,15 +372,15 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
         return KEMPE_OK;
     double end = a->ask->spec->t_end - a->from[low];
     kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - a->from[high], a->y, NULL, end, *h);
-    while (status == KEMPE_OK && a->kind->t(a->solver) < end) {
+    while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
             return kmp_fail(context, KEMPE_STOPPED, "interrupted");
     }
     if (status == KEMPE_E_FAILED && kempe_context_message(context)[0] == '\0')
         return kmp_fail(context, status, "backwards the step size became too small at t = %.9g",
-                        a->ask->spec->t_end - a->kind->t(a->solver));
-    *h = a->kind->next ? a->kind->next(a->solver) : 0;
+                        a->ask->spec->t_end - a->solver->t);
+    *h = a->solver->h;
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
 
@@ -487,8 +487,10 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     report->value = a->integral ? report->forward.integral : a->value;
     a->kind = kmp_solver_find(a->ask->spec->integrator);
     if (status == KEMPE_OK)
-        a->solver = a->kind->create(&(kmp_solver_setup){
-            .context = context, .ode = &a->ode, .tolerance = {a->ask->spec->rtol, a->atol}, .linear = "auto"});
+        a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,
+                                                                 .ode = &a->ode,
+                                                                 .tolerance = {a->ask->spec->rtol, a->atol},
+                                                                 .linear = "auto"});
     if (status == KEMPE_OK && !a->solver)
         return KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
@@ -502,7 +504,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
         for (int i = 0; i < a->p; i++)
             a->gradient[k] += a->y[i] * q[u[i]] + a->y[a->p + i] * qd[u[i]];
     }
-    kmp_solver_work work = a->kind->work(a->solver);
+    kmp_solver_work work = a->solver->work;
     report->steps = work.steps;
     report->rhs = work.rhs;
     report->kept = (size_t)a->steps * NODES * 2 * (size_t)a->p * sizeof(double);

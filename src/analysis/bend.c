@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/bend.h"
 #include "analysis/slopes.h"
+#include "base/arena.h"
 #include "base/memory.h"
 #include "linalg/dot.h"
 #include "symbolic/derivative.h"
@@ -8,77 +9,63 @@
 
 /* Leaves and where each moves. */
 typedef struct motion {
-    kmp_graph *g;
     kmp_ref *leaf, *direction;
     int count;
 } motion;
 
-static bool begin(motion *x, kmp_graph *g, int most)
+static motion motion_of(kmp_arena *arena, int most)
 {
-    *x = (motion){.g = g, .leaf = KMP_NEW(kmp_ref, most), .direction = KMP_NEW(kmp_ref, most)};
-    return x->leaf && x->direction;
+    return (motion){KMP_ARENA_NEW(arena, kmp_ref, most), KMP_ARENA_NEW(arena, kmp_ref, most), 0};
 }
 
-static void end(motion *x)
+/* An input along which another one goes. */
+static void move(motion *x, kmp_graph *g, kmp_input_kind kind, int index, int along)
 {
-    kmp_free(x->leaf);
-    kmp_free(x->direction);
-}
-
-static void move(motion *x, kmp_input_kind kind, int index, kmp_ref direction)
-{
-    x->leaf[x->count] = kmp_input(x->g, kind, (uint32_t)index);
-    x->direction[x->count++] = direction;
+    x->leaf[x->count] = kmp_input(g, kind, (uint32_t)index);
+    x->direction[x->count++] = kmp_input(g, KMP_IN_ALONG, (uint32_t)along);
 }
 
 /* q, qd, qdd and lambda along inputs from `at` on. */
-static void move_state(motion *x, int n, int m, int at)
+static void move_state(motion *x, const kmp_equations *eq, int at)
 {
     static const kmp_input_kind kind[] = {KMP_IN_Q, KMP_IN_QD, KMP_IN_QDD, KMP_IN_LAMBDA};
-    for (int k = 0; k < 3 * n + m; k++)
-        move(x, kind[k < 3 * n ? k / n : 3], k < 3 * n ? k % n : k - 3 * n,
-             kmp_input(x->g, KMP_IN_ALONG, (uint32_t)(at + k)));
-}
-
-/* Those given along inputs, and with them those that follow. */
-static bool move_parameters(motion *x, const kmp_tree *tree, int count, const int *parameter, int at)
-{
-    for (int i = 0; i < count; i++)
-        move(x, KMP_IN_PARAMETER, parameter[i], kmp_input(x->g, KMP_IN_ALONG, (uint32_t)(at + i)));
-    x->count = kmp_slopes_lead(tree, x->count, x->leaf, x->direction);
-    return x->count >= 0;
+    int n = eq->n;
+    for (int k = 0; k < 3 * n + eq->m; k++)
+        move(x, eq->graph, kind[k < 3 * n ? k / n : 3], k < 3 * n ? k % n : k - 3 * n, at + k);
 }
 
 /* -- the program ------------------------------------------------------------------------------------- */
 
-static bool differentiate(const motion *x, int count, kmp_ref *of)
+static bool differentiate(const motion *x, kmp_graph *g, int count, kmp_ref *of)
 {
-    kmp_derivative *d = kmp_derivative_new(x->g, x->count, x->leaf, x->direction);
+    kmp_derivative *d = kmp_derivative_new(g, x->count, x->leaf, x->direction);
     for (int k = 0; d && k < count; k++)
         of[k] = kmp_derivative_of(d, of[k]);
     kmp_derivative_free(d);
-    return d && !kmp_graph_failed(x->g);
+    return d && !kmp_graph_failed(g);
 }
 
+/* Parameters go along b as given, and with them those that follow. */
 static bool derive(kmp_bend *bend, const kmp_equations *eq, const kmp_backend *backend, const int *parameter,
                    const double *values)
 {
-    int n = eq->n, m = eq->m, state = 3 * n + m, count = n + 3 * m;
-    kmp_ref *of = KMP_NEW(kmp_ref, count);
-    motion a, b;
-    bool begun = begin(&a, eq->graph, state);
-    begun = begin(&b, eq->graph, state + eq->model->parameter_count) && begun && of;
-    if (begun) {
+    int state = 3 * eq->n + eq->m, count = eq->n + 3 * eq->m;
+    kmp_arena arena = {0};
+    kmp_ref *of = KMP_ARENA_NEW(&arena, kmp_ref, count);
+    motion a = motion_of(&arena, state), b = motion_of(&arena, state + eq->model->parameter_count);
+    bool ok = !arena.failed;
+    if (ok) {
         kmp_slopes_collect(eq, of);
-        move_state(&a, n, m, 0);
-        move_state(&b, n, m, state);
-        begun = move_parameters(&b, &eq->tree, bend->count, parameter, 2 * state) && differentiate(&a, count, of) &&
-                differentiate(&b, count, of) && kmp_formulas_init(&bend->bent, eq->graph, count, of, backend, values);
+        move_state(&a, eq, 0);
+        move_state(&b, eq, state);
+        for (int i = 0; i < bend->count; i++)
+            move(&b, eq->graph, KMP_IN_PARAMETER, parameter[i], 2 * state + i);
+        b.count = kmp_slopes_lead(&eq->tree, b.count, b.leaf, b.direction);
+        ok = b.count >= 0 && differentiate(&a, eq->graph, count, of) && differentiate(&b, eq->graph, count, of) &&
+             kmp_formulas_init(&bend->bent, eq->graph, count, of, backend, values);
     }
-    end(&a);
-    end(&b);
-    kmp_free(of);
-    return begun;
+    kmp_arena_free(&arena);
+    return ok;
 }
 
 static kempe_status derive_all(kmp_bend *bend, const kempe_system *system, const kmp_backend *backend,
@@ -134,18 +121,16 @@ static double *put(double *to, int count, const double *from)
     return to + count;
 }
 
-static double *put_direction(const kmp_bend *bend, double *to, const kmp_course *x)
-{
-    to = put(to, bend->n, x->q);
-    to = put(to, bend->n, x->qd);
-    to = put(to, bend->n, x->qdd);
-    return put(to, bend->m, x->lambda);
-}
-
 kmp_bent kmp_bend_along(kmp_bend *bend, const kmp_course *a, const kmp_course *b, const double *parameter)
 {
-    double *to = put_direction(bend, bend->along, a);
-    to = put_direction(bend, to, b);
+    const kmp_course *course[] = {a, b};
+    double *to = bend->along;
+    for (int k = 0; k < 2; k++) {
+        to = put(to, bend->n, course[k]->q);
+        to = put(to, bend->n, course[k]->qd);
+        to = put(to, bend->n, course[k]->qdd);
+        to = put(to, bend->m, course[k]->lambda);
+    }
     (void)put(to, bend->count, parameter);
     kmp_machine_set(bend->bent.machine, KMP_IN_ALONG, bend->along);
     const double *out = kmp_machine_run(bend->bent.machine, 1);

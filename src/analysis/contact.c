@@ -47,7 +47,7 @@ static kempe_status add_outputs(kempe_model *copy)
 
 static kempe_status make_system(kempe_contact_table *t)
 {
-    const char **names = KMP_NEW(const char *, t->over.count);
+    const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
     if (!names)
         return kmp_fail_memory(t->given->context);
     for (int k = 0; k < t->over.count; k++)
@@ -58,7 +58,6 @@ static kempe_status make_system(kempe_contact_table *t)
         status = add_outputs(kmp_variant_model(t->variant));
     if (status == KEMPE_OK)
         status = kmp_system_of_variant(t->variant, &t->system);
-    kmp_free(names);
     return status;
 }
 
@@ -67,16 +66,16 @@ static kempe_status make_table(kempe_contact_table *t)
     const kempe_model *model = t->system->model;
     size_t rows = (size_t)t->asked, n = (size_t)t->system->n;
     t->wheel_count = model->wheel_count;
-    t->first = KMP_NEW(int, t->wheel_count + 1);
+    t->first = KMP_ARENA_NEW(&t->arena, int, t->wheel_count + 1);
     if (!t->first)
         return kmp_fail_memory(t->given->context);
     for (int k = 0; k < t->wheel_count; k++)
         t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
-    t->patch = KMP_NEW(kempe_contact_patch, rows * (size_t)t->first[t->wheel_count]);
-    t->value = KMP_NEW(double, rows);
-    t->q = KMP_NEW(double, rows *n);
-    t->qd = KMP_NEW(double, rows *n);
-    return t->patch && t->value && t->q && t->qd ? KEMPE_OK : kmp_fail_memory(t->given->context);
+    t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * (size_t)t->first[t->wheel_count]);
+    t->value = KMP_ARENA_NEW(&t->arena, double, rows);
+    t->q = KMP_ARENA_NEW(&t->arena, double, rows *n);
+    t->qd = KMP_ARENA_NEW(&t->arena, double, rows *n);
+    return t->arena.failed ? kmp_fail_memory(t->given->context) : KEMPE_OK;
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */
@@ -112,7 +111,7 @@ static kempe_status read_freed(job *j, const char *words)
 {
     kempe_contact_table *t = j->t;
     const kempe_model *model = t->system->model;
-    int *list = KMP_NEW(int, t->system->n), count = 0;
+    int *list = KMP_ARENA_NEW(&j->arena, int, t->system->n), count = 0;
     if (!list)
         return kmp_fail_memory(context_of(j));
     kempe_status status =
@@ -129,19 +128,16 @@ static kempe_status read_freed(job *j, const char *words)
         else
             t->hold[hold].how = KMP_RATE_FREED;
     }
-    kmp_free(list);
     return status;
 }
 
 static bool make_room(job *j)
 {
-    size_t n = (size_t)j->t->system->n, leads = (size_t)j->t->over.count;
-    double **of_leads[] = {&j->here, &j->there, &j->from, &j->between, &j->parameters};
-    for (size_t k = 0; k < sizeof of_leads / sizeof *of_leads; k++)
-        *of_leads[k] = KMP_ARENA_NEW(&j->arena, double, leads);
-    j->q = KMP_ARENA_NEW(&j->arena, double, n);
-    j->before = KMP_ARENA_NEW(&j->arena, double, n);
-    return !j->arena.failed;
+    ptrdiff_t n = j->t->system->n, leads = j->t->over.count;
+    const kmp_arena_room rooms[] = {{&j->here, leads},    {&j->there, leads},      {&j->from, leads},
+                                    {&j->between, leads}, {&j->parameters, leads}, {&j->q, n},
+                                    {&j->before, n}};
+    return kmp_arena_make_rooms(&j->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 static kempe_status begin(job *j, const kempe_contact_ask *ask)
@@ -325,9 +321,9 @@ void kempe_contact_table_free(kempe_contact_table *t)
     kempe_system_free(t->system);
     kmp_variant_free(t->variant);
     kmp_ranges_free(&t->over);
-    void *rooms[] = {t->reason, t->lead, t->hold, t->value, t->q, t->qd, t->first, t->patch, t->warnings};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&t->arena);
+    kmp_free(t->reason);
+    kmp_free(t->warnings);
     kmp_free(t);
 }
 

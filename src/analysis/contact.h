@@ -15,6 +15,7 @@ typedef struct kmp_contact_lead {
 } kmp_contact_lead;
 
 struct kempe_contact_table {
+    kmp_arena arena; /* of all arrays */
     const kempe_system *given;
     kmp_variant *variant; /* what varies, and the outputs of wheels */
     kempe_system *system; /* of the variant */

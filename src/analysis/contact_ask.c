@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What of a table of contacts is asked for by words. */
 #include "analysis/contact.h"
-#include "base/memory.h"
 #include "model/coordinates.h"
 #include <string.h>
 
@@ -39,7 +38,7 @@ static kempe_status add_coordinate(kempe_contact_table *t, const kmp_range *rang
 static kempe_status read_over(kempe_contact_table *t)
 {
     kempe_status status = KEMPE_OK;
-    t->lead = KMP_NEW(kmp_contact_lead, t->over.count);
+    t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
     if (!t->lead)
         return kmp_fail_memory(context_of(t));
     for (int k = 0; status == KEMPE_OK && k < t->over.count; k++) {
@@ -72,7 +71,7 @@ static kempe_status count_values(kempe_contact_table *t, int points)
 static kempe_status read_hold(kempe_contact_table *t, const char *words)
 {
     const kempe_model *model = t->given->model;
-    int *list = KMP_NEW(int, t->given->n), count = 0;
+    int *list = KMP_ARENA_NEW(&t->arena, int, t->given->n), count = 0;
     kempe_status status =
         list ? kmp_coordinates_read(model, "hold", words, list, &count) : kmp_fail_memory(context_of(t));
     for (int k = 0; status == KEMPE_OK && k < count; k++) {
@@ -82,7 +81,6 @@ static kempe_status read_hold(kempe_contact_table *t, const char *words)
         else
             t->hold[t->hold_count++] = (kmp_steady){.coordinate = list[k], .how = KMP_RATE_HELD};
     }
-    kmp_free(list);
     return status;
 }
 
@@ -113,7 +111,7 @@ kempe_status kmp_contact_ask(kempe_contact_table *t, const kempe_contact_ask *as
     if (!ask->over || !*ask->over)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "over what? a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
-    t->hold = KMP_NEW(kmp_steady, t->given->n);
+    t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
     if (!t->hold)
         return kmp_fail_memory(context);
     kempe_status status = kmp_ranges_read(context, ask->over, &t->over);

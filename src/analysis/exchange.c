@@ -37,40 +37,18 @@ static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const ch
     return KEMPE_OK;
 }
 
-/* Words with commas between, without the blanks around them, in a copy of the list. */
-static int split(char *list, char **word)
-{
-    int count = 0;
-    for (char *s = list, *next; s; s = next) {
-        next = strchr(s, ',');
-        if (next)
-            *next++ = 0;
-        s += strspn(s, " \t");
-        size_t length = strlen(s);
-        while (length > 0 && (s[length - 1] == ' ' || s[length - 1] == '\t'))
-            s[--length] = 0;
-        word[count] = s;
-        count += length > 0;
-    }
-    return count;
-}
-
 static kempe_status read_release(kmp_exchange *x, const kempe_model *model, const char *list, const kmp_steady *rates,
                                  int rate_count)
 {
-    int most = 1, count = 0;
-    for (const char *s = list; *s; s++)
-        most += *s == ',';
-    char **word = KMP_ARENA_NEW(&x->arena, char *, most);
-    x->name = KMP_ARENA_NEW(&x->arena, const char *, most);
-    x->value = KMP_ARENA_NEW(&x->arena, double, most);
-    x->trial = KMP_ARENA_NEW(&x->arena, double, most);
-    x->given = KMP_ARENA_NEW(&x->arena, double, most);
-    x->rate = KMP_ARENA_NEW(&x->arena, int, most);
-    char *own = kmp_arena_strdup(&x->arena, list);
+    char **word;
+    int count = kmp_text_words(&x->arena, list, &word);
+    x->name = KMP_ARENA_NEW(&x->arena, const char *, count);
+    x->value = KMP_ARENA_NEW(&x->arena, double, count);
+    x->trial = KMP_ARENA_NEW(&x->arena, double, count);
+    x->given = KMP_ARENA_NEW(&x->arena, double, count);
+    x->rate = KMP_ARENA_NEW(&x->arena, int, count);
     if (x->arena.failed)
         return kmp_fail_memory(model->context);
-    count = split(own, word);
     for (int k = 0; k < count; k++)
         if (!is_rate(word[k])) {
             int at = kmp_parameter_find(model, word[k]);
@@ -107,10 +85,9 @@ static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const k
         if (fix->range[k].count != 1)
             return complain_range(model->context, "fix", &fix->range[k]);
         kmp_target *target = add_target(x, &fix->range[k]);
-        if (!target->name)
-            return kmp_fail_memory(model->context);
         kempe_status status =
-            kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate);
+            target->name ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
+                         : kmp_fail_memory(model->context);
         if (status == KEMPE_OK)
             status = kmp_range_fits_motion(model->context, "fix", &fix->range[k],
                                            model->motions[target->coordinate].rotation, 0);
@@ -211,7 +188,7 @@ kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const
     kmp_exchange *x = KMP_NEW(kmp_exchange, 1);
     if (!x)
         return kmp_fail_memory(system->context);
-    kempe_status status = read_release(x, system->model, release ? release : "", rates, rate_count);
+    kempe_status status = read_release(x, system->model, release, rates, rate_count);
     if (status == KEMPE_OK)
         status = read_targets(x, system->model, fix, require);
     if (status == KEMPE_OK)

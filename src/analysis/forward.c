@@ -803,10 +803,12 @@ static kempe_status begin(forward *f, const kmp_road_start *start)
     return !marked || tell_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
-static kmp_road *create(const kmp_road_start *start, bool zone)
+static const kmp_road_kind varied_zone;
+
+static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
 {
     forward *f = start->user;
-    f->zone = zone;
+    f->zone = kind == &varied_zone;
     f->margin = start->margin;
     f->fixed = start->fixed;
     f->rtol = start->rtol;
@@ -820,19 +822,9 @@ static kmp_road *create(const kmp_road_start *start, bool zone)
     return NULL;
 }
 
-static kmp_road *create_zone(const kmp_road_start *start)
-{
-    return create(start, true);
-}
-
-static kmp_road *create_road(const kmp_road_start *start)
-{
-    return create(start, false);
-}
-
-static const kmp_road_kind varied_zone = {.road = "varied", .form = "zone", .corrected = true, .create = create_zone};
+static const kmp_road_kind varied_zone = {.road = "varied", .form = "zone", .corrected = true, .create = create};
 static const kmp_road_kind varied_road = {
-    .road = "varied", .form = "closed", .corrected = true, .zone = &varied_zone, .create = create_road};
+    .road = "varied", .form = "closed", .corrected = true, .zone = &varied_zone, .create = create};
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 

@@ -233,14 +233,10 @@ static double *places(const kmp_frequency *f, int *count)
 
 static bool add_peak(kmp_frequency *f, kmp_peak peak)
 {
-    if (f->peak_count == f->peak_room) {
-        int room = 2 * f->peak_room + 16;
-        kmp_peak *grown = kmp_realloc(f->peak, (size_t)room, sizeof *grown);
-        if (!grown)
-            return false;
-        f->peak = grown;
-        f->peak_room = room;
-    }
+    kmp_peak *grown = kmp_realloc(f->peak, (size_t)f->peak_count + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    f->peak = grown;
     double still = f->still[peak.output + peak.input * f->outputs];
     peak.gain = still > 0 ? peak.amplitude / still : NAN;
     f->peak[f->peak_count++] = peak;

@@ -30,7 +30,7 @@ typedef struct kmp_frequency {
     double *still;     /* outputs x inputs: the amplitude at rest, NaN where Kr is singular */
     bool has_spectrum; /* the reduced mass is positive */
     kmp_spectrum poles;
-    int peak_count, peak_room;
+    int peak_count;
     kmp_peak *peak;         /* by input, output, frequency */
     double rounding;        /* what rounding changes an answer by, in parts of it: the last one that was evaluated */
     double worst, worst_at; /* the largest of all frequencies, and which, Hz */

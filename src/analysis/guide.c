@@ -26,17 +26,25 @@
 
 static bool make_room(kmp_guide *g)
 {
-    double **rooms[] = {&g->q,   &g->qd,   &g->qdd,  &g->trial, &g->before, &g->move, &g->ud,
-                        &g->udd, &g->rest, &g->from, &g->tq,    &g->tqd,    &g->tqdd};
-    int **lists[] = {&g->sign, &g->sign_now, &g->u};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        *rooms[k] = KMP_ARENA_NEW(&g->arena, double, g->n);
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        *lists[k] = KMP_ARENA_NEW(&g->arena, int, g->n);
+    ptrdiff_t n = g->n;
+    const kmp_arena_room rooms[] = {{&g->q, n},
+                                    {&g->qd, n},
+                                    {&g->qdd, n},
+                                    {&g->trial, n},
+                                    {&g->move, n},
+                                    {&g->ud, n},
+                                    {&g->udd, n},
+                                    {&g->rest, n},
+                                    {&g->from, n},
+                                    {&g->tq, n},
+                                    {&g->tqd, n},
+                                    {&g->tqdd, n},
+                                    {&g->masked, g->system->jacobian.count}};
+    g->sign = KMP_ARENA_NEW(&g->arena, int, n);
+    g->u = KMP_ARENA_NEW(&g->arena, int, n);
     g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
-    g->given = KMP_ARENA_NEW(&g->arena, bool, g->n);
-    g->masked = KMP_ARENA_NEW(&g->arena, double, g->system->jacobian.count);
-    return !g->arena.failed;
+    g->given = KMP_ARENA_NEW(&g->arena, bool, n);
+    return kmp_arena_make_rooms(&g->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 /* Drives of coordinates that the table has say nothing. */
@@ -77,10 +85,8 @@ kempe_status kmp_guide_init(kmp_guide *guide, const kempe_system *system, const 
 
 static void forget_choice(kmp_guide *g)
 {
-    if (g->chosen)
-        kmp_reduction_free(&g->red);
+    kmp_reduction_free(&g->red);
     kmp_partition_free(&g->part);
-    g->chosen = false;
 }
 
 void kmp_guide_free(kmp_guide *guide)
@@ -167,8 +173,7 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
     if (!g->motion && !g->at_rest && g->part.p > 0)
         return fail_undetermined(g, g->part.p, g->part.u);
     status = kmp_reduction_init(&g->red, g->plant, &g->part);
-    g->chosen = status == KEMPE_OK;
-    if (g->chosen && g->red.block && kmp_reduction_factor(&g->red) == 0)
+    if (status == KEMPE_OK && g->red.block && kmp_reduction_factor(&g->red) == 0)
         kmp_block_take_signs(g->red.block, g->sign);
     return status;
 }
@@ -262,37 +267,20 @@ static kempe_status renew(kmp_guide *g)
 
 /* -- the way ----------------------------------------------------------------------------------------- */
 
-/* Largest component in coordinate scales. */
-static double size_of(const kmp_guide *g, const double *x)
-{
-    double size = 0;
-    for (int k = 0; k < g->n; k++)
-        size = fmax(size, fabs(x[k]) / g->system->scale[k]);
-    return isfinite(size) ? size : INFINITY;
-}
-
-/* Whether Jv of the last factors is on the same side of its singular positions as it was. */
-static bool same_side(kmp_guide *g)
-{
-    if (!g->red.block)
-        return true;
-    kmp_block_take_signs(g->red.block, g->sign_now);
-    return memcmp(g->sign, g->sign_now, (size_t)kmp_block_count(g->red.block) * sizeof *g->sign) == 0;
-}
-
-/* Closes the prediction before + move, u as it must be, and judges whether it is the same branch. */
+/* Closes the prediction q + move, u as it must be, and judges whether it is the same branch. */
 static bool follow(kmp_guide *g, double t)
 {
-    double way = size_of(g, g->move), added = 0;
-    if (!(way <= LONGEST_MOVE))
+    double way = 0, added = 0;
+    for (int k = 0; k < g->n; k++) {
+        way = fmax(way, fabs(g->move[k]) / g->system->scale[k]);
+        g->trial[k] = g->q[k] + g->move[k];
+    }
+    if (!(way <= LONGEST_MOVE) || !close_trial(g, t))
         return false;
     for (int k = 0; k < g->n; k++)
-        g->trial[k] = g->before[k] + g->move[k];
-    if (!close_trial(g, t))
-        return false;
-    for (int k = 0; k < g->n; k++)
-        added = fmax(added, fabs(g->trial[k] - g->before[k] - g->move[k]) / g->system->scale[k]);
-    return added <= fmax(TRUSTED_MOVE, TRUSTED_PART * way) && same_side(g);
+        added = fmax(added, fabs(g->trial[k] - g->q[k] - g->move[k]) / g->system->scale[k]);
+    return added <= fmax(TRUSTED_MOVE, TRUSTED_PART * way) &&
+           (!g->red.block || kmp_block_has_signs(g->red.block, g->sign));
 }
 
 static kempe_status fail_beyond(const kmp_guide *g, double t)
@@ -307,35 +295,31 @@ static kempe_status fail_beyond(const kmp_guide *g, double t)
                     g->t, t, name_of(g, fast));
 }
 
-/* A step to t from the state, all coordinates by the table. */
-static bool leap(kmp_guide *g, double t)
-{
-    memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
-    return close_trial(g, t);
-}
-
-/* A step to t, predicted from the state by Taylor's series. */
-static bool step(kmp_guide *g, double t)
-{
-    double h = t - g->t;
-    memcpy(g->before, g->q, (size_t)g->n * sizeof *g->q);
-    for (int k = 0; k < g->n; k++)
-        g->move[k] = h * (g->qd[k] + h / 2 * g->qdd[k]);
-    for (int k = 0; k < g->part.p; k++)
-        g->move[g->part.u[k]] = g->tq[g->part.u[k]] - g->before[g->part.u[k]];
-    return follow(g, t);
-}
-
 static bool is_all_given(const kmp_guide *g)
 {
     return g->motion && g->motion->count == g->n;
+}
+
+/* A step to t, where the table says all or predicted from the state by Taylor's series. */
+static bool step(kmp_guide *g, double t)
+{
+    double h = t - g->t;
+    if (is_all_given(g)) {
+        memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
+        return close_trial(g, t);
+    }
+    for (int k = 0; k < g->n; k++)
+        g->move[k] = h * (g->qd[k] + h / 2 * g->qdd[k]);
+    for (int k = 0; k < g->part.p; k++)
+        g->move[g->part.u[k]] = g->tq[g->part.u[k]] - g->q[g->part.u[k]];
+    return follow(g, t);
 }
 
 /* To `next`. Where the table says all, once more with a choice that is made there. */
 static kempe_status try_step(kmp_guide *g, double next, bool *done)
 {
     read_table(g, next);
-    *done = (is_all_given(g) ? leap(g, next) : step(g, next)) && settle(g, next) == KEMPE_OK;
+    *done = step(g, next) && settle(g, next) == KEMPE_OK;
     if (*done || !is_all_given(g))
         return KEMPE_OK;
     memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);
@@ -385,7 +369,6 @@ static kempe_status approach(kmp_guide *g, double t)
     kmp_parts way = KMP_PARTS;
     memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
     while (kmp_parts_next(&way, SHORTEST)) {
-        memcpy(g->before, g->q, (size_t)g->n * sizeof *g->q);
         kmp_plant_closure(g->plant, way.done * t, g->q);
         if (kmp_reduction_factor(&g->red))
             break;

@@ -25,13 +25,12 @@ typedef struct kmp_guide {
     bool *given;    /* n: coordinates of the table */
     int *u;         /* n: room for what shall be independent */
     double *masked; /* J without those rows */
-    bool chosen;    /* part and red are there */
     kmp_partition part;
     kmp_reduction red;
-    int *sign, *sign_now; /* of each block of Jv, where it was chosen, and at a trial: another one is another branch */
-    double t, *q, *qd, *qdd;        /* n: the state */
-    double *trial, *before, *move;  /* n */
-    double *ud, *udd, *rest;        /* n each: independent ones, and scratch */
+    int *sign;               /* of each block of Jv where it was chosen: another one at a trial is another branch */
+    double t, *q, *qd, *qdd; /* n: the state */
+    double *trial, *move;    /* n */
+    double *ud, *udd, *rest; /* n each: independent ones, and scratch */
     double *from, *tq, *tqd, *tqdd; /* n: of the table */
     double off;                     /* largest |q - q of the table| / scale of what is not independent */
     int off_coordinate;

@@ -49,10 +49,8 @@ static void forget_choice(kmp_inverse *v)
 {
     kmp_arena_free(&v->choices);
     kmp_singular_free(&v->svd);
-    if (v->chosen)
-        kmp_reduction_free(&v->red);
+    kmp_reduction_free(&v->red);
     kmp_partition_free(&v->part);
-    v->chosen = false;
 }
 
 void kmp_inverse_free(kmp_inverse *inverse)
@@ -82,9 +80,7 @@ static kempe_status choose(kmp_inverse *v)
     v->left = KMP_ARENA_NEW(a, double, p);
     if (a->failed || !kmp_singular_init(&v->svd, p, v->a))
         return kmp_fail_memory(v->system->context);
-    status = kmp_reduction_init(&v->red, v->plant, &v->part);
-    v->chosen = status == KEMPE_OK;
-    return status;
+    return kmp_reduction_init(&v->red, v->plant, &v->part);
 }
 
 /* Whether a dropped row of a loop goes along with the motions that the others allow. */
@@ -101,7 +97,7 @@ static bool rows_are_redundant(const kmp_inverse *v)
 static bool tangent_is_good(kmp_inverse *v)
 {
     int at_v, at_u;
-    if (!v->chosen || kmp_reduction_factor(&v->red))
+    if (!v->red.plant || kmp_reduction_factor(&v->red))
         return false;
     kmp_reduction_tangent(&v->red);
     return kmp_reduction_growth(&v->red, &at_v, &at_u) < KMP_EXCHANGE_LED && rows_are_redundant(v);

@@ -25,7 +25,6 @@ typedef struct kmp_inverse {
     double *weight;           /* a, positive */
     bool *left_out;           /* m: rows of drives and locks */
     double *masked;           /* J without them */
-    bool chosen;              /* part and red are there */
     kmp_arena arena, choices; /* of all arrays; of those that a choice of coordinates needs */
     kmp_partition part;
     kmp_reduction red;

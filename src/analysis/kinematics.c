@@ -95,13 +95,12 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
         out[c] = all[k->column[c].at];
 }
 
-static int take_row(void *user, int row, double s, const double *q, const double *qs, const double *qss)
+static void take_row(void *user, double s, const double *q, const double *qs, const double *qss)
 {
     job *j = user;
     kempe_kinematics *k = j->k;
     size_t at = (size_t)k->count++, n = (size_t)k->system->n;
     double rate = rate_of_s(k), *qd = k->qd + at * n, *qdd = k->qdd + at * n;
-    (void)row;
     k->s[at] = s;
     memcpy(k->q + at * n, q, n * sizeof *q);
     for (size_t i = 0; i < n; i++) {
@@ -109,24 +108,18 @@ static int take_row(void *user, int row, double s, const double *q, const double
         qdd[i] = qss ? qss[i] * rate * rate : NAN;
     }
     show(j, s, q, qd, qdd, k->shown + at * (size_t)k->width);
-    return 0;
 }
 
-static int take_change(void *user, const kmp_pose *pose, double margin)
+static void take_change(void *user, const kmp_pose *pose, double margin)
 {
     kempe_kinematics *k = ((job *)user)->k;
     size_t n = (size_t)k->system->n;
     kmp_change_point *more = kmp_realloc(k->change, (size_t)k->change_count + 1, sizeof *more);
-    if (!more)
-        return 1;
-    k->change = more;
-    more += k->change_count;
-    *more = (kmp_change_point){pose->s, margin, KMP_ARENA_NEW(&k->arena, double, n)};
-    if (!more->q)
-        return 1;
-    memcpy(more->q, pose->q, n * sizeof *more->q);
-    k->change_count++;
-    return 0;
+    double *q = KMP_ARENA_NEW(&k->arena, double, n);
+    k->change = more ? more : k->change;
+    k->arena.failed = k->arena.failed || !more;
+    if (!k->arena.failed)
+        k->change[k->change_count++] = (kmp_change_point){pose->x[n], margin, memcpy(q, pose->x, n * sizeof *q)};
 }
 
 /* -- dead centres ------------------------------------------------------------------------------------ */
@@ -139,37 +132,38 @@ static bool leads(const kempe_kinematics *k, int coordinate)
     return false;
 }
 
+static double speed_here(const job *j, int coordinate)
+{
+    return fabs(j->sweep.here.dx[coordinate]) / j->sweep.unit[coordinate];
+}
+
 /* Coordinates that move most there, the best first. */
 static char *list_instead(const job *j)
 {
     const kempe_system *s = j->k->system;
     kmp_text text = {0};
-    double last = INFINITY;
-    int before = -1, listed = 0;
-    for (;;) {
-        int best = -1;
-        double most = SHARE;
-        for (int c = 0; c < s->n; c++) {
-            double share = kmp_sweep_share(&j->sweep, &j->sweep.here, c);
-            bool later = share < last || (share == last && c > before);
-            if (later && share > most && !leads(j->k, c)) {
-                best = c;
-                most = share;
-            }
-        }
-        if (best < 0)
-            break;
-        last = most;
-        before = best;
-        kmp_text_printf(&text, "%s%s", listed++ ? ", " : "", s->model->motions[best].name);
+    int count = 0, *best = KMP_ARENA_NEW(&j->k->arena, int, s->n);
+    for (int c = 0; best && c < s->n; c++) {
+        if (leads(j->k, c) || speed_here(j, c) <= SHARE * kmp_sweep_fastest(&j->sweep, &j->sweep.here))
+            continue;
+        int at = count++;
+        for (; at > 0 && speed_here(j, best[at - 1]) < speed_here(j, c); at--)
+            best[at] = best[at - 1];
+        best[at] = c;
     }
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text, "%s%s", k ? ", " : "", s->model->motions[best[k]].name);
     return keep_text(j->k, &text);
+}
+
+static double s_here(const job *j)
+{
+    return j->sweep.here.x[j->sweep.n];
 }
 
 static double value_here(const job *j, const kmp_lead *lead)
 {
-    const kmp_pose *here = &j->sweep.here;
-    return lead->coordinate < 0 ? kmp_lead_value(lead, here->s) : here->q[lead->coordinate];
+    return lead->coordinate < 0 ? kmp_lead_value(lead, s_here(j)) : j->sweep.here.x[lead->coordinate];
 }
 
 /* Where the sweep stands; `up`: s was growing. */
@@ -186,9 +180,9 @@ static bool take_dead(job *j, bool up)
     char *instead = list_instead(j);
     if (k->arena.failed)
         return false;
-    memcpy(k->dead_q[d], here->q, n * sizeof *here->q);
-    show(j, here->s, here->q, nothing, nothing, k->dead_shown[d]);
-    k->dead[d] = (kempe_dead_centre){here->s,
+    memcpy(k->dead_q[d], here->x, n * sizeof *here->x);
+    show(j, s_here(j), here->x, nothing, nothing, k->dead_shown[d]);
+    k->dead[d] = (kempe_dead_centre){s_here(j),
                                      kmp_kinematics_name(k, lead),
                                      value_here(j, lead),
                                      up == (lead->to > lead->from) ? 1 : -1,
@@ -239,12 +233,12 @@ static void say_lost(job *j)
     kmp_text_printf(&j->reason, "steps come to nothing at %s = %.9g %s (margin of the closures %.1e)",
                     kmp_kinematics_name(k, lead), value_here(j, lead), unit_of(k, lead),
                     kmp_sweep_margin(&j->sweep, here));
-    kmp_angles_explain(k->system->model, here->q, &j->reason);
+    kmp_angles_explain(k->system->model, here->x, &j->reason);
 }
 
 static kempe_status end_of(job *j, kmp_sweep_end end)
 {
-    if (end == KMP_SWEEP_NO_MEMORY)
+    if (end == KMP_SWEEP_NO_MEMORY || j->k->arena.failed)
         return kmp_fail_memory(j->k->system->context);
     if (end == KMP_SWEEP_INTERRUPTED)
         kmp_text_put(&j->reason, "interrupted");
@@ -277,56 +271,55 @@ static kempe_status lead(job *j, const kmp_lead *leads, double s)
                           kmp_kinematics_name(k, &k->lead[k->first]));
 }
 
+/* Goes to s_end, where so many rows are wanted. */
+static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
+{
+    kempe_kinematics *k = j->k;
+    const kmp_sweep_task task = {s_end, rows, k->asked_s + k->begin, take_row, take_change, j};
+    *end = kmp_sweep_go(&j->sweep, &task);
+    if (rows == 0)
+        k->change_count = 0; /* not of the range, or told again on the way back */
+    return end_of(j, *end);
+}
+
 /* From the assembled state to A, along a line of its own. */
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
     kmp_lead *way = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
+    kmp_sweep_end end;
     bool moves = false;
-    int rows;
     if (!way)
         return kmp_fail_memory(k->system->context);
     for (int i = 0; i < k->lead_count; i++) {
         way[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
         moves = moves || way[i].from != way[i].to;
     }
-    kempe_status status = KEMPE_OK;
-    if (moves) {
-        kmp_sweep_task task = {.s_end = 1, .row = take_row, .change = take_change, .user = j};
-        status = lead(j, way, 0);
-        kmp_sweep_end end = status == KEMPE_OK ? kmp_sweep_go(&j->sweep, &task, &rows) : KMP_SWEEP_ARRIVED;
-        if (end == KMP_SWEEP_DEAD)
-            status =
-                kmp_fail(k->system->context, KEMPE_E_FAILED,
-                         "the beginning of the ranges cannot be reached from where the model assembles: on the "
-                         "way there is a dead centre at '%s' = %.9g",
-                         kmp_kinematics_name(k, &k->lead[k->first]), j->sweep.here.q[k->lead[k->first].coordinate]);
-        else if (status == KEMPE_OK)
-            status = end_of(j, end);
-        if (status == KEMPE_OK && j->sweep.here.s != 1)
-            status = kmp_fail(k->system->context, KEMPE_E_FAILED,
-                              "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
-        k->change_count = 0; /* not of the range */
-    }
-    return status;
+    kempe_status status = moves ? lead(j, way, 0) : KEMPE_OK;
+    if (!moves || status != KEMPE_OK || (status = go(j, 1, 0, &end)) != KEMPE_OK)
+        return status;
+    if (end == KMP_SWEEP_DEAD)
+        return kmp_fail(k->system->context, KEMPE_E_FAILED,
+                        "the beginning of the ranges cannot be reached from where the model assembles: on the "
+                        "way there is a dead centre at '%s' = %.9g",
+                        kmp_kinematics_name(k, &k->lead[k->first]), value_here(j, &k->lead[k->first]));
+    return s_here(j) == 1
+               ? KEMPE_OK
+               : kmp_fail(k->system->context, KEMPE_E_FAILED,
+                          "the beginning of the ranges is a change point, where branches meet: begin elsewhere");
 }
 
 /* Along the line of the range itself; where that ends in a dead centre within the range, the rows begin there. */
 static kempe_status approach_along(job *j, double s)
 {
     kempe_kinematics *k = j->k;
-    int rows;
-    kmp_sweep_task task = {.s_end = 0, .row = take_row, .change = take_change, .user = j};
+    kmp_sweep_end end;
     kempe_status status = lead(j, k->lead, s);
-    if (status != KEMPE_OK)
+    if (status != KEMPE_OK || (status = go(j, 0, 0, &end)) != KEMPE_OK || end != KMP_SWEEP_DEAD)
         return status;
-    kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
-    k->change_count = 0; /* told again on the way back */
-    if (end != KMP_SWEEP_DEAD)
-        return end_of(j, end);
     if (!take_dead(j, s < 0))
         return kmp_fail_memory(k->system->context);
-    k->begin = first_row_from(k, j->sweep.here.s);
+    k->begin = first_row_from(k, s_here(j));
     bool reached = s > 0 && k->begin < k->asked;
     if (k->begin > 0 || !reached)
         say_dead(j, 0);
@@ -336,21 +329,15 @@ static kempe_status approach_along(job *j, double s)
 static kempe_status go_through(job *j)
 {
     kempe_kinematics *k = j->k;
-    int rows;
-    kmp_sweep_task task = {.s_end = 1,
-                           .count = k->asked - k->begin,
-                           .s = k->asked_s + k->begin,
-                           .row = take_row,
-                           .change = take_change,
-                           .user = j};
-    kmp_sweep_end end = kmp_sweep_go(&j->sweep, &task, &rows);
-    if (end == KMP_SWEEP_DEAD) {
+    int rows = k->asked - k->begin;
+    kmp_sweep_end end;
+    kempe_status status = go(j, 1, rows, &end);
+    if (status == KEMPE_OK && end == KMP_SWEEP_DEAD) {
         if (!take_dead(j, true))
             return kmp_fail_memory(k->system->context);
-        if (rows < task.count)
+        if (k->count < rows)
             say_dead(j, k->dead_count - 1);
     }
-    kempe_status status = end_of(j, end);
     return status == KEMPE_OK && k->count < k->asked ? KEMPE_STOPPED : status;
 }
 
@@ -383,10 +370,11 @@ static kempe_status sweep_from(job *j, const double *q)
     }
     bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
     const kmp_lead from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
-    kempe_status status =
-        timed ? kmp_sweep_stand_moving(&j->sweep, &from_zero, 0, q) : kmp_sweep_stand(&j->sweep, 0, q);
+    kempe_status status = kmp_sweep_stand(&j->sweep, 0, q);
     if (status == KEMPE_OK)
         status = kmp_kinematics_check_leads(k, &j->sweep);
+    if (status == KEMPE_OK && timed)
+        status = kmp_sweep_let_move(&j->sweep, &from_zero, 0, q);
     if (status == KEMPE_OK)
         status = follow(j);
     k->steps = j->sweep.steps;

@@ -111,23 +111,6 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
     return status;
 }
 
-typedef kempe_status name_fn(kempe_kinematics *k, char *name);
-
-/* Of names with commas between; NULL: none. */
-static kempe_status each_name(kempe_kinematics *k, const char *names, name_fn *take)
-{
-    kempe_status status = KEMPE_OK;
-    for (const char *s = names; s && *s && status == KEMPE_OK;) {
-        size_t length = strcspn(s, ",");
-        char name[MOST_NAME] = "";
-        if (length < sizeof name)
-            memcpy(name, s, length);
-        status = take(k, name);
-        s += length + (s[length] == ',');
-    }
-    return status;
-}
-
 static kempe_status add_held(kempe_kinematics *k, char *name)
 {
     kempe_status status = add_lead(k, &(kmp_range){.name = name});
@@ -136,7 +119,7 @@ static kempe_status add_held(kempe_kinematics *k, char *name)
     return status;
 }
 
-static kempe_status release_one(kempe_kinematics *k, char *name)
+static kempe_status release_one(kempe_kinematics *k, const char *name)
 {
     const kempe_model *model = k->system->model;
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -156,7 +139,7 @@ static kempe_status release_one(kempe_kinematics *k, char *name)
 }
 
 /* Drives and locks of what is driven by the user, and those that are named. */
-static kempe_status release(kempe_kinematics *k, const char *names)
+static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 {
     const kempe_model *model = k->system->model;
     for (int c = 0; c < model->closure_count; c++)
@@ -164,7 +147,10 @@ static kempe_status release(kempe_kinematics *k, const char *names)
             if (k->lead[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
                 model->closures[c].motion == k->lead[i].coordinate)
                 k->released[c] = true;
-    return each_name(k, names, release_one);
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; status == KEMPE_OK && i < count; i++)
+        status = release_one(k, names[i]);
+    return status;
 }
 
 static kempe_status take_speed(kempe_kinematics *k, double speed)
@@ -181,21 +167,21 @@ static kempe_status take_speed(kempe_kinematics *k, double speed)
 
 static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_ask *ask, const kmp_ranges *ranges)
 {
-    int most = ranges->count + 1;
-    for (const char *s = ask->hold; s && *s; s++)
-        most += *s == ',';
-    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, most + 1);
+    char **held, **released;
+    int hold_count = kmp_text_words(&k->arena, ask->hold, &held);
+    int release_count = kmp_text_words(&k->arena, ask->release, &released);
+    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     if (k->arena.failed)
         return kmp_fail_memory(k->system->context);
     kempe_status status = add_ranges(k, ranges);
-    if (status == KEMPE_OK)
-        status = each_name(k, ask->hold, add_held);
+    for (int i = 0; status == KEMPE_OK && i < hold_count; i++)
+        status = add_held(k, held[i]);
     if (status == KEMPE_OK)
         status = count_rows(k, ranges, ask->points);
     if (status == KEMPE_OK)
         status = take_speed(k, ask->speed);
-    return status == KEMPE_OK ? release(k, ask->release) : status;
+    return status == KEMPE_OK ? release(k, release_count, released) : status;
 }
 
 kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_ask *ask)
@@ -213,12 +199,6 @@ kempe_status kmp_kinematics_ask(kempe_kinematics *k, const kempe_kinematics_ask 
 }
 
 /* -- whether it determines the rest ------------------------------------------------------------------ */
-
-static void list(kmp_text *text, const kempe_model *model, const int *coordinates, int most)
-{
-    for (int k = 0; k < most && coordinates[k] >= 0; k++)
-        kmp_text_printf(text, "%s%s", k ? "," : "", model->motions[coordinates[k]].name);
-}
 
 static kempe_status too_few(const kempe_model *model, int p, int have, const char *names)
 {
@@ -258,28 +238,33 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
 kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
-    int have = 0, follows, p = sweep->p - sweep->moving_count,
-        *coordinates = KMP_NEW(int, k->lead_count + sweep->n + 1);
-    if (!coordinates)
-        return kmp_fail_memory(model->context);
-    int *more = coordinates + k->lead_count;
-    for (int i = 0; i < k->lead_count; i++)
-        if (k->lead[i].coordinate >= 0)
-            coordinates[have++] = k->lead[i].coordinate;
-    int dependent = kmp_sweep_find_more(sweep, have, coordinates, &follows, more);
+    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n);
+    bool *given = KMP_NEW(bool, sweep->n);
     kmp_text names = {0};
-    list(&names, model, more, sweep->n);
+    for (int i = 0; given && i < k->lead_count; i++)
+        if (k->lead[i].coordinate >= 0) {
+            given[k->lead[i].coordinate] = true;
+            have++;
+        }
+    int rank = given && order ? kmp_sweep_order(sweep, given, order) : -1;
+    for (int i = 0; i < rank; i++)
+        given[order[i]] = false;
+    for (int c = 0; rank >= 0 && c < sweep->n && follows < 0; c++)
+        follows = given[c] ? c : -1;
+    for (int i = rank; rank >= 0 && i < p; i++)
+        kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
     const char *would = names.s ? names.s : "nothing";
     kempe_status status = KEMPE_OK;
-    if (dependent < 0 || names.failed)
+    if (rank < 0 || names.failed)
         status = kmp_fail_memory(model->context);
     else if (have > p)
         status = too_many(model, p, have);
-    else if (dependent > 0)
+    else if (follows >= 0)
         status = contradiction(model, follows, p, would);
     else if (have < p)
         status = too_few(model, p, have, would);
     kmp_text_free(&names);
-    kmp_free(coordinates);
+    kmp_free(given);
+    kmp_free(order);
     return status;
 }

@@ -10,29 +10,18 @@
 /* C (n) of a model with some of its forces alone, at the state of `l`. */
 static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias)
 {
-    const kmp_plant *plant = l->plant;
     kmp_equations eq;
+    kmp_formulas force = {0};
+    kmp_instant at = kmp_linear_instant(l);
     const kmp_scene scene = {.sets = KMP_SET_BIAS, .scheme = KMP_SCHEME_COMPOSITE, .charted = true};
     if (kmp_equations_derive(&eq, model, &scene) != KEMPE_OK)
         return false;
-    const kmp_ref *output = eq.bias;
-    kmp_program *program = kmp_program_new(eq.graph, 1, &l->n, &output);
-    kmp_machine *machine = program ? kmp_machine_new(program, kmp_backend_find("tape")) : NULL;
-    if (machine) {
-        kmp_machine_set(machine, KMP_IN_PARAMETER, l->system->parameters);
-        if (plant->chart)
-            kmp_machine_set(machine, KMP_IN_CHART, plant->chart);
-        (void)kmp_machine_run(machine, 0);
-        kmp_machine_set(machine, KMP_IN_TIME, &l->t);
-        kmp_machine_set(machine, KMP_IN_Q, l->q);
-        kmp_machine_set(machine, KMP_IN_QD, l->qd);
-        kmp_machine_set(machine, KMP_IN_LAMBDA, l->lambda);
-        memcpy(bias, kmp_machine_run(machine, 1), (size_t)l->n * sizeof *bias);
-    }
-    kmp_machine_free(machine);
-    kmp_program_free(program);
+    bool ok = kmp_formulas_init(&force, eq.graph, l->n, eq.bias, kmp_backend_find("tape"), l->system->parameters);
+    if (ok)
+        memcpy(bias, kmp_formulas_at(&force, &at), (size_t)l->n * sizeof *bias);
+    kmp_formulas_free(&force);
     kmp_equations_free(&eq);
-    return machine;
+    return ok;
 }
 
 /* The model without what acts on it. */

@@ -19,7 +19,7 @@ enum { MOST_HALVINGS = 6 };
 typedef struct station {
     double value;
     kmp_modes modes;
-    int *at; /* count: where each branch stands in the spectrum */
+    int *at; /* count: where each branch stands in the spectrum; of the modes' arena */
 } station;
 
 typedef struct maker {
@@ -27,16 +27,14 @@ typedef struct maker {
     kmp_locus_fn *at;
     void *user;
     kmp_locus *l;
+    kmp_arena arena; /* of what follows */
     double *cost;
     int *column;
-    int critical_room;
 } maker;
 
 static void leave(station *s)
 {
     kmp_modes_free(&s->modes);
-    kmp_free(s->at);
-    *s = (station){0};
 }
 
 static kempe_status arrive(maker *m, double value, station *s)
@@ -45,12 +43,11 @@ static kempe_status arrive(maker *m, double value, station *s)
     kempe_status status = m->at(m->user, value, &s->modes);
     if (status != KEMPE_OK)
         return status;
-    s->at = KMP_NEW(int, s->modes.count);
+    s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
     if (s->at)
         return KEMPE_OK;
     leave(s);
-    (void)kmp_fail_memory(m->context);
-    return KEMPE_E_MEMORY;
+    return kmp_fail_memory(m->context);
 }
 
 /* -- which goes with which --------------------------------------------------------------------------- */
@@ -125,105 +122,76 @@ static kempe_status reach(maker *m, const station *from, double value, int halvi
 
 /* -- critical values --------------------------------------------------------------------------------- */
 
-static double growth(const station *s, int branch)
+/* The eigenvalue of a branch at a value. */
+typedef struct place {
+    double value, re, im;
+    double size, noise; /* of the largest eigenvalue there, and what rounding makes of it */
+} place;
+
+static place place_at(const station *s, int branch)
 {
-    return s->modes.spectrum.re[s->at[branch]];
+    const kmp_spectrum *x = &s->modes.spectrum;
+    int k = s->at[branch];
+    return (place){s->value, x->re[k], x->im[k], kmp_modes_size(&s->modes), kmp_modes_noise(&s->modes)};
 }
 
-static bool grows(const station *s, int branch)
+static bool grows(const place *at)
 {
-    return growth(s, branch) > kmp_modes_noise(&s->modes);
+    return at->re > at->noise;
 }
 
-/* The bracket of a critical value: f and g are the real parts at its ends. */
+/* One end of the bracket of a critical value. */
+typedef struct end {
+    place there;
+    const station *at;
+    station own; /* when it has been replaced */
+} end;
+
 typedef struct bracket {
-    station low, high;
-    double f, g;
     int branch;
+    end low, high;
     bool crosses; /* the real part has both signs beyond rounding; otherwise it is zero on one side, and says nothing */
 } bracket;
 
-static void replace(bracket *b, kmp_bracket *search, station *middle)
+static end end_of(const station *at, int branch)
 {
-    double value = growth(middle, b->branch);
-    bool low = b->crosses ? (value > 0) == (b->f > 0) : grows(middle, b->branch) == grows(&b->low, b->branch);
-    kmp_bracket_take(search, middle->value, b->crosses ? value : 0, !low);
-    leave(low ? &b->low : &b->high);
-    *(low ? &b->low : &b->high) = *middle;
+    return (end){.there = place_at(at, branch), .at = at};
+}
+
+static void replace(end *e, const station *by, int branch)
+{
+    leave(&e->own);
+    *e = (end){place_at(by, branch), &e->own, *by};
 }
 
 static double exactly(const bracket *b)
 {
-    return EXACT * fmax(fabs(b->low.value), fabs(b->high.value));
+    return EXACT * fmax(fabs(b->low.there.value), fabs(b->high.there.value));
 }
 
 static bool is_found(const bracket *b)
 {
-    double least = fmin(fabs(growth(&b->low, b->branch)), fabs(growth(&b->high, b->branch)));
-    return fabs(b->high.value - b->low.value) <= exactly(b) ||
-           (b->crosses && least <= EXACT * kmp_modes_size(&b->low.modes));
+    const place *low = &b->low.there, *high = &b->high.there;
+    return fabs(high->value - low->value) <= exactly(b) ||
+           (b->crosses && fmin(fabs(low->re), fabs(high->re)) <= EXACT * low->size);
 }
 
 static kempe_status refine(maker *m, bracket *b)
 {
-    kmp_bracket search = b->crosses ? kmp_bracket_of(b->low.value, b->f, b->high.value, b->g)
-                                    : kmp_bracket_of(b->low.value, 0, b->high.value, 0);
+    const place *low = &b->low.there, *high = &b->high.there;
+    kmp_bracket search = kmp_bracket_of(low->value, b->crosses ? low->re : 0, high->value, b->crosses ? high->re : 0);
     double at, doubt = 0;
     while (!is_found(b) && !kmp_interrupted(m->context) && kmp_bracket_next(&search, exactly(b), &at)) {
         station middle;
-        bool from_low = fabs(at - b->low.value) <= fabs(at - b->high.value);
-        kempe_status status = reach(m, from_low ? &b->low : &b->high, at, MOST_HALVINGS, &middle, &doubt);
+        const end *nearest = fabs(at - low->value) <= fabs(at - high->value) ? &b->low : &b->high;
+        kempe_status status = reach(m, nearest->at, at, MOST_HALVINGS, &middle, &doubt);
         if (status != KEMPE_OK)
             return status;
-        replace(b, &search, &middle);
+        place there = place_at(&middle, b->branch);
+        bool is_low = b->crosses ? (there.re > 0) == (low->re > 0) : grows(&there) == grows(low);
+        kmp_bracket_take(&search, at, b->crosses ? there.re : 0, !is_low);
+        replace(is_low ? &b->low : &b->high, &middle, b->branch);
     }
-    return KEMPE_OK;
-}
-
-static bool keep(maker *m, kmp_critical found)
-{
-    kmp_locus *l = m->l;
-    if (l->critical_count == m->critical_room) {
-        int room = 2 * m->critical_room + 8;
-        kmp_critical *grown = kmp_realloc(l->critical, (size_t)room, sizeof *grown);
-        if (!grown)
-            return false;
-        l->critical = grown;
-        m->critical_room = room;
-    }
-    l->critical[l->critical_count++] = found;
-    return true;
-}
-
-/* The same modes as a station of its own. */
-static kempe_status visit(maker *m, const station *as, station *copy)
-{
-    kempe_status status = arrive(m, as->value, copy);
-    if (status == KEMPE_OK)
-        memcpy(copy->at, as->at, (size_t)as->modes.count * sizeof *copy->at);
-    return status;
-}
-
-/* An end that lies within rounding of the axis may be one where the branch passes, or rest there (as before a
- * buckling load). Where it decays at the value beyond, it passes: that is the end then. */
-static kempe_status step_back(maker *m, bracket *b, station *end, double *at_end, double beyond)
-{
-    double doubt = 0;
-    station farther;
-    kempe_status status = reach(m, end, beyond, 0, &farther, &doubt);
-    if (status != KEMPE_OK) {
-        if (status != KEMPE_E_MEMORY)
-            kmp_context_clear(m->context);
-        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
-    }
-    if (-growth(&farther, b->branch) <= kmp_modes_noise(&farther.modes)) {
-        leave(&farther);
-        return KEMPE_OK;
-    }
-    leave(end);
-    *end = farther;
-    *at_end = growth(end, b->branch);
-    b->crosses = true;
     return KEMPE_OK;
 }
 
@@ -232,38 +200,55 @@ typedef struct around {
     double before, behind;
 } around;
 
+/* An end that lies within rounding of the axis may be one where the branch passes, or rest there (as before a
+ * buckling load). Where it decays at the value beyond, it passes: that is the end then. */
 static kempe_status look_beyond(maker *m, bracket *b, const around *values)
 {
-    bool low = !grows(&b->low, b->branch);
-    double beyond = low ? values->before : values->behind;
-    return isnan(beyond) ? KEMPE_OK : step_back(m, b, low ? &b->low : &b->high, low ? &b->f : &b->g, beyond);
+    end *still = grows(&b->low.there) ? &b->high : &b->low;
+    double beyond = still == &b->low ? values->before : values->behind, doubt = 0;
+    station farther;
+    if (isnan(beyond))
+        return KEMPE_OK;
+    kempe_status status = reach(m, still->at, beyond, 0, &farther, &doubt);
+    if (status != KEMPE_OK) {
+        if (status != KEMPE_E_MEMORY)
+            kmp_context_clear(m->context);
+        return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+    }
+    place there = place_at(&farther, b->branch);
+    b->crosses = -there.re > there.noise;
+    if (b->crosses)
+        replace(still, &farther, b->branch);
+    else
+        leave(&farther);
+    return KEMPE_OK;
+}
+
+static kempe_status keep(maker *m, kmp_critical found)
+{
+    kmp_locus *l = m->l;
+    kmp_critical *grown = kmp_realloc(l->critical, (size_t)l->critical_count + 1, sizeof *grown);
+    if (!grown)
+        return kmp_fail_memory(m->context);
+    l->critical = grown;
+    l->critical[l->critical_count++] = found;
+    return KEMPE_OK;
 }
 
 static kempe_status find_critical(maker *m, const station *from, const station *to, const around *values, int branch)
 {
-    bracket b = {.f = growth(from, branch), .g = growth(to, branch), .branch = branch};
-    b.crosses = b.f * b.g < 0 && fabs(b.f) > kmp_modes_noise(&from->modes) && fabs(b.g) > kmp_modes_noise(&to->modes);
-    kempe_status status = visit(m, from, &b.low);
-    if (status != KEMPE_OK)
-        return status;
-    status = visit(m, to, &b.high);
-    if (status == KEMPE_OK) {
-        if (!b.crosses)
-            status = look_beyond(m, &b, values);
-        if (status == KEMPE_OK)
-            status = refine(m, &b);
-        const station *best = fabs(growth(&b.low, branch)) < fabs(growth(&b.high, branch)) ? &b.low : &b.high;
-        const kmp_spectrum *s = &best->modes.spectrum;
-        kmp_critical found = {.value = best->value,
-                              .re = s->re[best->at[branch]],
-                              .im = fabs(s->im[best->at[branch]]),
-                              .branch = branch,
-                              .grows_above = grows(to, branch) == (to->value > from->value)};
-        if (status == KEMPE_OK && !keep(m, found))
-            status = kmp_fail_memory(m->context);
-        leave(&b.high);
-    }
-    leave(&b.low);
+    bracket b = {.branch = branch, .low = end_of(from, branch), .high = end_of(to, branch)};
+    const place *low = &b.low.there, *high = &b.high.there;
+    bool up = grows(high) == (to->value > from->value);
+    b.crosses = low->re * high->re < 0 && fabs(low->re) > low->noise && fabs(high->re) > high->noise;
+    kempe_status status = b.crosses ? KEMPE_OK : look_beyond(m, &b, values);
+    if (status == KEMPE_OK)
+        status = refine(m, &b);
+    const place *best = fabs(low->re) < fabs(high->re) ? low : high;
+    if (status == KEMPE_OK)
+        status = keep(m, (kmp_critical){best->value, best->re, fabs(best->im), branch, up});
+    leave(&b.low.own);
+    leave(&b.high.own);
     return status;
 }
 
@@ -272,9 +257,8 @@ static kempe_status find_critical(maker *m, const station *from, const station *
 static kempe_status look_between(maker *m, const station *from, const station *to, const around *values)
 {
     for (int b = 0; b < from->modes.count; b++) {
-        bool before = grows(from, b), after = grows(to, b);
-        const station *growing = before ? from : to;
-        if (before == after || growing->modes.spectrum.im[growing->at[b]] < 0)
+        place before = place_at(from, b), after = place_at(to, b);
+        if (grows(&before) == grows(&after) || (grows(&before) ? before.im : after.im) < 0)
             continue;
         kempe_status status = find_critical(m, from, to, values, b);
         if (status != KEMPE_OK)
@@ -290,11 +274,11 @@ static bool make_room(maker *m, int count)
     kmp_locus *l = m->l;
     size_t all = (size_t)count * (size_t)l->values, square = (size_t)count * (size_t)count;
     l->count = count;
-    l->re = KMP_NEW(double, all);
-    l->im = KMP_NEW(double, all);
-    m->cost = KMP_NEW(double, square);
-    m->column = KMP_NEW(int, count);
-    return l->re && l->im && m->cost && m->column;
+    l->re = KMP_ARENA_NEW(&l->arena, double, all);
+    l->im = KMP_ARENA_NEW(&l->arena, double, all);
+    m->cost = KMP_ARENA_NEW(&m->arena, double, square);
+    m->column = KMP_ARENA_NEW(&m->arena, int, count);
+    return !l->arena.failed && !m->arena.failed;
 }
 
 static void note(kmp_locus *l, const station *s, double doubt)
@@ -351,9 +335,9 @@ kempe_status kmp_locus_make(kempe_context *context, int count, const double *val
     kmp_locus l = {.values = count};
     maker m = {.context = context, .at = at, .user = user, .l = &l};
     station here = {0};
-    l.value = KMP_NEW(double, count);
-    l.doubt = KMP_NEW(double, count);
-    kempe_status status = l.value && l.doubt ? KEMPE_OK : kmp_fail_memory(context);
+    l.value = KMP_ARENA_NEW(&l.arena, double, count);
+    l.doubt = KMP_ARENA_NEW(&l.arena, double, count);
+    kempe_status status = l.arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     if (status == KEMPE_OK) {
         memcpy(l.value, values, (size_t)count * sizeof *values);
         status = begin(&m, &here);
@@ -364,8 +348,7 @@ kempe_status kmp_locus_make(kempe_context *context, int count, const double *val
             status = KEMPE_STOPPED;
         leave(&here);
     }
-    kmp_free(m.cost);
-    kmp_free(m.column);
+    kmp_arena_free(&m.arena);
     if (status == KEMPE_OK || status == KEMPE_STOPPED)
         *locus = l;
     else
@@ -375,10 +358,7 @@ kempe_status kmp_locus_make(kempe_context *context, int count, const double *val
 
 void kmp_locus_free(kmp_locus *locus)
 {
-    kmp_free(locus->value);
-    kmp_free(locus->re);
-    kmp_free(locus->im);
-    kmp_free(locus->doubt);
+    kmp_arena_free(&locus->arena);
     kmp_free(locus->critical);
     *locus = (kmp_locus){0};
 }

@@ -18,6 +18,7 @@ typedef struct kmp_critical {
 } kmp_critical;
 
 typedef struct kmp_locus {
+    kmp_arena arena; /* of all arrays but critical */
     int values, count; /* how many of each */
     double *value;
     double *re, *im; /* count x values: branch b at value k is [b + k*count] */

@@ -1,113 +1,84 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/prescribed.h"
 #include "base/memory.h"
-#include "symbolic/table.h"
+#include "base/spline.h"
 #include <math.h>
 #include <string.h>
 
 /* -- making ------------------------------------------------------------------------------------------ */
 
-/* The rows of coordinate i that have a number. */
-static int filled(int rows, int n, const double *values, int i, int *first_gap)
-{
-    int count = 0;
-    *first_gap = -1;
-    for (int r = 0; r < rows; r++) {
-        bool there = isfinite(values[r * n + i]);
-        count += there;
-        if (!there && *first_gap < 0)
-            *first_gap = r;
-    }
-    return count;
-}
-
 /* Whether the column is given; a column with gaps is noted. */
 static bool is_given(int rows, int n, const double *values, int i, int order, kmp_gap_in_table *gap)
 {
-    int first_gap, count = filled(rows, n, values, i, &first_gap);
+    int count = 0, first_gap = -1;
+    for (int r = 0; r < rows; r++) {
+        bool there = isfinite(values[r * n + i]);
+        count += there;
+        if (!there && first_gap < 0)
+            first_gap = r;
+    }
     if (count > 0 && count < rows && gap->coordinate < 0)
         *gap = (kmp_gap_in_table){i, first_gap, order};
     return count == rows;
 }
 
-/* Slopes of the spline through `from` at the rows, both columns of `count`. false: no memory. */
-static bool differentiate(const kmp_prescribed *m, const double *from, double *to)
-{
-    double *column = KMP_NEW(double, m->rows);
-    kmp_table *table = NULL;
-    for (int r = 0; column && r < m->rows; r++)
-        column[r] = from[r * m->count];
-    if (column && m->rows > 1)
-        table = kmp_table_new(KMP_TABLE_CUBIC, m->rows, m->t, column);
-    for (int r = 0; r < m->rows; r++)
-        to[r * m->count] = table ? kmp_table_value(table, 1, m->t[r]) : 0;
-    bool ok = column && (table || m->rows < 2);
-    kmp_table_free(table);
-    kmp_free(column);
-    return ok;
-}
-
 static bool make_room(kmp_prescribed *m, int n)
 {
-    m->coordinate = KMP_NEW(int, n);
-    m->rate_given = KMP_NEW(bool, n);
-    m->acceleration_given = KMP_NEW(bool, n);
-    m->t = KMP_NEW(double, m->rows);
-    m->q = KMP_NEW(double, (size_t)m->rows *(size_t)n);
-    m->qd = KMP_NEW(double, (size_t)m->rows *(size_t)n);
-    m->qdd = KMP_NEW(double, (size_t)m->rows *(size_t)n);
-    return m->coordinate && m->rate_given && m->acceleration_given && m->t && m->q && m->qd && m->qdd;
+    m->coordinate = KMP_ARENA_NEW(&m->arena, int, n);
+    m->t = KMP_ARENA_NEW(&m->arena, double, m->rows);
+    for (int order = 0; order < 3; order++) {
+        m->value[order] = KMP_ARENA_NEW(&m->arena, double, (size_t)m->rows *(size_t)n);
+        m->given[order] = KMP_ARENA_NEW(&m->arena, bool, n);
+    }
+    return !m->arena.failed;
 }
 
-/* Column i of `from` to column k, when it is given. */
-static void copy_column(const kmp_prescribed *m, int n, const double *from, int i, int k, double *to)
+/* Column k of an order: column i of n that are given, or the slopes at the rows of the spline through the column of the
+ * order before; room: 4 numbers a row. */
+static void put_column(kmp_prescribed *m, int order, int k, int n, const double *given, int i, double *room)
 {
-    for (int r = 0; r < m->rows; r++)
-        to[r * m->count + k] = from[r * n + i];
+    int rows = m->rows;
+    double *column = room, *slope = column + rows, *to = m->value[order] + k;
+    for (int r = 0; r < rows; r++)
+        slope[r] = m->given[order][k] ? given[r * n + i] : 0;
+    for (int r = 0; order > 0 && r < rows; r++)
+        column[r] = m->value[order - 1][r * m->count + k];
+    if (!m->given[order][k] && rows > 1)
+        kmp_spline_slopes(rows, m->t, column, slope, slope + rows);
+    for (int r = 0; r < rows; r++)
+        to[r * m->count] = slope[r];
 }
 
 bool kmp_prescribed_init(kmp_prescribed *motion, int rows, const double *t, int n, const double *q, const double *qd,
                          const double *qdd, kmp_gap_in_table *gap)
 {
+    const double *from[] = {q, qd, qdd};
     kmp_prescribed *m = motion;
     *m = (kmp_prescribed){.rows = rows};
     *gap = (kmp_gap_in_table){.coordinate = -1};
-    bool ok = make_room(m, n);
+    double *room = KMP_NEW(double, 4 * (size_t)rows);
+    bool ok = make_room(m, n) && room;
     if (ok)
         memcpy(m->t, t, (size_t)rows * sizeof *t);
     for (int i = 0; ok && i < n; i++)
         if (is_given(rows, n, q, i, 0, gap)) {
-            m->rate_given[m->count] = is_given(rows, n, qd, i, 1, gap);
-            m->acceleration_given[m->count] = is_given(rows, n, qdd, i, 2, gap);
+            for (int order = 0; order < 3; order++)
+                m->given[order][m->count] = is_given(rows, n, from[order], i, order, gap);
             m->coordinate[m->count++] = i;
         }
-    for (int k = 0; ok && gap->coordinate < 0 && k < m->count; k++) {
-        int i = m->coordinate[k];
-        copy_column(m, n, q, i, k, m->q);
-        if (m->rate_given[k])
-            copy_column(m, n, qd, i, k, m->qd);
-        else
-            ok = differentiate(m, m->q + k, m->qd + k);
-        if (m->acceleration_given[k])
-            copy_column(m, n, qdd, i, k, m->qdd);
-        else
-            ok = ok && differentiate(m, m->qd + k, m->qdd + k);
-    }
-    if (ok && gap->coordinate < 0)
-        return true;
-    kmp_prescribed_free(m);
-    return false;
+    ok = ok && gap->coordinate < 0;
+    for (int k = 0; ok && k < m->count; k++)
+        for (int order = 0; order < 3; order++)
+            put_column(m, order, k, n, from[order], m->coordinate[k], room);
+    kmp_free(room);
+    if (!ok)
+        kmp_prescribed_free(m);
+    return ok;
 }
 
 void kmp_prescribed_free(kmp_prescribed *motion)
 {
-    kmp_free(motion->coordinate);
-    kmp_free(motion->rate_given);
-    kmp_free(motion->acceleration_given);
-    kmp_free(motion->t);
-    kmp_free(motion->q);
-    kmp_free(motion->qd);
-    kmp_free(motion->qdd);
+    kmp_arena_free(&motion->arena);
     *motion = (kmp_prescribed){0};
 }
 
@@ -142,14 +113,14 @@ void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double
 {
     const kmp_prescribed *m = motion;
     int row = row_before(m, t), n = m->count;
-    const double *x = m->q + row * n, *v = m->qd + row * n, *a = m->qdd + row * n;
+    const double *x = m->value[0] + row * n, *v = m->value[1] + row * n, *a = m->value[2] + row * n;
     bool on_row = t <= m->t[row] || row == m->rows - 1;
     double h = on_row ? 1 : m->t[row + 1] - m->t[row];
     for (int k = 0; k < n; k++) {
-        double at[3] = {x[k], v[k], a[k]};
+        const double from[] = {x[k], v[k], a[k]};
+        double at[] = {x[k], v[k], a[k]};
         if (!on_row)
-            quintic(h, (double[3]){x[k], v[k], a[k]}, (double[3]){x[k + n], v[k + n], a[k + n]}, (t - m->t[row]) / h,
-                    at);
+            quintic(h, from, (double[]){x[k + n], v[k + n], a[k + n]}, (t - m->t[row]) / h, at);
         q[k] = at[0];
         qd[k] = at[1];
         qdd[k] = at[2];

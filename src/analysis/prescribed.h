@@ -6,20 +6,21 @@
 #ifndef KMP_ANALYSIS_PRESCRIBED_H
 #define KMP_ANALYSIS_PRESCRIBED_H
 
-#include <stdbool.h>
+#include "base/arena.h"
 
 typedef struct kmp_prescribed {
+    kmp_arena arena; /* of all arrays */
     int count;       /* of coordinates */
     int *coordinate; /* ascending */
     int rows;
-    double *t;                             /* rows, ascending */
-    double *q, *qd, *qdd;                  /* rows x count each */
-    bool *rate_given, *acceleration_given; /* count */
+    double *t;        /* rows, ascending */
+    double *value[3]; /* rows x count each: values, rates, accelerations */
+    bool *given[3];   /* count each: they were, and not made */
 } kmp_prescribed;
 
 /** What is wrong with a table: the coordinate whose column has a gap, and the row; coordinate -1: nothing. */
 typedef struct kmp_gap_in_table {
-    int coordinate, row, order; /* order: 0 value, 1 rate, 2 acceleration */
+    int coordinate, row, order; /* order: of value */
 } kmp_gap_in_table;
 
 /** From columns of n coordinates (rows x n, not a number where nothing is given), which must be given in every row or

@@ -5,6 +5,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "linalg/dense.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -35,16 +37,13 @@
 
 /* Times at which it is seen what moves. */
 enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7 };
-#define EPSILON 2.220446049250313e-16
 
 /* -- making and standing ----------------------------------------------------------------------------- */
 
 static void pose_copy(const kmp_sweep *w, const kmp_pose *from, kmp_pose *to)
 {
-    to->s = from->s;
-    to->ds = from->ds;
-    memcpy(to->q, from->q, (size_t)w->n * sizeof *to->q);
-    memcpy(to->dq, from->dq, (size_t)w->n * sizeof *to->dq);
+    memcpy(to->x, from->x, (size_t)(w->n + 1) * sizeof *to->x);
+    memcpy(to->dx, from->dx, (size_t)(w->n + 1) * sizeof *to->dx);
 }
 
 static void poses_swap(kmp_pose *a, kmp_pose *b)
@@ -56,24 +55,32 @@ static void poses_swap(kmp_pose *a, kmp_pose *b)
 
 static bool make_room(kmp_sweep *w)
 {
-    int n = w->n, m = w->system->m;
-    kmp_pose *poses[] = {&w->here, &w->next, &w->part_way, &w->entry};
-    double **vectors[] = {&w->dx, &w->normal, &w->qs, &w->qss, &w->x, &w->unit}, **rows[] = {&w->h, &w->h_t, &w->jd};
-    for (size_t k = 0; k < sizeof poses / sizeof *poses; k++)
-        *poses[k] = (kmp_pose){.q = KMP_ARENA_NEW(&w->arena, double, n), .dq = KMP_ARENA_NEW(&w->arena, double, n)};
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = KMP_ARENA_NEW(&w->arena, double, n + 1);
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-        *rows[k] = KMP_ARENA_NEW(&w->arena, double, m);
-    w->jacobian = KMP_ARENA_NEW(&w->arena, double, w->system->jacobian.count);
+    ptrdiff_t x = w->n + 1, m = w->system->m;
+    const kmp_arena_room rooms[] = {{&w->here.x, x},
+                                    {&w->here.dx, x},
+                                    {&w->next.x, x},
+                                    {&w->next.dx, x},
+                                    {&w->part_way.x, x},
+                                    {&w->entry.x, x},
+                                    {&w->entry.dx, x},
+                                    {&w->part_way.dx, x},
+                                    {&w->unit, x},
+                                    {&w->drift, x},
+                                    {&w->dx, x},
+                                    {&w->xs, x},
+                                    {&w->xss, x},
+                                    {&w->h, m},
+                                    {&w->h_t, m},
+                                    {&w->jd, m},
+                                    {&w->jacobian, w->system->jacobian.count}};
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
     w->moving = KMP_ARENA_NEW(&w->arena, int, m);
-    return !w->arena.failed;
+    return kmp_arena_make_rooms(&w->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
 {
-    *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1, .size = 1};
+    *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1};
     sweep->plant = kmp_plant_new(system, backend);
     if (!sweep->plant)
         return KEMPE_E_MEMORY;
@@ -81,6 +88,8 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
+    memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
+    sweep->unit[system->n] = 1;
     for (int r = 0; closures && r < system->m; r++) {
         sweep->dropped[r] = closures[system->rows[r].closure];
         sweep->any_dropped = sweep->any_dropped || sweep->dropped[r];
@@ -90,8 +99,7 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
 
 static void forget_choice(kmp_sweep *w)
 {
-    if (w->reduced)
-        kmp_reduction_free(&w->red);
+    kmp_reduction_free(&w->red);
     kmp_partition_free(&w->part);
     kmp_arena_free(&w->of_choice);
     w->reduced = false;
@@ -102,16 +110,14 @@ static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
 {
     int p = w->p;
     kmp_arena *arena = &w->of_leads;
+    const kmp_arena_room rooms[] = {
+        {&w->gradient, (p + 1) * (w->n + 1)}, {&w->matrix, (p + 1) * (p + 1)}, {&w->rhs, p + 1}, {&w->pivots, p + 1}};
     kmp_arena_free(arena);
     w->count = count;
     w->time = -1;
     w->lead = KMP_ARENA_NEW(arena, kmp_lead, count);
-    w->ahead = KMP_ARENA_NEW(arena, double, count);
-    w->matrix = KMP_ARENA_NEW(arena, double, (p + 1) * (p + 1));
-    w->rhs = KMP_ARENA_NEW(arena, double, p + 1);
-    w->pivots = KMP_ARENA_NEW(arena, double, p + 1);
     w->order = KMP_ARENA_NEW(arena, int, 2 * (p + 1));
-    if (arena->failed)
+    if (!kmp_arena_make_rooms(arena, sizeof rooms / sizeof *rooms, rooms))
         return false;
     memcpy(w->lead, leads, (size_t)count * sizeof *leads);
     return true;
@@ -120,8 +126,7 @@ static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
 void kmp_sweep_free(kmp_sweep *sweep)
 {
     forget_choice(sweep);
-    if (sweep->watched)
-        kmp_margin_free(&sweep->margin);
+    kmp_margin_free(&sweep->margin);
     kmp_arena_free(&sweep->of_leads);
     kmp_arena_free(&sweep->arena);
     kmp_plant_free(sweep->plant);
@@ -141,9 +146,8 @@ static kempe_status choose(kmp_sweep *w, int rank)
     if (status != KEMPE_OK)
         return status;
     w->reduced = true;
-    w->block_count = w->red.block ? kmp_block_count(w->red.block) : 0;
-    w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->block_count);
-    w->signs_after = KMP_ARENA_NEW(&w->of_choice, int, w->block_count);
+    w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
+    w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
     return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
 }
 
@@ -152,12 +156,11 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     if (!renew_leads(w, 1, &(kmp_lead){-1, t, t}))
         return kmp_fail_memory(w->system->context);
     w->time = 0;
-    memcpy(w->here.q, q, (size_t)w->n * sizeof *q);
-    w->here.s = 0;
-    if (w->watched)
-        kmp_margin_free(&w->margin);
+    memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
+    w->here.x[w->n] = 0;
+    kmp_margin_free(&w->margin);
     w->watched = false;
-    (void)kmp_sweep_evaluate(w, 0, q); /* the closure; nothing is chosen yet */
+    (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
     kempe_status status = choose(w, -1);
     if (status != KEMPE_OK)
         return status;
@@ -169,7 +172,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
         w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < EXACT * w->part.pivots[0];
     else if (!kmp_margin_begin(&w->margin, w->plant, t, q))
         return kmp_fail_memory(w->system->context);
-    (void)kmp_sweep_evaluate(w, 0, q);
+    (void)kmp_sweep_evaluate(w, w->here.x);
     if (w->margin.near)
         return kmp_fail(w->system->context, KEMPE_E_FAILED,
                         "the start is near a change point, where branches meet (last pivot of J %.1e of its usual "
@@ -192,15 +195,13 @@ static void find_moving(kmp_sweep *w, const kmp_lead *time, const double *q)
     }
 }
 
-kempe_status kmp_sweep_stand_moving(kmp_sweep *w, const kmp_lead *time, double t, const double *q)
+kempe_status kmp_sweep_let_move(kmp_sweep *w, const kmp_lead *time, double t, const double *q)
 {
-    kempe_status status = kmp_sweep_stand(w, t, q);
     int p = w->p;
-    if (status != KEMPE_OK)
-        return status;
     find_moving(w, time, q);
-    if (w->moving_count > 0)
-        status = kmp_sweep_stand(w, t, q);
+    if (w->moving_count == 0)
+        return KEMPE_OK;
+    kempe_status status = kmp_sweep_stand(w, t, q);
     if (status == KEMPE_E_MEMORY || (status == KEMPE_OK && w->p == p + w->moving_count))
         return status;
     for (int k = 0; k < w->moving_count; k++) /* some say what others say: they stay closures */
@@ -211,93 +212,55 @@ kempe_status kmp_sweep_stand_moving(kmp_sweep *w, const kmp_lead *time, double t
 
 /* -- what may lead ----------------------------------------------------------------------------------- */
 
-/* What is left of a row across `count` orthonormal ones, twice for the sake of rounding; its length. */
-static double across(int p, const double *basis, int count, double *row)
+/* Brings coordinates into the order in which their rows of X pivot, each with those before it, and last of all the
+ * ones that come `later`; those that do not count (NULL: all do) are as if they did not move. How many are independent.
+ */
+static int pivot_motions(const kmp_sweep *w, const bool *counts, const int *later, double *matrix, int *order)
 {
-    double square = 0;
-    for (int k = 0; k < 2 * count; k++) {
-        const double *b = basis + k % count * p;
-        double along = 0;
+    int n = w->n, p = w->p, rank = 0;
+    double *pivots = matrix + n * p;
+    for (int c = 0; c < n; c++)
         for (int j = 0; j < p; j++)
-            along += b[j] * row[j];
-        for (int j = 0; j < p; j++)
-            row[j] -= along * b[j];
-    }
-    for (int j = 0; j < p; j++)
-        square += row[j] * row[j];
-    return sqrt(square);
+            matrix[j + c * p] = !counts || counts[c] ? w->span[c * (p + 1) + j] / w->unit[c] : 0;
+    kmp_lu_complete(p, n, matrix, later, order + n, order, pivots);
+    while (rank < p && pivots[rank] > FOLLOWS)
+        rank++;
+    return rank;
 }
 
-static void keep(int p, double *row, double length)
+int kmp_sweep_order(kmp_sweep *w, const bool *given, int *order)
 {
-    for (int j = 0; j < p; j++)
-        row[j] /= length;
-}
-
-/* Modified Gram-Schmidt: the given rows first, then always the longest that is left. -1: no memory. */
-int kmp_sweep_find_more(kmp_sweep *w, int count, const int *coordinates, int *follows, int *more)
-{
-    int p = w->p, rank = 0, found = 0, dependent = 0;
-    double *basis = KMP_NEW(double, (p + 1) * p + 1), *row = basis ? basis + p * p : NULL;
-    *follows = -1;
-    if (!basis)
-        return -1;
-    (void)kmp_sweep_evaluate(w, w->here.s, w->here.q);
-    for (int k = -w->moving_count; k < count; k++) {
-        if (k < 0)
-            kmp_sweep_moving_row(w, w->moving[k + w->moving_count], row, 1);
-        else
-            kmp_sweep_motion_row(w, coordinates[k], row, 1);
-        double length = rank < p ? across(p, basis, rank, row) : 0;
-        if (length > FOLLOWS) {
-            keep(p, row, length);
-            memcpy(basis + rank++ * p, row, (size_t)p * sizeof *row);
-        } else if (dependent++ == 0 && k >= 0) {
-            *follows = coordinates[k];
-        }
+    int n = w->n, rank = -1;
+    double *matrix = KMP_NEW(double, (n + 1) * w->p);
+    int *later = KMP_NEW(int, n), *pivoted = KMP_NEW(int, n + w->p);
+    if (matrix && later && pivoted) {
+        rank = pivot_motions(w, given, NULL, matrix, pivoted);
+        for (int k = 0; k < n; k++)
+            later[pivoted[k]] = k >= rank;
+        (void)pivot_motions(w, NULL, later, matrix, pivoted);
+        memcpy(order, pivoted, (size_t)n * sizeof *order);
     }
-    while (rank < p) {
-        int best = -1;
-        double longest = FOLLOWS;
-        for (int c = 0; c < w->n; c++) {
-            kmp_sweep_motion_row(w, c, row, 1);
-            double length = across(p, basis, rank, row);
-            if (length > longest * (1 + 1e-9)) {
-                longest = length;
-                best = c;
-            }
-        }
-        if (best < 0)
-            break;
-        kmp_sweep_motion_row(w, best, row, 1);
-        keep(p, row, across(p, basis, rank, row));
-        memcpy(basis + rank++ * p, row, (size_t)p * sizeof *row);
-        more[found++] = best;
-    }
-    for (int k = found; k < w->n; k++)
-        more[k] = -1;
-    kmp_free(basis);
-    return dependent;
+    kmp_free(matrix);
+    kmp_free(later);
+    kmp_free(pivoted);
+    return rank;
 }
 
 kempe_status kmp_sweep_lead(kmp_sweep *w, int count, const kmp_lead *leads, double s)
 {
     if (!renew_leads(w, count, leads))
         return kmp_fail_memory(w->system->context);
-    w->size = 0;
+    double size = 0; /* what the leading coordinate covers, 1 for the time */
     for (int k = 0; k < count; k++) {
         double range = fabs(leads[k].to - leads[k].from);
-        if (leads[k].coordinate < 0) {
+        if (leads[k].coordinate < 0)
             w->time = k;
-            range = range > 0;
-        } else {
-            range /= w->system->scale[leads[k].coordinate];
-        }
-        w->size = fmax(w->size, range);
+        size = fmax(size, leads[k].coordinate < 0 ? range > 0 : range / w->unit[leads[k].coordinate]);
     }
-    w->here.s = s;
+    w->unit[w->n] = 1 / size;
+    w->here.x[w->n] = s;
     w->last_margin = w->last_step = w->fastest = 0;
-    if (!(w->size > 0) || kmp_sweep_hold(w, &w->here) < FOLLOWS)
+    if (!(size > 0) || kmp_sweep_hold(w, &w->here) < FOLLOWS)
         return KEMPE_E_FAILED;
     return kmp_sweep_tangent(w, &w->here, NULL) ? KEMPE_OK : KEMPE_E_FAILED;
 }
@@ -315,45 +278,39 @@ static stretch between(const kmp_sweep *w, const kmp_pose *a, const kmp_pose *b)
     return (stretch){a, b, kmp_sweep_offset(w, a, b), kmp_sweep_cosine(w, a, b)};
 }
 
-/* Cubic of Hermite at `x` of the length; derivative by the offset, of order 0, 1 or 2. */
-static double hermite(const stretch *e, double x, double a, double da, double b, double db, int order)
+/* Hermite's cubic of x_i at a part of the length; derivative by the offset, of order 0, 1 or 2. */
+static double hermite(const stretch *e, int i, double part, int order)
 {
-    double l = e->length, d0 = da * l, d1 = db / e->slant * l, c2 = 3 * (b - a) - 2 * d0 - d1,
-           c3 = 2 * (a - b) + d0 + d1;
+    double a = e->a->x[i], b = e->b->x[i], l = e->length, d0 = e->a->dx[i] * l, d1 = e->b->dx[i] / e->slant * l,
+           c2 = 3 * (b - a) - 2 * d0 - d1, c3 = 2 * (a - b) + d0 + d1;
     if (order == 0)
-        return a + x * (d0 + x * (c2 + x * c3));
-    return order == 1 ? (d0 + x * (2 * c2 + 3 * x * c3)) / l : (2 * c2 + 6 * x * c3) / (l * l);
+        return a + part * (d0 + part * (c2 + part * c3));
+    return order == 1 ? (d0 + part * (2 * c2 + 3 * part * c3)) / l : (2 * c2 + 6 * part * c3) / (l * l);
 }
 
-static double s_at(const stretch *e, double x, int order)
+static void x_at(const kmp_sweep *w, const stretch *e, double part, int order, double *x)
 {
-    return hermite(e, x, e->a->s, e->a->ds, e->b->s, e->b->ds, order);
+    for (int i = 0; i <= w->n; i++)
+        x[i] = hermite(e, i, part, order);
 }
 
-static void q_at(const kmp_sweep *w, const stretch *e, double x, int order, double *q)
-{
-    for (int i = 0; i < w->n; i++)
-        q[i] = hermite(e, x, e->a->q[i], e->a->dq[i], e->b->q[i], e->b->dq[i], order);
-}
-
-/* The closed pose at x of the length, with its tangent, in part_way. */
-static bool pose_at(kmp_sweep *w, const stretch *e, double x)
+/* The closed pose at a part of the length, with its tangent, in part_way. */
+static bool pose_at(kmp_sweep *w, const stretch *e, double part)
 {
     double first, ratio;
-    kmp_sweep_target target = {.base = e->a, .offset = x * e->length};
-    w->part_way.s = s_at(e, x, 0);
-    q_at(w, e, x, 0, w->part_way.q);
+    kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
+    x_at(w, e, part, 0, w->part_way.x);
     return kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) && kmp_sweep_tangent(w, &w->part_way, e->a);
 }
 
 /* Where on the cubic s is reached: s goes one way. */
-static double guess_part(const stretch *e, double s)
+static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 {
-    double to = e->b->s - s, x;
-    kmp_bracket bracket = kmp_bracket_of(0, e->a->s - s, 1, to);
-    while (kmp_bracket_next(&bracket, EPSILON, &x)) {
-        double off = s_at(e, x, 0) - s;
-        kmp_bracket_take(&bracket, x, off, to > 0 ? off >= 0 : off <= 0);
+    double to = e->b->x[w->n] - s, part;
+    kmp_bracket bracket = kmp_bracket_of(0, e->a->x[w->n] - s, 1, to);
+    while (kmp_bracket_next(&bracket, DBL_EPSILON, &part)) {
+        double off = hermite(e, w->n, part, 0) - s;
+        kmp_bracket_take(&bracket, part, off, to > 0 ? off >= 0 : off <= 0);
     }
     return bracket.far;
 }
@@ -362,15 +319,16 @@ static double guess_part(const stretch *e, double s)
  * part_way. */
 static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
 {
-    double f1 = turn ? e->b->ds : e->b->s - s, x;
-    kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->ds : e->a->s - s, 1, f1);
-    while (kmp_bracket_next(&bracket, 4 * EPSILON, &x)) {
-        if (!pose_at(w, e, x))
+    int n = w->n;
+    double f1 = turn ? e->b->dx[n] : e->b->x[n] - s, part;
+    kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->dx[n] : e->a->x[n] - s, 1, f1);
+    while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON, &part)) {
+        if (!pose_at(w, e, part))
             return false;
-        double f = turn ? w->part_way.ds : w->part_way.s - s;
-        if (f == 0 || (!turn && fabs(f) <= EPSILON * (1 + fabs(s))))
+        double f = turn ? w->part_way.dx[n] : w->part_way.x[n] - s;
+        if (f == 0 || (!turn && fabs(f) <= DBL_EPSILON * (1 + fabs(s))))
             return true;
-        kmp_bracket_take(&bracket, x, f, (f > 0) == (f1 > 0));
+        kmp_bracket_take(&bracket, part, f, (f > 0) == (f1 > 0));
     }
     return true;
 }
@@ -378,43 +336,28 @@ static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
 /* The share of s in the motion. */
 static double pace(const kmp_sweep *w, const kmp_pose *pose)
 {
-    return w->size * fabs(pose->ds);
+    return fabs(pose->dx[w->n]) / w->unit[w->n];
 }
 
-/* What leads is known without rounding. */
-static void set_leads(const kmp_sweep *w, double *q, double s)
-{
-    for (int k = 0; k < w->count; k++)
-        if (k != w->time)
-            q[w->lead[k].coordinate] = kmp_lead_value(&w->lead[k], s);
-}
-
-/* q at s, on this stretch, in part_way; the derivatives there. false: the branch has been lost. */
+/* The state at s, on this stretch, in part_way. false: the branch has been lost. */
 static bool land(kmp_sweep *w, const stretch *e, double s)
 {
-    double first, ratio, x = guess_part(e, s);
+    double first, ratio;
     kmp_sweep_target target = {.s = s};
-    w->part_way.s = s;
-    q_at(w, e, x, 0, w->part_way.q);
-    bool slow = fmin(pace(w, e->a), pace(w, e->b)) < SLOW * w->fastest;
-    if (slow && !enclose(w, e, false, s))
-        return false;
-    w->part_way.s = s;
-    if (!slow &&
-        (!kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) || first > MOST_OFF * fabs(e->length) + 1e-9))
-        return false;
-    set_leads(w, w->part_way.q, s);
-    return true;
+    x_at(w, e, guess_part(w, e, s), 0, w->part_way.x);
+    w->part_way.x[w->n] = s;
+    if (fmin(pace(w, e->a), pace(w, e->b)) >= SLOW * w->fastest)
+        return kmp_sweep_close(w, &target, &w->part_way, &first, &ratio) && first <= MOST_OFF * fabs(e->length) + 1e-9;
+    bool found = enclose(w, e, false, s);
+    w->part_way.x[w->n] = s;
+    return found;
 }
 
 /* -- a step ------------------------------------------------------------------------------------------ */
 
 static double longest_step(const kmp_sweep *w)
 {
-    double most = 0;
-    for (int i = 0; i < w->n; i++)
-        most = fmax(most, fabs(w->here.dq[i]) / w->system->scale[i]);
-    double step = LONGEST / fmax(most, 1e-3);
+    double step = LONGEST / fmax(kmp_sweep_fastest(w, &w->here), 1e-3);
     return w->time < 0 ? step : fmin(step, LONGEST_S / fmax(pace(w, &w->here), 1e-3));
 }
 
@@ -422,59 +365,49 @@ static double longest_step(const kmp_sweep *w)
 static kempe_status refresh(kmp_sweep *w)
 {
     int v, u;
-    if (!kmp_sweep_evaluate(w, w->here.s, w->here.q) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
+    if (!kmp_sweep_evaluate(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
         w->margin.rows > KMP_ROWS_SWEEP) {
         kempe_status status = choose(w, w->margin.r);
         w->exchanges++;
         if (status != KEMPE_OK)
             return status;
-        if (!kmp_sweep_evaluate(w, w->here.s, w->here.q))
+        if (!kmp_sweep_evaluate(w, w->here.x))
             return KEMPE_E_FAILED;
     }
-    if (w->block_count > 0)
+    if (w->red.block)
         kmp_block_take_signs(w->red.block, w->signs);
     return KEMPE_OK;
 }
 
-static bool signs_hold(kmp_sweep *w)
-{
-    if (w->block_count == 0)
-        return true;
-    kmp_block_take_signs(w->red.block, w->signs_after);
-    return memcmp(w->signs, w->signs_after, (size_t)w->block_count * sizeof *w->signs) == 0;
-}
-
 /* s goes one way between the ends, or its rate changes sign: one turn at most. */
-static bool turns_once(const stretch *e)
+static bool turns_once(const kmp_sweep *w, const stretch *e)
 {
-    if ((e->a->ds < 0) != (e->b->ds < 0))
+    bool down = e->a->dx[w->n] < 0;
+    if (down != (e->b->dx[w->n] < 0))
         return true;
     for (int k = 1; k < 8; k++)
-        if ((s_at(e, k / 8.0, 1) < 0) != (e->a->ds < 0))
+        if ((hermite(e, w->n, k / 8.0, 1) < 0) != down)
             return false;
     return true;
 }
 
 typedef enum verdict { GOOD, BAD, SIGN } verdict;
 
-/* Tries a step of this length from `here` to `next`; SIGN: all is well but a block has changed its sign. */
+/* Tries a step of this length to `next`; SIGN: all is well but a block has changed its sign. */
 static verdict try_step(kmp_sweep *w, const kmp_pose *from, double step, bool leap)
 {
     double first, ratio;
     kmp_pose *to = &w->next;
     kmp_sweep_target target = {.base = from, .offset = step};
-    to->s = from->s + step * from->ds;
-    for (int i = 0; i < w->n; i++)
-        to->q[i] = from->q[i] + step * from->dq[i];
+    for (int i = 0; i <= w->n; i++)
+        to->x[i] = from->x[i] + step * from->dx[i];
     if (!kmp_sweep_close(w, &target, to, &first, &ratio) || first > MOST_OFF * step || ratio > CONTRACTION)
         return BAD;
     if (!kmp_sweep_tangent(w, to, from) || kmp_sweep_cosine(w, from, to) < LEAST_COSINE)
         return BAD;
-    bool same = leap || signs_hold(w);
+    bool same = leap || !w->red.block || kmp_block_has_signs(w->red.block, w->signs);
     stretch e = between(w, from, to);
-    if (!turns_once(&e))
-        return BAD;
-    return same ? GOOD : SIGN;
+    return !turns_once(w, &e) ? BAD : same ? GOOD : SIGN;
 }
 
 /* Straight on across a change point, from the last state that was well before it; farther where it lies deeper. */
@@ -487,15 +420,24 @@ static bool leap(kmp_sweep *w)
     return false;
 }
 
+/* No step goes farther than a part of the way to where the margin would be zero. */
+static double near_step(const kmp_sweep *w, double margin, double step)
+{
+    if (margin > NEAR)
+        return step;
+    double slope = w->last_step > 0 ? fabs(w->last_margin - margin) / w->last_step : 1;
+    return fmin(step, APPROACH * margin / fmax(slope, 1));
+}
+
 /* -- on the way -------------------------------------------------------------------------------------- */
 
 typedef struct way {
     kmp_sweep *w;
     const kmp_sweep_task *task;
     double up;    /* +1, -1: where s goes */
+    double step;  /* the longest that is tried next */
     int row;      /* the next */
     double slack; /* rounding of s */
-    bool lost, no_memory;
 } way;
 
 static bool reaches(const way *y, double s, double target)
@@ -511,61 +453,60 @@ static double slack_of(const kmp_sweep *w)
         if (range > 0)
             most = fmax(most, fmax(fabs(w->lead[k].from), fabs(w->lead[k].to)) / range);
     }
-    return EPSILONS * EPSILON * most;
+    return EPSILONS * DBL_EPSILON * most;
 }
 
-static void give(way *y, const double *q, const double *qs, const double *qss)
+/* The row at x, with the derivatives in xs and xss; what leads is known without rounding. */
+static void give(way *y, double *x)
 {
-    const kmp_sweep_task *t = y->task;
-    if (t->row(t->user, y->row, t->s[y->row], q, qs, qss))
-        y->no_memory = true;
-    y->row++;
+    kmp_sweep *w = y->w;
+    double s = y->task->s[y->row++];
+    for (int k = 0; k < w->count; k++)
+        if (k != w->time) {
+            const kmp_lead *lead = &w->lead[k];
+            x[lead->coordinate] = kmp_lead_value(lead, s);
+            w->xs[lead->coordinate] = lead->to - lead->from;
+            w->xss[lead->coordinate] = 0;
+        }
+    y->task->row(y->task->user, s, x, w->xs, w->xss);
 }
 
 /* Derivatives by s of the cubic, where no state can be closed. */
-static void give_crossing(way *y, const stretch *e, double s)
+static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
 {
-    kmp_sweep *w = y->w;
-    double x = guess_part(e, s), s1 = s_at(e, x, 1), s2 = s_at(e, x, 2);
-    q_at(w, e, x, 0, w->part_way.q);
-    q_at(w, e, x, 1, w->qs);
-    q_at(w, e, x, 2, w->qss);
+    double part = guess_part(w, e, s);
+    x_at(w, e, part, 0, w->part_way.x);
+    x_at(w, e, part, 1, w->xs);
+    x_at(w, e, part, 2, w->xss);
+    double s1 = w->xs[w->n], s2 = w->xss[w->n];
     for (int i = 0; i < w->n; i++) {
-        w->qss[i] = (w->qss[i] - w->qs[i] / s1 * s2) / (s1 * s1);
-        w->qs[i] /= s1;
+        w->xss[i] = (w->xss[i] - w->xs[i] / s1 * s2) / (s1 * s1);
+        w->xs[i] /= s1;
     }
-    set_leads(w, w->part_way.q, s);
-    for (int k = 0; k < w->count; k++)
-        if (k != w->time) {
-            w->qs[w->lead[k].coordinate] = w->lead[k].to - w->lead[k].from;
-            w->qss[w->lead[k].coordinate] = 0;
-        }
-    give(y, w->part_way.q, w->qs, w->qss);
 }
 
-/* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. */
-static void give_rows(way *y, const stretch *e, double limit, bool crossing)
+/* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. false: the branch has been lost. */
+static bool give_rows(way *y, const stretch *e, double limit, bool crossing)
 {
     kmp_sweep *w = y->w;
     const kmp_sweep_task *t = y->task;
-    while (y->row < t->count && reaches(y, limit, t->s[y->row]) && !y->lost && !y->no_memory) {
+    while (y->row < t->count && reaches(y, limit, t->s[y->row])) {
         double s = t->s[y->row];
-        if (crossing) {
-            give_crossing(y, e, s);
-            continue;
-        }
-        y->lost = !land(w, e, s) || !kmp_sweep_derivatives(w, &w->part_way, w->qs, w->qss);
-        if (!y->lost)
-            give(y, w->part_way.q, w->qs, w->qss);
+        if (crossing)
+            differentiate_cubic(w, e, s);
+        else if (!land(w, e, s) || !kmp_sweep_derivatives(w, &w->part_way, w->xs, w->xss))
+            return false;
+        give(y, w->part_way.x);
     }
+    return true;
 }
 
 /* A row that is the dead centre itself. */
 static void give_dead(way *y)
 {
     const kmp_sweep_task *t = y->task;
-    if (y->row < t->count && fabs(t->s[y->row] - y->w->here.s) <= y->slack)
-        give(y, y->w->here.q, NULL, NULL);
+    if (y->row < t->count && fabs(t->s[y->row] - y->w->here.x[y->w->n]) <= y->slack)
+        t->row(t->user, t->s[y->row++], y->w->here.x, NULL, NULL);
 }
 
 /* It stands at s_end, within the stretch. */
@@ -587,53 +528,45 @@ static kmp_sweep_end stop_dead(way *y)
         return KMP_SWEEP_LOST;
     pose_copy(w, &w->part_way, &w->next);
     e = between(w, &w->here, &w->next);
-    double limit = w->next.s - y->up * y->slack;
-    give_rows(y, &e, limit, false);
-    if (y->lost)
+    double limit = w->next.x[w->n] - y->up * y->slack;
+    if (!give_rows(y, &e, limit, false))
         return KMP_SWEEP_LOST;
     if (reaches(y, limit, y->task->s_end))
         return arrive(y, &e);
     pose_copy(w, &w->next, &w->here);
-    w->here.ds = 0;
+    w->here.dx[w->n] = 0;
     give_dead(y);
     return KMP_SWEEP_DEAD;
 }
 
-/* -- change points ----------------------------------------------------------------------------------- */
+static bool goes_on(const way *y)
+{
+    return (y->w->next.dx[y->w->n] > 0) == (y->up > 0);
+}
 
-/* Where the margin, which falls evenly to it, is zero: told; rows in between. */
+/* Across a change point: told where the margin, which falls evenly to it, is zero; rows in between. */
 static kmp_sweep_end cross(way *y, double margin)
 {
     kmp_sweep *w = y->w;
-    if (!leap(w) || (w->next.ds > 0) != (y->up > 0))
+    if (!leap(w) || !goes_on(y))
         return KMP_SWEEP_LOST;
     stretch e = between(w, &w->entry, &w->next);
     double gone = kmp_sweep_offset(w, &w->entry, &w->here), at = kmp_sweep_margin(w, &w->entry);
-    double x = fmin(1, (gone + gone * margin / fmax(at - margin, margin)) / e.length);
-    give_rows(y, &e, w->next.s, true);
-    w->part_way.s = s_at(&e, x, 0);
-    w->part_way.ds = w->next.ds;
-    q_at(w, &e, x, 0, w->part_way.q);
-    memcpy(w->part_way.dq, w->next.dq, (size_t)w->n * sizeof *w->next.dq);
-    if (y->task->change && y->task->change(y->task->user, &w->part_way, margin))
-        y->no_memory = true;
+    double part = fmin(1, (gone + gone * margin / fmax(at - margin, margin)) / e.length);
+    (void)give_rows(y, &e, w->next.x[w->n], true);
+    x_at(w, &e, part, 0, w->part_way.x);
+    y->task->change(y->task->user, &w->part_way, margin);
+    w->steps++;
+    w->last_margin = margin;
     w->last_step = 0;
-    return KMP_SWEEP_ARRIVED; /* on the other side */
+    y->step = ENTRY;
+    bool there = reaches(y, w->next.x[w->n], y->task->s_end);
+    poses_swap(&w->here, there && y->up > 0 ? &w->entry : &w->next);
+    return there ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
 }
 
-/* No step goes farther than a part of the way to where the margin would be zero. */
-static double near_step(const kmp_sweep *w, double margin, double step)
-{
-    if (margin > NEAR)
-        return step;
-    double slope = w->last_step > 0 ? fabs(w->last_margin - margin) / w->last_step : 1;
-    return fmin(step, APPROACH * margin / fmax(slope, 1));
-}
-
-/* -- all the way ------------------------------------------------------------------------------------- */
-
-/* One step of at most *step, then what it leads to. ARRIVED: on, or at s_end when *there. */
-static kmp_sweep_end go_on(way *y, double *step, bool *there)
+/* One step, then what it leads to. */
+static kmp_sweep_end go_on(way *y)
 {
     kmp_sweep *w = y->w;
     double margin = kmp_sweep_margin(w, &w->here);
@@ -643,7 +576,7 @@ static kmp_sweep_end go_on(way *y, double *step, bool *there)
     if (margin > ENTRY)
         pose_copy(w, &w->here, &w->entry);
     w->fastest = fmax(w->fastest, pace(w, &w->here));
-    double h = near_step(w, margin, fmin(*step, longest_step(w)));
+    double h = near_step(w, margin, fmin(y->step, longest_step(w)));
     verdict v = BAD;
     while (margin > EXACT && h > SHORTEST && (v = try_step(w, &w->here, h, false)) != GOOD) {
         w->rejected++;
@@ -651,66 +584,51 @@ static kmp_sweep_end go_on(way *y, double *step, bool *there)
             break;
         h /= 2;
     }
-    bool crossing = margin <= EXACT || (v != GOOD && margin < ENTRY); /* rounding alone is left of it */
-    if (crossing && cross(y, margin) != KMP_SWEEP_ARRIVED)
-        return KMP_SWEEP_LOST;
-    if (!crossing && v != GOOD)
-        return KMP_SWEEP_LOST;
+    if (v != GOOD) /* of a small margin rounding alone is left */
+        return margin < ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
     w->steps++;
-    stretch e = between(w, crossing ? &w->entry : &w->here, &w->next);
-    if (!crossing && (w->next.ds > 0) != (y->up > 0)) {
-        kmp_sweep_end end = stop_dead(y);
-        *there = end == KMP_SWEEP_ARRIVED;
-        return end;
-    }
-    if (!crossing)
-        give_rows(y, &e, w->next.s, false);
-    if (!crossing)
-        w->last_step = h;
     w->last_margin = margin;
-    *step = crossing ? ENTRY : e.slant > 0.99 ? 2 * h : e.slant > 0.97 ? 1.2 * h : h;
-    *there = reaches(y, w->next.s, y->task->s_end);
-    if (*there && !crossing && !y->lost)
+    if (!goes_on(y))
+        return stop_dead(y);
+    stretch e = between(w, &w->here, &w->next);
+    double s = w->next.x[w->n];
+    if (!give_rows(y, &e, s, false))
+        return KMP_SWEEP_LOST;
+    w->last_step = h;
+    y->step = e.slant > 0.99 ? 2 * h : e.slant > 0.97 ? 1.2 * h : h;
+    if (reaches(y, s, y->task->s_end))
         return arrive(y, &e);
-    if (*there && crossing && y->up > 0)
-        poses_swap(&w->entry, &w->next);
     poses_swap(&w->here, &w->next);
-    return y->lost ? KMP_SWEEP_LOST : KMP_SWEEP_ARRIVED;
+    return KMP_SWEEP_ON_THE_WAY;
 }
 
 /* The tangent that leads towards s_end: from a dead centre back to where it came from. */
 static void turn(way *y)
 {
-    kmp_pose *here = &y->w->here;
-    bool dead = here->ds == 0;
-    if (dead || (here->ds > 0) != (y->up > 0)) {
-        for (int i = 0; i < y->w->n; i++)
-            here->dq[i] = -here->dq[i];
-        here->ds = -here->ds;
-    }
+    int n = y->w->n;
+    double *dx = y->w->here.dx;
+    bool dead = dx[n] == 0, back = dead || (dx[n] > 0) != (y->up > 0);
+    for (int i = 0; back && i <= n; i++)
+        dx[i] = -dx[i];
     if (dead)
-        here->ds = y->up * 1e-300;
+        dx[n] = y->up * 1e-300;
 }
 
-kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task, int *rows)
+kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
 {
-    way y = {.w = sweep, .task = task, .up = task->s_end >= sweep->here.s ? 1 : -1, .slack = slack_of(sweep)};
-    kmp_sweep_end end = KMP_SWEEP_ARRIVED;
-    bool there = task->s_end == sweep->here.s;
-    double step = FIRST_STEP;
+    double s = sweep->here.x[sweep->n];
+    way y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
+    kmp_sweep_end end = task->s_end == s ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
     long most = sweep->steps + MOST_STEPS;
-    if (sweep->here.ds == 0)
+    if (sweep->here.dx[sweep->n] == 0)
         give_dead(&y);
     turn(&y);
     pose_copy(sweep, &sweep->here, &sweep->entry);
-    while (!there && end == KMP_SWEEP_ARRIVED) {
+    while (end == KMP_SWEEP_ON_THE_WAY) {
         if (kmp_interrupted(sweep->system->context))
             end = KMP_SWEEP_INTERRUPTED;
         else
-            end = sweep->steps < most ? go_on(&y, &step, &there) : KMP_SWEEP_LOST;
-        if (y.no_memory)
-            end = KMP_SWEEP_NO_MEMORY;
+            end = sweep->steps < most ? go_on(&y) : KMP_SWEEP_LOST;
     }
-    *rows = y.row;
     return end;
 }

@@ -20,10 +20,9 @@ typedef struct kmp_lead {
 
 double kmp_lead_value(const kmp_lead *lead, double s);
 
-/** A state on the curve and the unit tangent there: in coordinate scales, s in `size`. */
+/** A state x = (q, s) on the curve and the unit tangent there, in the sweep's units. */
 typedef struct kmp_pose {
-    double s, ds;
-    double *q, *dq; /* n */
+    double *x, *dx; /* n + 1 */
 } kmp_pose;
 
 typedef struct kmp_sweep {
@@ -38,20 +37,22 @@ typedef struct kmp_sweep {
     int count; /* leads: as many coordinates as are wanted beside moving rows to make p; and the time when it is led */
     kmp_lead *lead;
     int time;      /* its lead, -1: it stays 0 */
-    double size;   /* of s in the arc: what the leading coordinate covers, 1 for the time */
+    double *unit;  /* of x in the arc: scales of coordinates, and s by which a leading one goes by one of them */
     bool *dropped; /* rows that count as none */
     bool any_dropped;
     int *moving, moving_count;  /* of these, rows that move in time: they lead, as coordinates do */
     double *h, *jacobian, *h_t; /* without the rows that are dropped */
     const double *full_h, *full_jacobian, *full_h_t; /* with them */
     kmp_pose here, next, part_way, entry;
-    double *pivots; /* scratch: p + 1 */
-    double *matrix, *rhs, *ahead, *dx, *normal, *jd, *qs, *qss;
-    double *x, *unit; /* n + 1: (q, s) being closed, and its scales */
+    double *span;     /* n + 1 rows of p + 1: what each of x changes by along each of u and along s */
+    double *gradient; /* p + 1 rows of n + 1: of all that is to be met */
+    double *matrix;   /* p + 1 square: its changes along the span */
+    double *rhs, *pivots;
     int *order;
-    int *signs, *signs_after, block_count;
-    double last_margin, last_step; /* how it changes */
-    double fastest;                /* the greatest share of s in the motion so far */
+    double *drift, *dx, *xs, *xss, *jd; /* scratch */
+    int *signs;                         /* of the blocks of Jv where it stands */
+    double last_margin, last_step;      /* how it changes */
+    double fastest;                     /* the greatest share of s in the motion so far */
     long steps, rejected, newton, exchanges;
 } kmp_sweep;
 
@@ -62,23 +63,24 @@ void kmp_sweep_free(kmp_sweep *sweep);
 /** Stands at (t, q), closed, and counts the freedoms: p. KEMPE_E_FAILED: a start where branches meet. */
 kempe_status kmp_sweep_stand(kmp_sweep *sweep, double t, const double *q);
 
-/** The same where time will go from one value to another: rows that move with it lead, so that the curve is regular
- * where they lock. Each is one of p then. */
-kempe_status kmp_sweep_stand_moving(kmp_sweep *sweep, const kmp_lead *time, double t, const double *q);
+/** Where it stands time will go from one value to another: rows that move with it lead, so that the curve is regular
+ * where they lock, and each is one of p then. */
+kempe_status kmp_sweep_let_move(kmp_sweep *sweep, const kmp_lead *time, double t, const double *q);
 
-/** Of `count` coordinates, how many are determined by moving rows and the others before them where it stands, the first
- * of these in *follows (-1); then, in `more` (n), which coordinates would determine the rest with them, best first. */
-int kmp_sweep_find_more(kmp_sweep *sweep, int count, const int *coordinates, int *follows, int *more);
+/** Brings coordinates (n) into an order in which each determines more: first those that are `given` (n), as many as do
+ * not follow from the others, then what would determine the rest with them, best first; p of them. The number of the
+ * former, -1: no memory. */
+int kmp_sweep_order(kmp_sweep *sweep, const bool *given, int *order);
 
 /** What leads from here on, and s where it stands; the leads' coordinates and moving rows are p. Copied. KEMPE_E_FAILED
  * without message: they do not determine the rest. */
 kempe_status kmp_sweep_lead(kmp_sweep *sweep, int count, const kmp_lead *leads, double s);
 
-/** A row: state and its derivatives by s (n each); NULL for both where they are infinite. Nonzero: no memory. */
-typedef int kmp_sweep_row_fn(void *user, int row, double s, const double *q, const double *qs, const double *qss);
+/** A row: state and its derivatives by s (n each); NULL for both where they are infinite. */
+typedef void kmp_sweep_row_fn(void *user, double s, const double *q, const double *qs, const double *qss);
 
-/** Change points that were passed: where, and how small the margin was. Nonzero: no memory. */
-typedef int kmp_sweep_change_fn(void *user, const kmp_pose *pose, double margin);
+/** Change points that were passed: where, and how small the margin was. */
+typedef void kmp_sweep_change_fn(void *user, const kmp_pose *pose, double margin);
 
 typedef struct kmp_sweep_task {
     double s_end;
@@ -90,6 +92,7 @@ typedef struct kmp_sweep_task {
 } kmp_sweep_task;
 
 typedef enum kmp_sweep_end {
+    KMP_SWEEP_ON_THE_WAY, /* never at the end */
     KMP_SWEEP_ARRIVED,
     KMP_SWEEP_DEAD, /* a dead centre: it is `here`, ds = 0, the tangent in the direction of the way */
     KMP_SWEEP_LOST, /* steps have come to nothing */
@@ -97,12 +100,12 @@ typedef enum kmp_sweep_end {
     KMP_SWEEP_NO_MEMORY
 } kmp_sweep_end;
 
-/** Goes to s_end, or where that lies in a change point to a state not far below it; *rows: how many were given. From a
- * dead centre it goes back where it came from, towards s_end. */
-kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task, int *rows);
+/** Goes to s_end, or where that lies in a change point to a state not far below it. From a dead centre it goes back
+ * where it came from, towards s_end. */
+kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task);
 
-/** Share of the motion here: |dq_i| in scales over the largest. */
-double kmp_sweep_share(const kmp_sweep *sweep, const kmp_pose *pose, int coordinate);
+/** The largest |dq_i| in scales. */
+double kmp_sweep_fastest(const kmp_sweep *sweep, const kmp_pose *pose);
 
 /** How well what is driven determines the rest here: of the leading coordinates' directions among all motions the
  * smallest pivot over the largest; 0 in a dead centre. */

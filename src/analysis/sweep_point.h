@@ -5,8 +5,8 @@
 
 #include "analysis/sweep.h"
 
-/** Closures, factors, tangent space and the correction (red.dv) at (q, s). false: Jv is singular. */
-bool kmp_sweep_evaluate(kmp_sweep *sweep, double s, const double *q);
+/** Closures, factors and the tangent space at x. false: Jv is singular. */
+bool kmp_sweep_evaluate(kmp_sweep *sweep, const double *x);
 
 /** Where a corrector ends: on s (base NULL), or where the tangent of `base` has come `offset` along it. */
 typedef struct kmp_sweep_target {
@@ -25,13 +25,7 @@ bool kmp_sweep_tangent(kmp_sweep *sweep, kmp_pose *pose, const kmp_pose *along);
 double kmp_sweep_cosine(const kmp_sweep *sweep, const kmp_pose *a, const kmp_pose *b);
 double kmp_sweep_offset(const kmp_sweep *sweep, const kmp_pose *a, const kmp_pose *b);
 
-/** The row of X of a coordinate, in scales: p values, so far apart. */
-void kmp_sweep_motion_row(const kmp_sweep *sweep, int c, double *row, int stride);
-
-/** The same of J X of a row of h that is dropped. */
-void kmp_sweep_moving_row(const kmp_sweep *sweep, int r, double *row, int stride);
-
-/** dq/ds and d2q/ds2 at a closed pose, where s determines it. false: it does not. */
-bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_pose *pose, double *qs, double *qss);
+/** dx/ds and d2x/ds2 at a closed pose, where s determines it. false: it does not. */
+bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_pose *pose, double *xs, double *xss);
 
 #endif

@@ -186,32 +186,22 @@ static void add_product(int rows, int p, int count, const double *left, const do
                 to[i + j * rows] += left[i + k * rows] * right[k + j * ld];
 }
 
-/* Mr^-1, by Cholesky where no force depends on multipliers and by LU otherwise: then Mr is not symmetric. */
-typedef struct divisor {
-    double *factor;
-    int *pivot; /* of LU; NULL */
-} divisor;
-
-static int factor_mass(const kmp_linear *l, divisor *d)
+/* LU of Mr, where N' M N is positive. */
+static int factor_mass(const kmp_linear *l, double *factor, int *pivot)
 {
-    size_t size = (size_t)l->p * (size_t)l->p * sizeof(double);
-    if (!d->pivot)
-        return kmp_cholesky_factor(l->p, memcpy(d->factor, l->mass, size));
-    int failed = kmp_cholesky_factor(l->p, memcpy(d->factor, l->inertia, size));
-    return failed ? failed : kmp_lu_factor(l->p, memcpy(d->factor, l->mass, size), d->pivot) ? -2 : 0;
+    size_t size = (size_t)l->p * (size_t)l->p * sizeof *factor;
+    int failed = kmp_cholesky_factor(l->p, memcpy(factor, l->inertia ? l->inertia : l->mass, size));
+    return failed ? failed : kmp_lu_factor(l->p, memcpy(factor, l->mass, size), pivot) ? -2 : 0;
 }
 
 /* The lower half of a column: -Mr^-1 of the column of a p x count matrix. */
-static void put_accelerations(int p, const divisor *mass, int count, const double *from, double *to)
+static void put_accelerations(int p, const double *factor, const int *pivot, int count, const double *from, double *to)
 {
     for (int j = 0; j < count; j++) {
         double *column = to + j * 2 * p + p;
         for (int i = 0; i < p; i++)
             column[i] = -from[i + j * p];
-        if (mass->pivot)
-            kmp_lu_solve(p, mass->factor, mass->pivot, 1, column);
-        else
-            kmp_cholesky_solve(p, mass->factor, column);
+        kmp_lu_solve(p, factor, pivot, 1, column);
     }
 }
 
@@ -219,24 +209,23 @@ int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b,
 {
     const kmp_transfer *t = transfer;
     size_t p = (size_t)t->p, outputs = (size_t)t->outputs, columns = (size_t)t->columns;
-    bool pressed = t->linear->inertia;
-    divisor mass = {KMP_NEW(double, p *p), pressed ? KMP_NEW(int, p) : NULL};
-    int failed = mass.factor && (mass.pivot || !pressed) ? factor_mass(t->linear, &mass) : -1;
+    double *mass = KMP_NEW(double, p *p);
+    int *pivot = KMP_NEW(int, p), failed = mass && pivot ? factor_mass(t->linear, mass, pivot) : -1;
     if (failed == 0) {
         memset(a, 0, 4 * p * p * sizeof *a);
         memset(b, 0, 2 * p * columns * sizeof *b);
         for (size_t k = 0; k < p; k++)
             a[k + (p + k) * 2 * p] = 1;
-        put_accelerations(t->p, &mass, t->p, t->linear->stiffness, a);
-        put_accelerations(t->p, &mass, t->p, t->linear->damping, a + 2 * p * p);
-        put_accelerations(t->p, &mass, t->columns, t->loads, b);
+        put_accelerations(t->p, mass, pivot, t->p, t->linear->stiffness, a);
+        put_accelerations(t->p, mass, pivot, t->p, t->linear->damping, a + 2 * p * p);
+        put_accelerations(t->p, mass, pivot, t->columns, t->loads, b);
         memcpy(c, t->by_u, outputs * p * sizeof *c);
         memcpy(c + outputs * p, t->by_ud, outputs * p * sizeof *c);
         memcpy(d, t->direct, outputs * columns * sizeof *d);
         add_product(t->outputs, t->p, 2 * t->p, t->by_udd, a + p, 2 * t->p, c);
         add_product(t->outputs, t->p, t->columns, t->by_udd, b + p, 2 * t->p, d);
     }
-    kmp_free(mass.factor);
-    kmp_free(mass.pivot);
+    kmp_free(mass);
+    kmp_free(pivot);
     return failed;
 }

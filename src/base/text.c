@@ -166,6 +166,27 @@ size_t kmp_text_to_number(const char *s, double *value)
     return length;
 }
 
+int kmp_text_words(kmp_arena *arena, const char *list, char ***words)
+{
+    int most = 1, count = 0;
+    for (const char *s = list; s && *s; s++)
+        most += *s == ',';
+    char *own = kmp_arena_strdup(arena, list ? list : "");
+    *words = KMP_ARENA_NEW(arena, char *, most);
+    for (char *s = own, *next; s && *words; s = next) {
+        next = strchr(s, ',');
+        if (next)
+            *next++ = '\0';
+        s += strspn(s, " \t");
+        size_t length = strlen(s);
+        while (length > 0 && strchr(" \t", s[length - 1]))
+            s[--length] = '\0';
+        (*words)[count] = s;
+        count += length > 0;
+    }
+    return count;
+}
+
 char *kmp_text_take(kmp_text *text)
 {
     char *s = reserve(text, 0) ? text->s : NULL;

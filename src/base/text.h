@@ -3,6 +3,7 @@
 #ifndef KMP_BASE_TEXT_H
 #define KMP_BASE_TEXT_H
 
+#include "base/arena.h"
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -32,6 +33,10 @@ void kmp_text_rounded(kmp_text *text, double x, int digits);
 /** Reads a plain number (digits, point, exponent; no sign, hex, inf or nan) at the beginning of `s`, whatever
  *  the locale. Returns the characters read, 0 when there is no number. */
 size_t kmp_text_to_number(const char *s, double *value);
+
+/** The words of a list with commas between, without blanks around them, in `arena`; what is empty is none, and so is
+ * NULL. Their number; 0 when there is no memory. */
+int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
 /** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */
 char *kmp_text_take(kmp_text *text);

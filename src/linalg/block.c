@@ -27,8 +27,11 @@ static bool allocate(kmp_block *b, int n, int nz)
     b->target = KMP_NEW(int, nz);
     b->scratch = KMP_NEW(double, 2 * n);
     b->signs = KMP_NEW(int, n);
+    b->place = KMP_NEW(int, n);
+    b->block_of = KMP_NEW(int, n);
+    b->due = KMP_NEW(char, n);
     return b->p && b->q && b->start && b->lu_start && b->order && b->inverse && b->pivot && b->off_start &&
-           b->off_column && b->off && b->target && b->scratch && b->signs;
+           b->off_column && b->off && b->target && b->scratch && b->signs && b->place && b->block_of && b->due;
 }
 
 /* Compressed columns of the pattern; `ap` has n + 1 places, `ai` nz. */
@@ -75,15 +78,15 @@ static int permutation_sign(int n, const int *p, int *visited)
 }
 
 /* Where each block, row and column of A stands in C. */
-static void place_blocks(kmp_block *b, int *row_at, int *col_at, int *block_of)
+static void place_blocks(kmp_block *b, int *row_at)
 {
     for (int k = 0; k < b->count; k++) {
         int size = b->start[k + 1] - b->start[k];
         b->lu_start[k + 1] = b->lu_start[k] + size * size;
         for (int i = b->start[k]; i < b->start[k + 1]; i++) {
             row_at[b->p[i]] = i;
-            col_at[b->q[i]] = i;
-            block_of[i] = k;
+            b->place[b->q[i]] = i;
+            b->block_of[i] = k;
         }
     }
     b->lu_size = b->lu_start[b->count];
@@ -93,12 +96,11 @@ static void place_blocks(kmp_block *b, int *row_at, int *col_at, int *block_of)
 }
 
 /* Each entry's place in its diagonal block; -1 for one beside the blocks, counted in off_start[row + 1]. */
-static void place_inside(kmp_block *b, const int *row, const int *col, const int *row_at, const int *col_at,
-                         const int *block_of)
+static void place_inside(kmp_block *b, const int *row, const int *col, const int *row_at)
 {
     for (int e = 0; e < b->nz; e++) {
-        int i = row_at[row[e]], j = col_at[col[e]], k = block_of[i], first = b->start[k];
-        if (k == block_of[j]) {
+        int i = row_at[row[e]], j = b->place[col[e]], k = b->block_of[i], first = b->start[k];
+        if (k == b->block_of[j]) {
             b->target[e] = b->lu_start[k] + (i - first) + (j - first) * (b->start[k + 1] - first);
         } else {
             b->target[e] = -1;
@@ -108,14 +110,14 @@ static void place_inside(kmp_block *b, const int *row, const int *col, const int
 }
 
 /* The places of the others, by rows. */
-static void place_outside(kmp_block *b, const int *row, const int *col, const int *row_at, const int *col_at)
+static void place_outside(kmp_block *b, const int *row, const int *col, const int *row_at)
 {
     for (int i = 0; i < b->n; i++)
         b->off_start[i + 1] += b->off_start[i];
     for (int e = 0; e < b->nz; e++)
         if (b->target[e] == -1) {
             int place = b->off_start[row_at[row[e]]]++;
-            b->off_column[place] = col_at[col[e]];
+            b->off_column[place] = b->place[col[e]];
             b->target[e] = -1 - place;
         }
     for (int i = b->n; i > 0; i--)
@@ -127,14 +129,14 @@ static bool analyse(kmp_block *b, const int *row, const int *col)
 {
     if (!permute(b, row, col))
         return false;
-    int n = b->n, *zeroed = KMP_NEW(int, 5 * n);
+    int n = b->n, *zeroed = KMP_NEW(int, 3 * n);
     if (!zeroed)
         return false;
+    int *row_at = zeroed + 2 * n;
     b->permutation_sign = permutation_sign(n, b->p, zeroed) * permutation_sign(n, b->q, zeroed + n);
-    int *row_at = zeroed + 2 * n, *col_at = zeroed + 3 * n, *block_of = zeroed + 4 * n;
-    place_blocks(b, row_at, col_at, block_of);
-    place_inside(b, row, col, row_at, col_at, block_of);
-    place_outside(b, row, col, row_at, col_at);
+    place_blocks(b, row_at);
+    place_inside(b, row, col, row_at);
+    place_outside(b, row, col, row_at);
     kmp_free(zeroed);
     b->lu = KMP_NEW(double, b->lu_size);
     return b->lu != NULL;
@@ -153,8 +155,9 @@ void kmp_block_free(kmp_block *b)
 {
     if (!b)
         return;
-    void *parts[] = {b->p,          b->q,   b->start,  b->lu_start, b->order, b->inverse, b->pivot, b->off_start,
-                     b->off_column, b->off, b->target, b->scratch,  b->lu,    b->signs,   b};
+    void *parts[] = {b->p,     b->q,         b->start,      b->lu_start, b->order,  b->inverse,
+                     b->pivot, b->off_start, b->off_column, b->off,      b->target, b->scratch,
+                     b->lu,    b->signs,     b->place,      b->block_of, b->due,    b};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
         kmp_free(parts[i]);
 }

@@ -23,9 +23,10 @@ int kmp_block_factor(kmp_block *b, const double *values);
 void kmp_block_solve(const kmp_block *b, int m, double *x);
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x);
 
-/** The same for right-hand sides of few entries, from which few blocks are reached; smaller values are taken as zero.
- */
-void kmp_block_solve_transposed_sparse(const kmp_block *b, int m, double nothing, double *x);
+/** A^-T of a right-hand side with `count` entries, in columns of A, from which few blocks are reached: rows and values
+ * (at most n) of the entries found. Smaller values than `nothing` are taken as zero. Returns their number. */
+int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
+                                   const double *value, int *row, double *x);
 
 /** The same as kmp_block_solve for m of 1 or 2 where x is zero in the rows of blocks that are not `used` (one a block),
  * and the answer in their columns with it. */
@@ -50,6 +51,7 @@ double kmp_block_quality(const kmp_block *b);
 /** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes: where a factorisation
  * has others than those taken before, some block has been singular in between. */
 void kmp_block_take_signs(const kmp_block *b, int *signs);
+bool kmp_block_has_signs(const kmp_block *b, const int *signs);
 
 /** The smallest absolute pivot of the last factorisation. */
 double kmp_block_smallest(const kmp_block *b);

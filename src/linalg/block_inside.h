@@ -7,7 +7,9 @@
 
 struct kmp_block {
     int n, nz, count;
-    int *p, *q, *start; /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
+    int *p, *q, *start;    /* C(i, j) = A(p[i], q[j]); block k is rows and columns start[k] .. start[k+1] - 1 */
+    int *place, *block_of; /* of each column of A in C; of each column of C */
+    char *due;             /* blocks that a right-hand side of few entries has reached */
     int permutation_sign;
     bool pairs; /* every block has two rows */
 

@@ -213,17 +213,8 @@ INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restr
             x[b->q[j] + l * n] = scratch[j * lanes + l];
 }
 
-static bool is_nothing(int count, double nothing, const double *x)
-{
-    for (int i = 0; i < count; i++)
-        if (!(fabs(x[i]) <= nothing))
-            return false;
-    return true;
-}
-
-/* First block first: the block, then its unknowns out of the later right-hand sides. nothing: 0, or what is left of a
- * block's right-hand side by rounding alone, so that the block is not reached. */
-INLINE void solve_transposed(const kmp_block *b, double nothing, int lanes, double *restrict x)
+/* First block first: the block, then its unknowns out of the later right-hand sides. */
+INLINE void solve_transposed(const kmp_block *b, int lanes, double *restrict x)
 {
     int n = b->n;
     double *restrict scratch = b->scratch;
@@ -234,11 +225,6 @@ INLINE void solve_transposed(const kmp_block *b, double nothing, int lanes, doub
         int first = b->start[k], size = b->start[k + 1] - first;
         const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = scratch + first * lanes;
-        if (nothing > 0 && is_nothing(size * lanes, nothing, w)) {
-            for (int i = 0; i < size * lanes; i++)
-                x[b->p[first + i / lanes] + i % lanes * n] = 0;
-            continue;
-        }
         FOR_SIZE(solve_block_transposed);
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
@@ -250,6 +236,56 @@ INLINE void solve_transposed(const kmp_block *b, double nothing, int lanes, doub
             }
         }
     }
+}
+
+/* Adds to the right-hand side at column j of C; the first entry of a block makes it due. `last`: the last one due. */
+static void reach(const kmp_block *b, int j, double value, int *last)
+{
+    int k = b->block_of[j];
+    if (!b->due[k])
+        memset(b->scratch + b->start[k], 0, (size_t)(b->start[k + 1] - b->start[k]) * sizeof *b->scratch);
+    b->due[k] = 1;
+    b->scratch[j] += value;
+    *last = k > *last ? k : *last;
+}
+
+static bool is_nothing(int count, double nothing, const double *x)
+{
+    for (int i = 0; i < count; i++)
+        if (!(fabs(x[i]) <= nothing))
+            return false;
+    return true;
+}
+
+int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
+                                   const double *value, int *row, double *x)
+{
+    int first_due = b->count, last = -1, found = 0, lanes = 1;
+    for (int e = 0; e < count; e++) {
+        int k = b->block_of[b->place[column[e]]];
+        first_due = k < first_due ? k : first_due;
+        reach(b, b->place[column[e]], value[e], &last);
+    }
+    for (int k = first_due; k <= last; k++) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
+        double *w = b->scratch + first;
+        bool due = b->due[k];
+        b->due[k] = 0;
+        if (!due || is_nothing(size, nothing, w))
+            continue;
+        FOR_SIZE(solve_block_transposed);
+        for (int i = 0; i < size; i++) {
+            int at = b->order[first + i];
+            if (!(fabs(w[i]) <= nothing)) {
+                row[found] = b->p[at];
+                x[found++] = w[i];
+            }
+            for (int e = b->off_start[at]; e < b->off_start[at + 1]; e++)
+                reach(b, b->off_column[e], -b->off[e] * w[i], &last);
+        }
+    }
+    return found;
 }
 
 void kmp_block_solve(const kmp_block *b, int m, double *x)
@@ -273,15 +309,9 @@ void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x
 void kmp_block_solve_transposed(const kmp_block *b, int m, double *x)
 {
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
-        solve_transposed(b, 0, 2, x);
+        solve_transposed(b, 2, x);
     if (m == 1)
-        solve_transposed(b, 0, 1, x);
-}
-
-void kmp_block_solve_transposed_sparse(const kmp_block *b, int m, double nothing, double *x)
-{
-    for (; m > 0; m--, x += b->n)
-        solve_transposed(b, nothing, 1, x);
+        solve_transposed(b, 1, x);
 }
 
 /* -- queries --------------------------------------------------------------------------------------- */
@@ -311,6 +341,11 @@ void kmp_block_take_signs(const kmp_block *b, int *signs)
 {
     for (int k = 0; k < b->count; k++)
         signs[k] = b->signs[k];
+}
+
+bool kmp_block_has_signs(const kmp_block *b, const int *signs)
+{
+    return memcmp(signs, b->signs, (size_t)b->count * sizeof *signs) == 0;
 }
 
 /* Smallest and largest absolute pivot of block k. */

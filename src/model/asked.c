@@ -11,36 +11,10 @@ typedef struct asking {
     kempe_model model; /* as it is, but for the names of its files, and its arena */
     const char *label[1];
     int count;
-    const char **word;
+    char **word;
 } asking;
 
 static const kmp_place nowhere = {0, 0, 0};
-
-static bool is_space(char c)
-{
-    return c == ' ' || c == '\t';
-}
-
-/* The words without spaces around; false: no memory. */
-static bool split(asking *a, const char *words)
-{
-    int most = 1;
-    for (const char *s = words; *s; s++)
-        most += *s == ',';
-    a->word = KMP_ARENA_NEW(&a->r.scratch, const char *, most);
-    for (const char *s = words; a->word && *s; s += *s == ',') {
-        size_t length = strcspn(s, ",");
-        const char *end = s + length, *from = s;
-        while (from < end && is_space(*from))
-            from++;
-        while (from < end && is_space(end[-1]))
-            end--;
-        if (end > from)
-            a->word[a->count++] = kmp_reader_say(&a->r, "%.*s", (int)(end - from), from);
-        s += length;
-    }
-    return a->word && !a->r.scratch.failed;
-}
 
 static kempe_status begin(asking *a, const kempe_model *model, const char *what, const char *words)
 {
@@ -52,7 +26,8 @@ static kempe_status begin(asking *a, const kempe_model *model, const char *what,
     a->r = (kmp_reader){.context = model->context, .model = &a->model, .file = what};
     if (status != KEMPE_OK)
         return status;
-    return split(a, words) ? KEMPE_OK : kmp_fail_memory(model->context);
+    a->count = kmp_text_words(&a->r.scratch, words, &a->word);
+    return a->r.scratch.failed ? kmp_fail_memory(model->context) : KEMPE_OK;
 }
 
 /* Complaints have been made; what they are here. */

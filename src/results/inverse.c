@@ -34,7 +34,7 @@ typedef struct job {
     double t_first; /* added to the times */
     kmp_guide guide;
     kmp_inverse inverse;
-    kmp_reactions reactions;
+    kmp_formulas reactions;
 } job;
 
 /* -- new and free ------------------------------------------------------------------------------------ */
@@ -329,7 +329,7 @@ static kempe_status prepare(job *j)
 
 static void release(job *j)
 {
-    kmp_reactions_free(&j->reactions);
+    kmp_formulas_free(&j->reactions);
     kmp_inverse_free(&j->inverse);
     kmp_guide_free(&j->guide);
     kmp_times_free(&j->times);
@@ -408,7 +408,7 @@ static void keep_row(job *j)
     for (size_t k = 0; k < a; k++)
         r->power[row * a + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
     if (r->loops > 0)
-        keep_reactions(j, kmp_reactions_at(&j->reactions, g->t, g->q, v->lambda));
+        keep_reactions(j, kmp_formulas_at(&j->reactions, &(kmp_instant){.t = g->t, .q = g->q, .lambda = v->lambda}));
     note_row(j, g->t);
     r->rows++;
 }
@@ -436,7 +436,7 @@ static bool is_differentiated(const kmp_prescribed *table)
 {
     bool any = false;
     for (int k = 0; k < table->count; k++)
-        any = any || !table->rate_given[k] || !table->acceleration_given[k];
+        any = any || !table->given[1][k] || !table->given[2][k];
     return any && table->rows >= FEWEST_ROWS;
 }
 
@@ -570,7 +570,7 @@ static kempe_status run(job *j)
     r->off = j->guide.off;
     r->off_t = j->guide.off_t;
     r->off_coordinate = j->guide.off_coordinate;
-    if (r->motion == KMP_INVERSE_START && j->guide.chosen) {
+    if (r->motion == KMP_INVERSE_START && j->guide.red.plant) {
         r->start_u_count = j->guide.part.p;
         memcpy(r->start_u, j->guide.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
     }

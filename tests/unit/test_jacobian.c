@@ -51,7 +51,7 @@ static bool bench_open(bench *b, const kempe_model *model)
                             .t_end = 1,
                             .implicit = true,
                             .dae = true};
-    b->road = kmp_road_closed.create(&start);
+    b->road = kmp_road_closed.create(&kmp_road_closed, &start);
     return b->road != NULL;
 }
 

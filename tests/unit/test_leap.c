@@ -73,10 +73,10 @@ static void fly(flight *f, double t0, double q, double qd, double t_end)
     f->atol[0] = f->atol[1] = 1e-9;
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-9, f->atol}};
     const kmp_solver_kind *kind = &kmp_solver_leap;
-    void *solver = kind->create(&setup);
+    kmp_solver *solver = kind->create(kind, &setup);
     CHECK(solver && kind->start(solver, t0, y, NULL, t_end, 0) == KEMPE_OK);
     f->leapt = kind->step(solver) == KEMPE_OK;
-    f->end = kind->t(solver);
+    f->end = solver->t;
     CHECK(kind->dense(solver, f->end, y, NULL) == KEMPE_OK);
     f->q = y[0];
     f->qd = y[1];

@@ -122,7 +122,7 @@ static void walk(const fixed *f, int steps, bool apart, double *end, double *mid
         f->s->together = f->together;
         f->s->trust = 9;
         CHECK(f->kind->step(f->s) == KEMPE_OK);
-        CHECK_NEAR(f->kind->t(f->s), t + h, 1e-14);
+        CHECK_NEAR(f->s->base.t, t + h, 1e-14);
         CHECK(f->kind->dense(f->s, t + INSIDE * h, inside, NULL) == KEMPE_OK);
         CHECK(f->kind->dense(f->s, t + h, y, NULL) == KEMPE_OK);
         *end = fmax(*end, off(y, t + h));
@@ -138,7 +138,7 @@ static void check_orders(const char *name, int stages, int steps, bool together,
     kmp_ode ode = {.n = 3, .rhs = fall, .jacobian = fall_jacobian, .positions = eliminates, .quadratures = eliminates};
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-2, loose}, .linear = "auto"};
     fixed f = {.kind = kmp_solver_find(name), .together = together};
-    f.s = f.kind->create(&setup);
+    f.s = f.kind->create(f.kind, &setup);
     f.s->limit = 1e-14; /* steps by no tolerance, stages to rounding */
     f.s->most_iterations = 40;
     double end[2], middle[2], unused;
@@ -208,16 +208,16 @@ static void check_two_iterations(const char *name, bool together, bool eliminate
                    .positions = eliminates ? 2 : 0,
                    .quadratures = eliminates ? 2 : 0};
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-2, atol}, .linear = "auto"};
-    kmp_radau *s = kind->create(&setup);
+    kmp_radau *s = kind->create(kind, &setup);
     s->limit = 1e-9;
     for (int k = 0; k < 10; k++) {
         CHECK(kind->start(s, 0.1 * k, y, NULL, 9, 0.01 * (1 + k)) == KEMPE_OK);
         s->together = together;
         s->trust = 9;
         CHECK(kind->step(s) == KEMPE_OK);
-        CHECK(kind->dense(s, kind->t(s), y, NULL) == KEMPE_OK);
+        CHECK(kind->dense(s, s->base.t, y, NULL) == KEMPE_OK);
     }
-    kmp_solver_work w = kind->work(s);
+    kmp_solver_work w = s->base.work;
     printf("  %s %s%s: %ld iterations, %ld steps\n", name, together ? "all stages" : "one Jacobian",
            eliminates ? ", eliminated" : "", w.newton, w.steps);
     CHECK(w.steps == 10 && w.newton == 2 * w.steps && w.rejected + w.refused == 0);
@@ -270,12 +270,12 @@ static void check_van_der_pol(const char *name, double rtol, double most, bool e
                    .jacobian = exact ? van_der_pol_jacobian : NULL,
                    .positions = exact};
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {rtol, atol}, .linear = "auto"};
-    void *s = kind->create(&setup);
+    kmp_solver *s = kind->create(kind, &setup);
     CHECK(kind->start(s, 0, y, NULL, 2, 0) == KEMPE_OK);
-    while (kind->t(s) < 2 && kind->step(s) == KEMPE_OK)
+    while (s->t < 2 && kind->step(s) == KEMPE_OK)
         ;
-    CHECK(kind->t(s) == 2 && kind->dense(s, 2, y, NULL) == KEMPE_OK);
-    kmp_solver_work w = kind->work(s);
+    CHECK(s->t == 2 && kind->dense(s, 2, y, NULL) == KEMPE_OK);
+    kmp_solver_work w = s->work;
     double worst = fmax(fabs(y[0] / 1.706167732170483 - 1), fabs(y[1] / -0.8928097010247975 - 1));
     printf("  van der Pol, %s %.0e%s: off %.1e, %ld steps, %ld rejected, %ld refused, %ld rhs, %ld Jacobians\n", name,
            rtol, exact ? "" : ", differences", worst, w.steps, w.rejected, w.refused, w.rhs, w.matrices);
@@ -325,19 +325,19 @@ static void test_linear(void)
             double rate = pow(10, 4 + 2 * decade), atol = 1e-9, y = 1, worst = 0;
             kmp_ode ode = {.n = 1, .self = &rate, .rhs = linear, .jacobian = linear_jacobian};
             kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-9, &atol}, .linear = "auto"};
-            void *s = kind->create(&setup);
+            kmp_solver *s = kind->create(kind, &setup);
             CHECK(kind->start(s, 0, &y, NULL, 20, 0) == KEMPE_OK);
-            while (kind->t(s) < 20 && kind->step(s) == KEMPE_OK) {
-                CHECK(kind->dense(s, kind->t(s), &y, NULL) == KEMPE_OK);
-                worst = check_max(worst, fabs(y - cos(kind->t(s))));
-                double middle = 0.5 * (kind->t_old(s) + kind->t(s));
+            while (s->t < 20 && kind->step(s) == KEMPE_OK) {
+                CHECK(kind->dense(s, s->t, &y, NULL) == KEMPE_OK);
+                worst = check_max(worst, fabs(y - cos(s->t)));
+                double middle = 0.5 * (s->t_old + s->t);
                 CHECK(kind->dense(s, middle, &y, NULL) == KEMPE_OK);
                 worst = check_max(worst, fabs(y - cos(middle)));
             }
-            kmp_solver_work w = kind->work(s);
+            kmp_solver_work w = s->work;
             steps[decade] = w.steps;
             most = check_max(most, worst);
-            CHECK(kind->t(s) == 20 && worst < 1e-6 && w.matrices == 1);
+            CHECK(s->t == 20 && worst < 1e-6 && w.matrices == 1);
             kind->release(s);
             kempe_context_free(context);
         }

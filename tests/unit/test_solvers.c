@@ -59,20 +59,20 @@ static void *make(const kmp_solver_kind *kind, kempe_context *context, road *r, 
 {
     ode = (kmp_ode){.n = 2, .self = r, .rhs = oscillate, .accept = accept, .jacobian = oscillate_jacobian};
     kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {rtol, tight}, .linear = "auto"};
-    void *s = kind->create(&setup);
+    kmp_solver *s = kind->create(kind, &setup);
     CHECK(s != NULL);
     return s;
 }
 
-static kempe_status run_to(const kmp_solver_kind *kind, void *s, double t_end)
+static kempe_status run_to(const kmp_solver_kind *kind, kmp_solver *s, double t_end)
 {
     kempe_status status = KEMPE_OK;
-    for (int k = 0; status == KEMPE_OK && kind->t(s) < t_end && k < 100000; k++)
+    for (int k = 0; status == KEMPE_OK && s->t < t_end && k < 100000; k++)
         status = kind->step(s);
     return status;
 }
 
-static double miss(const kmp_solver_kind *kind, void *s, double t)
+static double miss(const kmp_solver_kind *kind, kmp_solver *s, double t)
 {
     double y[2], phase = t + t * t / 20;
     CHECK(kind->dense(s, t, y, NULL) == KEMPE_OK);
@@ -88,21 +88,21 @@ static void check_accuracy(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
     road r = {.wall = 99, .fragile = 99};
-    void *s = make(kind, context, &r, 1e-9);
+    kmp_solver *s = make(kind, context, &r, 1e-9);
     long before = 0;
     for (int round = 0; round < 2; round++) {
         double worst = 0;
         r.t = 0;
         CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
-        CHECK(kind->t(s) == 0 && kind->t_old(s) == 0 && miss(kind, s, 0) == 0);
-        while (kind->t(s) < 5) {
+        CHECK(s->t == 0 && s->t_old == 0 && miss(kind, s, 0) == 0);
+        while (s->t < 5) {
             CHECK(kind->step(s) == KEMPE_OK);
-            double t0 = kind->t_old(s), t1 = kind->t(s);
+            double t0 = s->t_old, t1 = s->t;
             for (int k = 0; k <= 4; k++)
                 worst = check_max(worst, miss(kind, s, k == 4 ? t1 : t0 + 0.25 * k * (t1 - t0)));
         }
-        kmp_solver_work w = kind->work(s);
-        CHECK(kind->t(s) == 5 && worst < 1e-6 && miss(kind, s, 5) < 1e-6);
+        kmp_solver_work w = s->work;
+        CHECK(s->t == 5 && worst < 1e-6 && miss(kind, s, 5) < 1e-6);
         CHECK(w.steps > before && w.rhs > 0 && (round == 0 || w.steps == 2 * before));
         before = w.steps;
         if (round == 0)
@@ -118,10 +118,10 @@ static void check_failing(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
     road r = {.wall = 99, .fragile = 0.012};
-    void *s = make(kind, context, &r, 1e-8);
+    kmp_solver *s = make(kind, context, &r, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 1, first_step(kind)) == KEMPE_OK);
-    CHECK(run_to(kind, s, 1) == KEMPE_OK && kind->t(s) == 1);
-    CHECK(r.failed > 0 && kind->work(s).refused > 0);
+    CHECK(run_to(kind, s, 1) == KEMPE_OK && s->t == 1);
+    CHECK(r.failed > 0 && s->work.refused > 0);
     CHECK(miss(kind, s, 1) < 1e-6);
     kind->release(s);
 
@@ -129,7 +129,7 @@ static void check_failing(const kmp_solver_kind *kind)
     s = make(kind, context, &walled, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 1, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 1) == KEMPE_E_FAILED);
-    CHECK(kind->t(s) > 0.4 && kind->t(s) <= 0.5 && miss(kind, s, kind->t(s)) < 1e-6);
+    CHECK(s->t > 0.4 && s->t <= 0.5 && miss(kind, s, s->t) < 1e-6);
     kind->release(s);
     kempe_context_free(context);
 }
@@ -138,14 +138,14 @@ static void check_say(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
     road halting = {.wall = 99, .fragile = 99, .halt_at = 5};
-    void *s = make(kind, context, &halting, 1e-8);
+    kmp_solver *s = make(kind, context, &halting, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
     CHECK(run_to(kind, s, 5) == KEMPE_E_FAILED && halting.accepted == 5);
     kind->release(s);
     road r = {.wall = 99, .fragile = 99, .refuse_at = 3, .nudge = kind->corrects ? 1e-12 : 0};
     s = make(kind, context, &r, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
-    CHECK(run_to(kind, s, 5) == KEMPE_OK && kind->work(s).refused == 1 && kind->work(s).steps == r.accepted - 1 &&
+    CHECK(run_to(kind, s, 5) == KEMPE_OK && s->work.refused == 1 && s->work.steps == r.accepted - 1 &&
           miss(kind, s, 5) < 1e-6);
     kind->release(s);
     kempe_context_free(context);
@@ -156,7 +156,7 @@ static void check_allocations(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
     road r = {.wall = 99, .fragile = 99};
-    void *s = make(kind, context, &r, 1e-8);
+    kmp_solver *s = make(kind, context, &r, 1e-8);
     CHECK(kind->start(s, 0, start_y, NULL, 5, first_step(kind)) == KEMPE_OK);
     unsigned long before = kmp_memory_count();
     CHECK(run_to(kind, s, 5) == KEMPE_OK && kmp_memory_count() == before);
@@ -187,12 +187,12 @@ static void check_stiff(const kmp_solver_kind *kind)
         kempe_context *context = kempe_context_new();
         kmp_ode stiff = {.n = 1, .rhs = prothero, .jacobian = exact ? prothero_jacobian : NULL};
         kmp_solver_setup setup = {.context = context, .ode = &stiff, .tolerance = {1e-7, tight}, .linear = "auto"};
-        void *s = kind->create(&setup);
+        kmp_solver *s = kind->create(kind, &setup);
         double y = 1;
         CHECK(kind->start(s, 0, &y, NULL, 3, 1e-7) == KEMPE_OK && run_to(kind, s, 3) == KEMPE_OK);
         CHECK(kind->dense(s, 3, &y, NULL) == KEMPE_OK);
         CHECK_NEAR(y, cos(3), 1e-6);
-        kmp_solver_work w = kind->work(s);
+        kmp_solver_work w = s->work;
         CHECK(w.steps < 1500 && w.newton > 0 && w.matrices > 0 && w.factorizations > 0);
         kind->release(s);
         kempe_context_free(context);

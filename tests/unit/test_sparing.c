@@ -155,7 +155,7 @@ static void rows_on(const kmp_road_kind *kind, const kempe_system *system, const
                                   .atol = 1e-8,
                                   .rate_scale = 1,
                                   .t_end = 1};
-    kmp_road *road = kind->create(&start);
+    kmp_road *road = kind->create(kind, &start);
     CHECK(road && road->size <= 4 * MOST);
     if (road) {
         check_rows(road, system->n);
