@@ -36,19 +36,10 @@ static void stand_at_start(search *s)
     kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
 }
 
-/* Returns the spherical joint that rotation k belongs to; -1: none. */
-static int chart_of(const kempe_system *system, int k)
-{
-    for (int c = 0; c < system->chart_count; c++)
-        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
-            return c;
-    return -1;
-}
-
 /* An angle that is the user's: not of a joint that had to be centred. */
 static bool is_own(const search *s, int k)
 {
-    int c = chart_of(s->b->system, k);
+    int c = kmp_chart_of(s->b->system, k);
     return c < 0 || !s->b->assembly->chart || kmp_chart_is_own(s->b->assembly->chart, c);
 }
 
@@ -118,7 +109,7 @@ static bool same(const kempe_system *system, const double *a, const double *b)
         if (!(kmp_chart_apart(system, c, a, b) < SAME))
             return false;
     for (int k = 0; k < system->n; k++) {
-        if (chart_of(system, k) >= 0)
+        if (kmp_chart_of(system, k) >= 0)
             continue;
         double off = (a[k] - b[k]) / system->scale[k];
         if (system->model->motions[k].rotation)

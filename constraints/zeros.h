@@ -11,7 +11,7 @@
 
 typedef struct kmp_zeros {
     const kmp_partition *part; /* not owned */
-    kmp_arena arena;
+    kmp_arena arena, scratch;  /* the second while it is made */
     int n, p, blocks;
     bool whole;                      /* the factor of the reduced mass has few zeros: it is dense, in the order of u */
     int *x_start, *x_row;            /* rows of X that are not zero, by columns, ascending */
