@@ -75,8 +75,7 @@ static int size_of(sets s, int k, int most)
 /* -- X ------------------------------------------------------------------------------------------------- */
 
 /* Of each v, the u that move it: those of its block's rows, and of the later blocks that these hold. */
-static bool find_reach(kmp_zeros *z, const kmp_reduction *red, const int *jv_row, const int *jv_col, sets reach,
-                       int *block_of_column)
+static bool find_reach(kmp_zeros *z, const kmp_reduction *red, sets reach, int *block_of_column)
 {
     sets of_block = sets_new(z, z->blocks + 1, z->p);
     int *block_of_row = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
@@ -93,8 +92,8 @@ static bool find_reach(kmp_zeros *z, const kmp_reduction *red, const int *jv_row
         put(of_block, block_of_row[red->ju_row[k]], red->ju_col[k]);
     for (int b = z->blocks - 1; b >= 0; b--)
         for (int k = 0; k < red->jv_count; k++)
-            if (block_of_row[jv_row[k]] == b && block_of_column[jv_col[k]] != b)
-                join(of_block, b, set_at(of_block, block_of_column[jv_col[k]]));
+            if (block_of_row[red->jv_row[k]] == b && block_of_column[red->jv_col[k]] != b)
+                join(of_block, b, set_at(of_block, block_of_column[red->jv_col[k]]));
     for (int i = 0; i < red->r; i++)
         join(reach, i, set_at(of_block, block_of_column[i]));
     return true;
@@ -132,11 +131,11 @@ static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int
     return true;
 }
 
-static bool find_x(kmp_zeros *z, const kmp_reduction *red, const int *jv_row, const int *jv_col, sets x)
+static bool find_x(kmp_zeros *z, const kmp_reduction *red, sets x)
 {
     sets reach = sets_new(z, red->r + 1, z->p);
     int *block_of_column = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
-    return find_reach(z, red, jv_row, jv_col, reach, block_of_column) && list_x(z, red, reach, block_of_column, x);
+    return find_reach(z, red, reach, block_of_column) && list_x(z, red, reach, block_of_column, x);
 }
 
 /* -- M and X' M X ---------------------------------------------------------------------------------------- */
@@ -282,7 +281,7 @@ static void count_solves(kmp_zeros *z, const kmp_reduction *red)
     }
 }
 
-kmp_zeros *kmp_zeros_new(const kmp_reduction *red, const int *jv_row, const int *jv_col)
+kmp_zeros *kmp_zeros_new(const kmp_reduction *red)
 {
     const kmp_partition *part = red->part;
     if (part->p < LEAST || part->p > MOST)
@@ -297,9 +296,8 @@ kmp_zeros *kmp_zeros_new(const kmp_reduction *red, const int *jv_row, const int 
     z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
     z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
     sets x = sets_new(z, z->p, z->n), coupled = sets_new(z, z->p, z->p);
-    bool ok = !z->arena.failed && !z->scratch.failed && find_x(z, red, jv_row, jv_col, x) &&
-              list_mass(z, &red->plant->system->mass) && find_coupled(z, x, coupled) && order_factor(z, coupled) &&
-              (part->r > 0 || !z->whole);
+    bool ok = !z->arena.failed && !z->scratch.failed && find_x(z, red, x) && list_mass(z, &red->plant->system->mass) &&
+              find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
     kmp_arena_free(&z->scratch);
     if (!ok) {
         kmp_zeros_free(z);
