@@ -164,8 +164,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
                             .lambda = zero,
                             .rtol = 1e-10,
                             .atol = 1e-10,
-                            .rate_scale = 1,
-                            .t_end = t_end};
+                            .rate_scale = 1};
     s.road = kmp_road_carried.create(&kmp_road_carried, &given);
     if (!s.road)
         exit(1);

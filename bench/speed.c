@@ -230,8 +230,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                             .lambda = zero,
                             .rtol = 1e-10,
                             .atol = 1e-10,
-                            .rate_scale = 1,
-                            .t_end = 0.03};
+                            .rate_scale = 1};
     s->road = kmp_road_carried.create(&kmp_road_carried, &given);
     if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red) || !s->fused)
         exit(1);

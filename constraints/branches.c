@@ -14,15 +14,70 @@ enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
 #define ROUNDING 1e-13
 #define FAR      3.0 /* a translation is sampled within so many characteristic lengths */
 
+/* -- states ------------------------------------------------------------------------------------------ */
+
+bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,
+                    const double *b)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (!(kmp_chart_apart(system, c, a, b) < within))
+            return false;
+    for (int k = 0; k < system->n; k++) {
+        double off = (a[k] - b[k]) / system->scale[k];
+        if (system->model->motions[k].rotation)
+            off = remainder(off, TWO_PI);
+        if (fabs(off) < within || kmp_chart_of(system, k) >= 0)
+            continue;
+        int i = 0;
+        while (i < apart_count && apart[i] != k)
+            i++;
+        if (i == apart_count)
+            return false;
+    }
+    return true;
+}
+
+bool kmp_state_before(const kempe_system *system, double within, const double *a, const double *b)
+{
+    int k = 0;
+    while (k < system->n && !(fabs(a[k] - b[k]) > within * system->scale[k]))
+        k++;
+    return k < system->n && a[k] < b[k];
+}
+
+kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
+{
+    const kempe_system *system = scatter->system;
+    for (int k = 0; k < system->n; k++) {
+        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : scatter->far * system->length;
+        scatter->guess[k] = scatter->from[k];
+        if (!scatter->still[k])
+            scatter->guess[k] += reach * kmp_walk_random(&scatter->state);
+    }
+    kmp_guess guess = {scatter->guess, scatter->still, 0, false, 0};
+    kempe_status status = kmp_assemble_from(system, &guess, closed);
+    if (status != KEMPE_OK)
+        return status;
+    scatter->starts++;
+    if ((*closed)->closed) {
+        scatter->closed++;
+        return KEMPE_OK;
+    }
+    kempe_assembly_free(*closed);
+    *closed = NULL;
+    return KEMPE_OK;
+}
+
+/* -- what is looked for ------------------------------------------------------------------------------ */
+
 typedef struct search {
     kempe_branches *b;
     kmp_walk *walk;
     kmp_partition part; /* r = 0: no signs */
     kmp_loop_block *blocks;
     int block_count;
-    double *guess, *matrix;
+    double *matrix;
     int *order;
-    unsigned state;
 } search;
 
 /* -- what is kept ------------------------------------------------------------------------------------ */
@@ -102,30 +157,12 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
     return least < KMP_RANK_SIGN * most ? '0' : sign > 0 ? '+' : '-';
 }
 
-/* Angles of a spherical joint may say the same rotation in other words. */
-static bool same(const kempe_system *system, const double *a, const double *b)
-{
-    for (int c = 0; c < system->chart_count; c++)
-        if (!(kmp_chart_apart(system, c, a, b) < SAME))
-            return false;
-    for (int k = 0; k < system->n; k++) {
-        if (kmp_chart_of(system, k) >= 0)
-            continue;
-        double off = (a[k] - b[k]) / system->scale[k];
-        if (system->model->motions[k].rotation)
-            off = remainder(off, TWO_PI);
-        if (!(fabs(off) < SAME))
-            return false;
-    }
-    return true;
-}
-
 /* q into the list. */
 static void keep(search *s, const double *q, double residual)
 {
     const kempe_system *system = s->b->system;
     for (int k = 0; k < s->b->count; k++)
-        if (same(system, q, s->b->branch[k].q)) {
+        if (kmp_state_same(system, SAME, 0, NULL, q, s->b->branch[k].q)) {
             s->b->branch[k].hits++;
             return;
         }
@@ -149,34 +186,24 @@ static void keep(search *s, const double *q, double residual)
     s->b->branch[s->b->count++] = branch;
 }
 
-static void scatter(search *s)
+static kempe_status sample(search *s, int seed)
 {
-    const kempe_system *system = s->b->system;
-    for (int k = 0; k < system->n; k++) {
-        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : FAR * system->length;
-        s->guess[k] = s->b->assembly->q[k];
-        if (!s->b->kept[k])
-            s->guess[k] += reach * kmp_walk_random(&s->state);
-    }
-}
-
-static kempe_status sample(search *s)
-{
-    const kempe_system *system = s->b->system;
-    int starts = system->n > LARGE ? STARTS_OF_LARGE : STARTS;
-    keep(s, s->b->assembly->q, s->b->assembly->residual);
-    while (s->b->starts < starts && !s->b->many && !s->b->arena.failed && !kmp_interrupted(system->context)) {
+    kempe_branches *b = s->b;
+    kmp_scatter scatter = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
+    scatter.state = (unsigned)seed;
+    scatter.guess = KMP_ARENA_NEW(&b->arena, double, b->system->n);
+    int starts = b->system->n > LARGE ? STARTS_OF_LARGE : STARTS;
+    keep(s, b->assembly->q, b->assembly->residual);
+    while (b->starts < starts && !b->many && !b->arena.failed && !kmp_interrupted(b->system->context)) {
         kempe_assembly *a = NULL;
-        scatter(s);
-        kmp_guess guess = {s->guess, s->b->kept, 0, false, 0};
-        kempe_status status = kmp_assemble_from(system, &guess, &a);
+        kempe_status status = kmp_scatter_next(&scatter, &a);
         if (status != KEMPE_OK)
             return status;
-        s->b->starts++;
-        s->b->closed += a->closed;
-        if (a->closed)
+        if (a)
             keep(s, a->q, a->residual);
         kempe_assembly_free(a);
+        b->starts = scatter.starts;
+        b->closed = scatter.closed;
     }
     return KEMPE_OK;
 }
@@ -186,10 +213,7 @@ static kempe_status sample(search *s)
 static bool comes_before(const kempe_system *system, const kmp_branch *a, const kmp_branch *b)
 {
     int order = strcmp(a->sign, b->sign);
-    for (int k = 0; order == 0 && k < system->n; k++)
-        if (fabs(a->q[k] - b->q[k]) > SAME * system->scale[k])
-            return a->q[k] < b->q[k];
-    return order < 0;
+    return order ? order < 0 : kmp_state_before(system, SAME, a->q, b->q);
 }
 
 static void sort(kempe_branches *b)
@@ -206,9 +230,8 @@ static void sort(kempe_branches *b)
 static kempe_status find(kempe_branches *b, int seed)
 {
     int n = b->system->n;
-    search s = {.b = b, .walk = kmp_walk_new(b->system), .state = (unsigned)seed};
+    search s = {.b = b, .walk = kmp_walk_new(b->system)};
     b->kept = KMP_ARENA_NEW(&b->arena, bool, n);
-    s.guess = KMP_ARENA_NEW(&b->arena, double, n);
     s.matrix = KMP_ARENA_NEW(&b->arena, double, n *n);
     s.order = KMP_ARENA_NEW(&b->arena, int, n);
     kempe_status status = KEMPE_E_MEMORY;
@@ -217,7 +240,7 @@ static kempe_status find(kempe_branches *b, int seed)
         choose_blocks(&s);
         kmp_charts_reset(b->system, s.walk->plant->chart);
         kmp_plant_set_charts(s.walk->plant, s.walk->plant->chart);
-        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s);
+        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
         sort(b);
     }
     if (!made || b->arena.failed)

@@ -7,6 +7,29 @@
 #include "base/arena.h"
 #include "constraints/doctor.h"
 
+/** Random starts: evenly over all angles, and translations within some characteristic lengths, the loops then closed.
+ */
+typedef struct kmp_scatter {
+    const kempe_system *system;
+    const double *from; /* n */
+    const bool *still;  /* n: coordinates that stay there */
+    double far;         /* of a translation, in characteristic lengths */
+    double *guess;      /* n: room */
+    unsigned state;     /* of the sequence */
+    int starts, closed; /* so far; of these closed */
+} kmp_scatter;
+
+/** The next start, to be freed by kempe_assembly_free; NULL: it did not close. */
+kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed);
+
+/** Whether two states (n) are one but for `within`, scaled. Angles count to the turn, those of spherical joints by the
+ * rotations that they mean; coordinates of the list `apart` do not count. */
+bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,
+                    const double *b);
+
+/** Whether a comes before b by the first coordinate that differs. */
+bool kmp_state_before(const kempe_system *system, double within, const double *a, const double *b);
+
 enum { KMP_MOST_BRANCHES = 64 };
 
 typedef struct kmp_branch {

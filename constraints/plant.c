@@ -253,6 +253,13 @@ void kmp_plant_lend_closure(kmp_plant *plant, double t, const double *q, const d
     memmove(plant->q, q, (size_t)plant->n * sizeof *q);
 }
 
+void kmp_plant_mask(const kmp_plant *plant, const bool *left_out, double *masked)
+{
+    const kmp_pattern *j = &plant->system->jacobian;
+    for (int e = 0; e < j->count; e++)
+        masked[e] = left_out[j->row[e]] ? 0 : plant->jacobian[e];
+}
+
 void kmp_plant_mass(kmp_plant *plant)
 {
     const double *out = kmp_machine_run(plant->motion, KMP_STAGE_MASS);

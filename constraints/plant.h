@@ -79,6 +79,9 @@ void kmp_plant_renew_parameters(kmp_plant *plant);
 void kmp_plant_lend_closure(kmp_plant *plant, double t, const double *q, const double *h, const double *jacobian,
                             const double *h_t);
 
+/** J with the rows in `left_out` (m) zero, of the last closure, into room for all entries of J. */
+void kmp_plant_mask(const kmp_plant *plant, const bool *left_out, double *masked);
+
 /** Of a system whose numbers are rounded the rows that a choice drops, or that are open widest at the last
  * kmp_plant_closure: nothing closes them, so that they no longer count as open (kmp_plant_misfit does). */
 void kmp_plant_drop(kmp_plant *plant, int count, const int *rows);

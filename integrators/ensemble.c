@@ -15,7 +15,6 @@ kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *c
     if (!e)
         return kmp_fail_memory(model->context);
     e->context = model->context;
-    e->base = model;
     e->columns = count;
     kempe_status status = kmp_variant_new(model, count, names, &e->variant);
     if (status == KEMPE_OK)

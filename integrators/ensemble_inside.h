@@ -27,8 +27,9 @@ typedef struct kmp_instance {
     kmp_work_bound bound;
     int tries; /* in vain, since the last accepted step */
     double t, h, error_old;
-    double rate_scale, limit;          /* the |Bvu| that asks for an exchange */
-    double usual, seen_margin, seen_t; /* as kmp_margin and kmp_runner have these */
+    double rate_scale, limit;   /* the |Bvu| that asks for an exchange */
+    double pivot, usual;        /* the largest seen of the least pivots of Jv and of the last pivots of J */
+    double seen_margin, seen_t; /* of the last step's end; seen_t -1: nothing */
     double length, reach;
     double kinetic, potential; /* at the start */
     double *y, *dy;            /* size */
@@ -59,13 +60,11 @@ typedef struct kmp_lane_room {
     double *k[14];                             /* size, as published: 1 to 13 */
     double *scale;                             /* n */
     double *row_scale;                         /* m */
-    double *a;                                 /* m x n, for the margin */
     double *at;                                /* time of an evaluation */
 } kmp_lane_room;
 
 struct kmp_ensemble {
     kempe_context *context;
-    const kempe_model *base;
     kmp_variant *variant;
     kempe_system *s;
     int n, m, p, r, size, parameters; /* p, r and size: of the lanes */
@@ -86,7 +85,6 @@ struct kmp_ensemble {
     kmp_pool *pools[KMP_POOLS_MOST];
     int pool_count;
     kmp_lane_room room;
-    int done;
     double told; /* when progress was */
     kmp_ensemble_work work;
 };
@@ -125,10 +123,5 @@ void kmp_lane_room_free(kmp_lane_room *room);
 
 /** Runs a pool until nothing is left in it, or until another has more to do. */
 kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);
-
-/* ensemble_margin.c */
-
-/** The last pivot of each lane's scaled J, `a` (m x n, row by row), under complete pivoting; `a` is lost. */
-void kmp_lane_margins(size_t width, int m, int n, double *a, double *pivot);
 
 #endif

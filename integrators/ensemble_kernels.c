@@ -136,33 +136,17 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
         }
 }
 
-KMP_INLINE void scale_jacobian(size_t w, const kmp_lanes_end *e)
-{
-    for (size_t i = 0; i < (size_t)e->r * e->n * w; i++)
-        e->a[i] = 0;
-    for (int j = 0; j < e->entries; j++) {
-        double *a = e->a + ((size_t)e->row[j] * e->n + (size_t)e->col[j]) * w;
-        const double *x = e->jacobian + (size_t)j * w, *s = e->scale + (size_t)e->col[j] * w,
-                     *by = e->row_scale + (size_t)e->row[j] * w;
-        for (size_t l = 0; l < w; l++)
-            a[l] = x[l] * s[l] / by[l];
-    }
-}
-
 KMP_CLONES static void measure_8(const kmp_lanes_end *end)
 {
     measure_closures(8, end);
-    scale_jacobian(8, end);
 }
 
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
 {
-    if (width == 8) {
+    if (width == 8)
         measure_8(end);
-    } else {
+    else
         measure_closures(width, end);
-        scale_jacobian(width, end);
-    }
 }
 
 KMP_INLINE void take_lanes(size_t w, size_t size, const double *restrict which, const double *restrict from,

@@ -22,19 +22,14 @@ void kmp_lanes_solution(size_t width, size_t size, const kmp_lanes_step *step);
 
 /** What is measured at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {
-    size_t n;
     int p, r;
     const int *u, *v;         /* of the choice */
     const double *h, *dv, *b; /* r; r; r x p, column by column */
     const double *weight;     /* r: of the dependent coordinates */
     const double *scale, *row_scale;
-    int entries; /* of J */
-    const int *row, *col;
-    const double *jacobian;
     double *residual;   /* max |h|, scaled */
     double *correction; /* max |dv| in weights */
     double *growth;     /* max |Bvu|, scaled */
-    double *a;          /* J dense and scaled, rows x n */
 } kmp_lanes_end;
 
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);

@@ -5,14 +5,15 @@
 #include "integrators/dop853_table.h"
 #include "integrators/ensemble_inside.h"
 #include "integrators/ensemble_kernels.h"
+#include "linalg/dense.h"
 #include <math.h>
 #include <string.h>
 #include <time.h>
 
-enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double) };
+enum { MOST_TRIES = 1000, ALIGNED = 64 / sizeof(double), MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
 
 /* What became of an attempt in a lane. */
-typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, LEAVES } outcome;
+typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
@@ -22,7 +23,7 @@ bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
-    room->memory = KMP_NEW(double, w *((5 + 13) * size + n + m + m * n + 1) + ALIGNED);
+    room->memory = KMP_NEW(double, w *((5 + 13) * size + n + m + 1) + ALIGNED);
     if (!room->memory)
         return false;
     size_t off = (uintptr_t)room->memory / sizeof(double) % ALIGNED;
@@ -34,8 +35,7 @@ bool kmp_lane_room_init(kmp_lane_room *room, const kmp_ensemble *e, int width)
         room->k[k] = at;
     room->scale = at;
     room->row_scale = at + w * n;
-    room->a = room->row_scale + w * m;
-    room->at = room->a + w * m * n;
+    room->at = room->row_scale + w * m;
     return true;
 }
 
@@ -211,6 +211,7 @@ static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
             continue;
         }
         x->signs = signs_of(e, pool, pivot, l);
+        x->pivot = 0;
         if (x->has_slope)
             continue;
         for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
@@ -266,16 +267,15 @@ static void choose_tries(kmp_ensemble *e)
 /* What the last stage of the program has, by lanes. */
 typedef struct watched {
     const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
-    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], margin[KMP_LANES_MOST];
+    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST];
+    double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
 } watched;
 
 static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
 {
     kmp_lane_room *room = &e->room;
-    const kmp_pattern *pattern = &e->s->jacobian;
     size_t w = room->w;
-    const kmp_lanes_end end = {.n = (size_t)e->n,
-                               .p = e->p,
+    const kmp_lanes_end end = {.p = e->p,
                                .r = e->r,
                                .u = pool->part.u,
                                .v = pool->part.v,
@@ -285,17 +285,10 @@ static void measure(kmp_ensemble *e, const kmp_pool *pool, watched *x)
                                .weight = room->weight + (size_t)(2 * e->p) * w,
                                .scale = room->scale,
                                .row_scale = room->row_scale,
-                               .entries = pattern->count,
-                               .row = pattern->row,
-                               .col = pattern->col,
-                               .jacobian = x->jacobian,
                                .residual = x->residual,
                                .correction = x->correction,
-                               .growth = x->growth,
-                               .a = room->a};
+                               .growth = x->growth};
     kmp_lanes_measure(w, &end);
-    if (e->r > 0)
-        kmp_lane_margins(w, e->m, e->n, room->a, x->margin);
 }
 
 static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
@@ -310,8 +303,38 @@ static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
     measure(e, pool, x);
 }
 
+/* As looks_well of constraints/margin.c: the least pivot of Jv has not fallen far. */
+static bool looks_well(kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    kmp_instance *y = &e->instances[e->room.who[l]];
+    double least = INFINITY, before = y->pivot;
+    for (int k = 0; k < pool->layout.pivots; k++)
+        least = fmin(least, fabs(x->pivot[(size_t)k * e->room.w + l]));
+    y->pivot = fmax(y->pivot, least);
+    return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
+}
+
+/* The last pivot of the scaled J under complete pivoting, over the largest so far. */
+static double margin_of(kmp_ensemble *e, const watched *x, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    const kmp_pattern *pattern = &e->s->jacobian;
+    kmp_instance *y = &e->instances[room->who[l]];
+    double a[KMP_LANE_ROWS * MOST_COLUMNS], largest[MOST_COLUMNS], pivots[KMP_LANE_ROWS];
+    int rows[KMP_LANE_ROWS], columns[MOST_COLUMNS];
+    memset(a, 0, (size_t)(e->m * e->n) * sizeof *a);
+    for (int k = 0; k < pattern->count; k++) {
+        size_t row = (size_t)pattern->row[k], col = (size_t)pattern->col[k];
+        a[row + col * (size_t)e->m] =
+            x->jacobian[(size_t)k * room->w + l] * room->scale[col * room->w + l] / room->row_scale[row * room->w + l];
+    }
+    kmp_pivots_complete(e->m, e->n, a, largest, rows, columns, pivots);
+    y->usual = fmax(y->usual, pivots[e->m - 1]);
+    return pivots[e->m - 1] / y->usual;
+}
+
 /* Whether the road consents (accept of reduced.c): the closures corrected, the choice of u and the margin good. */
-static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *y = &e->instances[room->who[l]];
@@ -326,8 +349,8 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, const watched *x, si
     }
     if (signs_of(e, pool, x->pivot, l) != y->signs)
         return false;
-    y->usual = fmax(y->usual, x->margin[l]);
-    return x->margin[l] / y->usual >= KMP_MARGIN_DEEP;
+    x->margin[l] = looks_well(e, pool, x, l) ? INFINITY : margin_of(e, x, l);
+    return x->margin[l] >= KMP_MARGIN_DEEP;
 }
 
 static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
@@ -339,12 +362,12 @@ static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const wat
 }
 
 /* Whether the zone about a change point would take over (watch_margin of runner_change.c). */
-static bool nears_change(kmp_instance *x, double t, double h, double last)
+static bool nears_change(kmp_instance *x, double t, double h, double margin)
 {
-    double margin = last / x->usual, since = t - x->seen_t;
+    double since = t - x->seen_t;
     double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
     x->seen_margin = margin;
-    x->seen_t = t;
+    x->seen_t = isfinite(margin) ? t : -1;
     return margin < fall * KMP_GROWING * h || margin < KMP_ZONE_IN;
 }
 
@@ -414,7 +437,7 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
     kmp_lane_room *room = &e->room;
     outcome what[KMP_LANES_MOST] = {EMPTY};
     double taken[KMP_LANES_MOST];
-    watched seen = {0};
+    watched seen;
     kempe_status status = KEMPE_OK;
     choose_tries(e);
     run_stages(e, pool);

@@ -7,8 +7,7 @@
  * Accelerations, multipliers and what implicit blocks solve for, whose rates are not known, are parabolas through the
  * values at both ends and in the middle. */
 #include "base/bracket.h"
-#include "base/memory.h"
-#include "integrators/crossing.h"
+#include "integrators/events.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -43,49 +42,29 @@ static void find_outputs(kmp_event_search *s, const kempe_system *system)
         s->solved[i] = outputs[i + 2] - s->first_solved[i];
 }
 
-static bool make_looks(kmp_event_search *s, const kempe_system *system)
+static void make_looks(kmp_event_search *s, const kempe_system *system, kmp_arena *arena)
 {
-    size_t count = (size_t)system->events.count, state = 3 * (size_t)system->n + (size_t)system->m;
-    size_t size = count + state + (size_t)(s->solved[0] + s->solved[1]);
-    s->memory = KMP_NEW(double, KMP_SEARCH_LOOKS *size);
-    for (size_t i = 0; s->memory && i < KMP_SEARCH_LOOKS; i++) {
-        double *at = s->memory + i * size;
-        s->look[i] = (kmp_look){0, at, at + count, at + count + state};
+    for (int i = 0; i < KMP_SEARCH_LOOKS; i++) {
+        s->look[i].change = KMP_ARENA_NEW(arena, double, system->events.count);
+        s->look[i].state = KMP_ARENA_NEW(arena, double, 3 * system->n + system->m);
+        s->look[i].solved = KMP_ARENA_NEW(arena, double, s->solved[0] + s->solved[1]);
     }
-    return s->memory;
 }
 
-bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system)
+bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
 {
     int count = system->events.count;
-    *s = (kmp_event_search){.charts = -1};
+    s->charts = -1;
+    s->least = closely ? CLOSELY : 0;
     s->bounds = kmp_bounds_new(system->changes);
-    s->output = KMP_NEW(int, count);
-    s->third = KMP_NEW(bool, count);
-    s->open = KMP_NEW(bool, count *(KMP_SEARCH_DEPTH + 1));
-    if (!s->bounds || !s->output || !s->third || !s->open) {
-        kmp_event_search_free(s);
+    s->output = KMP_ARENA_NEW(arena, int, count);
+    s->third = KMP_ARENA_NEW(arena, bool, count);
+    s->open = KMP_ARENA_NEW(arena, bool, count *(KMP_SEARCH_DEPTH + 1));
+    if (!s->bounds || arena->failed)
         return false;
-    }
     find_outputs(s, system);
-    if (!make_looks(s, system))
-        kmp_event_search_free(s);
-    return s->memory;
-}
-
-void kmp_event_search_free(kmp_event_search *s)
-{
-    kmp_bounds_free(s->bounds);
-    kmp_free(s->output);
-    kmp_free(s->third);
-    kmp_free(s->open);
-    kmp_free(s->memory);
-    *s = (kmp_event_search){0};
-}
-
-void kmp_crossing_look_closely(kmp_crossing *crossing)
-{
-    crossing->search.least = CLOSELY;
+    make_looks(s, system, arena);
+    return !arena->failed;
 }
 
 /* -- looking ----------------------------------------------------------------------------------------- */

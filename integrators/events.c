@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions that are looked at, and that change where event_search.c has found that they do. */
+#include "integrators/events.h"
 #include "base/memory.h"
-#include "integrators/crossing.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -17,43 +17,34 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition with no time between */
 
 bool kmp_crossing_move(kmp_crossing *c, kmp_road *road, const kmp_solver_kind *kind, kmp_solver *solver)
 {
-    int n = c->s->n;
-    double *y = KMP_NEW(double, 2 * road->size + 3 * n + c->s->m);
-    if (!y)
-        return false;
-    kmp_free(c->y);
     c->search.ready = false;
     c->road = road;
     c->kind = kind;
     c->solver = solver;
-    c->y = y;
-    c->yp = y + road->size;
-    c->q = c->yp + road->size;
-    c->qd = c->q + n;
-    c->qdd = c->qd + n;
-    c->lambda = c->qdd + n;
-    return true;
+    c->y = KMP_ARENA_NEW(&road->arena, double, road->size);
+    c->yp = KMP_ARENA_NEW(&road->arena, double, road->size);
+    return !road->arena.failed;
 }
 
-kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, kmp_road *road,
-                               const kmp_solver_kind *kind, kmp_solver *solver, double span, kmp_journal *journal)
+kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, double span, double rtol, bool closely,
+                               kmp_journal *journal)
 {
+    int n = system->n, count = system->events.count;
     kmp_crossing *c = KMP_NEW(kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .end = -1};
-    bool ok = kmp_event_search_init(&c->search, system) && kmp_crossing_move(c, road, kind, solver);
-    c->change = KMP_NEW(double, 4 * system->events.count);
-    c->repeats = KMP_NEW(int, system->events.count);
-    c->stays = KMP_NEW(bool, system->events.count);
-    if (!ok || !c->change || !c->repeats || !c->stays) {
+    *c = (kmp_crossing){
+        .s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
+    const kmp_arena_room rooms[] = {{&c->q, n},          {&c->qd, n},       {&c->qdd, n},      {&c->lambda, system->m},
+                                    {&c->change, count}, {&c->last, count}, {&c->most, count}, {&c->largest, count}};
+    c->repeats = KMP_ARENA_NEW(&c->arena, int, count);
+    c->stays = KMP_ARENA_NEW(&c->arena, bool, count);
+    if (!kmp_arena_make_rooms(&c->arena, sizeof rooms / sizeof *rooms, rooms) ||
+        !kmp_event_search_init(&c->search, system, closely, &c->arena)) {
         kmp_crossing_free(c);
         return NULL;
     }
-    c->last = c->change + system->events.count;
-    c->most = c->last + system->events.count;
-    c->largest = c->most + system->events.count;
-    for (int k = 0; k < system->events.count; k++)
+    for (int k = 0; k < count; k++)
         c->last[k] = -INFINITY;
     return c;
 }
@@ -62,32 +53,9 @@ void kmp_crossing_free(kmp_crossing *c)
 {
     if (!c)
         return;
-    kmp_event_search_free(&c->search);
-    kmp_free(c->y);
-    kmp_free(c->change);
-    kmp_free(c->repeats);
-    kmp_free(c->stays);
+    kmp_bounds_free(c->search.bounds);
+    kmp_arena_free(&c->arena);
     kmp_free(c);
-}
-
-void kmp_crossing_hold_kinks(kmp_crossing *c, double rtol)
-{
-    c->kink = KINK * rtol;
-}
-
-void kmp_crossing_forget(kmp_crossing *c)
-{
-    c->search.ready = false;
-}
-
-bool kmp_crossing_is_stuck(const kmp_crossing *c)
-{
-    return c->stuck;
-}
-
-long kmp_crossing_count(const kmp_crossing *c)
-{
-    return c->count;
 }
 
 /* -- looking ----------------------------------------------------------------------------------------- */
@@ -128,11 +96,6 @@ kempe_status kmp_crossing_look(kmp_crossing *c, double t)
 {
     kempe_status status = c->kind->dense(c->solver, t, c->y, c->kind->dae ? c->yp : NULL);
     return status == KEMPE_OK ? kmp_crossing_complete(c, t, false) : status;
-}
-
-int kmp_crossing_end(const kmp_crossing *c)
-{
-    return c->end;
 }
 
 void kmp_crossing_hold_free(kmp_crossing *c, const double *change)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/journal.h"
 #include "base/memory.h"
-#include <string.h>
 
 enum { MOST_NOTES = 1000 };
 
@@ -10,12 +9,11 @@ static bool make_room(kmp_journal *journal)
     if (journal->kept < journal->capacity)
         return true;
     int capacity = journal->capacity ? 2 * journal->capacity : 16;
-    kmp_note *notes = journal->kept < MOST_NOTES ? KMP_NEW(kmp_note, capacity) : NULL;
+    kmp_note *notes = NULL;
+    if (journal->kept < MOST_NOTES)
+        notes = kmp_realloc(journal->notes, (size_t)capacity, sizeof *notes);
     if (!notes)
         return false;
-    if (journal->kept > 0)
-        memcpy(notes, journal->notes, (size_t)journal->kept * sizeof *notes);
-    kmp_free(journal->notes);
     journal->notes = notes;
     journal->capacity = capacity;
     return true;

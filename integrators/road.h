@@ -30,7 +30,7 @@ typedef struct kmp_road_start {
     const double *q, *qd; /* consistent */
     const double *qdd, *lambda;
     double work; /* of non-conservative forces so far */
-    double rtol, atol, rate_scale, t_end;
+    double rtol, atol, rate_scale;
     kmp_journal *journal;
     bool brief;    /* the road before it lasted for a few steps: what makes many steps cheaper does not pay */
     bool fixed;    /* u stays what it is, and the run ends where it goes bad */

@@ -42,8 +42,7 @@ static kempe_status attend(kmp_runner *run)
 
 static kempe_status begin(kmp_runner *run)
 {
-    kempe_status status = run->kind->start(run->solver, run->spec.t_start, run->road->y, run->road->yp, run->stop,
-                                           kmp_runner_first_step(run));
+    kempe_status status = kmp_runner_start(run, run->spec.t_start, run->road->y, run->road->yp, 0);
     if (status == KEMPE_OK && run->crossing) {
         status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
         run->event_t = run->spec.t_start;
@@ -105,15 +104,8 @@ void kmp_runner_free(kmp_runner *run)
         kmp_partition_free(&run->part);
     kmp_plant_free(run->plant);
     kmp_team_free(run->team);
-    kmp_free(run->y);
-    kmp_free(run->yp);
     kmp_margin_free(&run->margin);
-    kmp_free(run->state);
-    kmp_free(run->seen);
-    kmp_free(run->next_seen);
-    kmp_free(run->qdd);
-    kmp_free(run->lambda);
-    kmp_free(run->moved);
+    kmp_arena_free(&run->arena);
     kmp_free(run->reason);
     kmp_journal_free(&run->own);
     kmp_free(run);
@@ -225,7 +217,7 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;
-    report->events = run->crossing ? kmp_crossing_count(run->crossing) : 0;
+    report->events = run->crossing ? run->crossing->count : 0;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */

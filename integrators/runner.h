@@ -17,7 +17,8 @@ struct kmp_runner {
     kmp_run_spec spec;
     kmp_team *team; /* of the plant and all that takes its back end; NULL: none */
     kmp_plant *plant;
-    bool by_bodies; /* roads that can go by articulated bodies do */
+    kmp_arena arena; /* of arrays, but for those of a road */
+    bool by_bodies;  /* roads that can go by articulated bodies do */
     kmp_partition part;
     bool has_part;
     kmp_margin margin;
@@ -77,8 +78,8 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                                   const double *qd, double work);
 kempe_status kmp_runner_make_solver(kmp_runner *run);
 
-/** For an integrator that starts anew; 0: its own choice. */
-double kmp_runner_first_step(const kmp_runner *run);
+/** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
+kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
 
 /* runner_change.c */
 

@@ -32,7 +32,6 @@ static void tear_down(bridge *b)
         b->road->release(b->road);
     kmp_margin_free(&b->margin);
     kmp_partition_free(&b->part);
-    kmp_free(b->y);
     b->solver = NULL;
     b->road = NULL;
     b->y = NULL;
@@ -58,13 +57,12 @@ static bool set_up(bridge *b)
                                   .rtol = run->spec.rtol,
                                   .atol = run->spec.atol,
                                   .rate_scale = run->rate_scale,
-                                  .t_end = b->end,
                                   .journal = run->journal};
     b->road = kmp_road_projected.create(&kmp_road_projected, &given);
     if (!b->road)
         return false;
     b->kind = kmp_solver_find("dop853");
-    b->y = KMP_NEW(double, b->road->size);
+    b->y = KMP_ARENA_NEW(&b->road->arena, double, b->road->size);
     b->solver = b->kind->create(b->kind, &(kmp_solver_setup){.context = run->s->context,
                                                              .ode = &b->road->ode,
                                                              .dae = &b->road->dae,

@@ -181,6 +181,5 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     kmp_margin_stand_anew(&run->margin, run->plant);
     if (!resume(run, t))
         return kmp_runner_take_up(run, t, run->in_zone, work, h);
-    return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
-                            run->kind->corrects ? fmin(h, run->stop - t) : kmp_runner_first_step(run));
+    return kmp_runner_start(run, t, run->y, run->yp, h);
 }

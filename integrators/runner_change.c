@@ -23,8 +23,6 @@ static void release_road(kmp_runner *run)
     run->brief = run->solver->work.steps < KMP_ROAD_BRIEF;
     run->kind->release(run->solver);
     run->road->release(run->road);
-    kmp_free(run->y);
-    kmp_free(run->yp);
     run->solver = NULL;
     run->road = NULL;
     run->y = run->yp = NULL;
@@ -68,8 +66,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool to_zone, double 
     run->work_t = t;
     if (status != KEMPE_OK)
         return status;
-    return run->kind->start(run->solver, t, run->road->y, run->road->yp, run->stop,
-                            run->kind->corrects ? first_step : kmp_runner_first_step(run));
+    return kmp_runner_start(run, t, run->road->y, run->road->yp, first_step);
 }
 
 /* first_step: as for an integrator's start. */
@@ -259,8 +256,7 @@ static kempe_status renew(kmp_runner *run, double t)
         return KEMPE_OK;
     case KMP_CHANGED:
         h = run->solver->h > 0 ? run->solver->h : h;
-        return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
-                                run->kind->corrects ? h : kmp_runner_first_step(run));
+        return kmp_runner_start(run, t, run->y, run->yp, h);
     default:
         return KEMPE_E_FAILED;
     }
@@ -306,7 +302,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     if (-energy > run->spec.rtol * before)
         kmp_journal_note(run->journal, "impact", t, before, after,
                          "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
-    return kmp_runner_take_up(run, t, false, work + energy, fmin(h, run->stop - t));
+    return kmp_runner_take_up(run, t, false, work + energy, h);
 }
 
 /* What a condition says that ends the run. */
@@ -329,8 +325,8 @@ static kempe_status pass_event(kmp_runner *run, double t)
     double h = run->solver->t - run->solver->t_old;
     if (!run->at_event)
         return KEMPE_OK;
-    if (kmp_crossing_end(run->crossing) >= 0)
-        return end_run(run, t, kmp_crossing_end(run->crossing));
+    if (run->crossing->end >= 0)
+        return end_run(run, t, run->crossing->end);
     if (run->s->switches) {
         kempe_status passed = pass_switch(run, t);
         run->at_event = passed != KEMPE_OK;
@@ -338,8 +334,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
     }
     kempe_status status = kmp_crossing_pass(run->crossing, t, run->y, run->yp);
     if (status == KEMPE_OK)
-        status = run->kind->start(run->solver, t, run->y, run->yp, run->stop,
-                                  run->kind->corrects ? fmin(h, run->stop - t) : kmp_runner_first_step(run));
+        status = kmp_runner_start(run, t, run->y, run->yp, h);
     run->at_event = status != KEMPE_OK;
     return status;
 }
@@ -360,11 +355,10 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
     if (run->road->resume(run->road, t, q, qd, run->qdd, run->lambda, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)
-        kmp_crossing_forget(run->crossing);
+        run->crossing->search.ready = false; /* accelerations are others */
     run->anew = false;
     run->pace = h;
-    return run->kind->start(run->solver, t, run->y, run->yp, run->stop,
-                            run->kind->corrects ? fmin(h, run->stop - t) : kmp_runner_first_step(run));
+    return kmp_runner_start(run, t, run->y, run->yp, h);
 }
 
 kempe_status kmp_runner_change(kmp_runner *run, double t)

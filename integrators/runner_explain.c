@@ -126,8 +126,7 @@ bool kmp_runner_reason(kmp_runner *run, const char *otherwise, double t, kmp_tex
         kmp_put_unsettled(run->plant, text);
     else if (!locks)
         kmp_text_printf(text, "%s at t = %.9g", otherwise, t);
-    if (!locks && run->road && !kmp_is_unsettled(run->plant) &&
-        !(run->crossing && kmp_crossing_is_stuck(run->crossing)))
+    if (!locks && run->road && !kmp_is_unsettled(run->plant) && !(run->crossing && run->crossing->stuck))
         name_unknowns(run, text);
     kmp_runner_explain_angles(run, text);
     return locks;

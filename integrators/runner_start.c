@@ -127,7 +127,6 @@ kempe_status kmp_runner_make_road(kmp_runner *run, const kmp_road_kind *way, dou
                             .rtol = run->spec.rtol,
                             .atol = run->spec.atol,
                             .rate_scale = run->rate_scale,
-                            .t_end = run->spec.t_end,
                             .brief = run->brief,
                             .journal = run->journal,
                             .fixed = run->spec.fixed_u,
@@ -202,29 +201,32 @@ kempe_status kmp_runner_make_solver(kmp_runner *run)
                               .tolerance = {road->rtol > 0 ? road->rtol : run->spec.rtol, road->atol},
                               .linear = run->spec.linear};
     run->kind = integrator_of(run);
-    run->y = KMP_NEW(double, road->size);
-    run->yp = road->yp ? KMP_NEW(double, road->size) : NULL;
-    if (!run->y || (road->yp && !run->yp))
+    run->y = KMP_ARENA_NEW(&road->arena, double, road->size);
+    run->yp = road->yp ? KMP_ARENA_NEW(&road->arena, double, road->size) : NULL;
+    if (road->arena.failed)
         return kmp_fail_memory(run->s->context);
     run->solver = run->kind->create(run->kind, &setup);
     if (!run->solver || !run->s->changes)
         return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
-    if (run->crossing)
-        return kmp_crossing_move(run->crossing, road, run->kind, run->solver) ? KEMPE_OK
-                                                                              : kmp_fail_memory(run->s->context);
-    run->crossing = kmp_crossing_new(run->s, run->plant, road, run->kind, run->solver,
-                                     run->spec.t_end - run->spec.t_start, run->journal);
-    if (run->crossing && run->kind->corrects && !run->spec.kind)
-        kmp_crossing_hold_kinks(run->crossing, run->spec.rtol);
-    if (run->crossing && run->spec.closely)
-        kmp_crossing_look_closely(run->crossing);
-    return run->crossing ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    if (!run->crossing)
+        run->crossing = kmp_crossing_new(run->s, run->plant, run->spec.t_end - run->spec.t_start,
+                                         run->kind->corrects && !run->spec.kind ? run->spec.rtol : 0, run->spec.closely,
+                                         run->journal);
+    return run->crossing && kmp_crossing_move(run->crossing, road, run->kind, run->solver)
+               ? KEMPE_OK
+               : kmp_fail_memory(run->s->context);
 }
 
 /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length. */
-double kmp_runner_first_step(const kmp_runner *run)
+static double first_step_of(const kmp_runner *run)
 {
-    return run->kind->corrects ? 0 : fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
+    return fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
+}
+
+kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
+{
+    double first = run->kind->corrects ? fmin(h, run->stop - t) : first_step_of(run);
+    return run->kind->start(run->solver, t, y, yp, run->stop, first);
 }
 
 /* How near the start is to a change point, if anybody asks. */
@@ -242,19 +244,16 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
 {
+    int n = run->s->n, m = run->s->m;
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     run->plant = kmp_plant_new_shared(run->s, run->spec.backend, run->team);
-    run->qdd = KMP_NEW(double, run->s->n);
-    run->lambda = KMP_NEW(double, run->s->m);
-    run->moved = KMP_NEW(double, 3 * run->s->n + run->s->m);
-    run->state = KMP_NEW(double, 3 * run->s->n + run->s->m);
-    run->seen = KMP_NEW(double, run->s->n);
-    run->next_seen = KMP_NEW(double, run->s->n);
-    if (!run->plant || !run->qdd || !run->lambda || !run->moved || !run->state || !run->seen || !run->next_seen)
+    const kmp_arena_room rooms[] = {{&run->qdd, n},  {&run->lambda, m},    {&run->moved, 3 * n + m},
+                                    {&run->seen, n}, {&run->next_seen, n}, {&run->state, 3 * n + m}};
+    if (!run->plant || !kmp_arena_make_rooms(&run->arena, sizeof rooms / sizeof *rooms, rooms))
         return kmp_fail_memory(run->s->context);
     kmp_runner_center_start(run, start);
-    double *q = run->state, *qd = q + run->s->n;
+    double *q = run->state, *qd = q + n;
     kmp_plant_freeze(run->plant, run->spec.t_start, q, qd);
     kempe_status status = kmp_runner_choose(run, run->spec.t_start, q, -1, run->spec.u, run->spec.u_count);
     if (status == KEMPE_OK && kmp_runner_is_off(run, run->spec.t_start, q))

@@ -113,7 +113,7 @@ void kmp_sun_release(void *solver)
 int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user)
 {
     kmp_sun *s = user;
-    s->more.rhs++;
+    s->base.work.rhs = ++s->more.rhs; /* between two steps, too: an interpolant may evaluate */
     int said = s->ode.rhs(s->ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
     s->halted = s->halted || said == KMP_HALT;
     return said;
@@ -163,14 +163,17 @@ static kempe_status complain(const kmp_sun *s, int flag)
 static kmp_solver_work count(const kmp_sun *s)
 {
     kmp_solver_work w = s->more;
-    long *const total[KMP_SUN_COUNTERS] = {&w.steps,  &w.rejected, &w.refused,       &w.rhs,
-                                           &w.newton, &w.matrices, &w.factorizations};
-    for (int k = 0; k < KMP_SUN_COUNTERS; k++) {
-        long more = 0;
+    long own[KMP_SUN_COUNTERS] = {0};
+    for (int k = 0; k < KMP_SUN_COUNTERS; k++)
         if (s->counter[k])
-            (void)s->counter[k](s->memory, &more);
-        *total[k] += more;
-    }
+            (void)s->counter[k](s->memory, &own[k]);
+    w.steps += own[0];
+    w.rejected += own[1];
+    w.refused += own[2];
+    w.rhs += own[3];
+    w.newton += own[4];
+    w.matrices += own[5];
+    w.factorizations += own[6];
     return w;
 }
 
@@ -207,14 +210,15 @@ kempe_status kmp_sun_start(void *solver, double t, const double *y, const double
     return bad ? complain(s, bad) : KEMPE_OK;
 }
 
-/* The road's say about the step that ended at t; what it makes of y is left in out. */
+/* The road's say about the step that ended at t; what it makes of y, of an ODE, is left in out. */
 static int consent(kmp_sun *s, double t)
 {
     double *y = kmp_sun_data(s->out);
     int said = KMP_GO;
-    get(s, s->y, y);
     if (s->dae.accept)
-        said = s->dae.accept(s->dae.self, t, y, kmp_sun_data(s->yp));
+        said = s->dae.accept(s->dae.self, t, kmp_sun_data(s->y), kmp_sun_data(s->yp));
+    if (!s->kind->dae)
+        get(s, s->y, y);
     if (s->ode.accept) {
         s->more.rhs++;
         said = s->ode.rhs(s->ode.self, t, y, s->dy);
@@ -231,8 +235,9 @@ static int consent(kmp_sun *s, double t)
 static void take(kmp_sun *s, double t)
 {
     size_t size = (size_t)s->n * sizeof(double);
-    s->moved = memcmp(kmp_sun_data(s->y), kmp_sun_data(s->out), size) != 0;
-    memcpy(kmp_sun_data(s->y), kmp_sun_data(s->out), size);
+    s->moved = s->kind->corrects && memcmp(kmp_sun_data(s->y), kmp_sun_data(s->out), size) != 0;
+    if (s->moved)
+        memcpy(kmp_sun_data(s->y), kmp_sun_data(s->out), size);
     s->base.t_old = s->base.t;
     s->base.t = t;
 }
@@ -317,6 +322,5 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
                             s->package->name, t, s->base.t_old, s->base.t);
         get(s, at_end ? end[k] : s->out, to[k]);
     }
-    s->base.work = count(s); /* the interpolant may have evaluated */
     return KEMPE_OK;
 }

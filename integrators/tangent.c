@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/tangent.h"
-#include "base/arena.h"
 #include "base/memory.h"
 #include "integrators/tangent_numbers.h"
 #include "symbolic/partials.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -203,7 +203,7 @@ static void add_effort(gather *g)
 {
     int n = g->eq.n, source = g->list.output_count;
     g->t->first_effort = source;
-    if (!g->t->effort.system)
+    if (!g->t->forced)
         return;
     for (int k = 0; k < 2 * n; k++)
         for (int i = 0; i < n; i++)
@@ -264,7 +264,7 @@ static bool list_columns(kmp_tangents *t)
     int count = 0;
     for (int b = 0; b < KMP_TANGENT_BLOCKS; b++)
         count += columns_of(t, b) + 1;
-    int *column = t->column = KMP_NEW(int, count);
+    int *column = t->column = KMP_ARENA_NEW(&t->arena, int, count);
     for (int b = 0; column && b < KMP_TANGENT_BLOCKS; b++) {
         t->first_column[b] = (int)(column - t->column);
         for (int c = 0, k = t->start[b]; c <= columns_of(t, b); c++) {
@@ -298,11 +298,14 @@ static bool make_room(const gather *g)
 {
     kmp_tangents *t = g->t;
     int n = t->n;
-    if (!t->effort.system)
+    if (!t->forced)
         return true;
-    t->with_effort = KMP_NEW(double, g->value_count);
-    t->tangents_with_it = KMP_NEW(double, g->list.output_count + 2 * n * n + 2 * n);
-    return t->with_effort && t->tangents_with_it;
+    const kmp_arena_room rooms[] = {{&t->effort, n},
+                                    {&t->moved, n},
+                                    {&t->state, 2 * n},
+                                    {&t->with_effort, g->value_count},
+                                    {&t->tangents_with_it, g->list.output_count + 2 * n * n + 2 * n}};
+    return kmp_arena_make_rooms(&t->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 static bool is_worth_two_derivations(const kempe_system *system)
@@ -321,7 +324,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
     sets |= system->pressed_count > 0 ? KMP_SET_INVERSE : 0;
-    *tangents = (kmp_tangents){.n = system->n, .m = system->m};
+    *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has met all conditions: none is added */
     const kmp_scene scene = {.sets = sets,
@@ -332,7 +335,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     kempe_status status = kmp_equations_derive(&g.eq, system->model, &scene);
     if (status != KEMPE_OK)
         return status;
-    bool ok = kmp_effort_init(&tangents->effort, system) && collect_values(&g, values);
+    bool ok = collect_values(&g, values);
     if (ok && (status = collect_tangents(&g, system)) == KEMPE_OK) {
         sort_entries(tangents, &g.list);
         ok = list_columns(tangents) && make_machines(&g, backend, system->parameters) && make_room(&g);
@@ -371,10 +374,7 @@ void kmp_tangents_free(kmp_tangents *tangents)
     kmp_formulas_free(&tangents->value);
     kmp_formulas_free(&tangents->tangent);
     kmp_free(tangents->entry);
-    kmp_free(tangents->column);
-    kmp_free(tangents->with_effort);
-    kmp_free(tangents->tangents_with_it);
-    kmp_effort_free(&tangents->effort);
+    kmp_arena_free(&tangents->arena);
     *tangents = (kmp_tangents){0};
 }
 
@@ -390,20 +390,39 @@ static void copy_outputs(double *room, const double *outputs, const kmp_program 
 const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
 {
     const double *outputs = kmp_formulas_at(&tangents->value, at);
-    kmp_effort *effort = &tangents->effort;
-    double *out = tangents->with_effort;
-    int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
-    if (!effort->system)
+    if (!tangents->forced)
         return outputs;
+    double *out = tangents->with_effort, *effort = tangents->effort;
+    int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
     copy_outputs(out, outputs, tangents->value.program);
-    kmp_effort_eval(effort, at->t, at->q, at->qd);
-    for (int i = 0; i < effort->n; i++) {
+    kmp_system_effort(tangents->forced, at->t, at->q, at->qd, effort);
+    for (int i = 0; i < tangents->n; i++) {
         if (r >= 0)
-            out[r + i] -= effort->value[i];
+            out[r + i] -= effort[i];
         if (power >= 0)
-            out[power] += effort->value[i] * at->qd[i];
+            out[power] += effort[i] * at->qd[i];
     }
     return out;
+}
+
+/* The user's efforts, and their derivatives by q and then qd with the other sign, by forward differences. */
+static void differentiate_effort(kmp_tangents *t, const kmp_instant *at, double *force)
+{
+    int n = t->n;
+    kmp_system_effort(t->forced, at->t, at->q, at->qd, t->effort);
+    memcpy(t->state, at->q, (size_t)n * sizeof *t->state);
+    memcpy(t->state + n, at->qd, (size_t)n * sizeof *t->state);
+    for (int k = 0; k < 2 * n; k++) {
+        /* an increment that is exact in binary, of the root of the rounding of the coordinate or of its scale */
+        double kept = t->state[k], size = fmax(fabs(kept), t->forced->scale[k % n]);
+        volatile double moved = kept + 1.5e-8 * size;
+        double by = moved - kept;
+        t->state[k] += by;
+        kmp_system_effort(t->forced, at->t, t->state, t->state + n, t->moved);
+        for (int i = 0; i < n; i++)
+            force[i + k * n] = -((t->moved[i] - t->effort[i]) / by);
+        t->state[k] = kept;
+    }
 }
 
 const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant *at)
@@ -411,19 +430,16 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
     if (tangents->numbers)
         return kmp_tangent_numbers_eval(tangents->numbers, at);
     const double *outputs = kmp_formulas_at(&tangents->tangent, at);
-    kmp_effort *effort = &tangents->effort;
-    int n = effort->n;
-    if (!effort->system)
+    int n = tangents->n;
+    if (!tangents->forced)
         return outputs;
     copy_outputs(tangents->tangents_with_it, outputs, tangents->tangent.program);
-    kmp_effort_differentiate(effort, at->t, at->q, at->qd);
     double *force = tangents->tangents_with_it + tangents->first_effort, *power = force + 2 * n * n;
+    differentiate_effort(tangents, at, force);
     for (int k = 0; k < 2 * n; k++) {
-        power[k] = k < n ? 0 : effort->value[k - n];
-        for (int i = 0; i < n; i++) {
-            force[i + k * n] = -effort->tangent[i + k * n];
-            power[k] += effort->tangent[i + k * n] * at->qd[i];
-        }
+        power[k] = k < n ? 0 : tangents->effort[k - n];
+        for (int i = 0; i < n; i++)
+            power[k] -= force[i + k * n] * at->qd[i];
     }
     return tangents->tangents_with_it;
 }

@@ -8,8 +8,8 @@
 #ifndef KMP_INTEGRATORS_TANGENT_H
 #define KMP_INTEGRATORS_TANGENT_H
 
+#include "base/arena.h"
 #include "dynamics/tangents.h"
-#include "integrators/effort.h"
 #include "integrators/instant.h"
 
 /** The values. Number and size of each are n for R and J' mu, m for closures, 1 for the power. */
@@ -50,9 +50,12 @@ typedef struct kmp_tangents {
     kmp_tangent *entry;
     int *column; /* by blocks, from first_column on: the first entry of each column, and the end of the last */
     int first_column[KMP_TANGENT_BLOCKS];
-    kmp_effort effort;                      /* of the user, which no program knows */
+    const kempe_system *forced;             /* by a force of the user's, which no program knows; NULL: there is none */
+    double *effort, *moved;                 /* n: of that force, not finite where it cannot be had; beside the state */
+    double *state;                          /* 2 n: q, qd */
     double *with_effort, *tangents_with_it; /* outputs of the programs with it */
     int first_effort;                       /* source of its first tangent */
+    kmp_arena arena;                        /* of these arrays and of `column` */
     struct kmp_tangent_numbers *numbers;    /* in place of the programs (kmp_tangents_init_few) */
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;

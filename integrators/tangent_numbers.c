@@ -140,31 +140,20 @@ static void add_all(kmp_tangent_numbers *x, const kmp_instant *at, bool *mark)
 
 /* -- entries ------------------------------------------------------------------------------------------- */
 
+static int rows_of(const kmp_tangent_numbers *x, int block)
+{
+    return block == KMP_R_Q || block == KMP_R_QD ? x->n : x->m;
+}
+
 static void place_blocks(kmp_tangent_numbers *x)
 {
-    int rows[COMPUTED] = {x->n, x->n, x->m, x->m, x->m};
     for (int k = 0; k < COMPUTED; k++) {
         x->at[computed[k]] = x->size;
-        x->size += rows[k] * x->n;
+        x->size += rows_of(x, computed[k]) * x->n;
     }
     x->at[KMP_M] = x->size;
     x->at[KMP_J] = x->at[KMP_M] + x->system->mass.count;
     x->size = x->at[KMP_J] + x->system->jacobian.count;
-}
-
-static int rows_of(const kmp_tangent_numbers *x, int block)
-{
-    switch (block) {
-    case KMP_R_Q:
-    case KMP_R_QD:
-        return x->n;
-    case KMP_RATE_Q:
-    case KMP_CURVE_Q:
-    case KMP_CURVE_QD:
-        return x->m;
-    default:
-        return 0;
-    }
 }
 
 /* M has both its triangles. */

@@ -49,34 +49,20 @@ const kmp_road_kind *kmp_road_find(const char *road, const char *form)
 
 /* -- complaints: the name, and what there is --------------------------------------------------------- */
 
-typedef const char *part_fn(const kmp_way *way);
-
-static const char *road_of(const kmp_way *way)
-{
-    return way->road;
-}
-
-static const char *form_of(const kmp_way *way)
-{
-    return way->form;
-}
-
-static const char *integrator_of(const kmp_way *way)
-{
-    return way->integrator;
-}
+enum { ROAD, FORM, INTEGRATOR };
 
 /* The names of one part among the ways of a road and form (NULL: any), each once, in order. */
-static kempe_status unknown(const kempe_system *system, const char *what, const char *name, part_fn *part,
-                            const char *road, const char *form)
+static kempe_status unknown(const kempe_system *system, const char *what, const char *name, int part, const char *road,
+                            const char *form)
 {
     kmp_text known = {0};
     kmp_way way;
     for (int k = 0; kmp_way_get(k, &way); k++) {
         if ((road && strcmp(way.road, road) != 0) || (form && strcmp(way.form, form) != 0))
             continue;
-        if (!known.s || !strstr(known.s, part(&way)))
-            kmp_text_printf(&known, "%s%s", known.length ? ", " : "", part(&way));
+        const char *one = (const char *const[]){way.road, way.form, way.integrator}[part];
+        if (!known.s || !strstr(known.s, one))
+            kmp_text_printf(&known, "%s%s", known.length ? ", " : "", one);
     }
     kempe_status status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s '%s' is unknown%s%s%s; there is: %s", what,
                                    name, road ? " on the road " : "", road ? road : "",
@@ -108,7 +94,7 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
     bool own_road = !spec->road || (model->road && strcmp(spec->road, model->road) == 0);
     spec->road = or_default(spec->road, or_default(model->road, "reduced"));
     if (!kmp_road_find(spec->road, NULL))
-        return unknown(system, "road", spec->road, road_of, NULL, NULL);
+        return unknown(system, "road", spec->road, ROAD, NULL, NULL);
     if (own_road) {
         bool own_form = !spec->form || (model->form && strcmp(spec->form, model->form) == 0);
         spec->form = or_default(spec->form, model->form);
@@ -121,12 +107,12 @@ static kempe_status resolve_way(const kempe_system *system, kmp_run_spec *spec)
             spec->form = roads[k]->form;
     const kmp_road_kind *kind = kmp_road_find(spec->road, spec->form);
     if (!kind)
-        return unknown(system, "form", spec->form, form_of, spec->road, NULL);
+        return unknown(system, "form", spec->form, FORM, spec->road, NULL);
     spec->form = kind->form;
     spec->integrator = or_default(spec->integrator, first_integrator(kind));
     solver = kmp_solver_find(spec->integrator);
     if (!solver || !fits(kind, solver))
-        return unknown(system, "integrator", spec->integrator, integrator_of, spec->road, spec->form);
+        return unknown(system, "integrator", spec->integrator, INTEGRATOR, spec->road, spec->form);
     return KEMPE_OK;
 }
 

@@ -13,9 +13,16 @@
  * none of which has a higher degree. */
 enum { NODES = 8 };
 
+typedef struct kept_step {
+    struct kept_step *before, *behind;
+    double from, to;
+    double values[]; /* NODES x 2 p */
+} kept_step;
+
 typedef struct kept_mark {
+    struct kept_mark *before;
     kmp_varied_mark of; /* its arrays are copies */
-    int first_step;     /* of the steps behind it */
+    kept_step *last;    /* before it; NULL: none */
 } kept_mark;
 
 typedef struct adjoint {
@@ -23,23 +30,23 @@ typedef struct adjoint {
     kmp_varied *v;
     const kmp_forward *ask;
     const kmp_target *target;
-    bool integral, failed;
+    bool integral;
     const double *sizes;
     int n, m, p, count, size;
-    int steps, step_room, marks, mark_room;
-    double *from, *values; /* steps + 1: where each begins, and the end; steps x NODES x 2 p */
-    kept_mark *mark;
+    int steps;
+    kept_step *begin, *end; /* of the whole motion */
+    kept_mark *mark;        /* the last one */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_ode ode;
-    int at_step, low, high;                           /* steps of the segment at hand */
-    double *y, *atol, *state, *gradient, value;       /* of the target at the end */
-    double *end_q;                                    /* where the last step ends, n */
-    int *end_u;                                       /* independent there */
-    double *own_chart, *own_q, *own_qd, *own_qdd;     /* the end in the user's coordinates: charts; n */
-    double *dq, *dqd, *dqdd;                          /* n: room */
-    double *wq, *wqd, *wqdd, *wlambda, *w, *wu, *wud; /* n, n, n, m; n; p, p */
-    double *unit, *matrix;                            /* conditions; p x 2 p */
+    kept_step *first, *last, *at;                 /* steps: of the segment at hand; the one looked at last */
+    double *y, *atol, *state, *gradient, value;   /* of the target at the end */
+    double *end_q;                                /* where the last step ends, n */
+    int *end_u;                                   /* independent there */
+    double *own_chart, *own_q, *own_qd, *own_qdd; /* the end in the user's coordinates: charts; n */
+    double *dq, *dqd, *dqdd;                      /* n: room */
+    double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
+    double *unit, *matrix;                        /* conditions; p x 2 p */
     kmp_changes_weight back;
 } adjoint;
 
@@ -51,35 +58,27 @@ static double node(int j)
     return 0.5 * (1 - cos(pi * j / (NODES - 1)));
 }
 
-static bool make_room_for_step(adjoint *a)
-{
-    if (a->steps + 1 < a->step_room)
-        return true;
-    int room = 2 * a->step_room + 256;
-    double *from = kmp_realloc(a->from, (size_t)room, sizeof *from);
-    a->from = from ? from : a->from;
-    double *values = from ? kmp_realloc(a->values, (size_t)room * NODES * 2 * (size_t)a->p, sizeof *values) : NULL;
-    a->values = values ? values : a->values;
-    a->step_room = values ? room : a->step_room;
-    return values;
-}
-
 static int keep_step(void *user, kmp_runner *runner, double from, double to)
 {
     adjoint *a = user;
     const kmp_linear *l = &a->v->linear;
     size_t width = 2 * (size_t)(a->p = l->p);
     memcpy(a->end_u, l->part.u, (size_t)a->p * sizeof *a->end_u);
-    if (!make_room_for_step(a))
+    kept_step *step = kmp_arena_alloc(&a->arena, 1, sizeof *step + NODES * width * sizeof *step->values);
+    if (!step)
         return 1;
     for (int j = 0; j < NODES; j++) {
         const double *y = kmp_runner_unknowns(runner, j == NODES - 1 ? to : from + node(j) * (to - from));
         if (!y)
             return 1;
-        memcpy(a->values + ((size_t)a->steps * NODES + (size_t)j) * width, y, width * sizeof *y);
+        memcpy(step->values + (size_t)j * width, y, width * sizeof *y);
     }
-    a->from[a->steps++] = from;
-    a->from[a->steps] = to;
+    step->from = from;
+    step->to = to;
+    step->before = a->end;
+    *(a->end ? &a->end->behind : &a->begin) = step;
+    a->end = step;
+    a->steps++;
     memcpy(a->end_q, l->q, (size_t)a->n * sizeof *l->q);
     return 0;
 }
@@ -100,14 +99,9 @@ static size_t chart_size(const adjoint *a)
 static int keep_mark(void *user, const kmp_varied_mark *mark)
 {
     adjoint *a = user;
-    if (a->marks == a->mark_room) {
-        int room = 2 * a->mark_room + 16;
-        kept_mark *grown = kmp_realloc(a->mark, (size_t)room, sizeof *grown);
-        if (!grown)
-            return 1;
-        a->mark = grown;
-        a->mark_room = room;
-    }
+    kept_mark *kept_as = KMP_ARENA_NEW(&a->arena, kept_mark, 1);
+    if (!kept_as)
+        return 1;
     size_t n = (size_t)a->n, p = (size_t)a->v->linear.p, conditions = (size_t)a->v->system->events.count;
     kmp_varied_mark kept = *mark;
     kept.u = copy_of(a, mark->u, p, sizeof(int));
@@ -118,7 +112,8 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
     kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
     kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
-    a->mark[a->marks++] = (kept_mark){kept, a->steps};
+    *kept_as = (kept_mark){a->mark, kept, a->end};
+    a->mark = kept_as;
     return a->arena.failed;
 }
 
@@ -134,11 +129,11 @@ static int keep_end(void *user, const kmp_varied_row *row)
     return 0;
 }
 
-/* u and ud at t within step k, by the barycentric formula. */
-static void recall(const adjoint *a, int k, double t, double *y)
+/* u and ud at t within a step, by the barycentric formula. */
+static void recall(const adjoint *a, const kept_step *step, double t, double *y)
 {
-    const double *values = a->values + (size_t)k * NODES * 2 * (size_t)a->p;
-    double x = (t - a->from[k]) / (a->from[k + 1] - a->from[k]), sum = 0;
+    const double *values = step->values;
+    double x = (t - step->from) / (step->to - step->from), sum = 0;
     memset(y, 0, (size_t)(2 * a->p) * sizeof *y);
     for (int j = 0; j < NODES; j++) {
         double off = x - node(j), weight = (j % 2 ? -1 : 1) * (j == 0 || j == NODES - 1 ? 0.5 : 1);
@@ -156,13 +151,13 @@ static void recall(const adjoint *a, int k, double t, double *y)
 }
 
 /* The step of the segment at hand that t lies in. */
-static int step_at(adjoint *a, double t)
+static const kept_step *step_at(adjoint *a, double t)
 {
-    while (a->at_step > a->low && t < a->from[a->at_step])
-        a->at_step--;
-    while (a->at_step + 1 < a->high && t > a->from[a->at_step + 1])
-        a->at_step++;
-    return a->at_step;
+    while (a->at != a->first && t < a->at->from)
+        a->at = a->at->before;
+    while (a->at != a->last && t > a->at->to)
+        a->at = a->at->behind;
+    return a->at;
 }
 
 /* -- gradients at a state ---------------------------------------------------------------------------- */
@@ -241,7 +236,7 @@ static void go_back(adjoint *a, bool with_target, double *udd, double *u, double
 
 static int place(adjoint *a, double back)
 {
-    double t = fmin(fmax(a->ask->spec->t_end - back, a->from[a->low]), a->from[a->high]);
+    double t = fmin(fmax(a->ask->spec->t_end - back, a->first->from), a->last->to);
     recall(a, step_at(a, t), t, a->state);
     return kmp_varied_at(a->v, t, a->state, a->state + a->p);
 }
@@ -291,21 +286,27 @@ static kempe_status fail(adjoint *a, double t)
     return kmp_fail(a->v->system->context, KEMPE_E_FAILED, "backwards the state cannot be evaluated at t = %.9g", t);
 }
 
+/* The state (t, y) near q, of these independent coordinates. */
+static kempe_status stand(adjoint *a, double t, const double *q, const int *u, const double *y)
+{
+    kempe_status status = kmp_varied_choose(a->v, t, q, q, u, a->p);
+    if (status != KEMPE_OK)
+        return status;
+    if (kmp_varied_at(a->v, t, y, y + a->p) != KMP_GO)
+        return fail(a, t);
+    kmp_varied_anchor(a->v);
+    return KEMPE_OK;
+}
+
 /* The state before a mark, in its own unknowns, charts and conditions. */
 static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
 {
-    kmp_varied *v = a->v;
-    for (int k = 0; k < v->system->events.count; k++)
-        kmp_plant_set_mode(v->linear.plant, k, mark->mode[k] != 0);
+    kmp_plant *plant = a->v->linear.plant;
+    for (int k = 0; k < a->v->system->events.count; k++)
+        kmp_plant_set_mode(plant, k, mark->mode[k] != 0);
     if (mark->next.chart)
-        kmp_plant_set_charts(v->linear.plant, mark->chart);
-    kempe_status status = kmp_varied_choose(v, mark->t, mark->q, mark->q, mark->u, a->p);
-    if (status != KEMPE_OK)
-        return status;
-    if (kmp_varied_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
-        return fail(a, mark->t);
-    kmp_varied_anchor(v);
-    return KEMPE_OK;
+        kmp_plant_set_charts(plant, mark->chart);
+    return stand(a, mark->t, mark->q, mark->u, mark->y);
 }
 
 /* Weights of what became u behind the mark, as those of what was u before it. */
@@ -348,7 +349,8 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     weight += a->integral ? kmp_target_value(a->target, v) : 0;
     kmp_instant at = kmp_linear_instant(&v->linear);
     (void)kmp_slopes_values(&v->slopes->events, &at);
-    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, a->unit);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1,
+                     a->unit);
     weight /= -a->unit[mark->condition];
     memset(a->unit, 0, (size_t)v->system->events.count * sizeof *a->unit);
     a->unit[mark->condition] = weight;
@@ -361,17 +363,16 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     return KEMPE_OK;
 }
 
-/* From the end of a segment to its begin. */
-static kempe_status come_back(adjoint *a, int low, int high, double *h)
+/* From the end of the step `last` to that of the step `before` (NULL: the start). */
+static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, double *h)
 {
     kempe_context *context = a->v->system->context;
-    a->low = low;
-    a->high = high;
-    a->at_step = high - 1;
-    if (low == high)
+    if (before == last)
         return KEMPE_OK;
-    double end = a->ask->spec->t_end - a->from[low];
-    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - a->from[high], a->y, NULL, end, *h);
+    a->first = before ? before->behind : a->begin;
+    a->last = a->at = last;
+    double end = a->ask->spec->t_end - a->first->from;
+    kempe_status status = a->kind->start(a->solver, a->ask->spec->t_end - last->to, a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
@@ -387,58 +388,36 @@ static kempe_status come_back(adjoint *a, int low, int high, double *h)
 static kempe_status all_back(adjoint *a, double h)
 {
     const int *next_u = a->v->linear.part.u;
-    int high = a->steps;
+    kept_step *last = a->end;
     int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
     kempe_status status = behind ? KEMPE_OK : kmp_fail_memory(a->v->system->context);
-    for (int k = a->marks - 1; status == KEMPE_OK && k >= 0; k--) {
-        const kmp_varied_mark *mark = &a->mark[k].of;
-        status = come_back(a, a->mark[k].first_step, high, &h);
-        high = a->mark[k].first_step;
+    for (const kept_mark *k = a->mark; status == KEMPE_OK && k; k = k->before) {
+        status = come_back(a, k->last, last, &h);
+        last = k->last;
         if (status == KEMPE_OK)
-            status = mark->condition < 0 ? pass_exchange(a, mark, behind) : pass_condition(a, mark);
-        memcpy(behind, mark->u, (size_t)a->p * sizeof *behind);
+            status = k->of.condition < 0 ? pass_exchange(a, &k->of, behind) : pass_condition(a, &k->of);
+        memcpy(behind, k->of.u, (size_t)a->p * sizeof *behind);
     }
-    return status == KEMPE_OK ? come_back(a, 0, high, &h) : status;
+    return status == KEMPE_OK ? come_back(a, NULL, last, &h) : status;
 }
 
 /* -- the end ----------------------------------------------------------------------------------------- */
 
 static bool make_room(adjoint *a)
 {
-    kmp_arena *room = &a->arena;
-    size_t n = (size_t)a->n, m = (size_t)a->m, p = (size_t)a->p;
-    a->size = 2 * a->p + a->count;
-    a->y = KMP_ARENA_NEW(room, double, a->size);
-    a->atol = KMP_ARENA_NEW(room, double, a->size);
-    a->state = KMP_ARENA_NEW(room, double, 2 * p);
-    a->wq = KMP_ARENA_NEW(room, double, n);
-    a->wqd = KMP_ARENA_NEW(room, double, n);
-    a->wqdd = KMP_ARENA_NEW(room, double, n);
-    a->wlambda = KMP_ARENA_NEW(room, double, m);
-    a->w = KMP_ARENA_NEW(room, double, n);
-    a->wu = KMP_ARENA_NEW(room, double, p);
-    a->matrix = KMP_ARENA_NEW(room, double, 2 * p * p);
-    double **rooms[] = {&a->dq, &a->dqd, &a->dqdd};
-    for (int k = 0; k < 3; k++)
-        *rooms[k] = KMP_ARENA_NEW(room, double, n);
-    a->unit = KMP_ARENA_NEW(room, double, a->v->system->events.count);
-    a->back = (kmp_changes_weight){KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, p),
-                                   KMP_ARENA_NEW(room, double, p), KMP_ARENA_NEW(room, double, m),
-                                   KMP_ARENA_NEW(room, double, m), KMP_ARENA_NEW(room, double, m),
-                                   KMP_ARENA_NEW(room, double, n)};
+    int n = a->n, m = a->m, p = a->p;
+    a->size = 2 * p + a->count;
+    const kmp_arena_group groups[] = {
+        {a->size, {&a->y, &a->atol}},
+        {n, {&a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force}},
+        {m, {&a->wlambda, &a->back.h, &a->back.rate, &a->back.curve}},
+        {p, {&a->wu, &a->back.u, &a->back.ud, &a->back.udd}},
+        {2 * p, {&a->state}},
+        {2 * p * p, {&a->matrix}},
+        {a->v->system->events.count, {&a->unit}}};
     a->ode =
         (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
-    return !room->failed;
-}
-
-static void free_all(adjoint *a)
-{
-    kmp_arena_free(&a->arena);
-    kmp_free(a->from);
-    kmp_free(a->values);
-    kmp_free(a->mark);
-    if (a->solver)
-        a->kind->release(a->solver);
+    return kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* The weights at the end, in y; how large they are, for the tolerances. */
@@ -447,13 +426,10 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     kmp_varied *v = a->v;
     int p = a->p;
     double size = 0;
-    kempe_status status = kmp_varied_choose(v, a->ask->spec->t_end, a->end_q, a->end_q, a->end_u, p);
+    recall(a, a->end, a->ask->spec->t_end, a->state);
+    kempe_status status = stand(a, a->ask->spec->t_end, a->end_q, a->end_u, a->state);
     if (status != KEMPE_OK)
         return status;
-    recall(a, a->steps - 1, a->ask->spec->t_end, a->state);
-    if (kmp_varied_at(v, a->ask->spec->t_end, a->state, a->state + p) != KMP_GO)
-        return fail(a, a->ask->spec->t_end);
-    kmp_varied_anchor(v);
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
     for (int i = 0; i < p; i++) {
@@ -535,12 +511,10 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
     a.ask = &motion;
-    a.end_q = KMP_ARENA_NEW(&a.arena, double, a.n);
+    const kmp_arena_group groups[] = {{a.n, {&a.end_q, &a.own_q, &a.own_qd, &a.own_qdd}},
+                                      {(ptrdiff_t)chart_size(&a), {&a.own_chart}}};
+    (void)kmp_arena_make_groups(&a.arena, 2, groups);
     a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
-    a.own_chart = KMP_ARENA_NEW(&a.arena, double, chart_size(&a));
-    a.own_q = KMP_ARENA_NEW(&a.arena, double, a.n);
-    a.own_qd = KMP_ARENA_NEW(&a.arena, double, a.n);
-    a.own_qdd = KMP_ARENA_NEW(&a.arena, double, a.n);
     if (!a.arena.failed)
         kmp_charts_reset(varied->system, a.own_chart);
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
@@ -550,6 +524,8 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *ask, const k
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
             report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }
-    free_all(&a);
+    if (a.solver)
+        a.kind->release(a.solver);
+    kmp_arena_free(&a.arena);
     return status;
 }

@@ -1,51 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/balances.h"
+#include "analysis/operating.h"
 #include "analysis/way.h"
 #include "backend/machine.h"
 #include "base/memory.h"
-#include "constraints/assemble.h"
+#include "constraints/branches.h"
 #include "constraints/charts.h"
 #include <math.h>
 #include <string.h>
 
+enum { STARTS = 100, STARTS_OF_LARGE = 25, LARGE = 40 };
 #define TWO_PI 6.283185307179586
 #define SAME   1e-6 /* scaled: states that are nearer are one */
+#define FAR    1.0  /* a translation is sampled within so many characteristic lengths */
 
 /* -- what is kept ------------------------------------------------------------------------------------ */
-
-static bool is_spherical(const kempe_system *system, int k)
-{
-    for (int c = 0; c < system->chart_count; c++)
-        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
-            return true;
-    return false;
-}
-
-static bool is_idle(const kmp_balance *b, int k)
-{
-    for (int i = 0; i < b->idle_count; i++)
-        if (b->idle[i] == k)
-            return true;
-    return false;
-}
-
-/* Angles count to the turn; what nothing depends on does not count. */
-static bool same(const kempe_system *system, const kmp_balance *b, const double *q)
-{
-    for (int c = 0; c < system->chart_count; c++)
-        if (!(kmp_chart_apart(system, c, b->q, q) < SAME))
-            return false;
-    for (int k = 0; k < system->n; k++) {
-        if (is_spherical(system, k) || is_idle(b, k))
-            continue;
-        double off = (b->q[k] - q[k]) / system->scale[k];
-        if (system->model->motions[k].rotation)
-            off = remainder(off, TWO_PI);
-        if (!(fabs(off) < SAME))
-            return false;
-    }
-    return true;
-}
 
 static double *copy(kempe_equilibrium *e, int count, const double *from)
 {
@@ -77,7 +46,8 @@ static void keep_history(kempe_equilibrium *e, const kmp_search *search, kmp_bal
     }
 }
 
-kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
+/* Keeps l's state, in its charts, if it is another one. `near` (n): angles are told within half a turn of these. */
+static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
 {
     const kempe_system *s = e->system;
     int n = s->n, closures = s->model->closure_count;
@@ -86,7 +56,7 @@ kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const k
         return kmp_fail_memory(s->context);
     show(linear, near, q, qd);
     for (int k = 0; k < e->count; k++)
-        if (same(s, &e->balance[k], q)) {
+        if (kmp_state_same(s, SAME, e->balance[k].idle_count, e->balance[k].idle, e->balance[k].q, q)) {
             e->balance[k].hits++;
             return KEMPE_OK;
         }
@@ -97,7 +67,7 @@ kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const k
     kmp_balance *b = &e->balance[e->count];
     *b = (kmp_balance){.q = q, .qd = qd, .residual = search->residual, .hits = 1};
     for (int k = 0; e->count > 0 && k < n; k++)
-        if (s->model->motions[k].rotation && !is_spherical(s, k))
+        if (s->model->motions[k].rotation && kmp_chart_of(s, k) < 0)
             q[k] = near[k] + remainder(q[k] - near[k], TWO_PI);
     b->lambda = copy(e, s->m, linear->lambda);
     b->potential = kmp_plant_potential(linear->plant, linear->t, linear->q);
@@ -159,31 +129,14 @@ static kempe_status name_freed(kempe_equilibrium *e)
 
 /* -- finding ----------------------------------------------------------------------------------------- */
 
-/* What moves on steadily must not change the equations, unless it is held. */
-static kempe_status check_rates(const kempe_equilibrium *e)
-{
-    const kmp_balance *b = &e->balance[0];
-    for (int k = 0; k < e->rate_count; k++) {
-        int c = e->rates[k].coordinate;
-        bool held = is_idle(b, c) || e->rates[k].rate == 0;
-        for (int i = 0; e->exchange && i < e->exchange->target_count; i++)
-            held = held || e->exchange->target[i].coordinate == c;
-        if (!held)
-            return kmp_steady_complain(e->system->model, &e->rates[k]);
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                 kmp_search *search)
 {
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
         kmp_plant_set_charts(linear->plant, start->chart);
-    if (search->rate_count > 0 || search->nearest || search->quiet || search->exchange)
-        return kmp_equilibrium_find(linear, 0, q, search);
     kempe_status status = kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search);
-    if (search->rate_count > 0) {
+    if (search->rates != e->rates) {
         kmp_free(e->rates);
         e->rates = search->rates;
         e->rate_count = search->rate_count;
@@ -218,36 +171,103 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
     if (status == KEMPE_OK)
         status = name_freed(e);
     if (status == KEMPE_OK)
-        status = kmp_balances_keep(e, linear, &search, start->q);
-    if (status == KEMPE_OK)
-        status = check_rates(e);
+        status = keep(e, linear, &search, start->q);
+    if (status == KEMPE_OK && search.rate_count > 0)
+        status = kmp_operating_check(linear, &search);
     e->from_start = status == KEMPE_OK;
     return status;
 }
 
+/* -- from random starts ------------------------------------------------------------------------------- */
+
+/* Coordinates that nothing depends on, at the equilibrium at hand, and those that move steadily. */
+static void find_still(const kempe_equilibrium *e, bool *still)
+{
+    for (int k = 0; e->count > 0 && k < e->balance[0].idle_count; k++)
+        still[e->balance[0].idle[k]] = true;
+    for (int k = 0; k < e->rate_count; k++)
+        still[e->rates[k].coordinate] = true;
+}
+
+/* From the closed state of a random start. Every other one by Newton's method alone: unstable ones are found as well.
+ */
+static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_assembly *a, double *q,
+                              const double *near)
+{
+    kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .nearest = e->starts % 2 == 0, .quiet = true};
+    kmp_charts_reset(e->system, l->plant->chart);
+    if (a->chart)
+        memcpy(l->plant->chart, a->chart, (size_t)(KMP_CHART_SIZE * e->system->chart_count) * sizeof(double));
+    kmp_plant_set_charts(l->plant, l->plant->chart);
+    memcpy(q, a->inner_q ? a->inner_q : a->q, (size_t)e->system->n * sizeof *q);
+    kempe_status status = kmp_equilibrium_find(l, 0, q, &search);
+    if (status == KEMPE_OK) {
+        e->found++;
+        return keep(e, l, &search, near);
+    }
+    if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
+        return status;
+    kmp_context_clear(e->system->context); /* what is found stays */
+    return KEMPE_OK;
+}
+
+static void sort(kempe_equilibrium *e)
+{
+    int first = e->from_start ? 1 : 0;
+    for (int i = first + 1; i < e->count; i++) {
+        kmp_balance moved = e->balance[i];
+        int k = i;
+        for (; k > first && kmp_state_before(e->system, SAME, moved.q, e->balance[k - 1].q); k--)
+            e->balance[k] = e->balance[k - 1];
+        e->balance[k] = moved;
+    }
+}
+
+/* Others from random starts; coordinates that nothing depends on, and those that move steadily, as at the start. */
+static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed)
+{
+    int n = e->system->n, starts = n > LARGE ? STARTS_OF_LARGE : STARTS;
+    double *guess = KMP_ARENA_NEW(&e->arena, double, n);
+    bool *still = KMP_ARENA_NEW(&e->arena, bool, n);
+    if (!guess || !still)
+        return kmp_fail_memory(e->system->context);
+    find_still(e, still);
+    kmp_scatter scatter = {e->system, start->q, still, FAR, guess, (unsigned)seed, 0, 0};
+    while (e->starts < starts && !e->many && !kmp_interrupted(e->system->context)) {
+        kempe_assembly *a = NULL;
+        kempe_status status = kmp_scatter_next(&scatter, &a);
+        e->starts = scatter.starts;
+        e->closed = scatter.closed;
+        if (a)
+            status = try_start(e, linear, a, guess, start->q);
+        kempe_assembly_free(a);
+        if (status != KEMPE_OK)
+            return status;
+    }
+    sort(e);
+    return KEMPE_OK;
+}
+
+/* -- together ---------------------------------------------------------------------------------------- */
+
 static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_ask *ask)
 {
     kempe_assembly *start = NULL;
-    kmp_linear linear;
+    kmp_linear linear = {0};
     kempe_status status = kempe_assemble(e->system, &start);
-    bool ready = false;
-    if (status == KEMPE_OK) {
+    if (status == KEMPE_OK)
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
-        ready = status == KEMPE_OK;
-    }
     if (status == KEMPE_OK)
         status = find_first(e, &linear, start);
-    if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && ready))) {
+    if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && linear.plant))) {
         char *why = kmp_strdup(kempe_context_message(e->system->context));
-        status = why ? kmp_balances_sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1)
-                     : kmp_fail_memory(e->system->context);
+        status = why ? sample(e, &linear, start, ask->seed > 0 ? ask->seed : 1) : kmp_fail_memory(e->system->context);
         if (status == KEMPE_OK && e->count == 0)
             status = kmp_fail(e->system->context, KEMPE_E_FAILED, "%s; and none is found from %d random starts", why,
                               e->starts);
         kmp_free(why);
     }
-    if (ready)
-        kmp_linear_free(&linear);
+    kmp_linear_free(&linear);
     kempe_assembly_free(start);
     return status;
 }

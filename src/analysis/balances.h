@@ -39,12 +39,4 @@ struct kempe_equilibrium {
     char *warnings; /* of the computation, one a line */
 };
 
-/** Finds others from random starts: evenly over all angles, and translations within some characteristic lengths, the
- *  loops then closed; coordinates that nothing depends on, and those that move steadily, as at the start. Sampling:
- *  what is found is there. KEMPE_E_MEMORY. */
-kempe_status kmp_balances_sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed);
-
-/** Keeps l's state, in its charts, if it is another one. `near` (n): angles are told within half a turn of these. */
-kempe_status kmp_balances_keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near);
-
 #endif

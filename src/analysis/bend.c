@@ -110,11 +110,6 @@ void kmp_bend_free(kmp_bend *bend)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-void kmp_bend_at(kmp_bend *bend, const kmp_instant *at)
-{
-    kmp_formulas_place(&bend->bent, at);
-}
-
 static double *put(double *to, int count, const double *from)
 {
     kmp_copy_or_zero(count, from, to);

@@ -33,10 +33,8 @@ kempe_status kmp_bend_init(kmp_bend *bend, const kempe_system *system, const kmp
                            const char *const *names);
 void kmp_bend_free(kmp_bend *bend);
 
-/** Takes a state. */
-void kmp_bend_at(kmp_bend *bend, const kmp_instant *at);
-
-/** At the last state, along a and b; `parameter` is how each parameter changes along b (NULL: not). No allocation. */
+/** At the last state that `bent` was placed at, along a and b; `parameter` is how each parameter changes along b (NULL:
+ * not). No allocation. */
 kmp_bent kmp_bend_along(kmp_bend *bend, const kmp_course *a, const kmp_course *b, const double *parameter);
 
 #endif

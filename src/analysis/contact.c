@@ -279,8 +279,7 @@ static void release(job *j)
 {
     kmp_arena_free(&j->arena);
     kmp_operating_free(j->start);
-    if (j->linear.plant)
-        kmp_linear_free(&j->linear);
+    kmp_linear_free(&j->linear);
 }
 
 kempe_status kempe_contact_table_new(const kempe_system *system, const kempe_contact_ask *ask,

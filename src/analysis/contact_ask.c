@@ -53,12 +53,12 @@ static kempe_status read_over(kempe_contact_table *t)
 static kempe_status count_values(kempe_contact_table *t, int points)
 {
     int count = points;
-    for (int k = 0; count == 0 && k < t->over.count; k++)
-        if (t->over.range[k].count > 1)
-            count = t->over.range[k].count;
     bool varies = false;
-    for (int k = 0; k < t->over.count; k++)
-        varies = varies || t->over.range[k].from != t->over.range[k].to;
+    for (int k = 0; k < t->over.count; k++) {
+        const kmp_range *range = &t->over.range[k];
+        count = count == 0 && range->count > 1 ? range->count : count;
+        varies = varies || range->from != range->to;
+    }
     t->asked = count != 0 ? count : varies ? USUAL_VALUES : 1;
     if (t->asked < 1 || t->asked > MOST_VALUES || (t->asked == 1 && varies))
         return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "over: %d values are not possible: 2 to %d", t->asked,

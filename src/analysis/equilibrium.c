@@ -8,7 +8,9 @@
 #include "analysis/way.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "linalg/dense.h"
 #include "linalg/dot.h"
+#include "linalg/symmetric.h"
 #include <math.h>
 #include <string.h>
 
@@ -23,6 +25,78 @@ enum { MOST_TOLD = 12 };
 #define PUSH          0.05
 #define FARTHEST      1e4  /* what moves as far never stops */
 #define RUNAWAY_TURNS 20.0 /* rad: what went as far without an end runs away */
+
+/* -- directions -------------------------------------------------------------------------------------- */
+
+/* The scaled Kr, of what is unknown, and the eigenvectors and values of its symmetric part. false: no memory. */
+static bool decompose(kmp_way *w)
+{
+    int p = w->count;
+    for (int k = 0; k < p; k++)
+        w->size[k] = kmp_way_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            w->matrix[i + k * p] = kmp_way_entry(w, i, k) * w->size[i] * w->size[k];
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;
+    if (p > 0 && kmp_symmetric_eigen(p, w->vectors, w->values) != 0) {
+        w->status = kmp_fail_memory(w->l->system->context);
+        return false;
+    }
+    w->least = p > 0 ? w->values[0] : 1;
+    w->flat = false;
+    for (int k = 0; k < p; k++)
+        w->flat = w->flat || fabs(w->values[k]) <= KMP_WAY_FLAT;
+    return true;
+}
+
+/* The step in w->step, of what the matrix says. false: it says none. */
+static bool solve(kmp_way *w)
+{
+    int p = w->count;
+    double *factors = w->factors;
+    memcpy(factors, w->matrix, (size_t)(p * p) * sizeof *factors);
+    if (p > 0 && kmp_lu_factor(p, factors, w->pivot))
+        return false;
+    for (int k = 0; k < p; k++)
+        w->step[k] = -w->right[k];
+    kmp_lu_solve(p, factors, w->pivot, 1, w->step);
+    return true;
+}
+
+/* Makes the symmetric part positive; along flat directions that nothing pulls the step stands still. */
+static void make_positive(kmp_way *w)
+{
+    int p = w->count;
+    for (int k = 0; k < p; k++) {
+        const double *v = w->vectors + k * p;
+        double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
+        if (value < -KMP_WAY_FLAT)
+            wanted = -value;
+        else if (fabs(value) <= KMP_WAY_FLAT)
+            wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
+        for (int j = 0; wanted != value && j < p; j++)
+            for (int i = 0; i < p; i++)
+                w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
+    }
+}
+
+/* The step in w->step that leads down: Newton's where the symmetric part of Kr is positive or, to what is balanced
+ * alone, where that leads down; otherwise that of a heavily damped motion. */
+static bool find_direction(kmp_way *w)
+{
+    for (int k = 0; k < w->count; k++)
+        w->right[k] = w->force[w->place[k]] * w->size[k];
+    if (!w->search->balanced || w->flat || !solve(w) || !(kmp_dot(w->count, w->step, w->right) < 0)) {
+        make_positive(w);
+        if (!solve(w))
+            return false;
+    }
+    for (int k = 0; k < w->count; k++)
+        w->step[k] *= w->size[k];
+    return true;
+}
 
 /* -- steps ----------------------------------------------------------------------------------------------- */
 
@@ -78,36 +152,23 @@ static int farthest(const kmp_way *w, double *far)
     return best;
 }
 
-static int place_in_u(const kmp_linear *l, int coordinate)
-{
-    for (int k = 0; k < l->p; k++)
-        if (l->part.u[k] == coordinate)
-            return k;
-    return -1;
-}
-
 /* Who pulls at the start along the coordinate u[k], which has gone so far since. */
 static kempe_status complain_runaway(kmp_way *w, int k, double far)
 {
     kmp_linear *l = w->l;
     int coordinate = l->part.u[k], place = -1;
     const kmp_motion *motion = &l->system->model->motions[coordinate];
-    kmp_load_path path = {0};
     kmp_text pulls = {0};
     if (!w->search->quiet && kmp_way_at(w, w->begin))
-        place = place_in_u(l, coordinate);
-    kempe_status status = place >= 0 ? kmp_load_path_find(l, place, &path) : KEMPE_OK;
+        place = kmp_linear_place(l, coordinate);
+    kempe_status status = place >= 0 ? kmp_load_path_tell(&pulls, l, place) : KEMPE_OK;
     if (status != KEMPE_OK)
         return status;
-    if (place >= 0 && path.count > 0)
-        kmp_text_put(&pulls, "; along it pull, at the start: ");
-    kmp_load_path_tell(&pulls, l, place, &path);
     (void)kmp_fail(l->system->context, KEMPE_E_FAILED,
-                   "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s; no spring, stop or closure "
+                   "no equilibrium: nothing holds '%s', which runs away by %.3g %s%s%s; no spring, stop or closure "
                    "answers: add one, start nearer to an equilibrium, or fix it and let a load be unknown instead",
                    motion->name, far * l->system->scale[coordinate], motion->rotation ? "rad" : "m",
-                   pulls.s ? pulls.s : "");
-    kmp_load_path_free(&path);
+                   pulls.s ? "; along it pull, at the start: " : "", pulls.s ? pulls.s : "");
     kmp_text_free(&pulls);
     return KEMPE_E_FAILED;
 }
@@ -141,7 +202,8 @@ static bool step_down(kmp_way *w, double far)
     }
     double part = search_line(w);
     if (part == 0) {
-        (void)kmp_way_back(w);
+        kmp_way_take_rates(w);
+        (void)kmp_way_at(w, w->q);
         return false;
     }
     if (part == 1 && wanted > w->bound)
@@ -171,10 +233,10 @@ static kempe_status descend(kmp_way *w)
     while (w->search->iterations < MOST_DOWN) {
         if (kmp_interrupted(w->l->system->context))
             return kmp_way_complain(w, "interrupted");
-        if (!kmp_way_decompose(w))
+        if (!decompose(w))
             return w->status;
         kmp_way_note(w, w->residual);
-        far = kmp_way_direction(w) ? kmp_way_spread(w) : HUGE_VAL;
+        far = find_direction(w) ? kmp_way_spread(w) : HUGE_VAL;
         if (is_there(w, far))
             return KEMPE_OK;
         bool balanced = w->residual <= KMP_WAY_BALANCED && far <= STILL;
@@ -235,20 +297,18 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
  * and something that resists on how fast it goes. */
 static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
 {
-    double *ud = KMP_NEW(double, 2 * l->n), *work = ud ? ud + l->n : NULL, most;
+    double *work = KMP_NEW(double, l->n), most;
     search->rates = KMP_NEW(kmp_steady, l->n);
     kempe_status status =
-        ud && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
-    for (int k = 0; status == KEMPE_OK && k < l->p; k++)
-        ud[k] = qd[l->part.u[k]];
-    if (status == KEMPE_OK && kmp_linear_at(l, t, q, ud, NULL) == KEMPE_OK) {
+        work && search->rates ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
+    if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
         kmp_linear_matrices(l);
         (void)kmp_way_measure(l, work, &most);
         for (int k = 0; k < l->p; k++)
             if (kmp_way_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
-                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], ud[k], KMP_RATE_FREED};
+                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], qd[l->part.u[k]], KMP_RATE_FREED};
     }
-    kmp_free(ud);
+    kmp_free(work);
     return status;
 }
 
@@ -285,11 +345,13 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
 
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
 {
+    if (search->rate_count > 0 || search->nearest || search->quiet || search->exchange)
+        return kmp_equilibrium_find(linear, t, q, search);
     kmp_search steady = {.nearest = true};
     kempe_context *context = linear->system->context;
     kempe_status status = find_going_on(linear, t, q, qd, &steady);
     bool goes_on = steady.rate_count > 0;
-    search->quiet = search->quiet || goes_on;
+    search->quiet = goes_on;
     if (status == KEMPE_OK)
         status = kmp_equilibrium_find(linear, t, q, search);
     if (status == KEMPE_E_FAILED && goes_on) {

@@ -34,9 +34,9 @@ typedef struct kmp_search {
  * KEMPE_E_FAILED: there is none, or it is not found, and why. q and rates are then as they were. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
 
-/** The same without rates; where there is no rest, the steady motion that a start with the rates qd (n) leads to: what
- *  nothing depends on goes on at the rates at which R = 0. These are then in search->rates, to be freed by kmp_free. A
- *  note says so. */
+/** The same; where there is no rest, and nothing else is asked for, the steady motion that a start with the rates qd
+ *  (n) leads to: what nothing depends on goes on at the rates at which R = 0. These are then in search->rates, to be
+ *  freed by kmp_free. A note says so. */
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
 
 /** Coordinates that nothing depends on, at the state and beside it, into `idle` (p): how many, -1: no memory. */

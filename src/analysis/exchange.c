@@ -74,20 +74,16 @@ static kmp_target *add_target(kmp_exchange *x, const kmp_range *range)
     return target;
 }
 
-static kempe_status complain_range(kempe_context *context, const char *what, const kmp_range *range)
-{
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' takes one value, not a range", what, range->name);
-}
-
 static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fix)
 {
     for (int k = 0; k < fix->count; k++) {
-        if (fix->range[k].count != 1)
-            return complain_range(model->context, "fix", &fix->range[k]);
+        kempe_status status = kmp_range_is_value(model->context, "fix", &fix->range[k]);
+        if (status != KEMPE_OK)
+            return status;
         kmp_target *target = add_target(x, &fix->range[k]);
-        kempe_status status =
-            target->name ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
-                         : kmp_fail_memory(model->context);
+        status = target->name
+                     ? kmp_coordinate_find(model, "fix", target->name, strlen(target->name), &target->coordinate)
+                     : kmp_fail_memory(model->context);
         if (status == KEMPE_OK)
             status = kmp_range_fits_motion(model->context, "fix", &fix->range[k],
                                            model->motions[target->coordinate].rotation, 0);
@@ -138,10 +134,9 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
     kempe_status status = of ? KEMPE_OK : kmp_fail_memory(copy->context);
     copy->output_count = 0;
     for (int k = 0; status == KEMPE_OK && k < require->count; k++) {
-        if (require->range[k].count != 1) {
-            status = complain_range(copy->context, "require", &require->range[k]);
+        status = kmp_range_is_value(copy->context, "require", &require->range[k]);
+        if (status != KEMPE_OK)
             break;
-        }
         kmp_target *target = add_target(x, &require->range[k]);
         status = target->name ? kmp_asked_outputs(copy, target->name, &parts) : kmp_fail_memory(copy->context);
         if (status != KEMPE_OK || !parts)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/frequency.h"
 #include "base/bracket.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "linalg/dense.h"
 #include <complex.h>
@@ -22,25 +23,18 @@ static const double no_answer = 1e-12;
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
 {
     kmp_frequency *f = frequency;
-    size_t p = (size_t)transfer->p, inputs = (size_t)transfer->inputs->count, outputs = (size_t)transfer->outputs;
-    *f = (kmp_frequency){.transfer = transfer, .inputs = (int)inputs, .outputs = (int)outputs, .count = count};
-    size_t block = inputs * outputs, all = block * (size_t)count;
-    kmp_arena *a = &f->arena;
-    double **const large[] = {&f->re, &f->im}, **const square[] = {&f->a_re, &f->a_im, &f->terms},
-                   **const pairs[] = {&f->still, &f->h_re, &f->h_im},
-                   **const vectors[] = {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im};
-    for (int k = 0; k < 2; k++)
-        *large[k] = KMP_ARENA_NEW(a, double, all);
-    for (int k = 0; k < 3; k++) {
-        *square[k] = KMP_ARENA_NEW(a, double, p *p);
-        *pairs[k] = KMP_ARENA_NEW(a, double, block);
-    }
-    for (int k = 0; k < 5; k++)
-        *vectors[k] = KMP_ARENA_NEW(a, double, p);
-    f->at = KMP_ARENA_NEW(a, double, count);
-    f->pole = KMP_ARENA_NEW(a, bool, count);
-    f->pivot = KMP_ARENA_NEW(a, int, p);
-    return a->failed ? kmp_fail_memory(transfer->linear->system->context) : KEMPE_OK;
+    ptrdiff_t p = transfer->p, block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
+    const kmp_arena_room rooms[] = {{&f->re, all},      {&f->im, all},     {&f->at, count},   {&f->still, block},
+                                    {&f->h_re, block},  {&f->h_im, block}, {&f->a_re, p * p}, {&f->a_im, p * p},
+                                    {&f->terms, p * p}, {&f->du_re, p},    {&f->du_im, p},    {&f->scale, p},
+                                    {&f->off_re, p},    {&f->off_im, p}};
+    *f = (kmp_frequency){
+        .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
+    f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
+    f->pivot = KMP_ARENA_NEW(&f->arena, int, p);
+    return kmp_arena_make_rooms(&f->arena, sizeof rooms / sizeof *rooms, rooms)
+               ? KEMPE_OK
+               : kmp_fail_memory(transfer->linear->system->context);
 }
 
 void kmp_frequency_free(kmp_frequency *frequency)
@@ -162,9 +156,9 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     f->h_im[e] = nothing ? 0 : cimag(sum);
 }
 
-bool kmp_frequency_eval(kmp_frequency *frequency, double hz)
+/* h_re and h_im at so many Hz. false: on a pole that nothing damps. */
+static bool evaluate(kmp_frequency *f, double hz)
 {
-    kmp_frequency *f = frequency;
     double w = two_pi * hz;
     f->rounding = 0;
     if (!factor(f, w))
@@ -193,7 +187,7 @@ static double amplitude(const kmp_frequency *f, int e)
 /* NaN on a pole. */
 static double amplitude_at(kmp_frequency *f, double hz, int e)
 {
-    return kmp_frequency_eval(f, hz) ? amplitude(f, e) : NAN;
+    return evaluate(f, hz) ? amplitude(f, e) : NAN;
 }
 
 static int ascending(const void *a, const void *b)
@@ -283,7 +277,7 @@ static bool add_maximum(kmp_frequency *f, const double *place, int k, int input,
     int e = output + input * f->outputs;
     pair x = {f, e};
     double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
-    (void)kmp_frequency_eval(f, hz);
+    (void)evaluate(f, hz);
     return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
 }
 
@@ -344,7 +338,7 @@ static kempe_status look_for_peaks(kmp_frequency *f)
     double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *block) : NULL;
     bool ok = values;
     for (int k = 0; ok && k < count; k++) {
-        bool there = kmp_frequency_eval(f, place[k]);
+        bool there = evaluate(f, place[k]);
         for (size_t e = 0; e < block; e++)
             values[(size_t)k * block + e] = there ? amplitude(f, (int)e) : 0;
     }
@@ -365,7 +359,7 @@ static kempe_status look_for_peaks(kmp_frequency *f)
 static void take(kmp_frequency *f, int k)
 {
     size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
-    f->pole[k] = !kmp_frequency_eval(f, f->at[k]);
+    f->pole[k] = !evaluate(f, f->at[k]);
     if (!f->pole[k] && f->rounding > f->worst) {
         f->worst = f->rounding;
         f->worst_at = f->at[k];
@@ -378,7 +372,7 @@ static void take(kmp_frequency *f, int k)
 
 static void take_still(kmp_frequency *f)
 {
-    bool rests = kmp_frequency_eval(f, 0);
+    bool rests = evaluate(f, 0);
     size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
     for (size_t e = 0; e < block; e++) {
         double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
@@ -398,10 +392,11 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
     }
-    unsigned long failures = kmp_memory_failures();
-    f->has_spectrum = kmp_linear_spectrum(l, &f->poles) == 0;
-    if (kmp_memory_failures() > failures)
-        return kmp_fail_memory(context);
+    kempe_status status = kmp_linear_spectrum(l, &f->poles);
+    f->has_spectrum = status == KEMPE_OK;
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    kmp_context_clear(context);
     take_still(f);
     return look_for_peaks(f);
 }

@@ -44,9 +44,6 @@ typedef struct kmp_frequency {
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count);
 void kmp_frequency_free(kmp_frequency *frequency);
 
-/** h_re and h_im at so many Hz. false: on a pole that nothing damps. No allocation. */
-bool kmp_frequency_eval(kmp_frequency *frequency, double hz);
-
 /** The answers at all frequencies, the poles, and the peaks: between the given frequencies, too, since the poles say
  *  where to look. KEMPE_E_MEMORY; KEMPE_STOPPED when interrupted. */
 kempe_status kmp_frequency_run(kmp_frequency *frequency);

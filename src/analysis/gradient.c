@@ -27,7 +27,6 @@ struct kempe_gradient {
     kmp_variant *variant;
     kempe_system *system;
     kmp_linear linear;
-    bool has_linear;
     kmp_slopes *slopes;
     int n, m, count, driven, shown; /* parameters, driven coordinates, values */
     bool deep;                      /* values depend on more than q */
@@ -39,8 +38,9 @@ struct kempe_gradient {
     double *to, *from, *trial, *predicted; /* of the way */
     double *slope;                         /* n x (driven + count): dq by each of them */
     double *rates, *accelerations;         /* driven, by u */
-    double *h, *rate, *curve, *force;      /* of one parameter */
-    double *dqd, *dqdd, *dlambda, *column, *unit;
+    double *part;                          /* 3 m + n: the change that one parameter makes of the equations */
+    double *dqd, *dqdd, *dlambda, *column;
+    double *unit; /* driven: zeros */
     double *out, *jacobian, *by_driven, *q_jacobian;
 };
 
@@ -79,8 +79,8 @@ static void find_slopes(kempe_gradient *g)
     kmp_slopes_at(g->slopes, &at);
     memcpy(g->slope, g->linear.red.x, (size_t)(g->n * g->driven) * sizeof *g->slope);
     for (int k = 0; k < g->count; k++) {
-        kmp_slopes_of_parameter(g->slopes, k, g->h, g->rate, g->curve, g->force);
-        kmp_spread(&g->linear.red, NULL, g->h, slope_by(g, g->driven + k));
+        kmp_change change = kmp_slopes_change(g->slopes, k, g->part);
+        kmp_spread(&g->linear.red, NULL, change.h, slope_by(g, g->driven + k));
     }
 }
 
@@ -180,23 +180,35 @@ static void put_column(int rows, int columns, int k, const double *column, doubl
         table[(size_t)i * (size_t)columns + (size_t)k] = column[i];
 }
 
-static void differentiate(kempe_gradient *g, int k, kmp_direction *along)
+/* What variable k, a driven coordinate or behind them a parameter, changes of the values. */
+static void differentiate(kempe_gradient *g, int k)
 {
-    bool parameter = k >= g->driven;
-    kmp_slopes_along(g->slopes, &g->slopes->outputs, along, g->column);
-    if (parameter)
-        put_column(g->shown, g->count, k - g->driven, g->column, g->jacobian);
-    else
-        for (int d = 0; d < g->driven; d++)
-            if (g->order[d] == k)
-                put_column(g->shown, g->driven, d, g->column, g->by_driven);
+    int parameter = k - g->driven; /* negative: none */
+    kmp_direction along = {.q = slope_by(g, k)};
+    if (g->deep) {
+        kmp_change change = {.u = g->unit};
+        if (parameter < 0)
+            g->unit[k] = 1;
+        else
+            change = kmp_slopes_change(g->slopes, parameter, g->part);
+        kmp_linear_follow(&g->linear, &change, &(kmp_response){along.q, g->dqd, g->dqdd, g->dlambda, NULL});
+        memset(g->unit, 0, (size_t)g->driven * sizeof *g->unit);
+        along = (kmp_direction){NULL, along.q, g->dqd, g->dqdd, g->dlambda, NULL};
+    }
+    kmp_slopes_along(g->slopes, &g->slopes->outputs, &along, parameter, g->column);
+    for (int d = 0; d < g->driven; d++)
+        if (g->order[d] == k)
+            put_column(g->shown, g->driven, d, g->column, g->by_driven);
+    if (parameter >= 0) {
+        put_column(g->n, g->count, parameter, along.q, g->q_jacobian);
+        put_column(g->shown, g->count, parameter, g->column, g->jacobian);
+    }
 }
 
 /* At the last state, whose dq are known. */
 static kempe_status evaluate(kempe_gradient *g)
 {
-    kmp_linear *l = &g->linear;
-    if (g->deep && kmp_linear_at(l, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
+    if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
         return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the coordinates that are asked for");
     kmp_instant at = instant(g);
     if (g->deep)
@@ -204,29 +216,8 @@ static kempe_status evaluate(kempe_gradient *g)
     const double *shown = kmp_slopes_values(&g->slopes->outputs, &at);
     if (g->shown)
         memcpy(g->out, shown, (size_t)g->shown * sizeof *shown);
-    for (int k = 0; k < g->driven + g->count; k++) {
-        bool parameter = k >= g->driven;
-        kmp_direction along = {.q = slope_by(g, k), .parameters = parameter ? g->unit : NULL};
-        if (g->deep) {
-            kmp_change change = {.u = parameter ? NULL : g->unit + g->count};
-            if (parameter) {
-                kmp_slopes_of_parameter(g->slopes, k - g->driven, g->h, g->rate, g->curve, g->force);
-                change = (kmp_change){.h = g->h, .rate = g->rate, .curve = g->curve, .force = g->force};
-            } else {
-                g->unit[g->count + k] = 1;
-            }
-            kmp_linear_follow(l, &change, &(kmp_response){along.q, g->dqd, g->dqdd, g->dlambda, NULL});
-            along.qd = g->dqd;
-            along.qdd = g->dqdd;
-            along.lambda = g->dlambda;
-        }
-        if (parameter) {
-            g->unit[k - g->driven] = 1;
-            put_column(g->n, g->count, k - g->driven, along.q, g->q_jacobian);
-        }
-        differentiate(g, k, &along);
-        g->unit[parameter ? k - g->driven : g->count + k] = 0;
-    }
+    for (int k = 0; k < g->driven + g->count; k++)
+        differentiate(g, k);
     return KEMPE_OK;
 }
 
@@ -278,30 +269,20 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
 static bool make_room(kempe_gradient *g)
 {
     int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
-    const kmp_arena_room rooms[] = {{&g->wanted, count},
-                                    {&g->value, all},
-                                    {&g->q, n},
-                                    {&g->to, all + n},
-                                    {&g->from, all},
-                                    {&g->trial, n},
-                                    {&g->predicted, n},
-                                    {&g->slope, n * all},
-                                    {&g->rates, driven},
-                                    {&g->accelerations, driven},
-                                    {&g->h, m},
-                                    {&g->rate, m},
-                                    {&g->curve, m},
-                                    {&g->force, n},
-                                    {&g->dqd, n},
-                                    {&g->dqdd, n},
-                                    {&g->dlambda, m},
-                                    {&g->column, all + n + shown},
-                                    {&g->unit, all},
-                                    {&g->out, shown},
-                                    {&g->jacobian, shown * count},
-                                    {&g->by_driven, shown * driven},
-                                    {&g->q_jacobian, n * count}};
-    (void)kmp_arena_make_rooms(&g->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{n, {&g->q, &g->trial, &g->predicted, &g->dqd, &g->dqdd}},
+                                      {m, {&g->dlambda}},
+                                      {3 * m + n, {&g->part}},
+                                      {driven, {&g->rates, &g->accelerations, &g->unit}},
+                                      {count, {&g->wanted}},
+                                      {all, {&g->value, &g->from}},
+                                      {all + n, {&g->to}},
+                                      {all + n + shown, {&g->column}},
+                                      {n * all, {&g->slope}},
+                                      {shown, {&g->out}},
+                                      {shown * count, {&g->jacobian}},
+                                      {shown * driven, {&g->by_driven}},
+                                      {n * count, {&g->q_jacobian}}};
+    (void)kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
     g->order = KMP_ARENA_NEW(&g->arena, int, driven);
     g->name = KMP_ARENA_NEW(&g->arena, char *, shown);
     return !g->arena.failed;
@@ -388,7 +369,6 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
         g->n = g->system->n;
         g->m = g->system->m;
         status = kmp_linear_init(&g->linear, g->system, backend);
-        g->has_linear = status == KEMPE_OK;
     }
     if (status == KEMPE_OK)
         status = kmp_slopes_new(g->system, backend, g->count, ask->parameters, true, &g->slopes);
@@ -432,8 +412,7 @@ void kempe_gradient_free(kempe_gradient *gradient)
         return;
     kempe_gradient *g = gradient;
     kmp_slopes_free(g->slopes);
-    if (g->has_linear)
-        kmp_linear_free(&g->linear);
+    kmp_linear_free(&g->linear);
     kempe_system_free(g->system);
     kmp_variant_free(g->variant);
     kmp_arena_free(&g->arena);

@@ -26,20 +26,10 @@
 
 static bool make_room(kmp_guide *g)
 {
-    ptrdiff_t n = g->n;
-    const kmp_arena_room rooms[] = {{&g->q, n},
-                                    {&g->qd, n},
-                                    {&g->qdd, n},
-                                    {&g->trial, n},
-                                    {&g->move, n},
-                                    {&g->ud, n},
-                                    {&g->udd, n},
-                                    {&g->rest, n},
-                                    {&g->from, n},
-                                    {&g->tq, n},
-                                    {&g->tqd, n},
-                                    {&g->tqdd, n},
-                                    {&g->masked, g->system->jacobian.count}};
+    ptrdiff_t n = g->n, entries = g->system->jacobian.count;
+    const kmp_arena_room rooms[] = {{&g->q, n},   {&g->qd, n},   {&g->qdd, n},         {&g->trial, n}, {&g->move, n},
+                                    {&g->ud, n},  {&g->udd, n},  {&g->rest, n},        {&g->from, n},  {&g->tq, n},
+                                    {&g->tqd, n}, {&g->tqdd, n}, {&g->masked, entries}};
     g->sign = KMP_ARENA_NEW(&g->arena, int, n);
     g->u = KMP_ARENA_NEW(&g->arena, int, n);
     g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
@@ -100,46 +90,31 @@ void kmp_guide_free(kmp_guide *guide)
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-void kmp_guide_mask(const kmp_plant *plant, const bool *left_out, double *masked)
-{
-    const kmp_pattern *j = &plant->system->jacobian;
-    for (int e = 0; e < j->count; e++)
-        masked[e] = left_out[j->row[e]] ? 0 : plant->jacobian[e];
-}
-
 static const char *name_of(const kmp_guide *g, int coordinate)
 {
     return g->system->model->motions[coordinate].name;
 }
 
-/* Names of a list, with commas; NULL: no memory. */
-static char *names_of(const kmp_guide *g, int count, const int *list)
-{
-    kmp_text text = {0};
-    for (int k = 0; k < count; k++)
-        kmp_text_printf(&text, "%s'%s'", k ? ", " : "", name_of(g, list[k]));
-    kmp_text_put(&text, "");
-    return kmp_text_take(&text);
-}
-
 static kempe_status fail_undetermined(const kmp_guide *g, int count, const int *free_ones)
 {
     kempe_context *context = g->system->context;
-    char *names = names_of(g, count, free_ones);
-    if (!names)
-        return kmp_fail_memory(context);
-    if (g->motion)
-        (void)kmp_fail(context, KEMPE_E_FAILED,
+    kmp_text names = {0};
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&names, "%s'%s'", k ? ", " : "", name_of(g, free_ones[k]));
+    kempe_status status = KEMPE_E_FAILED;
+    if (names.failed)
+        status = kmp_fail_memory(context);
+    else if (g->motion)
+        (void)kmp_fail(context, status,
                        "the coordinates of the motion do not say how all others move: %d more %s wanted, such as %s",
-                       count, count == 1 ? "is" : "are", names);
+                       count, count == 1 ? "is" : "are", names.s);
     else
-        (void)kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion that "
-            "was simulated",
-            names, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
-    kmp_free(names);
-    return KEMPE_E_FAILED;
+        (void)kmp_fail(context, status,
+                       "the drives do not say how all coordinates move: %s %s free; drive %s too, or give a motion "
+                       "that was simulated",
+                       names.s, count == 1 ? "is" : "are", count == 1 ? "it" : "them");
+    kmp_text_free(&names);
+    return status;
 }
 
 /* u among the coordinates of the table: all others must be determined by them. */
@@ -162,7 +137,7 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
     int count = g->at_rest ? g->wish_count : 0;
     forget_choice(g);
     kmp_plant_closure(g->plant, t, q);
-    kmp_guide_mask(g->plant, g->left_out, g->masked);
+    kmp_plant_mask(g->plant, g->left_out, g->masked);
     if (count > 0)
         memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
     kempe_status status = some ? choose_among_given(g, &count) : KEMPE_OK;
@@ -180,17 +155,11 @@ static kempe_status choose(kmp_guide *g, double t, const double *q)
 
 /* -- one state --------------------------------------------------------------------------------------- */
 
-/* What the table says at t, into tq, tqd, tqdd by coordinate. */
+/* What the table says at t. */
 static void read_table(kmp_guide *g, double t)
 {
-    if (!g->motion)
-        return;
-    kmp_prescribed_at(g->motion, t, g->from, g->ud, g->udd);
-    for (int k = 0; k < g->motion->count; k++) {
-        g->tq[g->motion->coordinate[k]] = g->from[k];
-        g->tqd[g->motion->coordinate[k]] = g->ud[k];
-        g->tqdd[g->motion->coordinate[k]] = g->udd[k];
-    }
+    if (g->motion)
+        kmp_prescribed_at(g->motion, t, g->tq, g->tqd, g->tqdd);
 }
 
 /* Closes `trial` on its u; rows that were dropped as redundant must close with it. */

@@ -50,7 +50,4 @@ kempe_status kmp_guide_start(kmp_guide *guide, double t);
 /** Goes on to a later t. KEMPE_E_FAILED: the loops cannot be closed beyond a time that is said. */
 kempe_status kmp_guide_advance(kmp_guide *guide, double t);
 
-/** J with the rows in `left_out` (m) zero, of the plant's last closure, into room for all entries of J. */
-void kmp_guide_mask(const kmp_plant *plant, const bool *left_out, double *masked);
-
 #endif

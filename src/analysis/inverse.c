@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/inverse.h"
-#include "analysis/guide.h"
 #include "constraints/pressing.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
@@ -13,17 +12,12 @@
 
 static bool make_room(kmp_inverse *v)
 {
-    kmp_arena *a = &v->arena;
-    v->actuator = KMP_ARENA_NEW(a, int, v->a);
-    v->weight = KMP_ARENA_NEW(a, double, v->a);
-    v->tau = KMP_ARENA_NEW(a, double, v->a);
-    v->lambda = KMP_ARENA_NEW(a, double, v->m);
-    v->left_out = KMP_ARENA_NEW(a, bool, v->m);
-    v->masked = KMP_ARENA_NEW(a, double, v->system->jacobian.count);
-    v->rest = KMP_ARENA_NEW(a, double, v->n);
-    v->sum = KMP_ARENA_NEW(a, double, v->n);
-    v->inertia = v->system->pressed_count > 0 ? KMP_ARENA_NEW(a, double, v->n) : NULL;
-    return !a->failed;
+    ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->pressed_count > 0 ? n : 0;
+    const kmp_arena_room rooms[] = {{&v->weight, v->a}, {&v->tau, v->a}, {&v->lambda, v->m},    {&v->masked, entries},
+                                    {&v->rest, n},      {&v->sum, n},    {&v->inertia, pressed}};
+    v->actuator = KMP_ARENA_NEW(&v->arena, int, v->a);
+    v->left_out = KMP_ARENA_NEW(&v->arena, bool, v->m);
+    return kmp_arena_make_rooms(&v->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count, const int *actuator,
@@ -66,19 +60,14 @@ void kmp_inverse_free(kmp_inverse *inverse)
 static kempe_status choose(kmp_inverse *v)
 {
     forget_choice(v);
-    kmp_guide_mask(v->plant, v->left_out, v->masked);
+    kmp_plant_mask(v->plant, v->left_out, v->masked);
     kempe_status status = kmp_partition_init(&v->part, v->system, v->masked, NULL, 0);
     if (status != KEMPE_OK)
         return status;
     int p = v->p = v->part.p;
-    kmp_arena *a = &v->choices;
-    v->gram = KMP_ARENA_NEW(a, double, p *p);
-    v->matrix = KMP_ARENA_NEW(a, double, p * v->a);
-    v->reach = KMP_ARENA_NEW(a, double, p);
-    v->inner = KMP_ARENA_NEW(a, double, p *p);
-    v->choice = KMP_ARENA_NEW(a, double, p);
-    v->left = KMP_ARENA_NEW(a, double, p);
-    if (a->failed || !kmp_singular_init(&v->svd, p, v->a))
+    const kmp_arena_room rooms[] = {{&v->gram, p * p},  {&v->matrix, p * v->a}, {&v->reach, p},
+                                    {&v->inner, p * p}, {&v->choice, p},        {&v->left, p}};
+    if (!kmp_arena_make_rooms(&v->choices, sizeof rooms / sizeof *rooms, rooms) || !kmp_singular_init(&v->svd, p, v->a))
         return kmp_fail_memory(v->system->context);
     return kmp_reduction_init(&v->red, v->plant, &v->part);
 }
@@ -265,7 +254,7 @@ static void answer(void *self, const double *bias, bool change, double *lambda)
 /* C at the multipliers that the efforts leave. */
 static bool press(kmp_inverse *v)
 {
-    if (!v->inertia)
+    if (v->system->pressed_count == 0)
         return true;
     for (int i = 0; i < v->n; i++)
         v->inertia[i] = v->red.force[i] - v->plant->bias[i];

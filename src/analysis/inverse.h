@@ -31,7 +31,7 @@ typedef struct kmp_inverse {
     kmp_singular svd;
     double *gram, *matrix, *reach; /* p x p, p x a, p: L of N'N = LL', A, f */
     double *inner, *choice;        /* p x p, p */
-    double *rest, *sum, *inertia;  /* n; M qdd where forces depend on multipliers, otherwise NULL */
+    double *rest, *sum, *inertia;  /* n; M qdd where forces depend on multipliers */
 
     double *tau;    /* a: N m or N; these of the last state */
     double *lambda; /* m; zero for rows of drives and those that are dropped */

@@ -53,16 +53,13 @@ static kempe_status take_columns(kempe_kinematics *k)
 
 static bool make_room(kempe_kinematics *k)
 {
-    size_t rows = (size_t)k->asked, n = (size_t)k->system->n;
-    double **rooms[] = {&k->q, &k->qd, &k->qdd};
-    for (size_t r = 0; r < sizeof rooms / sizeof *rooms; r++)
-        *rooms[r] = KMP_ARENA_NEW(&k->arena, double, rows *n);
-    k->asked_s = KMP_ARENA_NEW(&k->arena, double, rows);
-    k->s = KMP_ARENA_NEW(&k->arena, double, rows);
-    k->shown = KMP_ARENA_NEW(&k->arena, double, rows *(size_t)k->width);
-    for (int i = 0; k->asked_s && i < k->asked; i++)
+    ptrdiff_t rows = k->asked, size = rows * k->system->n;
+    const kmp_arena_room rooms[] = {{&k->q, size},       {&k->qd, size}, {&k->qdd, size},
+                                    {&k->asked_s, rows}, {&k->s, rows},  {&k->shown, rows * k->width}};
+    bool made = kmp_arena_make_rooms(&k->arena, sizeof rooms / sizeof *rooms, rooms);
+    for (int i = 0; made && i < k->asked; i++)
         k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
-    return !k->arena.failed;
+    return made;
 }
 
 /* -- what the sweep delivers ------------------------------------------------------------------------- */
@@ -70,9 +67,8 @@ static bool make_room(kempe_kinematics *k)
 typedef struct job {
     kempe_kinematics *k;
     kmp_sweep sweep;
-    kmp_plant *plant; /* for outputs */
-    double *zero;     /* m multipliers */
-    double *start;    /* n: the leads' assembled values */
+    double *zero;  /* m multipliers */
+    double *start; /* n: the leads' assembled values */
     kmp_text reason;
 } job;
 
@@ -90,7 +86,7 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
     double t = k->time < 0 ? 0 : kmp_lead_value(&k->lead[k->time], s);
     if (k->width == 0)
         return;
-    const double *all = kmp_plant_shown(j->plant, t, q, qd, qdd, j->zero);
+    const double *all = kmp_plant_shown(j->sweep.plant, t, q, qd, qdd, j->zero);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];
 }
@@ -377,10 +373,7 @@ static kempe_status sweep_from(job *j, const double *q)
         status = kmp_sweep_let_move(&j->sweep, &from_zero, 0, q);
     if (status == KEMPE_OK)
         status = follow(j);
-    k->steps = j->sweep.steps;
-    k->rejected = j->sweep.rejected;
-    k->newton = j->sweep.newton;
-    k->exchanges = j->sweep.exchanges;
+    k->effort = j->sweep.effort;
     return status;
 }
 
@@ -393,22 +386,17 @@ static kempe_status run(job *j, const kempe_kinematics_ask *ask)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "back end '%s' is unknown; there is: %s", backend,
                         kmp_backend_names());
     kempe_status status = kempe_assemble(s, &assembly);
-    bool any = false;
-    for (int c = 0; c < s->model->closure_count; c++)
-        any = any || j->k->released[c];
     j->zero = KMP_ARENA_NEW(&j->k->arena, double, s->m);
     j->start = KMP_ARENA_NEW(&j->k->arena, double, j->k->lead_count);
     if (status == KEMPE_OK && j->k->arena.failed)
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK)
-        status = kmp_sweep_init(&j->sweep, s, backend, any ? j->k->released : NULL);
+        status = kmp_sweep_init(&j->sweep, s, backend, j->k->released);
     if (status == KEMPE_OK) {
-        j->plant = kmp_plant_new(s, backend);
-        status = j->plant ? sweep_from(j, assembly->q) : KEMPE_E_MEMORY;
+        status = sweep_from(j, assembly->q);
         kmp_sweep_free(&j->sweep);
     }
     kempe_assembly_free(assembly);
-    kmp_plant_free(j->plant);
     return status;
 }
 
@@ -422,15 +410,12 @@ static kempe_status finish(job *j, kempe_status status)
 {
     kempe_kinematics *k = j->k;
     k->status = status;
-    if (j->reason.length > 0) {
-        bool lost = j->reason.failed;
-        if (status == KEMPE_E_FAILED && !lost)
-            (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
-        k->reason = kmp_text_take(&j->reason);
-        if (!k->reason)
-            return kmp_fail_memory(k->system->context);
-    }
-    return status;
+    if (j->reason.length == 0)
+        return status;
+    if (status == KEMPE_E_FAILED && !j->reason.failed)
+        (void)kmp_fail(k->system->context, status, "%s", j->reason.s);
+    k->reason = keep_text(k, &j->reason);
+    return k->reason ? status : kmp_fail_memory(k->system->context);
 }
 
 kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_ask *ask,
@@ -453,7 +438,6 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = kmp_fail_memory(system->context);
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, ask));
-    kmp_text_free(&j.reason);
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
     if (status >= 0 || (status == KEMPE_E_FAILED && has_something(k)))
@@ -468,7 +452,6 @@ void kempe_kinematics_free(kempe_kinematics *k)
     if (!k)
         return;
     kmp_free(k->warnings);
-    kmp_free(k->reason);
     kmp_free(k->change);
     kmp_arena_free(&k->arena);
     kmp_free(k);

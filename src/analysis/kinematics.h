@@ -20,7 +20,7 @@ typedef struct kmp_shown_column {
 
 struct kempe_kinematics {
     const kempe_system *system;
-    kmp_arena arena; /* of all but reason, warnings and change points */
+    kmp_arena arena; /* of all but warnings and change points */
     kempe_status status;
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one a line */
@@ -43,7 +43,7 @@ struct kempe_kinematics {
     int dead_count;
     kmp_change_point *change;
     int change_count;
-    long steps, rejected, newton, exchanges;
+    kmp_sweep_effort effort;
     double cpu_s;
 };
 

@@ -18,19 +18,28 @@ static bool is_coordinate(const kempe_model *model, int k, const char *name)
     return strcmp(m->name, name) == 0 || (length > 0 && length < MOST_NAME && strcmp(numbered, name) == 0);
 }
 
-static kempe_status refuse_name(const kempe_model *model, const char *name)
+/* A drive or lock of the model; -1: none is called so. */
+static int find_drive(const kempe_model *model, const char *name)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]) && strcmp(model->closures[c].name, name) == 0)
+            return c;
+    return -1;
+}
+
+/* Says that a name is no such word, and which one may have been meant. */
+static kempe_status refuse_name(const kempe_model *model, const char *name, bool coordinates, const char *word)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_text hint = {0};
-    for (int k = 0; k < model->motion_count; k++)
+    for (int k = 0; coordinates && k < model->motion_count; k++)
         kmp_nearest_offer(&nearest, model->motions[k].name);
     for (int c = 0; c < model->closure_count; c++)
         if (kmp_closure_is_drive(&model->closures[c]))
             kmp_nearest_offer(&nearest, model->closures[c].name);
     kmp_nearest_suggest(&nearest, &hint);
-    kempe_status status =
-        kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is no coordinate and no drive of '%s', and not t%s", name,
-                 model->name, hint.s ? hint.s : "");
+    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is no %s of '%s'%s%s", name, word,
+                                   model->name, coordinates ? ", and not t" : "", hint.s ? hint.s : "");
     kmp_text_free(&hint);
     return status;
 }
@@ -38,16 +47,14 @@ static kempe_status refuse_name(const kempe_model *model, const char *name)
 /* The coordinate of a name, which may be that of its drive; -1: the time. */
 static kempe_status find(const kempe_model *model, const char *name, int *coordinate)
 {
-    *coordinate = -2;
-    for (int c = 0; c < model->closure_count; c++)
-        if (kmp_closure_is_drive(&model->closures[c]) && strcmp(model->closures[c].name, name) == 0)
-            *coordinate = model->closures[c].motion;
+    int drive = find_drive(model, name);
+    *coordinate = drive >= 0 ? model->closures[drive].motion : -2;
     for (int k = 0; k < model->motion_count; k++)
         if (is_coordinate(model, k, name))
             *coordinate = k;
     if (*coordinate == -2 && strcmp(name, "t") == 0)
         *coordinate = -1;
-    return *coordinate == -2 ? refuse_name(model, name) : KEMPE_OK;
+    return *coordinate == -2 ? refuse_name(model, name, true, "coordinate and no drive") : KEMPE_OK;
 }
 
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead)
@@ -119,25 +126,6 @@ static kempe_status add_held(kempe_kinematics *k, char *name)
     return status;
 }
 
-static kempe_status release_one(kempe_kinematics *k, const char *name)
-{
-    const kempe_model *model = k->system->model;
-    kmp_nearest nearest = kmp_nearest_begin(name);
-    for (int c = 0; c < model->closure_count; c++)
-        if (kmp_closure_is_drive(&model->closures[c])) {
-            kmp_nearest_offer(&nearest, model->closures[c].name);
-            k->released[c] = k->released[c] || strcmp(model->closures[c].name, name) == 0;
-            if (strcmp(model->closures[c].name, name) == 0)
-                return KEMPE_OK;
-        }
-    kmp_text hint = {0};
-    kmp_nearest_suggest(&nearest, &hint);
-    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is no drive and no lock of '%s'%s", name,
-                                   model->name, hint.s ? hint.s : "");
-    kmp_text_free(&hint);
-    return status;
-}
-
 /* Drives and locks of what is driven by the user, and those that are named. */
 static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 {
@@ -147,10 +135,13 @@ static kempe_status release(kempe_kinematics *k, int count, char *const *names)
             if (k->lead[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
                 model->closures[c].motion == k->lead[i].coordinate)
                 k->released[c] = true;
-    kempe_status status = KEMPE_OK;
-    for (int i = 0; status == KEMPE_OK && i < count; i++)
-        status = release_one(k, names[i]);
-    return status;
+    for (int i = 0; i < count; i++) {
+        int drive = find_drive(model, names[i]);
+        if (drive < 0)
+            return refuse_name(model, names[i], false, "drive and no lock");
+        k->released[drive] = true;
+    }
+    return KEMPE_OK;
 }
 
 static kempe_status take_speed(kempe_kinematics *k, double speed)
@@ -238,7 +229,7 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
 kempe_status kmp_kinematics_check_leads(const kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
-    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n);
+    int have = 0, follows = -1, p = sweep->p, *order = KMP_NEW(int, sweep->n + sweep->p);
     bool *given = KMP_NEW(bool, sweep->n);
     kmp_text names = {0};
     for (int i = 0; given && i < k->lead_count; i++)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/linear.h"
 #include "base/context.h"
+#include "base/memory.h"
 #include "constraints/rounding.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
@@ -9,15 +10,9 @@
 
 static bool make_room(kmp_linear *l)
 {
-    kmp_arena *a = &l->arena;
-    l->q = KMP_ARENA_NEW(a, double, l->n);
-    l->qd = KMP_ARENA_NEW(a, double, l->n);
-    l->qdd = KMP_ARENA_NEW(a, double, l->n);
-    l->force = KMP_ARENA_NEW(a, double, l->n);
-    l->lambda = KMP_ARENA_NEW(a, double, l->m);
-    l->unit = KMP_ARENA_NEW(a, double, l->n);
-    l->work = KMP_ARENA_NEW(a, double, 5 * l->n + l->m);
-    return !a->failed;
+    const kmp_arena_group groups[] = {
+        {l->n, {&l->q, &l->qd, &l->qdd, &l->force, &l->unit}}, {l->m, {&l->lambda}}, {5 * l->n + l->m, {&l->work}}};
+    return kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups);
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -85,6 +80,14 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
     return status == KEMPE_OK ? kmp_linear_take(linear, &part) : status;
 }
 
+int kmp_linear_place(const kmp_linear *linear, int coordinate)
+{
+    for (int k = 0; k < linear->p; k++)
+        if (linear->part.u[k] == coordinate)
+            return k;
+    return -1;
+}
+
 void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant)
 {
     forget_choice(linear);
@@ -99,15 +102,13 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
     kmp_arena *a = &linear->choice;
-    linear->residual = KMP_ARENA_NEW(a, double, p);
-    linear->mass = KMP_ARENA_NEW(a, double, p *p);
-    linear->damping = KMP_ARENA_NEW(a, double, p *p);
-    linear->stiffness = KMP_ARENA_NEW(a, double, p *p);
-    if (s->pressed_count > 0) {
-        linear->pressed = KMP_ARENA_NEW(a, double, p *p);
-        linear->inertia = KMP_ARENA_NEW(a, double, p *p);
+    bool pressed = s->pressed_count > 0;
+    const kmp_arena_group groups[] = {{p, {&linear->residual}},
+                                      {p * p, {&linear->mass, &linear->damping, &linear->stiffness}},
+                                      {p * p, {&linear->pressed, &linear->inertia}}};
+    (void)kmp_arena_make_groups(a, pressed ? 3 : 2, groups);
+    if (pressed)
         linear->pivot = KMP_ARENA_NEW(a, int, p);
-    }
     if (a->failed)
         return kmp_fail_memory(s->context);
     kempe_status status = kmp_reduction_init(&linear->red, linear->plant, &linear->part);
@@ -204,6 +205,14 @@ kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q,
     memset(linear->residual, 0, (size_t)linear->p * sizeof *linear->residual);
     complete(linear);
     return KEMPE_OK;
+}
+
+kempe_status kmp_linear_at_rates(kmp_linear *linear, double t, const double *q, const double *qd, bool motion)
+{
+    double *ud = linear->unit;
+    for (int k = 0; k < linear->p; k++)
+        ud[k] = qd[linear->part.u[k]];
+    return motion ? kmp_linear_at_motion(linear, t, q, ud) : kmp_linear_at(linear, t, q, ud, NULL);
 }
 
 /* -- small changes ----------------------------------------------------------------------------------- */
@@ -314,9 +323,23 @@ void kmp_linear_matrices(kmp_linear *linear)
     kmp_linear_inertia(linear);
 }
 
-int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
+kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
 {
     const kmp_linear *l = linear;
-    return l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
-                      : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    kempe_context *context = l->system->context;
+    unsigned long failures = kmp_memory_failures();
+    int info = l->inertia ? kmp_spectrum_init_led(spectrum, l->p, l->inertia, l->mass, l->damping, l->stiffness)
+                          : kmp_spectrum_init(spectrum, l->p, l->mass, l->damping, l->stiffness, false);
+    if (info == 0)
+        return KEMPE_OK;
+    if (kmp_memory_failures() != failures)
+        return kmp_fail_memory(context);
+    if (info > 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "the reduced mass is not positive for '%s': something that moves along it has no mass",
+                        l->system->model->motions[l->part.u[info - 1]].name);
+    return kmp_fail(context, KEMPE_E_FAILED,
+                    info == -2 ? "accelerations do not follow from the state: forces that depend on multipliers take "
+                                 "all inertia away from some motion, and there are no modes"
+                               : "the iteration for the eigenvalues does not converge");
 }

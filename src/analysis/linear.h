@@ -44,6 +44,8 @@ typedef struct kmp_linear {
 /** Makes room. The tangents are evaluated number by number at first, and derived when that has happened often. No
  * independent coordinates are chosen yet. KEMPE_E_MEMORY. */
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend);
+
+/** Also of one that was never made, all zero. */
 void kmp_linear_free(kmp_linear *linear);
 
 /** Derives the tangents now, for who will look at hundreds of states: each look is then several times as fast. Without
@@ -67,6 +69,9 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part);
 /** Goes by another plant of the same system, not owned, until the own one is given back; nothing is chosen then. */
 void kmp_linear_lend(kmp_linear *linear, kmp_plant *plant);
 
+/** Where a coordinate stands in u; -1: it is not independent. */
+int kmp_linear_place(const kmp_linear *linear, int coordinate);
+
 /** The state for who evaluates something else there. */
 kmp_instant kmp_linear_instant(const kmp_linear *linear);
 
@@ -78,6 +83,9 @@ kempe_status kmp_linear_at(kmp_linear *linear, double t, const double *q, const 
 /** The same with the accelerations that the equations give: R = 0. KEMPE_E_FAILED without message also where the
  * reduced mass is not positive. */
 kempe_status kmp_linear_at_motion(kmp_linear *linear, double t, const double *q, const double *ud);
+
+/** Either of these, `motion` the latter, with the rates of u among those of all coordinates (n). */
+kempe_status kmp_linear_at_rates(kmp_linear *linear, double t, const double *q, const double *qd, bool motion);
 
 /** kmp_follow at the last state, accelerations as given. */
 void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_response *response);
@@ -107,8 +115,8 @@ void kmp_linear_matrices(kmp_linear *linear);
 /** The latter alone, for who has made the others by kmp_linear_follow. */
 void kmp_linear_inertia(kmp_linear *linear);
 
-/** Eigenvalues and vectors of them; the same whatever u are chosen. 0; -1: no memory, or an iteration did not converge;
- * -2: Mr is singular; i + 1: N' M N is not positive for u[i]. */
-int kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
+/** Eigenvalues and vectors of them; the same whatever u are chosen. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N'
+ * M N is not positive, or an iteration did not converge. */
+kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
 
 #endif

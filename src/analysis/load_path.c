@@ -1,11 +1,24 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/load_path.h"
-#include "base/memory.h"
+#include "base/arena.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
 #define NOTHING 1e-14 /* in parts of the largest */
+
+enum { GRAVITY = -1, MOTION = -2, USER = -3 };
+
+typedef struct pull {
+    int force;     /* of the model, or one of those above */
+    double effort; /* N m or N, in the direction of the coordinate */
+} pull;
+
+typedef struct load_path {
+    pull *pull; /* those that are not zero, largest first */
+    int count;
+    double sum;
+} load_path;
 
 /* C (n) of a model with some of its forces alone, at the state of `l`. */
 static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias)
@@ -34,12 +47,12 @@ static kempe_model bare(const kempe_model *model)
     return part;
 }
 
-static void add(kmp_load_path *path, int force, double effort)
+static void add(load_path *path, int force, double effort)
 {
     int k = path->count++;
     for (; k > 0 && fabs(path->pull[k - 1].effort) < fabs(effort); k--)
         path->pull[k] = path->pull[k - 1];
-    path->pull[k] = (kmp_pull){force, effort};
+    path->pull[k] = (pull){force, effort};
     path->sum += effort;
 }
 
@@ -49,17 +62,17 @@ static double difference(int n, const double *x, const double *with, const doubl
     return kmp_dot(n, x, without) - kmp_dot(n, x, with);
 }
 
-static bool find(const kmp_linear *l, const double *x, kmp_load_path *path, double *with, double *without)
+static bool find(const kmp_linear *l, const double *x, load_path *path, double *with, double *without)
 {
     const kempe_model *model = l->system->model;
     kempe_model part = bare(model);
     if (!evaluate(l, &part, without))
         return false;
-    add(path, KMP_PULL_MOTION, -kmp_dot(l->n, x, without));
+    add(path, MOTION, -kmp_dot(l->n, x, without));
     memcpy(part.gravity, model->gravity, sizeof part.gravity);
     if (!evaluate(l, &part, with))
         return false;
-    add(path, KMP_PULL_GRAVITY, difference(l->n, x, with, without));
+    add(path, GRAVITY, difference(l->n, x, with, without));
     for (int k = 0; k < model->force_count; k++) {
         part = bare(model);
         part.forces = &model->forces[k];
@@ -70,48 +83,40 @@ static bool find(const kmp_linear *l, const double *x, kmp_load_path *path, doub
     }
     const double *effort = kmp_plant_effort(l->plant, l->t, l->q, l->qd);
     if (effort)
-        add(path, KMP_PULL_USER, kmp_dot(l->n, x, effort));
+        add(path, USER, kmp_dot(l->n, x, effort));
     while (path->count > 0 && fabs(path->pull[path->count - 1].effort) <= NOTHING * fabs(path->pull[0].effort))
         path->count--;
     return true;
 }
 
-kempe_status kmp_load_path_find(const kmp_linear *linear, int k, kmp_load_path *path)
+static void tell(kmp_text *text, const kempe_model *model, int coordinate, const load_path *path)
 {
-    int n = linear->n;
-    kmp_load_path found = {.pull = KMP_NEW(kmp_pull, linear->system->model->force_count + 3)};
-    double *bias = KMP_NEW(double, 2 * n);
-    bool ok = found.pull && bias && find(linear, linear->red.x + k * n, &found, bias, bias + n);
-    kmp_free(bias);
-    if (!ok) {
-        kmp_load_path_free(&found);
-        return kmp_fail_memory(linear->system->context);
-    }
-    *path = found;
-    return KEMPE_OK;
-}
-
-void kmp_load_path_free(kmp_load_path *path)
-{
-    kmp_free(path->pull);
-    *path = (kmp_load_path){0};
-}
-
-void kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k, const kmp_load_path *path)
-{
-    const kempe_model *model = linear->system->model;
-    const char *unit = path->count > 0 && model->motions[linear->part.u[k]].rotation ? "N m" : "N";
+    const char *unit = model->motions[coordinate].rotation ? "N m" : "N";
     for (int i = 0; i < path->count; i++) {
         int force = path->pull[i].force;
         kmp_text_put(text, i ? ", " : "");
         if (force >= 0)
             kmp_text_printf(text, "'%s'", model->forces[force].name);
         else
-            kmp_text_put(text, force == KMP_PULL_GRAVITY  ? "gravity"
-                               : force == KMP_PULL_MOTION ? "its motion"
-                                                          : "the force of the caller");
+            kmp_text_put(text, force == GRAVITY  ? "gravity"
+                               : force == MOTION ? "its motion"
+                                                 : "the force of the caller");
         kmp_text_printf(text, " %.6g %s", path->pull[i].effort, unit);
     }
     if (path->count > 1)
         kmp_text_printf(text, ", together %.6g %s", path->sum, unit);
+}
+
+kempe_status kmp_load_path_tell(kmp_text *text, const kmp_linear *linear, int k)
+{
+    int n = linear->n;
+    const kempe_model *model = linear->system->model;
+    kmp_arena arena = {0};
+    load_path path = {.pull = KMP_ARENA_NEW(&arena, pull, model->force_count + 3)};
+    double *with = KMP_ARENA_NEW(&arena, double, n), *without = KMP_ARENA_NEW(&arena, double, n);
+    bool ok = !arena.failed && find(linear, linear->red.x + k * n, &path, with, without);
+    if (ok)
+        tell(text, model, linear->part.u[k], &path);
+    kmp_arena_free(&arena);
+    return ok ? KEMPE_OK : kmp_fail_memory(linear->system->context);
 }

@@ -24,8 +24,7 @@ typedef struct station {
 
 typedef struct maker {
     kempe_context *context;
-    kmp_locus_fn *at;
-    void *user;
+    kmp_station *visited; /* where all modes are found */
     kmp_locus *l;
     kmp_arena arena; /* of what follows */
     double *cost;
@@ -40,7 +39,7 @@ static void leave(station *s)
 static kempe_status arrive(maker *m, double value, station *s)
 {
     *s = (station){.value = value};
-    kempe_status status = m->at(m->user, value, &s->modes);
+    kempe_status status = kmp_station_go(m->visited, value, &s->modes);
     if (status != KEMPE_OK)
         return status;
     s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
@@ -329,11 +328,11 @@ static kempe_status go(maker *m, station *here)
     return KEMPE_OK;
 }
 
-kempe_status kmp_locus_make(kempe_context *context, int count, const double *values, kmp_locus_fn *at, void *user,
-                            kmp_locus *locus)
+kempe_status kmp_locus_make(kmp_station *visited, int count, const double *values, kmp_locus *locus)
 {
+    kempe_context *context = visited->base->context;
     kmp_locus l = {.values = count};
-    maker m = {.context = context, .at = at, .user = user, .l = &l};
+    maker m = {.context = context, .visited = visited, .l = &l};
     station here = {0};
     l.value = KMP_ARENA_NEW(&l.arena, double, count);
     l.doubt = KMP_ARENA_NEW(&l.arena, double, count);

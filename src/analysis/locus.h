@@ -5,10 +5,7 @@
 #ifndef KMP_ANALYSIS_LOCUS_H
 #define KMP_ANALYSIS_LOCUS_H
 
-#include "analysis/modes.h"
-
-/** The modes at one value of what varies, from wherever the last ones were found. */
-typedef kempe_status kmp_locus_fn(void *user, double value, kmp_modes *modes);
+#include "analysis/station.h"
 
 /** A value at which a mode begins to grow, or ceases to. */
 typedef struct kmp_critical {
@@ -18,7 +15,7 @@ typedef struct kmp_critical {
 } kmp_critical;
 
 typedef struct kmp_locus {
-    kmp_arena arena; /* of all arrays but critical */
+    kmp_arena arena;   /* of all arrays but critical */
     int values, count; /* how many of each */
     double *value;
     double *re, *im; /* count x values: branch b at value k is [b + k*count] */
@@ -28,10 +25,9 @@ typedef struct kmp_locus {
     int reached; /* values that were reached; fewer when one failed */
 } kmp_locus;
 
-/** At `count` values (2 or more). KEMPE_E_FAILED: none could be reached; KEMPE_STOPPED: some could not, or an
- * interrupt; the locus is then there as far as it goes, and the context has why. */
-kempe_status kmp_locus_make(kempe_context *context, int count, const double *values, kmp_locus_fn *at, void *user,
-                            kmp_locus *locus);
+/** At `count` values (2 or more) of what varies. KEMPE_E_FAILED: none could be reached; KEMPE_STOPPED: some could not,
+ * or an interrupt; the locus is then there as far as it goes, and the context has why. */
+kempe_status kmp_locus_make(kmp_station *station, int count, const double *values, kmp_locus *locus);
 void kmp_locus_free(kmp_locus *locus);
 
 #endif

@@ -33,6 +33,9 @@ typedef struct work {
     double *unit;             /* a parameter each */
     number *left, *moved, *s; /* of a group of equal ones: Y^H (2 s M + G) X, Y^H dP X; values */
     int *group;
+    double *room; /* of the small matrix: its factors, two columns */
+    int *pivot;
+    bool *done; /* of the spectrum */
 } work;
 
 static number value_of(const kmp_spectrum *s, int i)
@@ -50,15 +53,15 @@ static bool make_room(work *w)
     w->moved = KMP_ARENA_NEW(a, number, count * count);
     w->s = KMP_ARENA_NEW(a, number, count);
     w->group = KMP_ARENA_NEW(a, int, count);
-    w->unit = KMP_ARENA_NEW(a, double, w->out->count);
-    for (int k = 0; k < 2; k++) {
-        double **of[] = {&w->part[k].u,  &w->part[k].ud,  &w->part[k].udd, &w->part[k].q,
-                         &w->part[k].qd, &w->part[k].qdd, &w->rest[k]};
-        for (size_t i = 0; i < sizeof of / sizeof *of; i++)
-            *of[i] = KMP_ARENA_NEW(a, double, n);
-        w->part[k].lambda = KMP_ARENA_NEW(a, double, w->m);
-    }
-    return !a->failed;
+    w->pivot = KMP_ARENA_NEW(a, int, count);
+    w->done = KMP_ARENA_NEW(a, bool, count);
+    part *x = w->part;
+    const kmp_arena_group groups[] = {{n, {&x[0].u, &x[0].ud, &x[0].udd, &x[0].q, &x[0].qd, &x[0].qdd, &w->rest[0]}},
+                                      {n, {&x[1].u, &x[1].ud, &x[1].udd, &x[1].q, &x[1].qd, &x[1].qdd, &w->rest[1]}},
+                                      {w->m, {&x[0].lambda, &x[1].lambda}},
+                                      {w->out->count, {&w->unit}},
+                                      {2 * count * (count + 1), {&w->room}}};
+    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
 }
 
 /* -- one mode ---------------------------------------------------------------------------------------- */
@@ -199,16 +202,9 @@ static kempe_status move_group(work *w, int g, number s, int k)
             w->left[i + j * g] = product(w, w->group[i], w->group[j], s) / (x * y);
         }
     }
-    double *room = KMP_NEW(double, 2 * g * g + 2 * g);
-    int *pivot = KMP_NEW(int, g);
-    kempe_status status = room && pivot ? KEMPE_OK : KEMPE_E_MEMORY;
-    if (status == KEMPE_OK && !divide(g, w->left, w->moved, 2 * cabs(s), pivot, room))
-        status = KEMPE_STOPPED;
-    if (status == KEMPE_OK && kmp_eigen_complex(g, (double *)w->moved, (double *)w->s))
-        status = KEMPE_E_MEMORY;
-    kmp_free(room);
-    kmp_free(pivot);
-    return status;
+    if (!divide(g, w->left, w->moved, 2 * cabs(s), w->pivot, w->room))
+        return KEMPE_STOPPED;
+    return kmp_eigen_complex(g, (double *)w->moved, (double *)w->s) ? KEMPE_E_MEMORY : KEMPE_OK;
 }
 
 /* The derivatives of a group, and of their conjugates. */
@@ -230,16 +226,15 @@ static void share(work *w, int g, int k, kempe_status status)
 static kempe_status follow_all(work *w)
 {
     const kmp_spectrum *sp = w->spectrum;
-    bool *done = KMP_NEW(bool, sp->count);
-    kempe_status status = done ? KEMPE_OK : KEMPE_E_MEMORY;
+    kempe_status status = KEMPE_OK;
     for (int i = sp->zeros; status == KEMPE_OK && i < sp->count; i++) {
-        if (done[i] || sp->im[i] < 0)
+        if (w->done[i] || sp->im[i] < 0)
             continue;
         int g = gather(w, i);
         number mean = 0;
         for (int j = 0; j < g; j++) {
             mean += value_of(sp, w->group[j]) / g;
-            done[w->group[j]] = true;
+            w->done[w->group[j]] = true;
         }
         for (int k = 0; status == KEMPE_OK && k < w->out->count; k++) {
             kempe_status moved = move_group(w, g, mean, k);
@@ -249,7 +244,6 @@ static kempe_status follow_all(work *w)
                 share(w, g, k, moved);
         }
     }
-    kmp_free(done);
     return status;
 }
 
@@ -280,7 +274,7 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
     }
     if (ok) {
         kmp_instant at = kmp_linear_instant(linear);
-        kmp_bend_at(bend, &at);
+        kmp_formulas_place(&bend->bent, &at);
         ok = follow_all(&w) == KEMPE_OK;
     }
     kmp_arena_free(&w.arena);

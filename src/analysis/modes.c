@@ -8,13 +8,11 @@
 
 static bool make_room(kmp_modes *s)
 {
-    size_t size = (size_t)s->n * (size_t)s->count;
+    ptrdiff_t size = (ptrdiff_t)s->n * s->count;
     kmp_arena *a = &s->arena;
+    const kmp_arena_room rooms[] = {{&s->re, size}, {&s->im, size}, {&s->kinetic, size}, {&s->potential, size}};
     s->u = KMP_ARENA_NEW(a, int, s->p);
-    s->re = KMP_ARENA_NEW(a, double, size);
-    s->im = KMP_ARENA_NEW(a, double, size);
-    s->kinetic = KMP_ARENA_NEW(a, double, size);
-    s->potential = KMP_ARENA_NEW(a, double, size);
+    (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
     bool charts = s->system->chart_count > 0;
     s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
     s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;
@@ -136,21 +134,7 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
         return kmp_fail_memory(system->context);
     }
     memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
-    kempe_status status = KEMPE_OK;
-    unsigned long short_of = kmp_memory_failures();
-    int info = kmp_linear_spectrum(linear, &s.spectrum);
-    if (info > 0)
-        status = kmp_fail(system->context, KEMPE_E_FAILED,
-                          "the reduced mass is not positive for '%s': something that moves along it has no mass",
-                          system->model->motions[s.u[info - 1]].name);
-    else if (info == -2)
-        status = kmp_fail(system->context, KEMPE_E_FAILED,
-                          "accelerations do not follow from the state: forces that depend on multipliers take all "
-                          "inertia away from some motion, and there are no modes");
-    else if (info < 0 && kmp_memory_failures() == short_of)
-        status = kmp_fail(system->context, KEMPE_E_FAILED, "the iteration for the eigenvalues does not converge");
-    else if (info < 0)
-        status = kmp_fail_memory(system->context);
+    kempe_status status = kmp_linear_spectrum(linear, &s.spectrum);
     if (status == KEMPE_OK)
         status = measure(&s, linear);
     if (status == KEMPE_OK)

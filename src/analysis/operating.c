@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/operating.h"
+#include "analysis/exchange.h"
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
@@ -10,12 +11,9 @@
 static bool make_room(kmp_operating *o)
 {
     int n = o->system->n, charts = o->system->chart_count;
-    o->q = KMP_NEW(double, n);
-    o->qd = KMP_NEW(double, n);
-    o->inner_q = KMP_NEW(double, n);
-    o->inner_qd = KMP_NEW(double, n);
-    o->chart = charts > 0 ? KMP_NEW(double, KMP_CHART_SIZE *charts) : NULL;
-    return o->q && o->qd && o->inner_q && o->inner_qd && (charts == 0 || o->chart);
+    const kmp_arena_room rooms[] = {
+        {&o->q, n}, {&o->qd, n}, {&o->inner_q, n}, {&o->inner_qd, n}, {&o->chart, KMP_CHART_SIZE * charts}};
+    return kmp_arena_make_rooms(&o->arena, charts > 0 ? 5 : 4, rooms);
 }
 
 /* The assembled start in the charts that it was found in, none of them singular. */
@@ -47,6 +45,8 @@ kempe_status kmp_operating_check(kmp_linear *l, const kmp_search *search)
         bool goes_on = search->rates[i].rate == 0;
         for (int k = 0; k < count; k++)
             goes_on = goes_on || idle[k] == search->rates[i].coordinate;
+        for (int k = 0; search->exchange && k < search->exchange->target_count; k++)
+            goes_on = goes_on || search->exchange->target[k].coordinate == search->rates[i].coordinate;
         if (!goes_on)
             status = kmp_steady_complain(l->system->model, &search->rates[i]);
     }
@@ -87,8 +87,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
         kmp_plant_set_charts(l->plant, o->chart);
     kempe_status status = search->nearest ? close_loops(o, l, q) : KEMPE_OK;
     if (status == KEMPE_OK)
-        status = search->rate_count > 0 || search->nearest ? kmp_equilibrium_find(l, o->t, q, search)
-                                                           : kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
+        status = kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search);
     if (status == KEMPE_OK)
         status = kmp_operating_check(l, search);
     if (status == KEMPE_OK) {
@@ -173,9 +172,7 @@ void kmp_operating_free(kmp_operating *operating)
 {
     if (!operating)
         return;
-    double *rooms[] = {operating->q, operating->qd, operating->inner_q, operating->inner_qd, operating->chart};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        kmp_free(rooms[k]);
+    kmp_arena_free(&operating->arena);
     kmp_free(operating);
 }
 
@@ -215,13 +212,7 @@ kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *line
     kempe_status status = kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count);
     if (status != KEMPE_OK)
         return status;
-    double *ud = KMP_NEW(double, linear->p);
-    if (!ud)
-        return kmp_fail_memory(linear->system->context);
-    for (int k = 0; k < linear->p; k++)
-        ud[k] = operating->inner_qd[linear->part.u[k]];
-    status = operating->equilibrium ? kmp_linear_at(linear, operating->t, operating->inner_q, ud, NULL)
-                                    : kmp_linear_at_motion(linear, operating->t, operating->inner_q, ud);
-    kmp_free(ud);
+    status =
+        kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd, !operating->equilibrium);
     return explain(linear, status);
 }

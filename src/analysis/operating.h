@@ -4,9 +4,11 @@
 #define KMP_ANALYSIS_OPERATING_H
 
 #include "analysis/equilibrium.h"
+#include "base/arena.h"
 
 typedef struct kmp_operating {
     const kempe_system *system;
+    kmp_arena arena;            /* of all arrays */
     double t, *q, *qd;          /* n: in the user's coordinates */
     double *inner_q, *inner_qd; /* the same in these charts */
     double *chart;              /* NULL: no joint is spherical */
@@ -33,8 +35,8 @@ kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, 
  * with a sentence also where the state cannot be had, or what acts there is not finite. */
 kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
 
-/** Whether what goes on steadily leaves the forces as they are, at a state that was found. KEMPE_E_FAILED: it does not.
- */
+/** Whether what goes on steadily, and is not fixed by an exchange, leaves the forces as they are at a state that was
+ *  found. KEMPE_E_FAILED: it does not. */
 kempe_status kmp_operating_check(kmp_linear *linear, const kmp_search *search);
 
 #endif

@@ -121,8 +121,8 @@ void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double
         double at[] = {x[k], v[k], a[k]};
         if (!on_row)
             quintic(h, from, (double[]){x[k + n], v[k + n], a[k + n]}, (t - m->t[row]) / h, at);
-        q[k] = at[0];
-        qd[k] = at[1];
-        qdd[k] = at[2];
+        q[m->coordinate[k]] = at[0];
+        qd[m->coordinate[k]] = at[1];
+        qdd[m->coordinate[k]] = at[2];
     }
 }

@@ -29,8 +29,8 @@ bool kmp_prescribed_init(kmp_prescribed *motion, int rows, const double *t, int 
                          const double *qdd, kmp_gap_in_table *gap);
 void kmp_prescribed_free(kmp_prescribed *motion);
 
-/** Values, rates and accelerations (count each) at t, which is within the times given: exactly those of a row at its
- * time. */
+/** Values, rates and accelerations at t, each at its coordinate, which is within the times given: exactly those of a
+ * row at its time. */
 void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double *qd, double *qdd);
 
 #endif

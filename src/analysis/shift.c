@@ -10,30 +10,18 @@
 kempe_status kmp_shift_init(kmp_shift *shift, const kempe_system *system, int count, const char *const *names)
 {
     int n = system->n, m = system->m;
-    kmp_arena a = {0};
-    *shift = (kmp_shift){.system = system,
-                         .n = n,
-                         .m = m,
-                         .count = count,
-                         .names = names,
-                         .q = KMP_ARENA_NEW(&a, double, n *count),
-                         .qd = KMP_ARENA_NEW(&a, double, n *count),
-                         .qdd = KMP_ARENA_NEW(&a, double, n *count),
-                         .lambda = KMP_ARENA_NEW(&a, double, m *count),
-                         .residual = KMP_ARENA_NEW(&a, double, n *count),
-                         .h = KMP_ARENA_NEW(&a, double, m),
-                         .rate = KMP_ARENA_NEW(&a, double, m),
-                         .curve = KMP_ARENA_NEW(&a, double, m),
-                         .force = KMP_ARENA_NEW(&a, double, n),
-                         .u = KMP_ARENA_NEW(&a, double, n),
-                         .ud = KMP_ARENA_NEW(&a, double, n),
-                         .matrix = KMP_ARENA_NEW(&a, double, n *n),
-                         .side = KMP_ARENA_NEW(&a, double, 2 * n),
-                         .pivots = KMP_ARENA_NEW(&a, double, n),
-                         .r = KMP_ARENA_NEW(&a, int, n),
-                         .c = KMP_ARENA_NEW(&a, int, n)};
-    shift->arena = a;
-    return a.failed ? kmp_fail_memory(system->context) : KEMPE_OK;
+    kmp_shift *s = shift;
+    *s = (kmp_shift){.system = system, .n = n, .m = m, .count = count, .names = names};
+    const kmp_arena_group groups[] = {{n * count, {&s->q, &s->qd, &s->qdd, &s->residual}},
+                                      {m * count, {&s->lambda}},
+                                      {3 * m + n, {&s->part}},
+                                      {n, {&s->u, &s->ud, &s->pivots}},
+                                      {n * n, {&s->matrix}},
+                                      {2 * n, {&s->side}}};
+    s->r = KMP_ARENA_NEW(&s->arena, int, n);
+    s->c = KMP_ARENA_NEW(&s->arena, int, n);
+    return kmp_arena_make_groups(&s->arena, sizeof groups / sizeof *groups, groups) ? KEMPE_OK
+                                                                                    : kmp_fail_memory(system->context);
 }
 
 void kmp_shift_free(kmp_shift *shift)
@@ -79,7 +67,7 @@ static bool solve(kmp_shift *s, const kmp_linear *l, int rank, const double *b, 
     int p = l->p;
     double *y = s->side, size = 0, rest = 0;
     for (int i = 0; i < s->n; i++)
-        size = fmax(size, fabs(s->force[i]) * s->system->scale[i]);
+        size = fmax(size, fabs(s->part[3 * s->m + i]) * s->system->scale[i]);
     for (int i = 0; i < p; i++) {
         y[i] = -b[s->r[i]] * scale_of(l, s->r[i]);
         size = fmax(size, fabs(y[i]));
@@ -114,11 +102,6 @@ static kempe_status tell_open(const kmp_shift *s, const kmp_linear *l, int rank,
 
 /* -- one parameter ----------------------------------------------------------------------------------- */
 
-static kmp_change change_by(const kmp_shift *s)
-{
-    return (kmp_change){.h = s->h, .rate = s->rate, .curve = s->curve, .force = s->force};
-}
-
 static kmp_response column(const kmp_shift *s, int k)
 {
     return (kmp_response){s->q + k * s->n, s->qd + k * s->n, s->qdd + k * s->n, s->lambda + k * s->m,
@@ -140,18 +123,14 @@ kempe_status kmp_shift_at(kmp_shift *shift, kmp_linear *linear, kmp_slopes *slop
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;
-    int rank = keeping == KMP_KEEP_MOTION ? 0
-                                          : factor(shift, linear, equilibrium ? linear->stiffness : linear->mass,
-                                                   equilibrium ? rounding(linear) : 0);
+    int rank =
+        factor(shift, linear, equilibrium ? linear->stiffness : linear->mass, equilibrium ? rounding(linear) : 0);
     for (int k = 0; k < shift->count; k++) {
-        kmp_slopes_of_parameter(slopes, k, shift->h, shift->rate, shift->curve, shift->force);
-        kmp_change change = change_by(shift);
+        kmp_change change = kmp_slopes_change(slopes, k, shift->part);
         kmp_response response = column(shift, k);
         change.u = gather(linear, q ? q + k * shift->n : NULL, shift->u);
         change.ud = gather(linear, qd ? qd + k * shift->n : NULL, shift->ud);
         kmp_linear_follow(linear, &change, &response);
-        if (keeping == KMP_KEEP_MOTION)
-            continue;
         double *x = shift->side + shift->n;
         if (!solve(shift, linear, rank, response.residual, x))
             return tell_open(shift, linear, rank, k);

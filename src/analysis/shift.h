@@ -9,21 +9,20 @@
 
 /** What stays. */
 typedef enum kmp_keeping {
-    KMP_KEEP_MOTION,     /* u, ud and udd: the equations are met by efforts on u */
     KMP_KEEP_RATES,      /* u and ud; udd follows from R = 0 */
     KMP_KEEP_EQUILIBRIUM /* ud and udd; u follows from R = 0 */
 } kmp_keeping;
 
 typedef struct kmp_shift {
     const kempe_system *system;
-    kmp_arena arena;                  /* of all arrays */
-    int n, m, count;                  /* parameters */
-    const char *const *names;         /* theirs; not owned */
-    double *q, *qd, *qdd, *lambda;    /* n, n, n and m a parameter */
-    double *residual;                 /* what R becomes, by u: zero but for the first way; p a parameter, room for n */
-    double *h, *rate, *curve, *force; /* of one parameter */
-    double *u, *ud;                   /* p of one parameter */
-    double *matrix, *side, *pivots;   /* of the equations for u or udd */
+    kmp_arena arena;                /* of all arrays */
+    int n, m, count;                /* parameters */
+    const char *const *names;       /* theirs; not owned */
+    double *q, *qd, *qdd, *lambda;  /* n, n, n and m a parameter */
+    double *residual;               /* what R becomes, by u: zero; p a parameter, room for n */
+    double *part;                   /* 3 m + n: the change that one parameter makes of the equations */
+    double *u, *ud;                 /* p of one parameter */
+    double *matrix, *side, *pivots; /* of the equations for u or udd */
     int *r, *c;
 } kmp_shift;
 

@@ -4,6 +4,7 @@
 #include "analysis/slopes.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "model/variant.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <string.h>
@@ -13,6 +14,7 @@
 /* Expressions of one program while its entries are found. */
 typedef struct gather {
     kmp_slopes *s;
+    kmp_slope_matrix *x; /* that they become */
     kmp_arena arena;
     kmp_equations eq;
     kmp_derivative *along;     /* of one parameter after the other */
@@ -23,72 +25,31 @@ typedef struct gather {
     kmp_listing list;
 } gather;
 
-static bool begin_matrix(kmp_slope_matrix *x, int most_columns)
+/* The outputs so far that stand in the next column are all of it. */
+static void end_column(gather *g)
 {
-    x->start = KMP_NEW(int, most_columns + 1);
-    return x->start;
-}
-
-static void add_entry(gather *g, const kmp_slope_matrix *x, int row, kmp_ref r)
-{
-    kmp_listing_put(&g->list, 0, row, x->columns, r);
-}
-
-static void end_column(const gather *g, kmp_slope_matrix *x)
-{
-    x->start[++x->columns] = g->list.count;
+    g->x->start[++g->x->columns] = g->list.count;
 }
 
 /* -- directions of parameters ------------------------------------------------------------------------ */
-
-static bool is_leaf(const kmp_tree *tree, int count, const kmp_ref *leaf, int parameter)
-{
-    for (int k = 0; k < count; k++)
-        if (leaf[k] == kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)parameter))
-            return true;
-    return false;
-}
-
-/* Whether a parameter follows from others and is not among the leaves yet. */
-static bool waits(const kmp_tree *tree, int count, const kmp_ref *leaf, int parameter)
-{
-    const kmp_parameter *p = &tree->model->parameters[parameter];
-    return p->varies && p->number.expr && !is_leaf(tree, count, leaf, parameter);
-}
-
-static bool is_known(const kmp_tree *tree, int count, const kmp_ref *leaf, const kmp_expr *e)
-{
-    if (!e)
-        return true;
-    if (e->kind == KMP_EXPR_PARAMETER)
-        return !waits(tree, count, leaf, e->index);
-    return is_known(tree, count, leaf, e->a) && is_known(tree, count, leaf, e->b) && is_known(tree, count, leaf, e->c);
-}
 
 int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
 {
     const kempe_model *m = tree->model;
     kmp_derivative *along = kmp_derivative_new(tree->graph, count, leaf, direction);
     bool ok = along;
-    for (bool grew = true; ok && grew;) {
-        grew = false;
-        for (int k = 0; ok && k < m->parameter_count; k++) {
-            const kmp_expr *e = m->parameters[k].number.expr;
-            if (!waits(tree, count, leaf, k) || !is_known(tree, count, leaf, e))
-                continue;
-            kmp_ref value = kmp_tree_expression(tree, e);
-            ok = kmp_derivative_restart(along, count, leaf, direction);
-            direction[count] = ok ? kmp_derivative_of(along, value) : KMP_ZERO;
-            leaf[count++] = kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)k);
-            grew = true;
-        }
+    for (int i = 0; ok && i < m->led_count; i++) {
+        kmp_ref value = kmp_tree_expression(tree, m->parameters[m->led[i]].number.expr);
+        ok = kmp_derivative_restart(along, count, leaf, direction);
+        direction[count] = ok ? kmp_derivative_of(along, value) : KMP_ZERO;
+        leaf[count++] = kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
     }
     kmp_derivative_free(along);
     return ok ? count : -1;
 }
 
 /* A column for each parameter. */
-static bool add_parameters(gather *g, kmp_slope_matrix *x)
+static bool add_parameters(gather *g)
 {
     bool ok = true;
     for (int p = 0; ok && p < g->s->count; p++) {
@@ -97,8 +58,8 @@ static bool add_parameters(gather *g, kmp_slope_matrix *x)
         int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
         ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
         for (int i = 0; ok && i < g->of_count; i++)
-            add_entry(g, x, i, kmp_derivative_of(g->along, g->of[i]));
-        end_column(g, x);
+            kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
+        end_column(g);
     }
     return ok;
 }
@@ -135,7 +96,7 @@ static bool add_equations(gather *g)
     int n = g->s->n, m = g->s->m;
     const kmp_start *start = &g->eq.model->start;
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * m + 3 * n + 1);
-    if (!g->of || !begin_matrix(&g->s->equations, g->s->count))
+    if (!g->of)
         return false;
     kmp_slopes_collect(&g->eq, g->of);
     for (int i = 0; i < n; i++) {
@@ -144,7 +105,7 @@ static bool add_equations(gather *g)
     }
     g->of[3 * m + 3 * n] = length(g);
     g->of_count = 3 * m + 3 * n + 1;
-    return add_parameters(g, &g->s->equations);
+    return add_parameters(g);
 }
 
 /* -- the outputs ------------------------------------------------------------------------------------- */
@@ -157,18 +118,18 @@ static int size_of(const kmp_slopes *s, int kind)
     return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
 }
 
-static bool add_column(gather *g, kmp_slope_matrix *x, kmp_partials *partials, kmp_ref leaf)
+static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
 {
     const int *which;
     const kmp_ref *value;
     int count = kmp_partials_along(partials, leaf, &which, &value);
     for (int i = 0; i < count; i++)
-        add_entry(g, x, which[i], value[i]);
-    end_column(g, x);
+        kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
+    end_column(g);
     return count >= 0;
 }
 
-static bool add_state(gather *g, kmp_slope_matrix *x)
+static bool add_state(gather *g)
 {
     kmp_graph *graph = g->eq.graph;
     for (int c = 0; c < COLUMN_KINDS; c++)
@@ -178,18 +139,17 @@ static bool add_state(gather *g, kmp_slope_matrix *x)
     bool ok = partials;
     for (int c = 0; c < COLUMN_KINDS; c++)
         for (int k = 0; ok && k < size_of(g->s, c); k++)
-            ok = add_column(g, x, partials, kmp_input(graph, columns[c], (uint32_t)k));
+            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
     kmp_partials_free(partials);
     return ok;
 }
 
 /* The values come first. */
-static bool add_values(gather *g, kmp_slope_matrix *x)
+static bool add_values(gather *g)
 {
-    bool ok = g->of && begin_matrix(x, 1 + 3 * g->s->n + g->s->m + g->s->count);
-    for (int i = 0; ok && i < g->of_count; i++)
+    for (int i = 0; g->of && i < g->of_count; i++)
         (void)kmp_listing_add(&g->list, g->of[i]);
-    return ok && add_state(g, x) && add_parameters(g, x);
+    return g->of && add_state(g) && add_parameters(g);
 }
 
 static bool add_outputs(gather *g)
@@ -198,7 +158,7 @@ static bool add_outputs(gather *g)
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->of_count; i++)
         g->of[i] = g->eq.shown[i];
-    return add_values(g, &g->s->outputs);
+    return add_values(g);
 }
 
 static bool add_events(gather *g)
@@ -208,14 +168,15 @@ static bool add_events(gather *g)
     for (int i = 0; g->of && i < g->of_count; i++)
         if (!g->s->system->events.condition[i].ends && !kmp_tree_event(&g->eq.tree, i, &g->of[i]))
             return false;
-    return add_values(g, &g->s->events);
+    return add_values(g);
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-static bool make_machine(gather *g, kmp_slope_matrix *x, const kmp_backend *backend)
+static bool make_machine(gather *g, const kmp_backend *backend)
 {
     const kmp_listing *list = &g->list;
+    kmp_slope_matrix *x = g->x;
     if (kmp_graph_failed(g->eq.graph) || list->failed)
         return false;
     x->count = list->count;
@@ -228,19 +189,12 @@ static bool make_machine(gather *g, kmp_slope_matrix *x, const kmp_backend *back
 
 static bool make_room(gather *g)
 {
-    int parameters = g->eq.model->parameter_count;
+    int parameters = g->eq.model->parameter_count, width = 1 + 3 * g->s->n + g->s->m + g->s->count;
+    g->x->start = KMP_NEW(int, width + 1);
     g->leaf = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
     g->direction = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
     g->along = g->arena.failed ? NULL : kmp_derivative_new(g->eq.graph, 0, g->leaf, g->direction);
-    return g->along;
-}
-
-static void clear(gather *g)
-{
-    kmp_derivative_free(g->along);
-    kmp_arena_free(&g->arena);
-    kmp_free(g->list.output);
-    kmp_free(g->list.entry);
+    return g->along && g->x->start;
 }
 
 kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
@@ -253,13 +207,16 @@ kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system,
 static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g), kmp_slope_matrix *x, const int *named,
                            const kmp_backend *backend)
 {
-    gather g = {.s = s, .named = named};
+    gather g = {.s = s, .x = x, .named = named};
     kmp_events events;
     kempe_status status = kmp_slopes_equations(&g.eq, s->system, &events, sets);
     if (status != KEMPE_OK)
         return status;
-    bool ok = make_room(&g) && add(&g) && make_machine(&g, x, backend);
-    clear(&g);
+    bool ok = make_room(&g) && add(&g) && make_machine(&g, backend);
+    kmp_derivative_free(g.along);
+    kmp_arena_free(&g.arena);
+    kmp_free(g.list.output);
+    kmp_free(g.list.entry);
     kmp_equations_free(&g.eq);
     return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
 }
@@ -270,10 +227,8 @@ kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *
 {
     const kempe_model *m = system->model;
     for (int p = 0; p < count; p++) {
-        int k = 0;
-        while (k < m->parameter_count && (!m->parameters[k].varies || strcmp(m->parameters[k].name, names[p]) != 0))
-            k++;
-        if (k == m->parameter_count)
+        int k = kmp_parameter_find(m, names[p]);
+        if (k < 0 || !m->parameters[k].varies)
             return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                             "parameter '%s' is not among those that the equations keep open", names[p]);
         parameter[p] = k;
@@ -365,26 +320,20 @@ static void take_rows(const kmp_slopes *s, int k, int first, int count, double *
             out[x->entry[e].row - first] = x->value[x->entry[e].source];
 }
 
-void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double *rate, double *curve, double *force)
+kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room)
 {
     int m = slopes->m;
-    take_rows(slopes, k, 0, m, h);
-    take_rows(slopes, k, m, m, rate);
-    take_rows(slopes, k, 2 * m, m, curve);
-    take_rows(slopes, k, 3 * m, slopes->n, force);
+    take_rows(slopes, k, 0, 3 * m + slopes->n, room);
+    return (kmp_change){.h = room, .rate = room + m, .curve = room + 2 * m, .force = room + 3 * m};
 }
 
-void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
+double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
 {
     int n = slopes->n, first = 3 * slopes->m + n;
+    double length;
     take_rows(slopes, k, first, n, q);
     take_rows(slopes, k, first + n, n, qd);
-}
-
-double kmp_slopes_of_length(const kmp_slopes *slopes, int k)
-{
-    double length;
-    take_rows(slopes, k, 3 * (slopes->m + slopes->n), 1, &length);
+    take_rows(slopes, k, first + 2 * n, 1, &length);
     return length;
 }
 
@@ -415,15 +364,18 @@ static int part_size(const kmp_slopes *s, int part)
     return part < COLUMN_KINDS ? size_of(s, part) : s->count;
 }
 
-void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, double *out)
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, int k,
+                      double *out)
 {
     double *part[COLUMN_KINDS + 1];
     parts_of(direction, part);
     memset(out, 0, (size_t)of->rows * sizeof *out);
     for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
-        for (int k = 0; k < part_size(slopes, c); k++, column++)
-            for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
-                out[of->entry[e].row] += of->value[of->entry[e].source] * part[c][k];
+        for (int i = 0; i < part_size(slopes, c); i++, column++) {
+            double by = c == COLUMN_KINDS ? i == k : part[c] ? part[c][i] : 0;
+            for (int e = of->start[column]; by != 0 && e < of->start[column + 1]; e++)
+                out[of->entry[e].row] += of->value[of->entry[e].source] * by;
+        }
 }
 
 void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,

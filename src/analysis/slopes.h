@@ -6,7 +6,7 @@
 #ifndef KMP_ANALYSIS_SLOPES_H
 #define KMP_ANALYSIS_SLOPES_H
 
-#include "integrators/instant.h"
+#include "integrators/reduced_jacobian.h"
 
 /** Derivatives of one program by columns, and the program. */
 typedef struct kmp_slope_matrix {
@@ -54,15 +54,12 @@ void kmp_slopes_renew_parameters(kmp_slopes *slopes);
 /** Takes the state at which the derivatives of the equations are wanted. No allocation, as all that follow. */
 void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at);
 
-/** By parameter k: of h, of J qd + h_t and of J qdd + jdqd (m each), and of M qdd + C - J' lambda (n): what kmp_change
- * takes. */
-void kmp_slopes_of_parameter(const kmp_slopes *slopes, int k, double *h, double *rate, double *curve, double *force);
+/** The change that parameter k makes of the equations; `room` (3 m + n) holds its h, rate, curve and force in turn. */
+kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room);
 
-/** By parameter k: of the model's start values and rates (n each), wherever the state is. */
-void kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
-
-/** By parameter k: of the characteristic length. */
-double kmp_slopes_of_length(const kmp_slopes *slopes, int k);
+/** By parameter k: of the model's start values and rates (n each), wherever the state is; returns that of the
+ *  characteristic length. */
+double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd);
 
 /** out[k] += what changes of w'(h, rate, curve, force) by parameter k, for all of them; a NULL part of w is zero. */
 void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,
@@ -72,14 +69,14 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
  * kmp_plant_shown or as kmp_plant_changes has them, valid until the next call. Conditions that end a run are zero. */
 const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 
-/** A direction in which they are differentiated, or what came out of one; NULL: none of it. */
+/** A direction in which they are differentiated, or a gradient; NULL: none of it. */
 typedef struct kmp_direction {
     double *t, *q, *qd, *qdd, *lambda; /* 1, n, n, n, m */
-    double *parameters;                /* count: one number for each */
+    double *parameters;                /* count; of a gradient alone */
 } kmp_direction;
 
-/** out = the derivative of them all along a direction. */
-void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction,
+/** out = the derivative of them all along a direction in which parameter k (negative: none) goes on by one. */
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, int k,
                       double *out);
 
 /** Adds the derivatives of w' values to what is not NULL. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analysis/stability.h"
-#include "base/memory.h"
+#include "base/context.h"
 #include "linalg/spectrum.h"
 #include <math.h>
 
@@ -57,12 +57,11 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         stability->word = KMP_STABLE;
         return KEMPE_OK;
     }
-    unsigned long short_of = kmp_memory_failures();
-    int bad = kmp_linear_spectrum(linear, &s);
-    if (bad && kmp_memory_failures() != short_of)
-        return kmp_fail_memory(linear->system->context);
-    if (bad)
-        return KEMPE_OK;
+    kempe_status status = kmp_linear_spectrum(linear, &s);
+    if (status == KEMPE_E_FAILED)
+        kmp_context_clear(linear->system->context);
+    if (status != KEMPE_OK)
+        return status == KEMPE_E_FAILED ? KEMPE_OK : status;
     judge(linear, &s, stability);
     kmp_spectrum_free(&s);
     return KEMPE_OK;

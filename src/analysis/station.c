@@ -32,8 +32,7 @@ void kmp_station_free(kmp_station *station)
         return;
     kmp_operating_free(station->state);
     kmp_free(station->found);
-    if (station->linear.plant)
-        kmp_linear_free(&station->linear);
+    kmp_linear_free(&station->linear);
     kempe_system_free(station->own);
     kmp_variant_free(station->variant);
     kmp_free(station);
@@ -82,7 +81,7 @@ static kempe_status find_state(kmp_station *s)
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 
-kempe_status kmp_station_go(void *station, double value, kmp_modes *modes)
+kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes)
 {
     kmp_station *s = station;
     kempe_context *context = s->base->context;

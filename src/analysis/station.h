@@ -33,9 +33,9 @@ typedef struct kmp_station {
 kempe_status kmp_station_new(const kempe_system *system, const kmp_station_ask *ask, kmp_station **station);
 void kmp_station_free(kmp_station *station);
 
-/** Goes to the state at a value of what varies, and gives its modes: a kmp_locus_fn. Errors as kmp_operating_new, and
+/** Goes to the state at a value of what varies, and gives its modes. Errors as kmp_operating_new, and
  *  KEMPE_E_FAILED where the model cannot have the value. */
-kempe_status kmp_station_go(void *station, double value, kmp_modes *modes);
+kempe_status kmp_station_go(kmp_station *station, double value, kmp_modes *modes);
 
 /** q (n, in the charts of linear.plant) of the last state moved along eigenvalue c of its modes, by `amplitude` times
  *  Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */

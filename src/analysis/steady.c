@@ -30,8 +30,7 @@ kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges,
         if (status != KEMPE_OK || range->count == 1)
             continue;
         if (!varies)
-            status =
-                kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' takes one value, not a range", range->name);
+            status = kmp_range_is_value(model->context, "rates", range);
         else if (open >= 0)
             status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: one of them can vary at a time");
         open = k;

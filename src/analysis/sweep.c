@@ -55,24 +55,11 @@ static void poses_swap(kmp_pose *a, kmp_pose *b)
 
 static bool make_room(kmp_sweep *w)
 {
-    ptrdiff_t x = w->n + 1, m = w->system->m;
-    const kmp_arena_room rooms[] = {{&w->here.x, x},
-                                    {&w->here.dx, x},
-                                    {&w->next.x, x},
-                                    {&w->next.dx, x},
-                                    {&w->part_way.x, x},
-                                    {&w->entry.x, x},
-                                    {&w->entry.dx, x},
-                                    {&w->part_way.dx, x},
-                                    {&w->unit, x},
-                                    {&w->drift, x},
-                                    {&w->dx, x},
-                                    {&w->xs, x},
-                                    {&w->xss, x},
-                                    {&w->h, m},
-                                    {&w->h_t, m},
-                                    {&w->jd, m},
-                                    {&w->jacobian, w->system->jacobian.count}};
+    ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
+    const kmp_arena_room rooms[] = {{&w->here.x, x},     {&w->here.dx, x},     {&w->next.x, x},      {&w->next.dx, x},
+                                    {&w->part_way.x, x}, {&w->part_way.dx, x}, {&w->entry.x, x},     {&w->entry.dx, x},
+                                    {&w->unit, x},       {&w->drift, x},       {&w->dx, x},          {&w->xs, x},
+                                    {&w->xss, x},        {&w->jd, m},          {&w->masked, entries}};
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
     w->moving = KMP_ARENA_NEW(&w->arena, int, m);
     return kmp_arena_make_rooms(&w->arena, sizeof rooms / sizeof *rooms, rooms);
@@ -88,9 +75,10 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
+    sweep->plant->left_out = sweep->dropped;
     memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
     sweep->unit[system->n] = 1;
-    for (int r = 0; closures && r < system->m; r++) {
+    for (int r = 0; r < system->m; r++) {
         sweep->dropped[r] = closures[system->rows[r].closure];
         sweep->any_dropped = sweep->any_dropped || sweep->dropped[r];
     }
@@ -102,7 +90,6 @@ static void forget_choice(kmp_sweep *w)
     kmp_reduction_free(&w->red);
     kmp_partition_free(&w->part);
     kmp_arena_free(&w->of_choice);
-    w->reduced = false;
 }
 
 /* Room for so many other leads. */
@@ -137,15 +124,14 @@ void kmp_sweep_free(kmp_sweep *sweep)
 static kempe_status choose(kmp_sweep *w, int rank)
 {
     forget_choice(w);
-    kempe_status status = kmp_partition_of_rank(&w->part, w->system, w->plant->jacobian, rank, NULL, 0);
+    kempe_status status = kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0);
     if (status != KEMPE_OK)
         return status;
-    if (w->watched && !kmp_margin_choose(&w->margin, &w->part))
+    if (w->margin.system && !kmp_margin_choose(&w->margin, &w->part))
         return kmp_fail_memory(w->system->context);
     status = kmp_reduction_init(&w->red, w->plant, &w->part);
     if (status != KEMPE_OK)
         return status;
-    w->reduced = true;
     w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
     w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
     return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
@@ -159,13 +145,11 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
     w->here.x[w->n] = 0;
     kmp_margin_free(&w->margin);
-    w->watched = false;
     (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
     kempe_status status = choose(w, -1);
     if (status != KEMPE_OK)
         return status;
     w->p = w->part.p;
-    w->watched = true;
     if (!kmp_margin_init(&w->margin, w->system, &w->part))
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)
@@ -230,19 +214,16 @@ static int pivot_motions(const kmp_sweep *w, const bool *counts, const int *late
 
 int kmp_sweep_order(kmp_sweep *w, const bool *given, int *order)
 {
-    int n = w->n, rank = -1;
-    double *matrix = KMP_NEW(double, (n + 1) * w->p);
-    int *later = KMP_NEW(int, n), *pivoted = KMP_NEW(int, n + w->p);
-    if (matrix && later && pivoted) {
-        rank = pivot_motions(w, given, NULL, matrix, pivoted);
-        for (int k = 0; k < n; k++)
-            later[pivoted[k]] = k >= rank;
-        (void)pivot_motions(w, NULL, later, matrix, pivoted);
-        memcpy(order, pivoted, (size_t)n * sizeof *order);
+    int rank = -1, *later = KMP_NEW(int, w->n);
+    double *matrix = KMP_NEW(double, (w->n + 1) * w->p);
+    if (matrix && later) {
+        rank = pivot_motions(w, given, NULL, matrix, order);
+        for (int k = 0; k < w->n; k++)
+            later[order[k]] = k >= rank;
+        (void)pivot_motions(w, NULL, later, matrix, order);
     }
     kmp_free(matrix);
     kmp_free(later);
-    kmp_free(pivoted);
     return rank;
 }
 
@@ -368,7 +349,7 @@ static kempe_status refresh(kmp_sweep *w)
     if (!kmp_sweep_evaluate(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
         w->margin.rows > KMP_ROWS_SWEEP) {
         kempe_status status = choose(w, w->margin.r);
-        w->exchanges++;
+        w->effort.exchanges++;
         if (status != KEMPE_OK)
             return status;
         if (!kmp_sweep_evaluate(w, w->here.x))
@@ -556,7 +537,7 @@ static kmp_sweep_end cross(way *y, double margin)
     (void)give_rows(y, &e, w->next.x[w->n], true);
     x_at(w, &e, part, 0, w->part_way.x);
     y->task->change(y->task->user, &w->part_way, margin);
-    w->steps++;
+    w->effort.steps++;
     w->last_margin = margin;
     w->last_step = 0;
     y->step = ENTRY;
@@ -579,14 +560,14 @@ static kmp_sweep_end go_on(way *y)
     double h = near_step(w, margin, fmin(y->step, longest_step(w)));
     verdict v = BAD;
     while (margin > EXACT && h > SHORTEST && (v = try_step(w, &w->here, h, false)) != GOOD) {
-        w->rejected++;
+        w->effort.rejected++;
         if (v == SIGN && h < SHORT)
             break;
         h /= 2;
     }
     if (v != GOOD) /* of a small margin rounding alone is left */
         return margin < ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
-    w->steps++;
+    w->effort.steps++;
     w->last_margin = margin;
     if (!goes_on(y))
         return stop_dead(y);
@@ -619,7 +600,7 @@ kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
     double s = sweep->here.x[sweep->n];
     way y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
     kmp_sweep_end end = task->s_end == s ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
-    long most = sweep->steps + MOST_STEPS;
+    long most = sweep->effort.steps + MOST_STEPS;
     if (sweep->here.dx[sweep->n] == 0)
         give_dead(&y);
     turn(&y);
@@ -628,7 +609,7 @@ kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
         if (kmp_interrupted(sweep->system->context))
             end = KMP_SWEEP_INTERRUPTED;
         else
-            end = sweep->steps < most ? go_on(&y) : KMP_SWEEP_LOST;
+            end = sweep->effort.steps < most ? go_on(&y) : KMP_SWEEP_LOST;
     }
     return end;
 }

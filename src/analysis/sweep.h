@@ -25,6 +25,10 @@ typedef struct kmp_pose {
     double *x, *dx; /* n + 1 */
 } kmp_pose;
 
+typedef struct kmp_sweep_effort {
+    long steps, rejected, newton, exchanges;
+} kmp_sweep_effort;
+
 typedef struct kmp_sweep {
     kmp_arena arena, of_choice, of_leads; /* of the rooms; those of u and v, and of what leads, that are there */
     const kempe_system *system;
@@ -32,7 +36,6 @@ typedef struct kmp_sweep {
     kmp_partition part;
     kmp_reduction red;
     kmp_margin margin;
-    bool reduced, watched;
     int n, p;
     int count; /* leads: as many coordinates as are wanted beside moving rows to make p; and the time when it is led */
     kmp_lead *lead;
@@ -40,9 +43,8 @@ typedef struct kmp_sweep {
     double *unit;  /* of x in the arc: scales of coordinates, and s by which a leading one goes by one of them */
     bool *dropped; /* rows that count as none */
     bool any_dropped;
-    int *moving, moving_count;  /* of these, rows that move in time: they lead, as coordinates do */
-    double *h, *jacobian, *h_t; /* without the rows that are dropped */
-    const double *full_h, *full_jacobian, *full_h_t; /* with them */
+    int *moving, moving_count; /* of these, rows that move in time: they lead, as coordinates do */
+    double *masked;            /* J without the rows that are dropped */
     kmp_pose here, next, part_way, entry;
     double *span;     /* n + 1 rows of p + 1: what each of x changes by along each of u and along s */
     double *gradient; /* p + 1 rows of n + 1: of all that is to be met */
@@ -53,41 +55,37 @@ typedef struct kmp_sweep {
     int *signs;                         /* of the blocks of Jv where it stands */
     double last_margin, last_step;      /* how it changes */
     double fastest;                     /* the greatest share of s in the motion so far */
-    long steps, rejected, newton, exchanges;
+    kmp_sweep_effort effort;
 } kmp_sweep;
 
-/** `closures` (NULL: none): those that are released. KEMPE_E_MEMORY. */
+/** `closures`: those that are released. KEMPE_E_MEMORY. */
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures);
 void kmp_sweep_free(kmp_sweep *sweep);
 
 /** Stands at (t, q), closed, and counts the freedoms: p. KEMPE_E_FAILED: a start where branches meet. */
 kempe_status kmp_sweep_stand(kmp_sweep *sweep, double t, const double *q);
 
-/** Where it stands time will go from one value to another: rows that move with it lead, so that the curve is regular
- * where they lock, and each is one of p then. */
+/** Where it stands, at (t, q), time will go from one value to another: rows that move with it lead, so that the curve
+ * is regular where they lock, and each is one of p then. */
 kempe_status kmp_sweep_let_move(kmp_sweep *sweep, const kmp_lead *time, double t, const double *q);
 
-/** Brings coordinates (n) into an order in which each determines more: first those that are `given` (n), as many as do
- * not follow from the others, then what would determine the rest with them, best first; p of them. The number of the
- * former, -1: no memory. */
+/** Brings coordinates (n; room for n + p) into an order in which each determines more: first those that are `given`
+ * (n), as many as do not follow from the others, then what would determine the rest with them, best first; p of them.
+ * The number of the former, -1: no memory. */
 int kmp_sweep_order(kmp_sweep *sweep, const bool *given, int *order);
 
 /** What leads from here on, and s where it stands; the leads' coordinates and moving rows are p. Copied. KEMPE_E_FAILED
  * without message: they do not determine the rest. */
 kempe_status kmp_sweep_lead(kmp_sweep *sweep, int count, const kmp_lead *leads, double s);
 
-/** A row: state and its derivatives by s (n each); NULL for both where they are infinite. */
-typedef void kmp_sweep_row_fn(void *user, double s, const double *q, const double *qs, const double *qss);
-
-/** Change points that were passed: where, and how small the margin was. */
-typedef void kmp_sweep_change_fn(void *user, const kmp_pose *pose, double margin);
-
 typedef struct kmp_sweep_task {
     double s_end;
     int count; /* rows wanted, with their s in the order in which they are met */
     const double *s;
-    kmp_sweep_row_fn *row;
-    kmp_sweep_change_fn *change;
+    /** A row: state and its derivatives by s (n each); NULL for both where they are infinite. */
+    void (*row)(void *user, double s, const double *q, const double *qs, const double *qss);
+    /** A change point that was passed: where, and how small the margin was. */
+    void (*change)(void *user, const kmp_pose *pose, double margin);
     void *user;
 } kmp_sweep_task;
 

@@ -26,35 +26,6 @@ static double pace_of_time(const kmp_sweep *w)
     return w->time < 0 ? 0 : w->lead[w->time].to - w->lead[w->time].from;
 }
 
-/* Rows that are dropped are closed whatever happens. */
-static void drop(kmp_sweep *w, double t, const double *q)
-{
-    const kempe_system *s = w->system;
-    kmp_plant *plant = w->plant;
-    memcpy(w->h, plant->h, (size_t)s->m * sizeof *w->h);
-    memcpy(w->jacobian, plant->jacobian, (size_t)s->jacobian.count * sizeof *w->jacobian);
-    if (plant->h_t)
-        memcpy(w->h_t, plant->h_t, (size_t)s->m * sizeof *w->h_t);
-    for (int r = 0; r < s->m; r++)
-        if (w->dropped[r])
-            w->h[r] = w->h_t[r] = 0;
-    for (int e = 0; e < s->jacobian.count; e++)
-        if (w->dropped[s->jacobian.row[e]])
-            w->jacobian[e] = 0;
-    kmp_plant_lend_closure(plant, t, q, w->h, w->jacobian, plant->h_t ? w->h_t : NULL);
-}
-
-static void close_at(kmp_sweep *w, const double *x)
-{
-    double t = time_at(w, x[w->n]);
-    kmp_plant_closure(w->plant, t, x);
-    w->full_h = w->plant->h;
-    w->full_jacobian = w->plant->jacobian;
-    w->full_h_t = w->plant->h_t;
-    if (w->any_dropped)
-        drop(w, t, x);
-}
-
 /* What each of x changes by along each of u and along s, a unit of these: rows of w->span. */
 static void span(kmp_sweep *w)
 {
@@ -70,17 +41,27 @@ static void span(kmp_sweep *w)
 
 bool kmp_sweep_evaluate(kmp_sweep *w, const double *x)
 {
-    close_at(w, x);
-    if (!w->reduced || kmp_reduction_factor(&w->red))
+    kmp_plant_closure(w->plant, time_at(w, x[w->n]), x);
+    if (!w->red.plant || kmp_reduction_factor(&w->red))
         return false;
     kmp_reduction_tangent(&w->red);
     span(w);
     return true;
 }
 
+const double *kmp_sweep_jacobian(kmp_sweep *w)
+{
+    if (!w->any_dropped)
+        return w->plant->jacobian;
+    kmp_plant_mask(w->plant, w->dropped, w->masked);
+    return w->masked;
+}
+
 double kmp_sweep_margin(kmp_sweep *w, const kmp_pose *pose)
 {
-    close_at(w, pose->x);
+    double t = time_at(w, pose->x[w->n]);
+    kmp_plant_closure(w->plant, t, pose->x);
+    kmp_plant_lend_closure(w->plant, t, pose->x, w->plant->h, kmp_sweep_jacobian(w), w->plant->h_t);
     return kmp_margin_at(&w->margin, w->plant);
 }
 
@@ -131,8 +112,8 @@ static void put_gradients(kmp_sweep *w, const kmp_pose *base)
         int r = w->moving[k];
         for (int e = 0; e < j->count; e++)
             if (j->row[e] == r)
-                row[j->col[e]] = w->full_jacobian[e] / w->system->row_scale[r];
-        row[n] = w->full_h_t[r] * pace_of_time(w) / w->system->row_scale[r];
+                row[j->col[e]] = w->plant->jacobian[e] / w->system->row_scale[r];
+        row[n] = w->plant->h_t[r] * pace_of_time(w) / w->system->row_scale[r];
     }
     for (int i = 0; base && i <= n; i++)
         row[i] = base->dx[i] / (w->unit[i] * w->unit[i]);
@@ -203,13 +184,13 @@ static bool correct(void *self, const double *violation, double *dx)
             w->rhs[row++] = (kmp_lead_value(&w->lead[k], c->x[w->n]) - c->x[i]) / w->unit[i];
         }
     for (int k = 0; k < w->moving_count; k++)
-        w->rhs[row++] = -w->full_h[w->moving[k]] / w->system->row_scale[w->moving[k]];
+        w->rhs[row++] = -violation[w->moving[k]] / w->system->row_scale[w->moving[k]];
     w->rhs[row] = (c->target->s - c->x[w->n]) / w->unit[w->n];
     if (base)
         w->rhs[row] = c->target->offset - kmp_sweep_offset(w, base, &(kmp_pose){.x = (double *)c->x});
     kmp_reduction_push(&w->red, -1, violation, w->drift);
     meet(w, dx);
-    w->newton++;
+    w->effort.newton++;
     return true;
 }
 

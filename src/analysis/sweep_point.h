@@ -8,6 +8,9 @@
 /** Closures, factors and the tangent space at x. false: Jv is singular. */
 bool kmp_sweep_evaluate(kmp_sweep *sweep, const double *x);
 
+/** J of the plant's last closure without the rows that are dropped, until the next call. */
+const double *kmp_sweep_jacobian(kmp_sweep *sweep);
+
 /** Where a corrector ends: on s (base NULL), or where the tangent of `base` has come `offset` along it. */
 typedef struct kmp_sweep_target {
     const kmp_pose *base;

@@ -28,36 +28,30 @@ static void list_loads(kmp_transfer *t, const int *place)
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_asked_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
-    int n = linear->n, m = linear->m, p = linear->p, columns = 0;
+    ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
         columns += orders(inputs->input[i].kind);
     kmp_transfer *t = transfer;
-    kmp_arena a = {0};
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
-                        .n = n,
-                        .m = m,
-                        .p = p,
+                        .n = linear->n,
+                        .m = linear->m,
+                        .p = linear->p,
                         .inputs = inputs,
                         .outputs = outputs,
-                        .columns = columns,
-                        .seen = KMP_ARENA_NEW(&a, kmp_seen, outputs),
-                        .load = KMP_ARENA_NEW(&a, kmp_load, columns),
-                        .map = KMP_ARENA_NEW(&a, double, n *p),
-                        .map_rate = KMP_ARENA_NEW(&a, double, n *p),
-                        .loads = KMP_ARENA_NEW(&a, double, p *columns),
-                        .by_u = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .by_ud = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .by_udd = KMP_ARENA_NEW(&a, double, outputs *p),
-                        .direct = KMP_ARENA_NEW(&a, double, outputs *columns),
-                        .value = KMP_ARENA_NEW(&a, double, outputs),
-                        .side = KMP_ARENA_NEW(&a, double, 3 * m + n),
-                        .moved = KMP_ARENA_NEW(&a, double, 3 * n + m),
-                        .unit = KMP_ARENA_NEW(&a, double, p),
-                        .parameters = KMP_ARENA_NEW(&a, double, slopes->count),
-                        .shown = KMP_ARENA_NEW(&a, double, slopes->shown)};
-    t->arena = a;
-    if (a.failed)
+                        .columns = (int)columns};
+    const kmp_arena_group groups[] = {{n * p, {&t->map, &t->map_rate}},
+                                      {p * columns, {&t->loads}},
+                                      {outputs * p, {&t->by_u, &t->by_ud, &t->by_udd}},
+                                      {outputs * columns, {&t->direct}},
+                                      {outputs, {&t->value}},
+                                      {3 * m + n, {&t->side}},
+                                      {3 * n + m, {&t->moved}},
+                                      {p, {&t->unit}},
+                                      {slopes->shown, {&t->shown}}};
+    t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
+    t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
+    if (!kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(linear->system->context);
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
@@ -85,12 +79,7 @@ static void follow(kmp_transfer *t, const kmp_change *change, int k, double *res
 {
     double *q = t->moved, *qd = q + t->n, *qdd = qd + t->n, *lambda = qdd + t->n;
     kmp_linear_follow(t->linear, change, &(kmp_response){q, qd, qdd, lambda, residual});
-    if (k >= 0)
-        t->parameters[k] = 1;
-    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, t->parameters},
-                     t->shown);
-    if (k >= 0)
-        t->parameters[k] = 0;
+    kmp_slopes_along(t->slopes, &t->slopes->outputs, &(kmp_direction){NULL, q, qd, qdd, lambda, NULL}, k, t->shown);
     see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
@@ -127,7 +116,7 @@ static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual,
         drive(t, load, h + load->order * m);
         break;
     case KMP_ASKED_PARAMETER:
-        kmp_slopes_of_parameter(t->slopes, load->parameter, h, h + m, h + 2 * m, force);
+        (void)kmp_slopes_change(t->slopes, load->parameter, h);
         break;
     }
     follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);

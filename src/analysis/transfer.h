@@ -45,7 +45,7 @@ typedef struct kmp_transfer {
     double *direct;                /* outputs x columns: Yw */
     double *value;                 /* outputs: y at the state */
     double *side, *moved, *shown;  /* work: of a change of the equations, of a kmp_response, of what is shown */
-    double *unit, *parameters;     /* p; parameters: zeros */
+    double *unit;                  /* p: zeros */
 } kmp_transfer;
 
 /** Makes room. `linear` has chosen its u; `place`: of each input, where the position of its point is shown (forces

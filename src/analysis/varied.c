@@ -8,26 +8,14 @@
 /* Determinant of the axes of a spherical joint below which its angles say little. */
 #define NEARLY_SINGULAR 0.02
 
-static size_t part_size(const kmp_varied *v)
-{
-    return 3 * (size_t)v->m + (size_t)v->n;
-}
-
 static bool make_room(kmp_varied *v)
 {
-    kmp_arena *a = &v->arena;
-    size_t n = (size_t)v->n;
-    v->part = KMP_ARENA_NEW(a, double, (size_t)v->count *part_size(v));
-    v->q = KMP_ARENA_NEW(a, double, n);
-    for (int k = 0; k < 2; k++)
-        v->anchor[k] = (kmp_varied_place){.q = KMP_ARENA_NEW(a, double, n),
-                                          .x = KMP_ARENA_NEW(a, double, n *n),
-                                          .drift = KMP_ARENA_NEW(a, double, n),
-                                          .curve = KMP_ARENA_NEW(a, double, n)};
-    v->udd = KMP_ARENA_NEW(a, double, n);
-    v->residual = KMP_ARENA_NEW(a, double, n);
-    v->shown = KMP_ARENA_NEW(a, double, v->slopes->shown);
-    return !a->failed;
+    int n = v->n;
+    const kmp_arena_group groups[] = {{n, {&v->q, &v->udd, &v->residual, &v->anchor[0].q, &v->anchor[1].q}},
+                                      {n * (2 + n), {&v->anchor[0].drift, &v->anchor[1].drift}},
+                                      {3 * v->m + n, {&v->part}},
+                                      {v->slopes->shown, {&v->shown}}};
+    return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
 }
 
 kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes)
@@ -43,8 +31,7 @@ kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, con
 
 void kmp_varied_free(kmp_varied *varied)
 {
-    if (varied->linear.system)
-        kmp_linear_free(&varied->linear);
+    kmp_linear_free(&varied->linear);
     kmp_arena_free(&varied->arena);
     *varied = (kmp_varied){0};
 }
@@ -56,11 +43,9 @@ static void stand_alone(kmp_varied *v, double t, const double *q)
 {
     for (int k = 0; k < 2; k++) {
         kmp_varied_place *at = &v->anchor[k];
-        memcpy(at->q, q, (size_t)v->n * sizeof *q);
-        memset(at->x, 0, (size_t)(v->n * v->linear.p) * sizeof *q);
-        memset(at->drift, 0, (size_t)v->n * sizeof *q);
-        memset(at->curve, 0, (size_t)v->n * sizeof *q);
         at->t = t;
+        memcpy(at->q, q, (size_t)v->n * sizeof *q);
+        memset(at->drift, 0, (size_t)(v->n * (2 + v->linear.p)) * sizeof *q);
     }
 }
 
@@ -93,9 +78,9 @@ void kmp_varied_anchor(kmp_varied *varied)
     at[0] = at[1];
     at[1] = last;
     memcpy(at->q, l->q, (size_t)varied->n * sizeof *l->q);
-    memcpy(at->x, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
     memcpy(at->drift, l->red.x_t, (size_t)varied->n * sizeof *l->q);
-    memcpy(at->curve, l->red.a0, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift + varied->n, l->red.a0, (size_t)varied->n * sizeof *l->q);
+    memcpy(at->drift + 2 * varied->n, l->red.x, (size_t)(varied->n * l->p) * sizeof *l->q);
     at->t = l->t;
 }
 
@@ -103,13 +88,14 @@ void kmp_varied_anchor(kmp_varied *varied)
 static void predict_from(kmp_varied *v, const kmp_varied_place *at, double t, const double *u)
 {
     const kmp_partition *part = &v->linear.part;
+    const double *curve = at->drift + v->n, *x = curve + v->n;
     double tau = t - at->t;
     for (int i = 0; i < v->n; i++)
-        v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * at->curve[i]);
+        v->q[i] = at->q[i] + tau * (at->drift[i] + 0.5 * tau * curve[i]);
     for (int k = 0; k < part->p; k++) {
         double du = u[k] - at->q[part->u[k]];
         for (int i = 0; i < v->n; i++)
-            v->q[i] += at->x[i + k * v->n] * du;
+            v->q[i] += x[i + k * v->n] * du;
     }
     for (int k = 0; k < part->p; k++)
         v->q[part->u[k]] = u[k];
@@ -165,10 +151,15 @@ void kmp_varied_matrix(kmp_varied *varied, double *matrix)
 {
     kmp_linear *l = &varied->linear;
     int p = l->p;
-    kmp_linear_matrices(l);
-    for (int k = 0; k < p; k++) {
-        kmp_linear_accelerate(l, l->stiffness + k * p, matrix + k * p);
-        kmp_linear_accelerate(l, l->damping + k * p, matrix + (p + k) * p);
+    double *unit = varied->udd;
+    memset(unit, 0, (size_t)p * sizeof *unit);
+    for (int c = 0; c < 2 * p; c++) {
+        double *column = matrix + c * p;
+        unit[c % p] = 1;
+        kmp_change change = {.u = c < p ? unit : NULL, .ud = c < p ? NULL : unit};
+        kmp_linear_follow(l, &change, &(kmp_response){.residual = column});
+        kmp_linear_accelerate(l, column, column);
+        unit[c % p] = 0;
     }
 }
 
@@ -183,33 +174,33 @@ const char *kmp_varied_singular(const kmp_varied *varied)
 
 /* -- parameters -------------------------------------------------------------------------------------- */
 
-void kmp_varied_parts(kmp_varied *varied)
+static kmp_change change_by(kmp_varied *v, int k, const double *u, const double *ud)
 {
-    int m = varied->m;
-    for (int k = 0; k < varied->count; k++) {
-        double *x = varied->part + (size_t)k * part_size(varied);
-        kmp_slopes_of_parameter(varied->slopes, k, x, x + m, x + 2 * m, x + 3 * m);
-    }
+    kmp_change change = kmp_slopes_change(v->slopes, k, v->part);
+    change.u = u;
+    change.ud = ud;
+    return change;
 }
 
-kmp_change kmp_varied_change(const kmp_varied *varied, int k, const double *u, const double *ud, const double *udd)
+static void accelerate(kmp_varied *v, const kmp_change *change, double *sudd)
 {
-    int m = varied->m;
-    const double *x = varied->part + (size_t)k * part_size(varied);
-    return (kmp_change){u, ud, udd, x, x + m, x + 2 * m, x + 3 * m};
+    kmp_linear_follow(&v->linear, change, &(kmp_response){.residual = v->residual});
+    kmp_linear_accelerate(&v->linear, v->residual, sudd);
 }
 
 void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd)
 {
-    kmp_change change = kmp_varied_change(varied, k, su, sud, NULL);
-    kmp_linear_follow(&varied->linear, &change, &(kmp_response){.residual = varied->residual});
-    kmp_linear_accelerate(&varied->linear, varied->residual, sudd);
+    kmp_change change = change_by(varied, k, su, sud);
+    accelerate(varied, &change, sudd);
 }
 
 void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
                        double *qdd, double *lambda)
 {
-    kmp_varied_accelerate(varied, k, su, sud, varied->udd);
-    kmp_change change = kmp_varied_change(varied, k, su, sud, varied->udd);
+    kmp_change change = change_by(varied, k, su, sud);
+    if (qdd || lambda) {
+        accelerate(varied, &change, varied->udd);
+        change.udd = varied->udd;
+    }
     kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
 }

@@ -15,17 +15,16 @@
 
 /** A state that positions are predicted from. */
 typedef struct kmp_varied_place {
-    double t, *q, *x, *drift, *curve; /* n, n x p, n, n: with q' = x u' + drift and q'' = x u'' + curve */
+    double t, *q, *drift; /* n; n x (2 + p): drift, curve and x, with q' = x u' + drift and q'' = x u'' + curve */
 } kmp_varied_place;
 
-/** The change that each parameter makes of the equations: `count` times h, rate, curve (m) and force (n). */
 typedef struct kmp_varied {
     const kempe_system *system;
     kmp_arena arena;
     kmp_linear linear;
     kmp_slopes *slopes; /* not owned */
     int n, m, count;
-    double *part;               /* count x (3 m + n): since kmp_varied_parts */
+    double *part;               /* 3 m + n: the change that one parameter makes of the equations */
     double *q;                  /* n: where closing begins */
     kmp_varied_place anchor[2]; /* the last two of kmp_varied_anchor, the last one first */
     double *udd, *residual;     /* p; n: room */
@@ -66,14 +65,10 @@ void kmp_varied_anchor(kmp_varied *varied);
 /** How far the last state is from where the last anchor predicts it, scaled: the largest of all coordinates. */
 double kmp_varied_miss(kmp_varied *varied, const double *u);
 
-/** The changes of the equations by all parameters at the last state; that of one of them. */
-void kmp_varied_parts(kmp_varied *varied);
-kmp_change kmp_varied_change(const kmp_varied *varied, int k, const double *u, const double *ud, const double *udd);
-
 /** dudd (p) by parameter k where (u, ud) have moved by (su, sud) (p each). */
 void kmp_varied_accelerate(kmp_varied *varied, int k, const double *su, const double *sud, double *sudd);
 
-/** What follows from that for the whole mechanism: n, n, n, m values. */
+/** What follows from that for the whole mechanism, each NULL when it is not wanted: n, n, n, m values. */
 void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double *sud, double *q, double *qd,
                        double *qdd, double *lambda);
 

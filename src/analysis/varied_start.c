@@ -25,29 +25,26 @@ typedef struct beginning {
     kmp_arena arena;
     const kempe_assembly *a;
     int n, m, held, *hold;
-    bool *free;                    /* n: rates that are corrected */
-    double *jacobian, *scaled;     /* m x n; the free columns over the row scales */
-    double *mu, *right, *x, *zero; /* m; m + n; n; n */
-    double *with, *without;        /* count x n: N' of J' mu by parameters; room */
-    double *pulled;                /* n */
+    bool *free;                /* n: rates that are corrected */
+    double *jacobian, *scaled; /* m x n; the free columns over the row scales */
+    double *mu, *x, *zero;     /* m; n; n */
+    double *with, *without;    /* count x n: N' of J' mu by parameters; room */
+    double *pulled;            /* n */
 } beginning;
 
 static bool make_room(beginning *b)
 {
     kmp_arena *a = &b->arena;
-    size_t n = (size_t)b->n, m = (size_t)b->m;
+    int n = b->n, m = b->m;
+    const kmp_arena_group groups[] = {{n, {&b->x, &b->pulled}},
+                                      {m, {&b->mu}},
+                                      {n + m, {&b->zero}},
+                                      {3 * m + n, {&b->without}},
+                                      {m * n, {&b->jacobian, &b->scaled}},
+                                      {b->v->count * n, {&b->with}}};
     b->hold = KMP_ARENA_NEW(a, int, n);
     b->free = KMP_ARENA_NEW(a, bool, n);
-    b->jacobian = KMP_ARENA_NEW(a, double, m *n);
-    b->scaled = KMP_ARENA_NEW(a, double, m *n);
-    b->mu = KMP_ARENA_NEW(a, double, m);
-    b->right = KMP_ARENA_NEW(a, double, m + n);
-    b->x = KMP_ARENA_NEW(a, double, n);
-    b->zero = KMP_ARENA_NEW(a, double, n + m);
-    b->with = KMP_ARENA_NEW(a, double, (size_t)b->v->count *n);
-    b->without = KMP_ARENA_NEW(a, double, 3 * m + n);
-    b->pulled = KMP_ARENA_NEW(a, double, n);
-    return !a->failed;
+    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
 }
 
 /* -- positions --------------------------------------------------------------------------------------- */
@@ -98,11 +95,10 @@ static void move_positions(beginning *b, double *dq)
     const kmp_linear *l = &v->linear;
     for (int k = 0; k < v->count; k++) {
         double *to = dq + k * b->n;
-        kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
+        (void)kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
         for (int i = 0; i < l->p; i++)
             v->udd[i] = b->x[l->part.u[i]];
-        kmp_change change = kmp_varied_change(v, k, v->udd, NULL, NULL);
-        kmp_linear_follow(&v->linear, &change, &(kmp_response){.q = to});
+        kmp_varied_follow(v, k, v->udd, NULL, to, NULL, NULL, NULL);
     }
 }
 
@@ -122,37 +118,18 @@ static void scale_jacobian(beginning *b)
                 b->free[i] ? b->jacobian[r + i * b->m] * b->v->system->scale[i] / row_scale(b, r) : 0;
 }
 
-/* What the given rates miss, once corrected, over the size of the rates; x is then the correction, scaled. */
-static bool correct(beginning *b, double *missed)
+/* Rates that were kept, and mu / row scales of the correction that assembly made of the others: scale Jf' mu, of least
+ * norm. false: no memory. */
+static bool find_correction(beginning *b)
 {
     const kmp_start *start = &b->v->system->model->start;
-    const double *scale = b->v->system->scale, *h_t = b->v->linear.plant->h_t;
-    double size = 0;
-    scale_jacobian(b);
-    for (int r = 0; r < b->m; r++) {
-        double sum = h_t ? h_t[r] : 0;
-        for (int i = 0; i < b->n; i++)
-            sum += b->jacobian[r + i * b->m] * start->qd[i].value;
-        b->right[r] = -sum / row_scale(b, r);
-    }
-    if (kmp_least_squares(b->m, b->n, b->scaled, b->right, kmp_rounding_zero(b->v->system, KMP_RANK), b->x) < 0)
-        return false;
-    for (int r = 0; r < b->m; r++)
-        for (int i = 0; i < b->n; i++)
-            b->right[r] -= b->scaled[r + i * b->m] * b->x[i];
-    *missed = 0;
-    for (int i = 0; i < b->n; i++)
-        size = fmax(size, fabs(start->qd[i].value) / scale[i]);
-    for (int r = 0; r < b->m; r++)
-        *missed = fmax(*missed, fabs(b->right[r]));
-    *missed = *missed > kmp_rounding_zero(b->v->system, KMP_CLOSED_RATES) * size ? *missed : 0;
-    return true;
-}
-
-/* mu / row scales of the correction x = scale Jf' mu, of least norm. */
-static bool find_mu(beginning *b)
-{
     double *transposed = KMP_NEW(double, (size_t)b->m *(size_t)b->n);
+    kmp_plant_dense_jacobian(b->v->linear.plant, b->jacobian);
+    for (int i = 0; i < b->n; i++) {
+        b->free[i] = b->a->rates_changed || !start->qd_given[i];
+        b->x[i] = b->free[i] ? (b->a->qd[i] - start->qd[i].value) / b->v->system->scale[i] : 0;
+    }
+    scale_jacobian(b);
     for (int i = 0; transposed && i < b->n; i++)
         for (int r = 0; r < b->m; r++)
             transposed[i + r * b->n] = b->scaled[r + i * b->m];
@@ -162,25 +139,6 @@ static bool find_mu(beginning *b)
         b->mu[r] /= row_scale(b, r);
     kmp_free(transposed);
     return ok;
-}
-
-/* Rates that are kept, and mu of those that are corrected. false: no memory. */
-static bool find_correction(beginning *b)
-{
-    const kmp_start *start = &b->v->system->model->start;
-    double missed;
-    kmp_plant_dense_jacobian(b->v->linear.plant, b->jacobian);
-    for (int i = 0; i < b->n; i++)
-        b->free[i] = !start->qd_given[i];
-    if (!correct(b, &missed))
-        return false;
-    if (missed > 0) {
-        for (int i = 0; i < b->n; i++)
-            b->free[i] = true;
-        if (!correct(b, &missed))
-            return false;
-    }
-    return find_mu(b);
 }
 
 /* M qdd + C - J' lambda and its derivatives see lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are what mu makes of
@@ -207,7 +165,7 @@ static void pull_all(beginning *b, const double *dq)
         look_with_mu(b, side == 0 ? b->mu : b->zero);
         for (int k = 0; k < v->count; k++) {
             double *force = b->without + 3 * m;
-            kmp_slopes_of_parameter(v->slopes, k, b->without, b->without + m, b->without + 2 * m, force);
+            (void)kmp_slopes_change(v->slopes, k, b->without);
             kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
             for (int i = 0; i < n; i++)
                 b->with[k * n + i] += side == 0 ? -force[i] : force[i];
@@ -222,15 +180,14 @@ static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
     kmp_varied *v = b->v;
     int n = b->n, m = b->m;
     const double *scale = v->system->scale;
-    double *rows = b->without;
-    kmp_slopes_of_start(v->slopes, k, b->x, dqd);
-    double longer = 2 * kmp_slopes_of_length(v->slopes, k) / v->system->length;
+    double *rows = b->without + m; /* of the rate */
+    double longer = 2 * kmp_slopes_of_start(v->slopes, k, b->x, dqd) / v->system->length;
     for (int i = 0; i < n; i++) {
         bool moves = b->free[i] && !v->system->model->motions[i].rotation;
         dqd[i] += b->free[i] ? scale[i] * scale[i] * b->with[k * n + i] : 0;
         dqd[i] += moves ? longer * (b->a->qd[i] - v->system->model->start.qd[i].value) : 0;
     }
-    kmp_slopes_of_parameter(v->slopes, k, rows + m, rows, rows + 2 * m, rows + 3 * m); /* rows: of the rate */
+    (void)kmp_slopes_change(v->slopes, k, b->without);
     kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
     for (int r = 0; r < m; r++) {
         for (int i = 0; i < n; i++)
@@ -275,15 +232,12 @@ static kempe_status stand(beginning *b)
 {
     kmp_varied *v = b->v;
     kmp_linear *l = &v->linear;
-    for (int k = 0; k < l->p; k++)
-        v->residual[k] = b->a->qd[l->part.u[k]];
-    if (kmp_linear_at_motion(l, 0, b->a->q, v->residual) != KEMPE_OK)
+    if (kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, true) != KEMPE_OK)
         return kmp_fail(v->system->context, KEMPE_E_FAILED,
                         "the start has no derivative by parameters: its closures are singular, or a coordinate moves "
                         "no mass");
     kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_slopes_at(v->slopes, &at);
-    kmp_varied_parts(v);
     return KEMPE_OK;
 }
 

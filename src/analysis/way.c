@@ -3,9 +3,7 @@
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense.h"
 #include "linalg/dot.h"
-#include "linalg/symmetric.h"
 #include <math.h>
 #include <string.h>
 
@@ -16,16 +14,14 @@
 bool kmp_way_init(kmp_way *w)
 {
     int n = w->n;
-    double **rooms[] = {&w->q,     &w->begin, &w->rates, &w->work, &w->size, &w->values,
-                        &w->right, &w->step,  &w->force, &w->move, &w->trial};
-    int **lists[] = {&w->pivot, &w->place, &w->rate};
-    for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
-        *rooms[k] = KMP_ARENA_NEW(&w->arena, double, n);
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        *lists[k] = KMP_ARENA_NEW(&w->arena, int, n);
-    w->matrix = KMP_ARENA_NEW(&w->arena, double, n *n);
-    w->vectors = KMP_ARENA_NEW(&w->arena, double, n *n);
-    w->factors = KMP_ARENA_NEW(&w->arena, double, n *n);
+    const kmp_arena_group groups[] = {{n,
+                                       {&w->q, &w->begin, &w->rates, &w->work, &w->size, &w->values, &w->right,
+                                        &w->step, &w->force, &w->move, &w->trial}},
+                                      {n * n, {&w->matrix, &w->vectors, &w->factors}}};
+    (void)kmp_arena_make_groups(&w->arena, 2, groups);
+    w->pivot = KMP_ARENA_NEW(&w->arena, int, n);
+    w->place = KMP_ARENA_NEW(&w->arena, int, n);
+    w->rate = KMP_ARENA_NEW(&w->arena, int, n);
     w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->given[k] = w->search->rates[k].rate;
@@ -141,8 +137,7 @@ double kmp_way_unit(const kmp_way *w, int i)
     return w->rate[i] < 0 ? scale : fmax(scale, fabs(w->search->rates[w->rate[i]].rate));
 }
 
-/* What unknown `column` changes of the equation of unknown `row`. */
-static double entry(const kmp_way *w, int row, int column)
+double kmp_way_entry(const kmp_way *w, int row, int column)
 {
     const double *from = w->rate[column] < 0 ? w->l->stiffness : w->l->damping;
     return from[w->place[row] + w->place[column] * w->l->p];
@@ -175,7 +170,7 @@ static double take_unknowns(kmp_way *w)
         int k = w->place[i];
         double scale = kmp_way_scale(l, k);
         for (int j = 0; j < w->count; j++) {
-            double changed = fabs(entry(w, i, j)) * scale * kmp_way_unit(w, j);
+            double changed = fabs(kmp_way_entry(w, i, j)) * scale * kmp_way_unit(w, j);
             if (!isfinite(changed))
                 return INFINITY;
             if (w->rate[j] >= 0)
@@ -212,13 +207,9 @@ static kempe_status choose_with_steady(kmp_way *w)
 /* The first of the steady coordinates that is not independent; -1: all are. */
 static int find_dependent(const kmp_way *w)
 {
-    for (int k = 0; k < w->search->rate_count; k++) {
-        int found = 0;
-        while (found < w->l->p && w->l->part.u[found] != w->search->rates[k].coordinate)
-            found++;
-        if (found == w->l->p)
+    for (int k = 0; k < w->search->rate_count; k++)
+        if (kmp_linear_place(w->l, w->search->rates[k].coordinate) < 0)
             return w->search->rates[k].coordinate;
-    }
     return -1;
 }
 
@@ -242,12 +233,6 @@ bool kmp_way_at(kmp_way *w, const double *q)
 {
     return kmp_linear_at(w->l, w->t, q, w->rates, NULL) == KEMPE_OK &&
            isfinite(kmp_dot(w->l->p, w->l->residual, w->l->residual));
-}
-
-bool kmp_way_back(kmp_way *w)
-{
-    kmp_way_take_rates(w);
-    return kmp_way_at(w, w->q);
 }
 
 /* Joints whose angles come near to their singular position begin in the middle of other charts. */
@@ -304,75 +289,7 @@ void kmp_way_note_step(kmp_way *w, double step)
         w->search->history[w->search->iterations - 1].step = step;
 }
 
-/* -- directions -------------------------------------------------------------------------------------- */
-
-/* The scaled Kr, of what is unknown, and the eigenvectors of its symmetric part. */
-bool kmp_way_decompose(kmp_way *w)
-{
-    int p = w->count;
-    for (int k = 0; k < p; k++)
-        w->size[k] = kmp_way_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < p; i++)
-            w->matrix[i + k * p] = entry(w, i, k) * w->size[i] * w->size[k];
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < p; i++)
-            w->vectors[i + k * p] = (w->matrix[i + k * p] + w->matrix[k + i * p]) / 2;
-    if (p > 0 && kmp_symmetric_eigen(p, w->vectors, w->values) != 0) {
-        w->status = kmp_fail_memory(w->l->system->context);
-        return false;
-    }
-    w->least = p > 0 ? w->values[0] : 1;
-    w->flat = false;
-    for (int k = 0; k < p; k++)
-        w->flat = w->flat || fabs(w->values[k]) <= KMP_WAY_FLAT;
-    return true;
-}
-
-/* The step in w->step, of what the matrix says. false: it says none. */
-static bool solve(kmp_way *w)
-{
-    int p = w->count;
-    double *factors = w->factors;
-    memcpy(factors, w->matrix, (size_t)(p * p) * sizeof *factors);
-    if (p > 0 && kmp_lu_factor(p, factors, w->pivot))
-        return false;
-    for (int k = 0; k < p; k++)
-        w->step[k] = -w->right[k];
-    kmp_lu_solve(p, factors, w->pivot, 1, w->step);
-    return true;
-}
-
-/* Makes the symmetric part positive; along flat directions that nothing pulls the step stands still. */
-static void make_positive(kmp_way *w)
-{
-    int p = w->count;
-    for (int k = 0; k < p; k++) {
-        const double *v = w->vectors + k * p;
-        double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
-        if (value < -KMP_WAY_FLAT)
-            wanted = -value;
-        else if (fabs(value) <= KMP_WAY_FLAT)
-            wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
-        for (int j = 0; wanted != value && j < p; j++)
-            for (int i = 0; i < p; i++)
-                w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
-    }
-}
-
-bool kmp_way_direction(kmp_way *w)
-{
-    for (int k = 0; k < w->count; k++)
-        w->right[k] = w->force[w->place[k]] * w->size[k];
-    if (!w->search->balanced || w->flat || !solve(w) || !(kmp_dot(w->count, w->step, w->right) < 0)) {
-        make_positive(w);
-        if (!solve(w))
-            return false;
-    }
-    for (int k = 0; k < w->count; k++)
-        w->step[k] *= w->size[k];
-    return true;
-}
+/* -- steps ------------------------------------------------------------------------------------------- */
 
 /* dq of the step, and how far it goes. */
 double kmp_way_spread(kmp_way *w)

@@ -54,6 +54,9 @@ double kmp_way_measure(const kmp_linear *l, double *work, double *most);
 /** The unit of unknown i: the characteristic size of a position; of a rate that in a second, or itself if larger. */
 double kmp_way_unit(const kmp_way *w, int i);
 
+/** What unknown `column` changes of the equation of unknown `row`. */
+double kmp_way_entry(const kmp_way *w, int row, int column);
+
 /** Chooses u at w->q, with the steady coordinates in it. */
 kempe_status kmp_way_choose(kmp_way *w);
 
@@ -62,9 +65,6 @@ void kmp_way_take_rates(kmp_way *w);
 
 /** Takes l to q. false: it cannot be had. */
 bool kmp_way_at(kmp_way *w, const double *q);
-
-/** The same to the state at hand and its rates, after a trial. */
-bool kmp_way_back(kmp_way *w);
 
 /** Makes l's state and rates those at hand, with matrices, unknowns and measure: joints centred, u chosen anew where
  *  they have become bad. false: it cannot be had, or `status` says why. */
@@ -75,13 +75,6 @@ bool kmp_way_center(kmp_way *w);
 
 void kmp_way_note(kmp_way *w, double residual);
 void kmp_way_note_step(kmp_way *w, double step);
-
-/** The scaled Kr, and the eigenvectors and values of its symmetric part. false: no memory. */
-bool kmp_way_decompose(kmp_way *w);
-
-/** The step in w->step that leads down: Newton's where the symmetric part of Kr is positive or, to what is balanced
- *  alone, where that leads down; otherwise that of a heavily damped motion. */
-bool kmp_way_direction(kmp_way *w);
 
 /** dq of the step in w->move, and how far it goes. */
 double kmp_way_spread(kmp_way *w);

@@ -20,11 +20,6 @@ enum { MOST_STEPS = 100, MOST_OF_PART = 25, MOST_DAMPINGS = 60, MOST_POLISH = 6,
 #define SMALLEST_PART 1e-3
 #define DEPENDENT     1e-8
 
-/* A state to come back to. */
-typedef struct state {
-    double *q, *value, *rate; /* n; what is free; of the steady coordinates */
-} state;
-
 typedef struct solver {
     kmp_way *w;
     kmp_exchange *x;
@@ -38,11 +33,10 @@ typedef struct solver {
     double *unit;                /* n: a change of u or ud */
     double *dqd, *dqdd;          /* n */
     double *dlambda;             /* m */
-    double *parameters;          /* of a direction of the outputs */
     double *partial;             /* 3 m + n */
     double *along;               /* shown */
     double *dr;                  /* p */
-    state kept, good;            /* before a step; the last that met its targets */
+    double *kept, *good;         /* states to come back to: before a step; the last that met its targets */
     double *from, *to;           /* targets */
 } solver;
 
@@ -50,45 +44,28 @@ static bool make_room(solver *s)
 {
     int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
     int rows = n + t, columns = n + f;
-    const kmp_arena_room rooms[] = {{&s->jacobian, rows * columns},
-                                    {&s->value, rows},
-                                    {&s->row_size, rows},
-                                    {&s->column_size, columns},
-                                    {&s->damped, (rows + columns) * columns},
-                                    {&s->right, rows + columns},
-                                    {&s->step, columns},
-                                    {&s->moves, n * columns},
-                                    {&s->unit, n},
-                                    {&s->dqd, n},
-                                    {&s->dqdd, n},
-                                    {&s->dlambda, m},
-                                    {&s->parameters, f},
-                                    {&s->partial, 3 * m + n},
-                                    {&s->along, s->shown},
-                                    {&s->dr, n},
-                                    {&s->kept.q, n},
-                                    {&s->kept.value, f},
-                                    {&s->kept.rate, r},
-                                    {&s->good.q, n},
-                                    {&s->good.value, f},
-                                    {&s->good.rate, r},
-                                    {&s->from, t},
-                                    {&s->to, t}};
-    return kmp_arena_make_rooms(&s->w->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{n, {&s->unit, &s->dqd, &s->dqdd, &s->dr}},
+                                      {m, {&s->dlambda}},
+                                      {3 * m + n, {&s->partial}},
+                                      {rows, {&s->value, &s->row_size}},
+                                      {columns, {&s->column_size, &s->step}},
+                                      {rows * columns, {&s->jacobian}},
+                                      {(rows + columns) * columns, {&s->damped}},
+                                      {rows + columns, {&s->right}},
+                                      {n * columns, {&s->moves}},
+                                      {s->shown, {&s->along}},
+                                      {n + f + r, {&s->kept, &s->good}},
+                                      {t, {&s->from, &s->to}}};
+    return kmp_arena_make_groups(&s->w->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* -- the equations ----------------------------------------------------------------------------------- */
-
-static kmp_instant instant(const kmp_linear *l)
-{
-    return kmp_instant_of(l->plant, l->t, l->q, l->qd, l->qdd, l->lambda);
-}
 
 /* All rows at l's state, in the sizes at hand; the largest. */
 static double evaluate(solver *s, double *value)
 {
     const kmp_linear *l = s->w->l;
-    kmp_instant at = instant(l);
+    kmp_instant at = kmp_linear_instant(l);
     const double *shown = s->shown > 0 ? kmp_slopes_values(&s->x->slopes->outputs, &at) : NULL;
     double worst = 0;
     for (int k = 0; k < s->p; k++)
@@ -115,13 +92,8 @@ static kmp_change position_or_rate(solver *s, int j)
 static kmp_change freed(solver *s, int f)
 {
     const kmp_linear *l = s->w->l;
-    int m = l->m;
-    double *h = s->partial;
-    if (f < s->x->parameter_count) {
-        kmp_slopes_of_parameter(s->x->slopes, f, h, h + m, h + 2 * m, h + 3 * m);
-        s->parameters[f] = 1;
-        return (kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = h + 3 * m};
-    }
+    if (f < s->x->parameter_count)
+        return kmp_slopes_change(s->x->slopes, f, s->partial);
     int c = s->w->search->rates[s->x->rate[f - s->x->parameter_count]].coordinate;
     for (int k = 0; k < l->p; k++)
         s->unit[k] = l->part.u[k] == c;
@@ -131,14 +103,14 @@ static kmp_change freed(solver *s, int f)
 static void fill_column(solver *s, int j)
 {
     kmp_linear *l = s->w->l;
-    double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows, no_time = 0;
+    double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows;
     memset(s->unit, 0, (size_t)l->n * sizeof *s->unit);
-    memset(s->parameters, 0, (size_t)s->x->free_count * sizeof *s->parameters);
     kmp_change change = j < s->p ? position_or_rate(s, j) : freed(s, j - s->p);
     kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
     if (s->shown > 0)
         kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
-                         &(kmp_direction){&no_time, move, s->dqd, s->dqdd, s->dlambda, s->parameters}, s->along);
+                         &(kmp_direction){NULL, move, s->dqd, s->dqdd, s->dlambda, NULL},
+                         j < s->p + s->x->parameter_count ? j - s->p : -1, s->along);
     for (int k = 0; k < s->p; k++)
         column[k] = s->dr[s->w->place[k]];
     for (int k = 0; k < s->x->target_count; k++) {
@@ -162,7 +134,7 @@ static double target_size(const solver *s, int row)
 static void linearise(solver *s)
 {
     kmp_linear *l = s->w->l;
-    kmp_instant at = instant(l);
+    kmp_instant at = kmp_linear_instant(l);
     s->p = s->w->count;
     s->rows = s->p + s->x->target_count;
     s->columns = s->p + s->x->free_count;
@@ -265,10 +237,10 @@ static double promise(const solver *s)
 
 static bool set_free(solver *s, const double *value)
 {
-    if (s->x->free_count > 0 && !kmp_exchange_set(s->x, value, s->w->l, s->w->search->rates))
-        return false;
-    kmp_way_take_rates(s->w);
-    return true;
+    bool set = kmp_exchange_set(s->x, value, s->w->l, s->w->search->rates);
+    if (set)
+        kmp_way_take_rates(s->w);
+    return set;
 }
 
 /* Takes l to the end of the step; the values there in s->right. */
@@ -294,24 +266,27 @@ static bool go_back(solver *s)
     return set_free(s, s->x->value) && kmp_way_at(s->w, s->w->q) && kmp_way_arrive(s->w);
 }
 
-static void save(const solver *s, state *to)
+/* The state at hand into `to`: q, what is free, rates. */
+static void save(const solver *s, double *to)
 {
     const kmp_search *search = s->w->search;
-    memcpy(to->q, s->w->q, (size_t)s->w->n * sizeof *to->q);
+    memcpy(to, s->w->q, (size_t)s->w->n * sizeof *to);
+    to += s->w->n;
     for (int k = 0; k < s->x->free_count; k++)
-        to->value[k] = s->x->value[k];
+        *to++ = s->x->value[k];
     for (int k = 0; k < search->rate_count; k++)
-        to->rate[k] = search->rates[k].rate;
+        *to++ = search->rates[k].rate;
 }
 
-static bool restore(solver *s, const state *from)
+static bool restore(solver *s, const double *from)
 {
     kmp_search *search = s->w->search;
-    memcpy(s->w->q, from->q, (size_t)s->w->n * sizeof *from->q);
+    memcpy(s->w->q, from, (size_t)s->w->n * sizeof *from);
+    from += s->w->n;
     for (int k = 0; k < s->x->free_count; k++)
-        s->x->value[k] = from->value[k];
+        s->x->value[k] = *from++;
     for (int k = 0; k < search->rate_count; k++)
-        search->rates[k].rate = from->rate[k];
+        search->rates[k].rate = *from++;
     return go_back(s);
 }
 
@@ -397,12 +372,12 @@ static bool polish(solver *s)
 {
     for (int k = 0; k < MOST_POLISH && s->w->residual > 0; k++) {
         double before = s->w->residual;
-        save(s, &s->kept);
+        save(s, s->kept);
         if (!damped_step(s, 0))
             return false;
         double far = spread(s);
         if (!(try_step(s) < INFINITY && accept(s) && take(s) < 0.5 * before)) {
-            if (!restore(s, &s->kept))
+            if (!restore(s, s->kept))
                 return false;
             (void)take(s);
             return true;
@@ -465,9 +440,9 @@ static kempe_status follow(solver *s)
         s->to[k] = s->x->target[k].value;
         s->from[k] = s->to[k] + s->value[s->p + k] * s->row_size[s->p + k];
     }
-    save(s, &s->good);
+    save(s, s->good);
     while (kmp_parts_next(&way, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
-        if (status == KEMPE_E_FAILED && !restore(s, &s->good))
+        if (status == KEMPE_E_FAILED && !restore(s, s->good))
             return status;
         put_targets(s, way.next);
         if (s->x->target_count > 0)
@@ -477,7 +452,7 @@ static kempe_status follow(solver *s)
             return status;
         kmp_parts_take(&way, status == KEMPE_OK);
         if (status == KEMPE_OK)
-            save(s, &s->good);
+            save(s, s->good);
     }
     return status;
 }

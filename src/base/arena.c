@@ -70,6 +70,14 @@ bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *
     return !arena->failed;
 }
 
+bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups)
+{
+    for (size_t k = 0; k < count; k++)
+        for (double **const *to = groups[k].to; *to; to++)
+            **to = KMP_ARENA_NEW(arena, double, groups[k].size);
+    return !arena->failed;
+}
+
 char *kmp_arena_strdup(kmp_arena *arena, const char *s)
 {
     size_t size = strlen(s) + 1;

@@ -26,6 +26,15 @@ typedef struct kmp_arena_room {
 /** Makes all of them. Whether the arena has never failed. */
 bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *rooms);
 
+/** Arrays of doubles of one size that are wanted, and where their addresses go: up to the first NULL, 15 at most. */
+typedef struct kmp_arena_group {
+    ptrdiff_t size;
+    double **to[16];
+} kmp_arena_group;
+
+/** Makes all of them. Whether the arena has never failed. */
+bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups);
+
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 
 #endif

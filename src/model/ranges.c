@@ -212,6 +212,13 @@ kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, con
                     range->name, names[rotation][order]);
 }
 
+kempe_status kmp_range_is_value(kempe_context *context, const char *what, const kmp_range *range)
+{
+    return range->count == 1
+               ? KEMPE_OK
+               : kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s' takes one value, not a range", what, range->name);
+}
+
 double kmp_range_value(const kmp_range *range, int k, int count)
 {
     double part = count > 1 ? (double)k / (count - 1) : 0;

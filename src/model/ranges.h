@@ -32,6 +32,9 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
 kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, const kmp_range *range, bool rotation,
                                    int order);
 
+/** Whether it is one value. KEMPE_E_ARGUMENT, with a sentence that begins with `what`. */
+kempe_status kmp_range_is_value(kempe_context *context, const char *what, const kmp_range *range);
+
 /** Value k of `count` evenly from one end to the other. */
 double kmp_range_value(const kmp_range *range, int k, int count);
 

@@ -17,9 +17,7 @@ struct kmp_variant {
     kempe_model model; /* its arena holds what is its own */
     const kempe_model *base;
     int count, *parameter; /* by name: which parameter it is */
-    int order_count;
-    int *order;     /* parameters that follow from others, each behind those that it needs */
-    double *values; /* of all parameters */
+    double *values;        /* of all parameters */
     int follower_count, follower_room;
     follower *followers;
 };
@@ -204,7 +202,7 @@ static kempe_status find_order(kmp_variant *v, int count)
         for (int k = 0; k < m->parameter_count; k++)
             if (asked[k] && is_ready(m, asked, m->parameters[k].number.expr)) {
                 asked[k] = false;
-                v->order[v->order_count++] = k;
+                m->led[m->led_count++] = k;
                 grew = true;
             }
     }
@@ -286,9 +284,10 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         status = mark(v, k, names[k]);
     int parameters = v->model.parameter_count;
-    v->order = KMP_NEW(int, parameters);
+    v->model.led = KMP_ARENA_NEW(&v->model.arena, int, parameters);
+    v->model.led_count = 0;
     v->values = KMP_NEW(double, parameters);
-    if (status == KEMPE_OK && (!v->order || !v->values))
+    if (status == KEMPE_OK && (!v->model.led || !v->values))
         return kmp_fail_memory(v->model.context);
     for (int k = 0; status == KEMPE_OK && k < parameters; k++)
         v->values[k] = v->model.parameters[k].number.value;
@@ -324,7 +323,6 @@ void kmp_variant_free(kmp_variant *v)
         return;
     kmp_arena_free(&v->model.arena);
     kmp_free(v->parameter);
-    kmp_free(v->order);
     kmp_free(v->values);
     kmp_free(v->followers);
     kmp_free(v);
@@ -433,8 +431,8 @@ static bool set_values(kmp_variant *v, const double *values, kmp_text *why)
     kempe_model *m = &v->model;
     for (int k = 0; k < v->count; k++)
         v->values[v->parameter[k]] = values[k];
-    for (int k = 0; k < v->order_count; k++)
-        v->values[v->order[k]] = kmp_expr_value(m->parameters[v->order[k]].number.expr, v->values);
+    for (int k = 0; k < m->led_count; k++)
+        v->values[m->led[k]] = kmp_expr_value(m->parameters[m->led[k]].number.expr, v->values);
     for (int k = 0; k < m->parameter_count; k++) {
         m->parameters[k].number.value = v->values[k];
         if (!isfinite(v->values[k]) && !why->length)

@@ -196,16 +196,13 @@ static bool has_rates(const kmp_linear *l)
 static kempe_status judge_steady(kmp_channels *c, bool *steady)
 {
     kmp_linear *l = &c->linear;
-    double *ud = KMP_NEW(double, l->p);
     kmp_steady *rates = KMP_NEW(kmp_steady, l->p);
     kmp_search search = {.rates = rates, .rate_count = l->p};
-    kempe_status status = ud && rates ? KEMPE_OK : kmp_fail_memory(c->system->context);
-    for (int k = 0; k < l->p && status == KEMPE_OK; k++) {
-        ud[k] = c->at->inner_qd[l->part.u[k]];
-        rates[k] = (kmp_steady){.coordinate = l->part.u[k], .rate = ud[k]};
-    }
+    kempe_status status = rates ? KEMPE_OK : kmp_fail_memory(c->system->context);
+    for (int k = 0; k < l->p && status == KEMPE_OK; k++)
+        rates[k] = (kmp_steady){.coordinate = l->part.u[k], .rate = c->at->inner_qd[l->part.u[k]]};
     if (status == KEMPE_OK)
-        status = kmp_linear_at(l, c->at->t, c->at->inner_q, ud, NULL);
+        status = kmp_linear_at_rates(l, c->at->t, c->at->inner_q, c->at->inner_qd, false);
     if (status == KEMPE_OK) {
         kmp_linear_matrices(l);
         c->residual = kmp_equilibrium_residual(l);
@@ -218,7 +215,6 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
         *steady = false;
         status = KEMPE_OK;
     }
-    kmp_free(ud);
     kmp_free(rates);
     return status;
 }
@@ -317,8 +313,7 @@ void kmp_channels_free(kmp_channels *channels)
     kmp_free(c->warnings);
     kmp_transfer_free(&c->transfer);
     kmp_slopes_free(c->slopes);
-    if (c->linear.system)
-        kmp_linear_free(&c->linear);
+    kmp_linear_free(&c->linear);
     kmp_operating_free(c->at);
     kempe_system_free(c->own);
     kmp_variant_free(c->variant);

@@ -137,8 +137,8 @@ static void show_all(kmp_text *text, const kempe_kinematics *k)
     show_dead(text, k);
     show_changes(text, k);
     show_left_out(text, k);
-    kmp_text_printf(text, "\n%ld steps, %ld tried again, %ld corrections, u chosen anew %ld times, %.2g s\n", k->steps,
-                    k->rejected, k->newton, k->exchanges, k->cpu_s);
+    kmp_text_printf(text, "\n%ld steps, %ld tried again, %ld corrections, u chosen anew %ld times, %.2g s\n", k->effort.steps,
+                    k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -246,10 +246,10 @@ static void json_all(kmp_text *text, const kempe_kinematics *k)
     json_dead(&j, k);
     json_left_out(&j, k->system->model);
     kmp_json_object(&j, "work");
-    kmp_json_whole(&j, "steps", k->steps);
-    kmp_json_whole(&j, "rejected", k->rejected);
-    kmp_json_whole(&j, "newton", k->newton);
-    kmp_json_whole(&j, "exchanges", k->exchanges);
+    kmp_json_whole(&j, "steps", k->effort.steps);
+    kmp_json_whole(&j, "rejected", k->effort.rejected);
+    kmp_json_whole(&j, "newton", k->effort.newton);
+    kmp_json_whole(&j, "exchanges", k->effort.exchanges);
     kmp_json_number(&j, "cpu_s", k->cpu_s);
     kmp_json_end(&j);
     kmp_json_end(&j);

@@ -88,7 +88,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_station_ask *ask, const kmp_
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         values[k] = kmp_range_value(range, k, count);
     if (status == KEMPE_OK)
-        status = kmp_locus_make(context, count, values, kmp_station_go, station, &m->locus);
+        status = kmp_locus_make(station, count, values, &m->locus);
     if (status == KEMPE_STOPPED)
         status = give_reason(m);
     kmp_station_free(station);

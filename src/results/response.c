@@ -19,22 +19,20 @@ static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
     const kmp_linear *l = &c->linear;
     kmp_spectrum s;
     double least = INFINITY, most = 0;
-    unsigned long failures = kmp_memory_failures();
-    int failed = kmp_linear_spectrum(l, &s);
-    if (kmp_memory_failures() > failures) {
-        if (failed == 0)
-            kmp_spectrum_free(&s);
-        return kmp_fail_memory(c->system->context);
-    }
-    for (int k = 0; failed == 0 && k < s.count; k++) {
+    kempe_status status = kmp_linear_spectrum(l, &s);
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    for (int k = 0; status == KEMPE_OK && k < s.count; k++) {
         double hz = hypot(s.re[k], s.im[k]) / two_pi;
         if (s.im[k] > 0) {
             least = fmin(least, hz);
             most = fmax(most, hz);
         }
     }
-    if (failed == 0)
+    if (status == KEMPE_OK)
         kmp_spectrum_free(&s);
+    else
+        kmp_context_clear(c->system->context);
     *range = (kmp_range){.from = 0.1, .to = 100, .count = DEFAULT_COUNT};
     if (most > 0) {
         range->from = pow(10, floor(log10(least) - 0.5));

@@ -99,19 +99,6 @@ static kempe_status tell(work *w)
     return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
 }
 
-static kempe_status solve(const kmp_linear *l, kmp_spectrum *spectrum)
-{
-    kempe_context *context = l->system->context;
-    unsigned long failures = kmp_memory_failures();
-    int fault = kmp_linear_spectrum(l, spectrum);
-    if (fault > 0)
-        return kmp_fail(context, KEMPE_E_FAILED, "there are no modes: the reduced mass is not positive along '%s'",
-                        l->system->model->motions[l->part.u[fault - 1]].name);
-    if (fault < 0 && kmp_memory_failures() == failures)
-        return kmp_fail(context, KEMPE_E_FAILED, "the iteration for the eigenvalues does not converge");
-    return fault == 0 ? KEMPE_OK : kmp_fail_memory(context);
-}
-
 static kempe_status find(kempe_sensitivity *s)
 {
     kmp_sensitivity_state x;
@@ -130,7 +117,7 @@ static kempe_status find(kempe_sensitivity *s)
     if (status == KEMPE_OK)
         status = kmp_bend_init(&bend, s->system, kmp_backend_find(x.backend), s->count, (const char *const *)s->name);
     if (status == KEMPE_OK)
-        status = solve(&x.varied.linear, &spectrum);
+        status = kmp_linear_spectrum(&x.varied.linear, &spectrum);
     if (status == KEMPE_OK)
         status = kmp_mode_slopes_init(&slopes, &x.varied.linear, &bend, &x.shift, &spectrum);
     if (status == KEMPE_OK)

@@ -16,8 +16,7 @@ static bool make_room(kmp_sensitivity_state *x)
     x->dqd = KMP_NEW(double, n *count);
     x->shown = KMP_NEW(double, shown);
     x->by = KMP_NEW(double, shown *count);
-    x->unit = KMP_NEW(double, count);
-    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by && x->unit;
+    return x->q && x->qd && x->dq && x->dqd && x->shown && x->by;
 }
 
 /* The start with the accelerations that the equations give. */
@@ -29,10 +28,7 @@ static kempe_status take_start(kmp_sensitivity_state *x)
         status = kmp_linear_choose(l, 0, x->q, NULL, 0);
     if (status != KEMPE_OK)
         return status;
-    double *ud = x->shift.ud;
-    for (int k = 0; k < l->p; k++)
-        ud[k] = x->qd[l->part.u[k]];
-    if (kmp_linear_at_motion(l, 0, x->q, ud) != KEMPE_OK)
+    if (kmp_linear_at_rates(l, 0, x->q, x->qd, true) != KEMPE_OK)
         return kmp_fail(x->s->context, KEMPE_E_FAILED,
                         "the start has no accelerations: its closures are singular, or a coordinate moves no mass");
     return kmp_shift_at(&x->shift, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
@@ -74,7 +70,7 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
     kmp_shift_free(&x->shift);
     kmp_slopes_free(x->slopes);
     kmp_operating_free(x->at);
-    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by, x->unit};
+    double *const rooms[] = {x->q, x->qd, x->dq, x->dqd, x->shown, x->by};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         kmp_free(rooms[k]);
     *x = (kmp_sensitivity_state){0};
@@ -87,7 +83,6 @@ static void look(kmp_sensitivity_state *x)
 {
     kmp_instant at = kmp_linear_instant(&x->varied.linear);
     const kmp_shift *sh = &x->shift;
-    double *unit = x->unit;
     const double *shown = kmp_slopes_values(&x->slopes->outputs, &at);
     if (x->slopes->shown)
         memcpy(x->shown, shown, (size_t)x->slopes->shown * sizeof *shown);
@@ -95,11 +90,8 @@ static void look(kmp_sensitivity_state *x)
         kmp_direction along = {.q = sh->q + k * sh->n,
                                .qd = sh->qd + k * sh->n,
                                .qdd = sh->qdd + k * sh->n,
-                               .lambda = sh->lambda + k * sh->m,
-                               .parameters = unit};
-        unit[k] = 1;
-        kmp_slopes_along(x->slopes, &x->slopes->outputs, &along, x->by + (size_t)k * (size_t)x->slopes->shown);
-        unit[k] = 0;
+                               .lambda = sh->lambda + k * sh->m};
+        kmp_slopes_along(x->slopes, &x->slopes->outputs, &along, k, x->by + (size_t)k * (size_t)x->slopes->shown);
     }
 }
 

@@ -17,7 +17,6 @@ typedef struct kmp_sensitivity_state {
     kmp_shift shift;
     double *q, *qd, *dq, *dqd; /* of the start: n, n, n x count */
     double *shown, *by;        /* values, and count of them a parameter */
-    double *unit;              /* count */
 } kmp_sensitivity_state;
 
 /** Finds the state that was asked for. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED: there is no such state,

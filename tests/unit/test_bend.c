@@ -143,7 +143,7 @@ static void check_rig(rig *r)
         b.parameter[k] = r->values[k] * between(0.1, 1);
     kmp_formulas_renew(&r->bend.bent, r->system->parameters);
     kmp_instant at = instant(&x);
-    kmp_bend_at(&r->bend, &at);
+    kmp_formulas_place(&r->bend.bent, &at);
     kmp_bent bent = kmp_bend_along(&r->bend, &(kmp_course){a.q, a.qd, a.qdd, a.lambda},
                                    &(kmp_course){b.q, b.qd, b.qdd, b.lambda}, b.parameter);
     memcpy(exact, bent.force, (size_t)n * sizeof *exact);

@@ -160,13 +160,15 @@ static double against_differences(rig *r, const double *change, const double *pa
 static void follow(rig *r, const double *change, int parameter, state *out)
 {
     kmp_linear *l = &r->linear;
-    double h[MOST], rate[MOST], curve[MOST], force[MOST];
+    double equations[4 * MOST];
     kmp_change c = {.u = change, .ud = change + l->p, .udd = change + 2 * l->p};
     if (parameter >= 0) {
         kmp_instant at = kmp_linear_instant(l);
         kmp_slopes_at(r->slopes, &at);
-        kmp_slopes_of_parameter(r->slopes, parameter, h, rate, curve, force);
-        c = (kmp_change){c.u, c.ud, c.udd, h, rate, curve, force};
+        c = kmp_slopes_change(r->slopes, parameter, equations);
+        c.u = change;
+        c.ud = change + l->p;
+        c.udd = change + 2 * l->p;
     }
     kmp_linear_follow(l, &c, &(kmp_response){out->part[0], out->part[1], out->part[2], out->part[3], out->part[4]});
 }

@@ -153,14 +153,12 @@ static void check_parameter(fixture *f, const point *x, int k)
     kmp_instant at = instant_of(f, x);
     kmp_slopes_at(f->slopes, &at);
     (void)kmp_slopes_values(&f->slopes->outputs, &at);
-    kmp_slopes_of_parameter(f->slopes, k, exact, exact + m, exact + 2 * m, exact + 3 * m);
-    double unit[MOST] = {0}, best = INFINITY, best_shown = INFINITY, size = fmax(fabs(f->values[k]), 0.01);
-    unit[k] = 1;
-    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){.parameters = unit}, exact + equations);
+    (void)kmp_slopes_change(f->slopes, k, exact);
+    double best = INFINITY, best_shown = INFINITY, size = fmax(fabs(f->values[k]), 0.01);
+    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){0}, k, exact + equations);
     if (f->system->events.count > 0) {
         (void)kmp_slopes_values(&f->slopes->events, &at);
-        kmp_slopes_along(f->slopes, &f->slopes->events, &(kmp_direction){.parameters = unit},
-                         exact + equations + f->slopes->shown);
+        kmp_slopes_along(f->slopes, &f->slopes->events, &(kmp_direction){0}, k, exact + equations + f->slopes->shown);
     }
     for (double step = 1e-2 * size; step > 1e-8 * size; step /= 10) {
         if (!set_parameters(f, k, step))
@@ -196,10 +194,11 @@ static void check_state(fixture *f, const point *x)
     kmp_instant at = instant_of(f, x);
     (void)kmp_slopes_values(&f->slopes->outputs, &at);
     int shown = f->slopes->shown, events = f->system->events.count;
-    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, NULL}, exact);
+    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, NULL}, -1,
+                     exact);
     if (events > 0) {
         (void)kmp_slopes_values(&f->slopes->events, &at);
-        kmp_slopes_along(f->slopes, &f->slopes->events, &(kmp_direction){&d.t, d.q, d.qd, NULL, NULL, NULL},
+        kmp_slopes_along(f->slopes, &f->slopes->events, &(kmp_direction){&d.t, d.q, d.qd, NULL, NULL, NULL}, -1,
                          exact + shown);
     }
     double best = INFINITY;
@@ -225,7 +224,7 @@ static void check_state(fixture *f, const point *x)
 static void check_gradients(fixture *f, const point *x)
 {
     int n = f->plant->n, m = f->plant->m, shown = f->slopes->shown, count = f->count;
-    static double w[MOST_NUMBERS], along[MOST_NUMBERS], h[4 * MOST], sums[MOST];
+    static double w[MOST_NUMBERS], along[MOST_NUMBERS], by[MOST_NUMBERS], h[4 * MOST], sums[MOST];
     point d = {.t = between(-1, 1)}, g = {0};
     double change[MOST], gradient[MOST] = {0}, left = 0, right = 0;
     for (int i = 0; i < n; i++)
@@ -238,7 +237,13 @@ static void check_gradients(fixture *f, const point *x)
         w[i] = between(-1, 1);
     kmp_instant at = instant_of(f, x);
     (void)kmp_slopes_values(&f->slopes->outputs, &at);
-    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, change}, along);
+    kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){&d.t, d.q, d.qd, d.qdd, d.lambda, NULL}, -1,
+                     along);
+    for (int k = 0; k < count; k++) {
+        kmp_slopes_along(f->slopes, &f->slopes->outputs, &(kmp_direction){0}, k, by);
+        for (int i = 0; i < shown; i++)
+            along[i] += change[k] * by[i];
+    }
     kmp_slopes_gradient(f->slopes, &f->slopes->outputs, w,
                         &(kmp_direction){&g.t, g.q, g.qd, g.qdd, g.lambda, gradient});
     for (int i = 0; i < shown; i++)
@@ -255,7 +260,7 @@ static void check_gradients(fixture *f, const point *x)
     memset(sums, 0, sizeof sums);
     kmp_slopes_weighted(f->slopes, w, w + m, w + 2 * m, w + 3 * m, sums);
     for (int k = 0; k < count; k++) {
-        kmp_slopes_of_parameter(f->slopes, k, h, h + m, h + 2 * m, h + 3 * m);
+        (void)kmp_slopes_change(f->slopes, k, h);
         double sum = 0;
         for (int i = 0; i < 3 * m + n; i++)
             sum += w[i] * h[i];
@@ -371,7 +376,7 @@ static void test_refusals(void)
     double q = 0.5, qd = 2, qdd = 0, along[3], one = 1;
     kmp_instant at = {.q = &q, .qd = &qd, .qdd = &qdd};
     CHECK_NEAR(kmp_slopes_values(&s->outputs, &at)[0], 0.5 * 1.1 * 4, 1e-15);
-    kmp_slopes_along(s, &s->outputs, &(kmp_direction){.qd = &one}, along);
+    kmp_slopes_along(s, &s->outputs, &(kmp_direction){.qd = &one}, -1, along);
     CHECK_NEAR(along[0], 1.1 * 2, 1e-15);
     kmp_slopes_free(s);
     unload(&l);

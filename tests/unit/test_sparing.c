@@ -153,8 +153,7 @@ static void rows_on(const kmp_road_kind *kind, const kempe_system *system, const
                                   .lambda = zero,
                                   .rtol = 1e-8,
                                   .atol = 1e-8,
-                                  .rate_scale = 1,
-                                  .t_end = 1};
+                                  .rate_scale = 1};
     kmp_road *road = kind->create(kind, &start);
     CHECK(road && road->size <= 4 * MOST);
     if (road) {

@@ -37,8 +37,7 @@ static bool bench_open(bench *b, const random_model *r, const kmp_road_kind *kin
                             .lambda = zero,
                             .rtol = 1e-6,
                             .atol = 1e-6,
-                            .rate_scale = 0.2,
-                            .t_end = 1};
+                            .rate_scale = 0.2};
     b->road = kind->create(kind, &start);
     return b->road != NULL;
 }
