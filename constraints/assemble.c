@@ -355,7 +355,6 @@ static void judge(work *w)
         a->open[r] = kmp_plant_opening(w->plant, r);
         a->gaps[c] = hypot(a->gaps[c], a->open[r] * w->s->length);
         a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
-        a->dropped_count += a->dropped[r];
     }
     a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance;
     w->starved = !kmp_partition_pivots(w->s, w->plant->jacobian, a->pivots) || w->starved;

@@ -14,8 +14,7 @@ struct kempe_assembly {
     double residual; /* max |h| / row scale */
     double gap;      /* widest gap of a closure, m */
     bool closed;
-    int dropped_count;  /* closed: rows that stay open because they say what others say but for rounding */
-    bool *dropped;      /* m: which */
+    bool *dropped;      /* m: closed: rows that stay open because they say what others say but for rounding */
     double *open;       /* m: scaled |h| */
     double *pivots;     /* m + n: of J there */
     double misfit;      /* the widest of the dropped ones, scaled */

@@ -16,14 +16,6 @@ enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
 
 /* -- states ------------------------------------------------------------------------------------------ */
 
-int kmp_chart_of(const kempe_system *system, int k)
-{
-    for (int c = 0; c < system->chart_count; c++)
-        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
-            return c;
-    return -1;
-}
-
 bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,
                     const double *b)
 {

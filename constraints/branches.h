@@ -22,9 +22,6 @@ typedef struct kmp_scatter {
 /** The next start, to be freed by kempe_assembly_free; NULL: it did not close. */
 kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed);
 
-/** The spherical joint that coordinate k belongs to; -1: none. */
-int kmp_chart_of(const kempe_system *system, int k);
-
 /** Whether two states (n) are one but for `within`, scaled. Angles count to the turn, those of spherical joints by the
  * rotations that they mean; coordinates of the list `apart` do not count. */
 bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,

@@ -223,6 +223,14 @@ void kmp_charts_reset(const kempe_system *system, double *chart)
         chart[k] = k % KMP_CHART_SIZE % 4 == 0;
 }
 
+int kmp_chart_of(const kempe_system *system, int k)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (k >= system->chart_first[c] && k < system->chart_first[c] + 3)
+            return c;
+    return -1;
+}
+
 bool kmp_chart_is_own(const double *chart, int c)
 {
     const double *m = chart + (ptrdiff_t)KMP_CHART_SIZE * c;

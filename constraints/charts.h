@@ -22,6 +22,9 @@ int kmp_charts_count(const kempe_system *system);
 /** All C = 1. `chart` has room for the system's chart_count. */
 void kmp_charts_reset(const kempe_system *system, double *chart);
 
+/** The spherical joint that coordinate k belongs to; -1: none. */
+int kmp_chart_of(const kempe_system *system, int k);
+
 /** Whether C of joint c is 1 exactly: the coordinates are then the user's. */
 bool kmp_chart_is_own(const double *chart, int c);
 

@@ -106,8 +106,8 @@ typedef struct kmp_release {
 /** Why a model does not assemble. */
 typedef struct kmp_reach {
     int closure;
-    double longest, others, rod; /* longest link, the sum of the others, m */
-    const char *from, *to;       /* of the longest link, points */
+    double longest, others; /* longest link, the sum of the others, m */
+    const char *from, *to;  /* of the longest link, points */
     const char *body;
 } kmp_reach;
 

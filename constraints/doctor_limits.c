@@ -96,11 +96,8 @@ static void extend(kmp_swing *swing, double q, bool dead, double scale)
 /* An angle of a spherical joint that is singular at the start: followed in other angles, which nobody asks for. */
 static bool is_unseen(const way *w, int k)
 {
-    const kempe_system *s = w->x->system;
-    for (int c = 0; c < s->chart_count; c++)
-        if (k >= s->chart_first[c] && k < s->chart_first[c] + 3)
-            return !kmp_chart_is_own(w->x->walk->plant->chart, c);
-    return false;
+    int c = kmp_chart_of(w->x->system, k);
+    return c >= 0 && !kmp_chart_is_own(w->x->walk->plant->chart, c);
 }
 
 static void remember(way *w, int coordinate, const double *q, double margin)

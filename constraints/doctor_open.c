@@ -141,17 +141,12 @@ static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
     if (p.slides)
         return false;
     double length = rod ? c->length.value : 0, others = p.sum - p.longest + length;
-    *reach = (kmp_reach){closure,
-                         p.longest,
-                         others,
-                         length,
-                         point_name(model, p.from),
-                         point_name(model, p.to),
-                         model->bodies[p.body].name};
     if (length > p.longest && length > p.sum) { /* the rod is the longest side */
-        *reach = (kmp_reach){closure, length, p.sum, 0, NULL, NULL, NULL};
+        *reach = (kmp_reach){closure, length, p.sum, NULL, NULL, NULL};
         return true;
     }
+    *reach = (kmp_reach){
+        closure, p.longest, others, point_name(model, p.from), point_name(model, p.to), model->bodies[p.body].name};
     return p.longest > others * (1 + 1e-12);
 }
 

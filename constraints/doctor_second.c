@@ -159,10 +159,7 @@ void kmp_doctor_second_order(kmp_examination *x)
     if (x->part->m == rank || !(extra || stuck) || !prepare(x, rank, &f))
         return;
     kmp_plant_mass(x->walk->plant);
-    memset(f.qd, 0, (size_t)x->system->n * sizeof *f.qd);
-    kmp_plant_bias(x->walk->plant, f.qd);
-    for (int r = 0; r < x->system->m; r++)
-        f.gamma0[r] = x->walk->plant->jdqd[r] / x->system->row_scale[r];
+    gamma_of(x, f.qd, NULL, &f, f.gamma0); /* both are zero */
     polarise(x, &f);
     contract(x, &f);
     judge(x->doctor, &f);

@@ -63,12 +63,9 @@ static void take_block(const maker *k, int number, int begin, block *b)
 
 static double value_at(const kmp_reduction *red, int row, int col)
 {
-    const kmp_pattern *pattern = &red->plant->system->jacobian;
-    for (int e = 0; e < red->jv_count; e++) {
-        int k = red->jv_entry[e];
-        if (red->row_of[pattern->row[k]] == row && pattern->col[k] == red->part->v[col])
-            return red->plant->jacobian[k];
-    }
+    for (int e = 0; e < red->jv_count; e++)
+        if (red->jv_row[e] == row && red->jv_col[e] == col)
+            return red->plant->jacobian[red->jv_entry[e]];
     return 0;
 }
 
@@ -202,9 +199,10 @@ static void make_curvature(maker *k)
     negate(k->r, k->a0);
 }
 
-/* Entry of X = (1; Bvu) in the row of a coordinate, whose place among v is v, -1 - its place among u otherwise. */
-static kmp_ref x_entry(const maker *k, int place, int column)
+/* Entry of X = (1; Bvu) in the row of a coordinate. */
+static kmp_ref x_entry(const maker *k, int coordinate, int column)
 {
+    int place = k->red->place[coordinate];
     if (place >= 0)
         return k->b[place * k->p + column];
     return -1 - place == column ? KMP_ONE : KMP_ZERO;
@@ -216,34 +214,34 @@ static void add_product(kmp_graph *g, kmp_ref *sum, kmp_ref a, kmp_ref b)
 }
 
 /* M X. */
-static void make_mx(maker *k, const int *place)
+static void make_mx(maker *k)
 {
     const kmp_pattern *m = &k->s->mass;
     for (int e = 0; e < m->count; e++)
         for (int c = 0; c < k->p; c++) {
             int i = m->row[e], j = m->col[e];
-            add_product(k->g, &k->mx[i * k->p + c], k->mass[e], x_entry(k, place[j], c));
+            add_product(k->g, &k->mx[i * k->p + c], k->mass[e], x_entry(k, j, c));
             if (i != j)
-                add_product(k->g, &k->mx[j * k->p + c], k->mass[e], x_entry(k, place[i], c));
+                add_product(k->g, &k->mx[j * k->p + c], k->mass[e], x_entry(k, i, c));
         }
 }
 
 /* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
-static void make_reduced(maker *k, const int *place, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS],
+static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS],
                          kmp_ref force[KMP_FUSED_FREEDOMS])
 {
     for (int c = 0; c < k->p; c++) {
         force[c] = KMP_ZERO;
         for (int i = 0; i < k->n; i++) {
-            add_product(k->g, &force[c], x_entry(k, place[i], c), k->bias[i]);
-            if (place[i] >= 0)
-                add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[place[i]]);
+            add_product(k->g, &force[c], x_entry(k, i, c), k->bias[i]);
+            if (k->red->place[i] >= 0)
+                add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[k->red->place[i]]);
         }
         force[c] = kmp_neg(force[c]);
         for (int d = 0; d <= c; d++) {
             mr[c][d] = KMP_ZERO;
             for (int i = 0; i < k->n; i++)
-                add_product(k->g, &mr[c][d], x_entry(k, place[i], c), k->mx[i * k->p + d]);
+                add_product(k->g, &mr[c][d], x_entry(k, i, c), k->mx[i * k->p + d]);
         }
     }
 }
@@ -373,14 +371,13 @@ static bool sort_motion(maker *k)
 }
 
 /* Jv and Ju. */
-static void sort_jacobian(maker *k, const int *place)
+static void sort_jacobian(maker *k)
 {
-    const kmp_pattern *pattern = &k->s->jacobian;
-    for (int e = 0; e < pattern->count; e++) {
-        int row = k->red->row_of[pattern->row[e]], col = place[pattern->col[e]];
-        if (row >= 0)
-            *(col < 0 ? &k->ju[row * k->p - 1 - col] : &k->jv[row * k->r + col]) = k->jacobian[e];
-    }
+    const kmp_reduction *red = k->red;
+    for (int e = 0; e < red->jv_count; e++)
+        k->jv[red->jv_row[e] * k->r + red->jv_col[e]] = k->jacobian[red->jv_entry[e]];
+    for (int e = 0; e < red->ju_count; e++)
+        k->ju[red->ju_row[e] * k->p + red->ju_col[e]] = k->jacobian[red->ju_entry[e]];
     for (int number = kmp_block_count(k->red->block); number-- > 0;) {
         int size;
         const int *col = kmp_block_columns(k->red->block, number, &size);
@@ -426,18 +423,18 @@ static kmp_program *schedule(maker *k, const kmp_ref *end, kmp_ref *all)
     return kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, KMP_FUSED_STAGES - 1, count, groups);
 }
 
-static kmp_program *write_program(maker *k, const int *place)
+static kmp_program *write_program(maker *k)
 {
     kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
     sort_place(k);
-    sort_jacobian(k, place);
+    sort_jacobian(k);
     make_tangent(k);
     make_rates(k);
     if (!sort_motion(k))
         return NULL;
     make_curvature(k);
-    make_mx(k, place);
-    make_reduced(k, place, mr, end);
+    make_mx(k);
+    make_reduced(k, mr, end);
     solve_reduced(k, mr, end, end + k->p);
     kmp_ref *all = refs(k, 4 * k->r + 2 * k->p + 1 + k->multipliers + k->pivots + 2 * k->s->m + k->s->jacobian.count +
                                k->r * k->p);
@@ -446,16 +443,11 @@ static kmp_program *write_program(maker *k, const int *place)
 
 static kmp_program *make_program(maker *k)
 {
-    int *place = KMP_ARENA_NEW(&k->arena, int, k->n);
     k->g = kmp_graph_new();
-    if (!place || !k->g || !allocate(k))
+    if (!k->g || !allocate(k))
         return NULL;
     name_inputs(k);
-    for (int c = 0; c < k->p; c++)
-        place[k->red->part->u[c]] = -1 - c;
-    for (int i = 0; i < k->r; i++)
-        place[k->red->part->v[i]] = i;
-    return kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out) ? write_program(k, place) : NULL;
+    return kmp_program_import(k->s->motion, k->g, 2 * k->n, k->input, k->by, k->out) ? write_program(k) : NULL;
 }
 
 kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)

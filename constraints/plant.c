@@ -179,9 +179,8 @@ kmp_plant *kmp_plant_new_shared(const kempe_system *system, const char *backend,
         return NULL;
     }
     kmp_plant *plant = KMP_NEW(kmp_plant, 1);
-    if (plant)
-        *plant = (kmp_plant){.system = system, .shared = *b, .n = system->n, .m = system->m};
     if (plant) {
+        *plant = (kmp_plant){.system = system, .shared = *b, .n = system->n, .m = system->m};
         plant->shared.team = team;
         plant->backend = team ? &plant->shared : b;
     }

@@ -15,11 +15,13 @@ static bool allocate(kmp_reduction *red, int entries, int m)
 {
     size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
     red->jv_entry = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->jv_row = KMP_ARENA_NEW(&red->arena, int, entries);
+    red->jv_col = KMP_ARENA_NEW(&red->arena, int, entries);
     red->ju_entry = KMP_ARENA_NEW(&red->arena, int, entries);
     red->ju_row = KMP_ARENA_NEW(&red->arena, int, entries);
     red->ju_col = KMP_ARENA_NEW(&red->arena, int, entries);
     red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
-    red->u_of = KMP_ARENA_NEW(&red->arena, int, n);
+    red->place = KMP_ARENA_NEW(&red->arena, int, n);
     const kmp_arena_room rooms[] = {
         {&red->jv, entries},   {&red->bvu, (ptrdiff_t)(r * p)}, {&red->x, (ptrdiff_t)(n * p)},  {&red->x_t, red->n},
         {&red->a0, red->n},    {&red->force, red->n},           {&red->mr, (ptrdiff_t)(p * p)}, {&red->dv, red->r},
@@ -27,43 +29,36 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     return kmp_arena_make_rooms(&red->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
-/* Splits the Jacobian's entries into Jv and Ju and analyses Jv. */
-static bool split(kmp_reduction *red)
+/* Splits the Jacobian's entries into Jv and Ju. */
+static void split(kmp_reduction *red)
 {
     const kmp_pattern *pattern = &red->plant->system->jacobian;
-    int *row = KMP_NEW(int, pattern->count), *col = KMP_NEW(int, pattern->count), *place = KMP_NEW(int, red->n);
-    bool ok = row && col && place;
-    for (int k = 0; ok && k < red->p; k++)
-        place[red->part->u[k]] = -1 - k;
-    for (int k = 0; ok && k < red->r; k++)
-        place[red->part->v[k]] = k;
-    for (int k = 0; ok && k < pattern->count; k++) {
-        int i = red->row_of[pattern->row[k]], v = place[pattern->col[k]];
+    for (int k = 0; k < pattern->count; k++) {
+        int i = red->row_of[pattern->row[k]], place = red->place[pattern->col[k]];
         if (i < 0)
             continue;
-        if (v >= 0) {
-            row[red->jv_count] = i;
-            col[red->jv_count] = v;
+        if (place >= 0) {
+            red->jv_row[red->jv_count] = i;
+            red->jv_col[red->jv_count] = place;
             red->jv_entry[red->jv_count++] = k;
         } else {
             red->ju_row[red->ju_count] = i;
-            red->ju_col[red->ju_count] = -1 - v;
+            red->ju_col[red->ju_count] = -1 - place;
             red->ju_entry[red->ju_count++] = k;
         }
     }
-    if (ok && red->r > 0) {
-        red->block = kmp_block_new(red->r, red->jv_count, row, col);
-        ok = red->block;
-    }
+}
+
+/* Analyses Jv, then what is zero of X. false: no memory, or Jv is singular by its pattern. */
+static bool analyse(kmp_reduction *red)
+{
     unsigned long failures = kmp_memory_failures();
-    red->zeros = ok ? kmp_zeros_new(red, row, col) : NULL;
-    ok = ok && kmp_memory_failures() == failures;
+    red->block = red->r > 0 ? kmp_block_new(red->r, red->jv_count, red->jv_row, red->jv_col) : NULL;
+    if (red->r > 0 && !red->block)
+        return false;
+    red->zeros = kmp_zeros_new(red);
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
-    ok = ok && red->mx; /* it also holds one qdd */
-    kmp_free(row);
-    kmp_free(col);
-    kmp_free(place);
-    return ok;
+    return red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
 }
 
 kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_partition *part)
@@ -73,17 +68,20 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_plant *plant, const kmp_
     bool ok = allocate(red, plant->system->jacobian.count, part->m);
     for (int i = 0; ok && i < part->m; i++)
         red->row_of[i] = -1;
-    for (int k = 0; ok && k < part->r; k++)
+    for (int k = 0; ok && k < part->r; k++) {
         red->row_of[part->rows[k]] = k;
+        red->place[part->v[k]] = k;
+    }
     for (int k = 0; ok && k < red->p; k++) {
         red->x[part->u[k] + k * red->n] = 1;
-        red->u_of[part->u[k]] = k;
+        red->place[part->u[k]] = -1 - k;
     }
-    ok = ok && split(red);
     if (ok)
+        split(red);
+    if (ok && analyse(red)) {
         kmp_plant_drop(plant, part->m - part->r, part->redundant);
-    if (ok)
         return KEMPE_OK;
+    }
     kmp_reduction_free(red);
     if (kmp_memory_failures() != failures)
         return kmp_fail_memory(plant->system->context);
@@ -220,7 +218,7 @@ static void take_mass(kmp_reduction *red, double *udd)
     int p = red->p;
     memset(red->mr, 0, (size_t)(p * p) * sizeof *red->mr);
     for (int k = 0; k < m->count; k++) {
-        int i = red->u_of[m->row[k]], j = red->u_of[m->col[k]];
+        int i = -1 - red->place[m->row[k]], j = -1 - red->place[m->col[k]];
         red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->plant->mass[k];
     }
     for (int k = 0; k < p; k++)

@@ -19,9 +19,9 @@ typedef struct kmp_reduction {
     kmp_block *block; /* Jv; NULL when r = 0 */
     kmp_zeros *zeros; /* NULL: X is taken as dense */
     int jv_count, ju_count;
-    int *jv_entry;                   /* of the plant's Jacobian values */
+    int *jv_entry, *jv_row, *jv_col; /* of the plant's Jacobian values, position in rows, position in v */
     int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */
-    int *u_of;                       /* position of a coordinate in u; of v it means nothing */
+    int *place;                      /* position of a coordinate in v; -1 - that in u */
     int *row_of;                     /* position of a row of h among the independent rows, -1 when dropped */
     double *jv;                      /* values */
     double *bvu;                     /* r x p, column-major: Bvu = -Jv^-1 Ju, unscaled */

@@ -12,6 +12,7 @@
 #include "constraints/tolerances.h"
 #include <kempe/workspace.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -43,9 +44,12 @@ struct kempe_workspace {
     char message[400];
 };
 
-static kempe_status fail(kempe_workspace *ws, const char *sentence, double x)
+__attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *ws, const char *sentence, ...)
 {
-    (void)snprintf(ws->message, sizeof ws->message, sentence, x);
+    va_list arguments;
+    va_start(arguments, sentence);
+    (void)vsnprintf(ws->message, sizeof ws->message, sentence, arguments);
+    va_end(arguments);
     return KEMPE_E_FAILED;
 }
 
@@ -53,7 +57,7 @@ static kempe_status fail(kempe_workspace *ws, const char *sentence, double x)
 static bool given(kempe_workspace *ws, const char *name, const void *argument)
 {
     if (!argument)
-        (void)snprintf(ws->message, sizeof ws->message, KMP_MISSING, name);
+        (void)fail(ws, KMP_MISSING, name);
     return argument;
 }
 
@@ -61,19 +65,19 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 
 static bool allocate(kempe_workspace *ws)
 {
-    size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    ws->mass = KMP_ARENA_NEW(&ws->arena, double, n *n);
-    ws->bias = KMP_ARENA_NEW(&ws->arena, double, n);
-    ws->h = KMP_ARENA_NEW(&ws->arena, double, m);
-    ws->jdqd = KMP_ARENA_NEW(&ws->arena, double, m);
-    ws->jacobian = KMP_ARENA_NEW(&ws->arena, double, m *n);
-    ws->q = KMP_ARENA_NEW(&ws->arena, double, n);
-    ws->qd = KMP_ARENA_NEW(&ws->arena, double, n);
-    ws->trial = KMP_ARENA_NEW(&ws->arena, double, n);
-    ws->answer = KMP_ARENA_NEW(&ws->arena, double, n + m);
-    ws->row = KMP_ARENA_NEW(&ws->arena, double, n + m);
+    int n = ws->n, m = ws->m;
+    const kmp_arena_room rooms[] = {{&ws->mass, (ptrdiff_t)n * n},
+                                    {&ws->bias, n},
+                                    {&ws->h, m},
+                                    {&ws->jdqd, m},
+                                    {&ws->jacobian, (ptrdiff_t)m * n},
+                                    {&ws->q, n},
+                                    {&ws->qd, n},
+                                    {&ws->trial, n},
+                                    {&ws->answer, n + m},
+                                    {&ws->row, n + m}};
     ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
-    return !ws->arena.failed;
+    return kmp_arena_make_rooms(&ws->arena, sizeof rooms / sizeof *rooms, rooms);
 }
 
 /* Chooses the rows and coordinates of the start; none if it cannot be assembled. */
@@ -290,19 +294,13 @@ static int find_shared(kempe_workspace *ws)
     return -1;
 }
 
-static kempe_status fail_of_row(kempe_workspace *ws, const char *sentence, int row, double x)
-{
-    (void)snprintf(ws->message, sizeof ws->message, sentence, ws->system->row_names[row], x);
-    return KEMPE_E_FAILED;
-}
-
 static kempe_status fail_unsettled(kempe_workspace *ws)
 {
     kmp_text text = {0};
     kmp_put_unsettled(ws->plant, &text);
-    (void)snprintf(ws->message, sizeof ws->message, "%s", text.s ? text.s : "");
+    kempe_status status = fail(ws, "%s", text.s ? text.s : "");
     kmp_text_free(&text);
-    return KEMPE_E_FAILED;
+    return status;
 }
 
 /* Whether each dropped row goes along with the motions that the others allow, as far as open loops let it. */
@@ -340,9 +338,9 @@ static kempe_status by_saddle(kempe_workspace *ws)
         return fail(ws, "the accelerations are not determined at t = %.9g: some motion carries no mass", t);
     int shared = find_shared(ws);
     if (shared >= 0)
-        return fail_of_row(
-            ws, "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
-            shared, 0);
+        return fail(ws,
+                    "a force depends on the multiplier of closure row '%s', which redundant rows leave undetermined",
+                    ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
     if (kmp_is_unsettled(ws->plant))
         return fail_unsettled(ws);
@@ -447,9 +445,8 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
     int row = widest(ws, rate);
     double left = fabs(rate[row]) / ws->system->row_scale[row];
     if (!(left <= KMP_CLOSED_RATES * size))
-        return fail_of_row(ws,
-                           "the rates cannot be made consistent: of closure row '%s' J qd + h_t stays at %.3g (scaled)",
-                           row, left);
+        return fail(ws, "the rates cannot be made consistent: of closure row '%s' J qd + h_t stays at %.3g (scaled)",
+                    ws->system->row_names[row], left);
     memcpy(qd, ws->qd, (size_t)ws->n * sizeof *qd);
     return KEMPE_OK;
 }
@@ -470,8 +467,8 @@ kempe_status kempe_close(kempe_workspace *ws, double t, double *q, double *qd, c
     memcpy(ws->trial, q, (size_t)ws->n * sizeof *q);
     if (!kmp_close(&closer, &rule, t, ws->trial).closed) {
         int row = widest(ws, ws->plant->h);
-        return fail_of_row(ws, "the loops cannot be closed from here: closure row '%s' stays open by %.3g (scaled)",
-                           row, fabs(ws->plant->h[row]) / ws->system->row_scale[row]);
+        return fail(ws, "the loops cannot be closed from here: closure row '%s' stays open by %.3g (scaled)",
+                    ws->system->row_names[row], kmp_plant_opening(ws->plant, row));
     }
     kempe_status status = qd ? close_rates(ws, &closer, qd) : KEMPE_OK;
     if (status == KEMPE_OK)

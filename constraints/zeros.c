@@ -22,11 +22,10 @@ typedef struct sets {
     uint64_t *bits;
 } sets;
 
-static sets sets_new(int count, int size)
+static sets sets_new(kmp_zeros *z, int count, int size)
 {
-    sets s = {.words = (size + 63) / 64};
-    s.bits = KMP_NEW(uint64_t, (size_t)count * (size_t)s.words);
-    return s;
+    int words = (size + 63) / 64;
+    return (sets){words, KMP_ARENA_NEW(&z->scratch, uint64_t, (size_t)count * (size_t)words)};
 }
 
 static uint64_t *set_at(sets s, int k)
@@ -76,27 +75,28 @@ static int size_of(sets s, int k, int most)
 /* -- X ------------------------------------------------------------------------------------------------- */
 
 /* Of each v, the u that move it: those of its block's rows, and of the later blocks that these hold. */
-static bool find_reach(const kmp_reduction *red, const int *jv_row, const int *jv_col, sets reach, int *block_of_row,
-                       int *block_of_column, int blocks)
+static bool find_reach(kmp_zeros *z, const kmp_reduction *red, sets reach, int *block_of_column)
 {
-    sets of_block = sets_new(blocks + 1, red->part->p);
-    for (int b = 0, count; of_block.bits && b < blocks; b++) {
+    sets of_block = sets_new(z, z->blocks + 1, z->p);
+    int *block_of_row = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
+    if (z->scratch.failed)
+        return false;
+    for (int b = 0, count; b < z->blocks; b++) {
         const int *columns = kmp_block_columns(red->block, b, &count), *rows = kmp_block_rows(red->block, b);
         for (int i = 0; i < count; i++) {
             block_of_row[rows[i]] = b;
             block_of_column[columns[i]] = b;
         }
     }
-    for (int k = 0; of_block.bits && k < red->ju_count; k++)
+    for (int k = 0; k < red->ju_count; k++)
         put(of_block, block_of_row[red->ju_row[k]], red->ju_col[k]);
-    for (int b = blocks - 1; of_block.bits && b >= 0; b--)
+    for (int b = z->blocks - 1; b >= 0; b--)
         for (int k = 0; k < red->jv_count; k++)
-            if (block_of_row[jv_row[k]] == b && block_of_column[jv_col[k]] != b)
-                join(of_block, b, set_at(of_block, block_of_column[jv_col[k]]));
-    for (int i = 0; of_block.bits && i < red->part->r; i++)
+            if (block_of_row[red->jv_row[k]] == b && block_of_column[red->jv_col[k]] != b)
+                join(of_block, b, set_at(of_block, block_of_column[red->jv_col[k]]));
+    for (int i = 0; i < red->r; i++)
         join(reach, i, set_at(of_block, block_of_column[i]));
-    kmp_free(of_block.bits);
-    return of_block.bits;
+    return true;
 }
 
 /* Columns of X as sets of coordinates, and lists of them; which blocks each pair of columns reaches. */
@@ -112,7 +112,7 @@ static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int
     z->x_row = KMP_ARENA_NEW(&z->arena, int, count);
     z->b_row = KMP_ARENA_NEW(&z->arena, int, count - z->p + 1);
     z->used = KMP_ARENA_NEW(&z->arena, char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
-    if (!z->x_start || !z->x_row || !z->b_row || !z->used)
+    if (z->arena.failed)
         return false;
     int *b = z->b_row;
     for (int k = 0; k < z->p; k++) {
@@ -131,16 +131,11 @@ static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int
     return true;
 }
 
-static bool find_x(kmp_zeros *z, const kmp_reduction *red, const int *jv_row, const int *jv_col, sets x)
+static bool find_x(kmp_zeros *z, const kmp_reduction *red, sets x)
 {
-    sets reach = sets_new(red->part->r + 1, z->p);
-    int *row = KMP_NEW(int, red->part->r + 1), *column = KMP_NEW(int, red->part->r + 1);
-    bool ok = reach.bits && row && column && find_reach(red, jv_row, jv_col, reach, row, column, z->blocks) &&
-              list_x(z, red, reach, column, x);
-    kmp_free(reach.bits);
-    kmp_free(row);
-    kmp_free(column);
-    return ok;
+    sets reach = sets_new(z, red->r + 1, z->p);
+    int *block_of_column = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
+    return find_reach(z, red, reach, block_of_column) && list_x(z, red, reach, block_of_column, x);
 }
 
 /* -- M and X' M X ---------------------------------------------------------------------------------------- */
@@ -150,35 +145,33 @@ static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
     z->m_start = KMP_ARENA_NEW(&z->arena, int, z->n + 1);
     z->m_row = KMP_ARENA_NEW(&z->arena, int, 2 * m->count);
     z->m_entry = KMP_ARENA_NEW(&z->arena, int, 2 * m->count);
-    int *next = KMP_NEW(int, z->n);
-    bool ok = z->m_start && z->m_row && z->m_entry && next;
-    for (int k = 0; ok && k < m->count; k++) {
+    int *next = KMP_ARENA_NEW(&z->scratch, int, z->n);
+    if (z->arena.failed || z->scratch.failed)
+        return false;
+    for (int k = 0; k < m->count; k++) {
         z->m_start[m->col[k] + 1]++;
         z->m_start[m->row[k] + 1] += m->row[k] != m->col[k];
     }
-    for (int i = 0; ok && i < z->n; i++) {
+    for (int i = 0; i < z->n; i++) {
         z->m_start[i + 1] += z->m_start[i];
         next[i] = z->m_start[i];
     }
-    for (int k = 0; ok && k < m->count; k++) {
-        int i = m->row[k], j = m->col[k], at = next[j]++;
-        z->m_row[at] = i;
-        z->m_entry[at] = k;
-        if (i == j)
-            continue;
-        at = next[i]++;
-        z->m_row[at] = j;
-        z->m_entry[at] = k;
-    }
-    kmp_free(next);
-    return ok;
+    for (int k = 0; k < m->count; k++)
+        for (int side = 0; side < (m->row[k] == m->col[k] ? 1 : 2); side++) {
+            int at = next[side ? m->row[k] : m->col[k]]++;
+            z->m_row[at] = side ? m->col[k] : m->row[k];
+            z->m_entry[at] = k;
+        }
+    return true;
 }
 
 /* Which pairs of u the reduced mass couples. */
 static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
 {
-    sets mx = sets_new(1, z->n);
-    for (int k = 0; mx.bits && k < z->p; k++) {
+    sets mx = sets_new(z, 1, z->n);
+    if (z->scratch.failed)
+        return false;
+    for (int k = 0; k < z->p; k++) {
         memset(mx.bits, 0, (size_t)mx.words * sizeof *mx.bits);
         for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
             for (int i = z->m_start[z->x_row[e]]; i < z->m_start[z->x_row[e] + 1]; i++) {
@@ -192,8 +185,7 @@ static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
                 put(coupled, i, k);
             }
     }
-    kmp_free(mx.bits);
-    return mx.bits;
+    return true;
 }
 
 /* -- order and factor ------------------------------------------------------------------------------------ */
@@ -201,10 +193,12 @@ static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
 /* Eliminates u of `graph` one after another, the one with the fewest neighbours first; the rows of L in sets `fill`. */
 static bool eliminate(kmp_zeros *z, sets graph, sets fill)
 {
-    int *degree = KMP_NEW(int, z->p);
-    for (int k = 0; degree && k < z->p; k++)
+    int *degree = KMP_ARENA_NEW(&z->scratch, int, z->p);
+    if (!degree)
+        return false;
+    for (int k = 0; k < z->p; k++)
         degree[k] = size_of(graph, k, z->p);
-    for (int c = 0; degree && c < z->p; c++) {
+    for (int c = 0; c < z->p; c++) {
         int least = -1;
         for (int k = 0; k < z->p; k++)
             if (degree[k] >= 0 && (least < 0 || degree[k] < degree[least]))
@@ -220,8 +214,7 @@ static bool eliminate(kmp_zeros *z, sets graph, sets fill)
                 degree[k] = size_of(graph, k, z->p);
             }
     }
-    kmp_free(degree);
-    return degree;
+    return true;
 }
 
 /* In the order of elimination, `of` being sets of u. */
@@ -260,26 +253,21 @@ static void count_x(kmp_zeros *z)
 
 static bool order_factor(kmp_zeros *z, sets coupled)
 {
-    sets graph = sets_new(z->p, z->p), fill = sets_new(z->p, z->p);
+    sets graph = sets_new(z, z->p, z->p), fill = sets_new(z, z->p, z->p);
     z->order = KMP_ARENA_NEW(&z->arena, int, z->p);
-    bool ok = graph.bits && fill.bits && z->order;
-    if (ok) {
-        memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
-        ok = eliminate(z, graph, fill) && list_columns(z, fill, false, 1, &z->l_start, &z->l_row);
-    }
-    if (ok)
-        count_factor(z);
-    if (ok && (double)z->factor_products > MOST_OF_FACTOR * (double)kmp_cholesky_factor_flops(z->p).mul) {
-        z->whole = true;
-        for (int k = 0; k < z->p; k++)
-            z->order[k] = k;
-    }
-    ok = ok && list_columns(z, coupled, true, 0, &z->mr_start, &z->mr_row);
-    if (ok)
-        count_x(z);
-    kmp_free(graph.bits);
-    kmp_free(fill.bits);
-    return ok;
+    if (z->scratch.failed || !z->order)
+        return false;
+    memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
+    if (!eliminate(z, graph, fill) || !list_columns(z, fill, false, 1, &z->l_start, &z->l_row))
+        return false;
+    count_factor(z);
+    z->whole = (double)z->factor_products > MOST_OF_FACTOR * (double)kmp_cholesky_factor_flops(z->p).mul;
+    for (int k = 0; z->whole && k < z->p; k++)
+        z->order[k] = k;
+    if (!list_columns(z, coupled, true, 0, &z->mr_start, &z->mr_row))
+        return false;
+    count_x(z);
+    return true;
 }
 
 /* -- all together ------------------------------------------------------------------------------------------ */
@@ -293,7 +281,7 @@ static void count_solves(kmp_zeros *z, const kmp_reduction *red)
     }
 }
 
-kmp_zeros *kmp_zeros_new(const kmp_reduction *red, const int *jv_row, const int *jv_col)
+kmp_zeros *kmp_zeros_new(const kmp_reduction *red)
 {
     const kmp_partition *part = red->part;
     if (part->p < LEAST || part->p > MOST)
@@ -307,12 +295,10 @@ kmp_zeros *kmp_zeros_new(const kmp_reduction *red, const int *jv_row, const int 
     z->blocks = kmp_block_count(red->block);
     z->column = KMP_ARENA_NEW(&z->arena, double, z->n);
     z->packed = KMP_ARENA_NEW(&z->arena, double, z->p);
-    sets x = sets_new(z->p, z->n), coupled = sets_new(z->p, z->p);
-    bool ok = z->column && z->packed && x.bits && coupled.bits && find_x(z, red, jv_row, jv_col, x) &&
-              list_mass(z, &red->plant->system->mass) && find_coupled(z, x, coupled) && order_factor(z, coupled) &&
-              (part->r > 0 || !z->whole);
-    kmp_free(x.bits);
-    kmp_free(coupled.bits);
+    sets x = sets_new(z, z->p, z->n), coupled = sets_new(z, z->p, z->p);
+    bool ok = !z->arena.failed && !z->scratch.failed && find_x(z, red, x) && list_mass(z, &red->plant->system->mass) &&
+              find_coupled(z, x, coupled) && order_factor(z, coupled) && (part->r > 0 || !z->whole);
+    kmp_arena_free(&z->scratch);
     if (!ok) {
         kmp_zeros_free(z);
         return NULL;

@@ -11,7 +11,7 @@
 
 typedef struct kmp_zeros {
     const kmp_partition *part; /* not owned */
-    kmp_arena arena;
+    kmp_arena arena, scratch;  /* the second while it is made */
     int n, p, blocks;
     bool whole;                      /* the factor of the reduced mass has few zeros: it is dense, in the order of u */
     int *x_start, *x_row;            /* rows of X that are not zero, by columns, ascending */
@@ -29,9 +29,8 @@ typedef struct kmp_zeros {
 
 struct kmp_reduction;
 
-/** Of a reduction whose Jacobian is split; entries of Jv as positions in rows and v. NULL where too little is zero to
- * gain by it, or without memory. */
-kmp_zeros *kmp_zeros_new(const struct kmp_reduction *red, const int *jv_row, const int *jv_col);
+/** Of a reduction whose Jacobian is split. NULL where too little is zero to gain by it, or without memory. */
+kmp_zeros *kmp_zeros_new(const struct kmp_reduction *red);
 void kmp_zeros_free(kmp_zeros *z);
 
 /** v of out += Bvu s; out = -X' force. */
