@@ -28,9 +28,10 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4,
 #define RANK       1e-8  /* of the conditions: above what dh/dp is off by */
 #define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
 #define MOST_RANK  1e-2
-#define WIDE       3.0   /* times the median misfit */
+#define WIDE       10.0  /* times the median misfit */
 #define MET        3e-16 /* scaled |h| of redundant rows: rounding of one evaluation */
 #define NEARLY_MET 1e-12 /* the same where no step reduces it: rounding of places where pivots are small */
+#define STUCK      0.03  /* part of the drawing's misfit below which a place has followed the others */
 #define REDUCED    0.8   /* part of the misfit that a step may leave */
 /* Part of the misfit that may remain, or the rounding squared, where rounding explains it. */
 #define EXPLAINED 1e-2
@@ -57,6 +58,7 @@ typedef struct search {
     int conditions; /* of all places */
     double *w;      /* m x conditions */
     bool *counts;   /* places + 1 */
+    double *drawn;  /* places + 1: the widest row of the drawing */
     survey at, trial;
     kempe_system *system; /* with the numbers of `at`; NULL: as drawn */
     double *total, *goal; /* count: shifts of `at` and of `trial`, scaled */
@@ -134,16 +136,17 @@ static kempe_status find_slopes(search *x)
     return status;
 }
 
-/* Places where rows are open much wider than at most others are next to a change point, or on a branch that is not
- * meant: their conditions do not count. Returns the widest row of those that do. */
+/* Places where rows are open much wider than at most others, and about as wide as in the drawing, are next to a change
+ * point, or on a branch that is not meant: their conditions do not count. Returns the widest row of those that do. */
 static double sift(search *x, const double *open)
 {
     double widest = 0;
     int places = all_places(x);
     for (int k = 0; k < places; k++) {
         int narrower = 0;
+        double left = STUCK * x->drawn[k];
         for (int i = 0; i < places; i++)
-            narrower += !(open[k] <= fmax(WIDE * open[i], NEARLY_MET));
+            narrower += !(open[k] <= fmax(WIDE * open[i], fmax(left, NEARLY_MET)));
         x->counts[k] = narrower <= places / 2;
         widest = x->counts[k] ? fmax(widest, open[k]) : widest;
     }
@@ -183,6 +186,8 @@ static bool look(search *x, const kempe_system *s, survey *at)
     }
     if (w) {
         at->widest = sift(x, open);
+        if (s == x->s)
+            memcpy(x->drawn, open, (size_t)all_places(x) * sizeof *open);
         contract(x, at->rest);
     }
     kmp_walk_free(w);
@@ -254,11 +259,16 @@ static kempe_status step(search *x, bool *reduced)
     return status;
 }
 
-/* True if the mechanism closes and no row remains open. */
-static bool is_whole(const kempe_system *s)
+/* True if the mechanism closes, no row remains open, and none opens on the way to most other places. */
+static bool is_whole(const kempe_system *s, int rank)
 {
     kempe_assembly *a = NULL;
+    kmp_rounding_trial trial = {.rank = rank, .tolerance = KMP_CLOSED_DROPPED};
     bool whole = kmp_assemble_start(s, &a) == KEMPE_OK && a->closed && !kmp_rounding_of(s);
+    if (whole) {
+        trial.dropped = a->dropped;
+        whole = kmp_rounding_try(&trial, s, a->inner_q ? a->inner_q : a->q, a->chart) && trial.holds;
+    }
     kempe_assembly_free(a);
     return whole;
 }
@@ -301,6 +311,7 @@ static bool begin(search *x, kmp_arena *arena)
                                     {&x->w, conditions * s->m},
                                     {&x->h, places * s->m},
                                     {&x->matrix, conditions * x->count},
+                                    {&x->drawn, places},
                                     {&x->total, x->count},
                                     {&x->goal, x->count},
                                     {&x->shift, x->count}};
@@ -321,7 +332,8 @@ kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_
     bool reduced = x.count > 0;
     for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > MET; k++)
         status = step(&x, &reduced);
-    bool exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= NEARLY_MET && is_whole(x.system);
+    bool exact =
+        status != KEMPE_E_MEMORY && x.system && x.at.widest <= NEARLY_MET && is_whole(x.system, s->rounding->rank);
     bool explained = x.count == MOST_NUMBERS || x.at.widest <= fmax(EXPLAINED * drawn, unit * unit);
     *by = 0;
     for (int i = 0; exact && i < x.count; i++)
