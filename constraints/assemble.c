@@ -238,9 +238,9 @@ static bool center_joints(work *w)
     if (centred == 0)
         return true;
     kmp_plant_set_charts(w->plant, w->plant->chart);
-    const kmp_arena_room rooms[] = {
-        {&w->a->inner_q, w->n}, {&w->a->inner_qd, w->n}, {&w->a->chart, (ptrdiff_t)KMP_CHART_SIZE * charts}};
-    return kmp_arena_make_rooms(&w->a->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{w->n, {&w->a->inner_q, &w->a->inner_qd}},
+                                      {(ptrdiff_t)KMP_CHART_SIZE * charts, {&w->a->chart}}};
+    return kmp_arena_make_groups(&w->a->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* The user's angles of joint c: those of the guess where it did not move. */

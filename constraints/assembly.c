@@ -98,12 +98,12 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     if (!a)
         return NULL;
     a->system = s;
-    const kmp_arena_room rooms[] = {{&a->q, s->n},        {&a->qd, s->n},   {&a->moved, s->n},
-                                    {&a->gaps, closures}, {&a->open, s->m}, {&a->pivots, s->m + s->n}};
+    const kmp_arena_group groups[] = {
+        {s->n, {&a->q, &a->qd, &a->moved}}, {closures, {&a->gaps}}, {s->m, {&a->open}}, {s->m + s->n, {&a->pivots}}};
     a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
     a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
     kmp_goals_init(&a->goals, s->model, &a->arena);
-    if (kmp_arena_make_rooms(&a->arena, sizeof rooms / sizeof *rooms, rooms))
+    if (kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups))
         return a;
     kempe_assembly_free(a);
     return NULL;

@@ -25,12 +25,12 @@ kmp_walk *kmp_walk_new(const kempe_system *system)
     *w = (kmp_walk){.system = system, .n = n, .m = m, .plant = kmp_plant_new(system, "tape")};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
-    const kmp_arena_room rooms[] = {
-        {&w->jacobian, m * n}, {&w->h, m}, {&w->copy, size * size}, {&w->basis, size * size}, {&w->pivots, m + n}};
+    const kmp_arena_group groups[] = {
+        {m * n, {&w->jacobian}}, {m, {&w->h}}, {size * size, {&w->copy, &w->basis}}, {m + n, {&w->pivots}}};
     w->order = KMP_ARENA_NEW(&w->arena, int, size);
     w->row_order = KMP_ARENA_NEW(&w->arena, int, size);
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
-    if (kmp_arena_make_rooms(&w->arena, sizeof rooms / sizeof *rooms, rooms) && w->plant &&
+    if (kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups) && w->plant &&
         kmp_least_change_init(&w->least, w->plant))
         return w;
     kmp_walk_free(w);

@@ -304,19 +304,15 @@ static bool begin(search *x, kmp_arena *arena)
     x->left = s->m - x->rank;
     x->count = kmp_drawn_list(x->model, MOST_NUMBERS, x->number);
     ptrdiff_t places = MOST_PLACES + 1, conditions = MOST_PLACES * x->left + s->m;
-    const kmp_arena_room rooms[] = {{&x->at.q, places * s->n},
-                                    {&x->trial.q, places * s->n},
-                                    {&x->at.rest, conditions},
-                                    {&x->trial.rest, conditions},
-                                    {&x->w, conditions * s->m},
-                                    {&x->h, places * s->m},
-                                    {&x->matrix, conditions * x->count},
-                                    {&x->drawn, places},
-                                    {&x->total, x->count},
-                                    {&x->goal, x->count},
-                                    {&x->shift, x->count}};
+    const kmp_arena_group groups[] = {{places * s->n, {&x->at.q, &x->trial.q}},
+                                      {conditions, {&x->at.rest, &x->trial.rest}},
+                                      {conditions * s->m, {&x->w}},
+                                      {places * s->m, {&x->h}},
+                                      {conditions * x->count, {&x->matrix}},
+                                      {places, {&x->drawn}},
+                                      {x->count, {&x->total, &x->goal, &x->shift}}};
     x->walk = walk_of(x, s);
-    if (x->count < 0 || !x->walk || !kmp_arena_make_rooms(arena, sizeof rooms / sizeof *rooms, rooms))
+    if (x->count < 0 || !x->walk || !kmp_arena_make_groups(arena, sizeof groups / sizeof *groups, groups))
         return false;
     find_places(x);
     return look(x, s, &x->at);

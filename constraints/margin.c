@@ -38,21 +38,14 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
         need->start = KMP_ARENA_NEW(&margin->arena, int, m - r + 1);
         need->kept = KMP_ARENA_NEW(&margin->arena, int, (m - r) * r);
     }
-    const kmp_arena_room rooms[] = {{&margin->weight, entries},
-                                    {&margin->value, entries},
-                                    {&margin->jacobian, entries},
-                                    {&margin->jacobian_stood, entries},
-                                    {&margin->z, m},
-                                    {&margin->z_stood, m},
-                                    {&margin->begin, m},
-                                    {&margin->u, r},
-                                    {&margin->room, 4 * r},
-                                    {&margin->w, n},
-                                    {&margin->w_stood, n},
-                                    {&margin->drop_value, r},
-                                    {&margin->need.t, (m - r) * r},
-                                    {&margin->need_stood.t, (m - r) * r}};
-    if (!kmp_arena_make_rooms(&margin->arena, sizeof rooms / sizeof *rooms, rooms))
+    const kmp_arena_group groups[] = {
+        {entries, {&margin->weight, &margin->value, &margin->jacobian, &margin->jacobian_stood}},
+        {m, {&margin->z, &margin->z_stood, &margin->begin}},
+        {r, {&margin->u, &margin->drop_value}},
+        {4 * r, {&margin->room}},
+        {n, {&margin->w, &margin->w_stood}},
+        {(m - r) * r, {&margin->need.t, &margin->need_stood.t}}};
+    if (!kmp_arena_make_groups(&margin->arena, sizeof groups / sizeof *groups, groups))
         return false;
     for (int e = 0; e < entries; e++)
         margin->weight[e] = system->scale[system->jacobian.col[e]] / system->row_scale[system->jacobian.row[e]];

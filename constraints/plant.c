@@ -141,16 +141,13 @@ static bool prepare(kmp_plant *plant, const kmp_backend *backend)
     plant->judge = kmp_machine_new(plant->system->judge, plant->system->dissipative ? backend : seldom);
     if (plant->system->changes)
         plant->changes = kmp_machine_new(plant->system->changes, seldom);
-    const kmp_arena_room rooms[] = {{&plant->q, plant->n},
-                                    {&plant->with_force, plant->n},
-                                    {&plant->effort, plant->n},
-                                    {&plant->mode, plant->system->events.count},
-                                    {&plant->chart, (ptrdiff_t)KMP_CHART_SIZE * plant->system->chart_count},
-                                    {&plant->nu, plant->m}};
-    size_t count = sizeof rooms / sizeof *rooms - (plant->system->pressed_count > 0 ? 0 : 1);
+    const kmp_arena_group groups[] = {{plant->n, {&plant->q, &plant->with_force, &plant->effort}},
+                                      {plant->system->events.count, {&plant->mode}},
+                                      {(ptrdiff_t)KMP_CHART_SIZE * plant->system->chart_count, {&plant->chart}},
+                                      {plant->m, {plant->system->pressed_count > 0 ? &plant->nu : NULL}}};
     plant->dropped = KMP_ARENA_NEW(&plant->arena, bool, plant->m);
-    if (!kmp_arena_make_rooms(&plant->arena, count, rooms) || !plant->motion || !plant->judge ||
-        (plant->system->changes && !plant->changes))
+    if (!kmp_arena_make_groups(&plant->arena, sizeof groups / sizeof *groups, groups) || !plant->motion ||
+        !plant->judge || (plant->system->changes && !plant->changes))
         return false;
     if (plant->nu) {
         plant->press = kmp_press_work_new(plant->system);

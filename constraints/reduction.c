@@ -22,11 +22,14 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     red->ju_col = KMP_ARENA_NEW(&red->arena, int, entries);
     red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
     red->place = KMP_ARENA_NEW(&red->arena, int, n);
-    const kmp_arena_room rooms[] = {
-        {&red->jv, entries},   {&red->bvu, (ptrdiff_t)(r * p)}, {&red->x, (ptrdiff_t)(n * p)},  {&red->x_t, red->n},
-        {&red->a0, red->n},    {&red->force, red->n},           {&red->mr, (ptrdiff_t)(p * p)}, {&red->dv, red->r},
-        {&red->answer, red->p}};
-    return kmp_arena_make_rooms(&red->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{entries, {&red->jv}},
+                                      {(ptrdiff_t)(r * p), {&red->bvu}},
+                                      {(ptrdiff_t)(n * p), {&red->x}},
+                                      {red->n, {&red->x_t, &red->a0, &red->force}},
+                                      {(ptrdiff_t)(p * p), {&red->mr}},
+                                      {red->r, {&red->dv}},
+                                      {red->p, {&red->answer}}};
+    return kmp_arena_make_groups(&red->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* Splits the Jacobian's entries into Jv and Ju. */

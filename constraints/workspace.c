@@ -66,18 +66,13 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 static bool allocate(kempe_workspace *ws)
 {
     int n = ws->n, m = ws->m;
-    const kmp_arena_room rooms[] = {{&ws->mass, (ptrdiff_t)n * n},
-                                    {&ws->bias, n},
-                                    {&ws->h, m},
-                                    {&ws->jdqd, m},
-                                    {&ws->jacobian, (ptrdiff_t)m * n},
-                                    {&ws->q, n},
-                                    {&ws->qd, n},
-                                    {&ws->trial, n},
-                                    {&ws->answer, n + m},
-                                    {&ws->row, n + m}};
+    const kmp_arena_group groups[] = {{(ptrdiff_t)n * n, {&ws->mass}},
+                                      {n, {&ws->bias, &ws->q, &ws->qd, &ws->trial}},
+                                      {m, {&ws->h, &ws->jdqd}},
+                                      {(ptrdiff_t)m * n, {&ws->jacobian}},
+                                      {n + m, {&ws->answer, &ws->row}}};
     ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
-    return kmp_arena_make_rooms(&ws->arena, sizeof rooms / sizeof *rooms, rooms);
+    return kmp_arena_make_groups(&ws->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* Chooses the rows and coordinates of the start; none if it cannot be assembled. */

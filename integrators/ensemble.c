@@ -79,8 +79,8 @@ static bool allocate(kmp_ensemble *e)
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
-        const kmp_arena_room rooms[] = {{&x->y, size}, {&x->dy, size}, {&x->constants, e->parameters + e->n + e->m}};
-        (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
+        const kmp_arena_group groups[] = {{size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}}};
+        (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
     }
     return !a->failed;
 }

@@ -35,11 +35,12 @@ kmp_crossing *kmp_crossing_new(const kempe_system *system, kmp_plant *plant, dou
         return NULL;
     *c = (kmp_crossing){
         .s = system, .plant = plant, .journal = journal, .instant = INSTANT * span, .kink = KINK * rtol, .end = -1};
-    const kmp_arena_room rooms[] = {{&c->q, n},          {&c->qd, n},       {&c->qdd, n},      {&c->lambda, system->m},
-                                    {&c->change, count}, {&c->last, count}, {&c->most, count}, {&c->largest, count}};
+    const kmp_arena_group groups[] = {{n, {&c->q, &c->qd, &c->qdd}},
+                                      {system->m, {&c->lambda}},
+                                      {count, {&c->change, &c->last, &c->most, &c->largest}}};
     c->repeats = KMP_ARENA_NEW(&c->arena, int, count);
     c->stays = KMP_ARENA_NEW(&c->arena, bool, count);
-    if (!kmp_arena_make_rooms(&c->arena, sizeof rooms / sizeof *rooms, rooms) ||
+    if (!kmp_arena_make_groups(&c->arena, sizeof groups / sizeof *groups, groups) ||
         !kmp_event_search_init(&c->search, system, closely, &c->arena)) {
         kmp_crossing_free(c);
         return NULL;

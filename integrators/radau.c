@@ -35,13 +35,12 @@ static bool allocate(kmp_radau *s)
     int n = s->n, inner = s->inner, square = inner * inner, all = inner * s->s;
     bool coupled = s->ode.jacobian && all <= MOST_COUPLED;
     kmp_arena *a = &s->arena;
-    const kmp_arena_room rooms[] = {{&s->y, n}, {&s->y_old, n}, {&s->dy, n},   {&s->trial, n}, {&s->scale, n},
-                                    {&s->w, n}, {&s->error, n}, {&s->bend, n}, {&s->lead, n},  {&s->lead_old, n}};
-    (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group vectors = {
+        n, {&s->y, &s->y_old, &s->dy, &s->trial, &s->scale, &s->w, &s->error, &s->bend, &s->lead, &s->lead_old}};
+    (void)kmp_arena_make_groups(a, 1, &vectors);
     for (int i = 0; i < s->s; i++) {
-        const kmp_arena_room stage[] = {
-            {&s->z[i], n}, {&s->z_old[i], n}, {&s->u[i], n}, {&s->f[i], n}, {&s->change[i], n}};
-        (void)kmp_arena_make_rooms(a, sizeof stage / sizeof *stage, stage);
+        const kmp_arena_group stage = {n, {&s->z[i], &s->z_old[i], &s->u[i], &s->f[i], &s->change[i]}};
+        (void)kmp_arena_make_groups(a, 1, &stage);
         if (i == 0 || coupled)
             s->jacobian[i] = KMP_ARENA_NEW(a, double, n *n);
     }

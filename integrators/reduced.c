@@ -401,14 +401,15 @@ static void release(kmp_road *road)
 static bool allocate(kmp_reduced *d)
 {
     kmp_arena *a = &d->road.arena;
-    const kmp_arena_room rooms[] = {
-        {&d->q, d->n},        {&d->qd, d->n},       {&d->qdd, d->n},      {&d->lambda, d->part.m},
-        {&d->weight, d->n},   {&d->udd, d->p},      {&d->anchor_u, d->p}, {&d->anchor_b, d->r * d->p},
-        {&d->anchor_v, d->r}, {&d->anchor_t, d->r}, {&d->anchor_c, d->r}};
+    const kmp_arena_group groups[] = {{d->n, {&d->q, &d->qd, &d->qdd, &d->weight}},
+                                      {d->part.m, {&d->lambda}},
+                                      {d->p, {&d->udd, &d->anchor_u}},
+                                      {d->r * d->p, {&d->anchor_b}},
+                                      {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}}};
     kmp_road_make_unknowns(&d->road, kmp_reduced_work(d) + d->has_work, false);
     d->signs = KMP_ARENA_NEW(a, int, d->r);
     d->signs_now = KMP_ARENA_NEW(a, int, d->r);
-    return kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
+    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
 }
 
 static bool begin(kmp_reduced *d, const kmp_road_start *start)

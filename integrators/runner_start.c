@@ -248,9 +248,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     run->plant = kmp_plant_new_shared(run->s, run->spec.backend, run->team);
-    const kmp_arena_room rooms[] = {{&run->qdd, n},  {&run->lambda, m},    {&run->moved, 3 * n + m},
-                                    {&run->seen, n}, {&run->next_seen, n}, {&run->state, 3 * n + m}};
-    if (!run->plant || !kmp_arena_make_rooms(&run->arena, sizeof rooms / sizeof *rooms, rooms))
+    const kmp_arena_group groups[] = {
+        {n, {&run->qdd, &run->seen, &run->next_seen}}, {m, {&run->lambda}}, {3 * n + m, {&run->moved, &run->state}}};
+    if (!run->plant || !kmp_arena_make_groups(&run->arena, sizeof groups / sizeof *groups, groups))
         return kmp_fail_memory(run->s->context);
     kmp_runner_center_start(run, start);
     double *q = run->state, *qd = q + n;

@@ -300,12 +300,11 @@ static bool make_room(const gather *g)
     int n = t->n;
     if (!t->forced)
         return true;
-    const kmp_arena_room rooms[] = {{&t->effort, n},
-                                    {&t->moved, n},
-                                    {&t->state, 2 * n},
-                                    {&t->with_effort, g->value_count},
-                                    {&t->tangents_with_it, g->list.output_count + 2 * n * n + 2 * n}};
-    return kmp_arena_make_rooms(&t->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{n, {&t->effort, &t->moved}},
+                                      {2 * n, {&t->state}},
+                                      {g->value_count, {&t->with_effort}},
+                                      {g->list.output_count + 2 * n * n + 2 * n, {&t->tangents_with_it}}};
+    return kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups);
 }
 
 static bool is_worth_two_derivations(const kempe_system *system)

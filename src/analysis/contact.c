@@ -134,10 +134,9 @@ static kempe_status read_freed(job *j, const char *words)
 static bool make_room(job *j)
 {
     ptrdiff_t n = j->t->system->n, leads = j->t->over.count;
-    const kmp_arena_room rooms[] = {{&j->here, leads},    {&j->there, leads},      {&j->from, leads},
-                                    {&j->between, leads}, {&j->parameters, leads}, {&j->q, n},
-                                    {&j->before, n}};
-    return kmp_arena_make_rooms(&j->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {{leads, {&j->here, &j->there, &j->from, &j->between, &j->parameters}},
+                                      {n, {&j->q, &j->before}}};
+    return kmp_arena_make_groups(&j->arena, sizeof groups / sizeof *groups, groups);
 }
 
 static kempe_status begin(job *j, const kempe_contact_ask *ask)

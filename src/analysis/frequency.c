@@ -24,15 +24,16 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
 {
     kmp_frequency *f = frequency;
     ptrdiff_t p = transfer->p, block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
-    const kmp_arena_room rooms[] = {{&f->re, all},      {&f->im, all},     {&f->at, count},   {&f->still, block},
-                                    {&f->h_re, block},  {&f->h_im, block}, {&f->a_re, p * p}, {&f->a_im, p * p},
-                                    {&f->terms, p * p}, {&f->du_re, p},    {&f->du_im, p},    {&f->scale, p},
-                                    {&f->off_re, p},    {&f->off_im, p}};
+    const kmp_arena_group groups[] = {{all, {&f->re, &f->im}},
+                                      {count, {&f->at}},
+                                      {block, {&f->still, &f->h_re, &f->h_im}},
+                                      {p * p, {&f->a_re, &f->a_im, &f->terms}},
+                                      {p, {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im}}};
     *f = (kmp_frequency){
         .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
     f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
     f->pivot = KMP_ARENA_NEW(&f->arena, int, p);
-    return kmp_arena_make_rooms(&f->arena, sizeof rooms / sizeof *rooms, rooms)
+    return kmp_arena_make_groups(&f->arena, sizeof groups / sizeof *groups, groups)
                ? KEMPE_OK
                : kmp_fail_memory(transfer->linear->system->context);
 }

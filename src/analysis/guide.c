@@ -27,14 +27,15 @@
 static bool make_room(kmp_guide *g)
 {
     ptrdiff_t n = g->n, entries = g->system->jacobian.count;
-    const kmp_arena_room rooms[] = {{&g->q, n},   {&g->qd, n},   {&g->qdd, n},         {&g->trial, n}, {&g->move, n},
-                                    {&g->ud, n},  {&g->udd, n},  {&g->rest, n},        {&g->from, n},  {&g->tq, n},
-                                    {&g->tqd, n}, {&g->tqdd, n}, {&g->masked, entries}};
+    const kmp_arena_group groups[] = {
+        {n,
+         {&g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest, &g->from, &g->tq, &g->tqd, &g->tqdd}},
+        {entries, {&g->masked}}};
     g->sign = KMP_ARENA_NEW(&g->arena, int, n);
     g->u = KMP_ARENA_NEW(&g->arena, int, n);
     g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
     g->given = KMP_ARENA_NEW(&g->arena, bool, n);
-    return kmp_arena_make_rooms(&g->arena, sizeof rooms / sizeof *rooms, rooms);
+    return kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
 }
 
 /* Drives of coordinates that the table has say nothing. */

@@ -13,11 +13,14 @@
 static bool make_room(kmp_inverse *v)
 {
     ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->pressed_count > 0 ? n : 0;
-    const kmp_arena_room rooms[] = {{&v->weight, v->a}, {&v->tau, v->a}, {&v->lambda, v->m},    {&v->masked, entries},
-                                    {&v->rest, n},      {&v->sum, n},    {&v->inertia, pressed}};
+    const kmp_arena_group groups[] = {{v->a, {&v->weight, &v->tau}},
+                                      {v->m, {&v->lambda}},
+                                      {entries, {&v->masked}},
+                                      {n, {&v->rest, &v->sum}},
+                                      {pressed, {&v->inertia}}};
     v->actuator = KMP_ARENA_NEW(&v->arena, int, v->a);
     v->left_out = KMP_ARENA_NEW(&v->arena, bool, v->m);
-    return kmp_arena_make_rooms(&v->arena, sizeof rooms / sizeof *rooms, rooms);
+    return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
 }
 
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_plant *plant, int count, const int *actuator,
@@ -65,9 +68,10 @@ static kempe_status choose(kmp_inverse *v)
     if (status != KEMPE_OK)
         return status;
     int p = v->p = v->part.p;
-    const kmp_arena_room rooms[] = {{&v->gram, p * p},  {&v->matrix, p * v->a}, {&v->reach, p},
-                                    {&v->inner, p * p}, {&v->choice, p},        {&v->left, p}};
-    if (!kmp_arena_make_rooms(&v->choices, sizeof rooms / sizeof *rooms, rooms) || !kmp_singular_init(&v->svd, p, v->a))
+    const kmp_arena_group groups[] = {
+        {p * p, {&v->gram, &v->inner}}, {p * v->a, {&v->matrix}}, {p, {&v->reach, &v->choice, &v->left}}};
+    if (!kmp_arena_make_groups(&v->choices, sizeof groups / sizeof *groups, groups) ||
+        !kmp_singular_init(&v->svd, p, v->a))
         return kmp_fail_memory(v->system->context);
     return kmp_reduction_init(&v->red, v->plant, &v->part);
 }

@@ -54,9 +54,9 @@ static kempe_status take_columns(kempe_kinematics *k)
 static bool make_room(kempe_kinematics *k)
 {
     ptrdiff_t rows = k->asked, size = rows * k->system->n;
-    const kmp_arena_room rooms[] = {{&k->q, size},       {&k->qd, size}, {&k->qdd, size},
-                                    {&k->asked_s, rows}, {&k->s, rows},  {&k->shown, rows * k->width}};
-    bool made = kmp_arena_make_rooms(&k->arena, sizeof rooms / sizeof *rooms, rooms);
+    const kmp_arena_group groups[] = {
+        {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->asked_s, &k->s}}, {rows * k->width, {&k->shown}}};
+    bool made = kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups);
     for (int i = 0; made && i < k->asked; i++)
         k->asked_s[i] = i == k->asked - 1 ? 1 : (double)i / (k->asked - 1);
     return made;

@@ -10,9 +10,9 @@ static bool make_room(kmp_modes *s)
 {
     ptrdiff_t size = (ptrdiff_t)s->n * s->count;
     kmp_arena *a = &s->arena;
-    const kmp_arena_room rooms[] = {{&s->re, size}, {&s->im, size}, {&s->kinetic, size}, {&s->potential, size}};
+    const kmp_arena_group groups[] = {{size, {&s->re, &s->im, &s->kinetic, &s->potential}}};
     s->u = KMP_ARENA_NEW(a, int, s->p);
-    (void)kmp_arena_make_rooms(a, sizeof rooms / sizeof *rooms, rooms);
+    (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
     bool charts = s->system->chart_count > 0;
     s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
     s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;

@@ -11,9 +11,9 @@
 static bool make_room(kmp_operating *o)
 {
     int n = o->system->n, charts = o->system->chart_count;
-    const kmp_arena_room rooms[] = {
-        {&o->q, n}, {&o->qd, n}, {&o->inner_q, n}, {&o->inner_qd, n}, {&o->chart, KMP_CHART_SIZE * charts}};
-    return kmp_arena_make_rooms(&o->arena, charts > 0 ? 5 : 4, rooms);
+    const kmp_arena_group groups[] = {{n, {&o->q, &o->qd, &o->inner_q, &o->inner_qd}},
+                                      {KMP_CHART_SIZE * charts, {&o->chart}}};
+    return kmp_arena_make_groups(&o->arena, charts > 0 ? 2 : 1, groups);
 }
 
 /* The assembled start in the charts that it was found in, none of them singular. */

@@ -56,13 +56,15 @@ static void poses_swap(kmp_pose *a, kmp_pose *b)
 static bool make_room(kmp_sweep *w)
 {
     ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
-    const kmp_arena_room rooms[] = {{&w->here.x, x},     {&w->here.dx, x},     {&w->next.x, x},      {&w->next.dx, x},
-                                    {&w->part_way.x, x}, {&w->part_way.dx, x}, {&w->entry.x, x},     {&w->entry.dx, x},
-                                    {&w->unit, x},       {&w->drift, x},       {&w->dx, x},          {&w->xs, x},
-                                    {&w->xss, x},        {&w->jd, m},          {&w->masked, entries}};
+    const kmp_arena_group groups[] = {
+        {x,
+         {&w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->part_way.x, &w->part_way.dx, &w->entry.x, &w->entry.dx,
+          &w->unit, &w->drift, &w->dx, &w->xs, &w->xss}},
+        {m, {&w->jd}},
+        {entries, {&w->masked}}};
     w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
     w->moving = KMP_ARENA_NEW(&w->arena, int, m);
-    return kmp_arena_make_rooms(&w->arena, sizeof rooms / sizeof *rooms, rooms);
+    return kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups);
 }
 
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
@@ -97,14 +99,14 @@ static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
 {
     int p = w->p;
     kmp_arena *arena = &w->of_leads;
-    const kmp_arena_room rooms[] = {
-        {&w->gradient, (p + 1) * (w->n + 1)}, {&w->matrix, (p + 1) * (p + 1)}, {&w->rhs, p + 1}, {&w->pivots, p + 1}};
+    const kmp_arena_group groups[] = {
+        {(p + 1) * (w->n + 1), {&w->gradient}}, {(p + 1) * (p + 1), {&w->matrix}}, {p + 1, {&w->rhs, &w->pivots}}};
     kmp_arena_free(arena);
     w->count = count;
     w->time = -1;
     w->lead = KMP_ARENA_NEW(arena, kmp_lead, count);
     w->order = KMP_ARENA_NEW(arena, int, 2 * (p + 1));
-    if (!kmp_arena_make_rooms(arena, sizeof rooms / sizeof *rooms, rooms))
+    if (!kmp_arena_make_groups(arena, sizeof groups / sizeof *groups, groups))
         return false;
     memcpy(w->lead, leads, (size_t)count * sizeof *leads);
     return true;

@@ -63,13 +63,6 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size)
     return p;
 }
 
-bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *rooms)
-{
-    for (size_t k = 0; k < count; k++)
-        *rooms[k].to = KMP_ARENA_NEW(arena, double, rooms[k].size);
-    return !arena->failed;
-}
-
 bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups)
 {
     for (size_t k = 0; k < count; k++)

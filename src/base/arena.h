@@ -17,15 +17,6 @@ void kmp_arena_free(kmp_arena *arena);
 void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
-/** An array of doubles that is wanted, and where its address goes. */
-typedef struct kmp_arena_room {
-    double **to;
-    ptrdiff_t size;
-} kmp_arena_room;
-
-/** Makes all of them. Whether the arena has never failed. */
-bool kmp_arena_make_rooms(kmp_arena *arena, size_t count, const kmp_arena_room *rooms);
-
 /** Arrays of doubles of one size that are wanted, and where their addresses go: up to the first NULL, 15 at most. */
 typedef struct kmp_arena_group {
     ptrdiff_t size;
