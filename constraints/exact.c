@@ -28,10 +28,10 @@ enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4,
 #define RANK       1e-8  /* of the conditions: above what dh/dp is off by */
 #define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
 #define MOST_RANK  1e-2
-#define WIDE       10.0  /* times the median misfit */
+#define WIDE       3.0   /* times the median misfit */
 #define MET        3e-16 /* scaled |h| of redundant rows: rounding of one evaluation */
 #define NEARLY_MET 1e-12 /* the same where no step reduces it: rounding of places where pivots are small */
-#define STUCK      0.03  /* part of the drawing's misfit below which a place has followed the others */
+#define FOLLOWED   0.03  /* part of the drawing's misfit below which a place has followed the others */
 #define REDUCED    0.8   /* part of the misfit that a step may leave */
 /* Part of the misfit that may remain, or the rounding squared, where rounding explains it. */
 #define EXPLAINED 1e-2
@@ -41,6 +41,7 @@ typedef struct survey {
     double *q;     /* n x (places + 1): the start comes last */
     double *rest;  /* conditions */
     double widest; /* redundant row */
+    bool lags;     /* a place that does not count has followed the others, but not as far */
 } survey;
 
 typedef struct search {
@@ -54,11 +55,13 @@ typedef struct search {
     int rank;       /* of the others */
     int left;       /* conditions at a place */
     int places;
-    bool closed;    /* the start is a place, closed with the numbers as drawn: its m rows are conditions */
-    int conditions; /* of all places */
-    double *w;      /* m x conditions */
-    bool *counts;   /* places + 1 */
-    double *drawn;  /* places + 1: the widest row of the drawing */
+    bool closed;     /* the start is a place, closed with the numbers as drawn: its m rows are conditions */
+    int conditions;  /* of all places */
+    double *w;       /* m x conditions */
+    bool *counts;    /* places + 1 */
+    double *drawn;   /* places + 1: the widest row of the drawing */
+    double foreseen; /* misfit after a step that brings more rows, as far as the conditions are linear */
+    bool strict;     /* a place that has followed the others counts */
     survey at, trial;
     kempe_system *system; /* with the numbers of `at`; NULL: as drawn */
     double *total, *goal; /* count: shifts of `at` and of `trial`, scaled */
@@ -136,22 +139,23 @@ static kempe_status find_slopes(search *x)
     return status;
 }
 
-/* Places where rows are open much wider than at most others, and about as wide as in the drawing, are next to a change
- * point, or on a branch that is not meant: their conditions do not count. Returns the widest row of those that do. */
-static double sift(search *x, const double *open)
+/* Places where rows are open much wider than at most others (where strict: and about as wide as in the drawing) are
+ * next to a change point, or on a branch that is not meant: their conditions do not count. */
+static void sift(search *x, const double *open, survey *at)
 {
-    double widest = 0;
+    at->widest = 0;
+    at->lags = false;
     int places = all_places(x);
     for (int k = 0; k < places; k++) {
         int narrower = 0;
-        double left = STUCK * x->drawn[k];
+        double followed = x->strict ? FOLLOWED * x->drawn[k] : 0;
         for (int i = 0; i < places; i++)
-            narrower += !(open[k] <= fmax(WIDE * open[i], fmax(left, NEARLY_MET)));
+            narrower += !(open[k] <= fmax(WIDE * open[i], fmax(followed, NEARLY_MET)));
         x->counts[k] = narrower <= places / 2;
-        widest = x->counts[k] ? fmax(widest, open[k]) : widest;
+        at->widest = x->counts[k] ? fmax(at->widest, open[k]) : at->widest;
+        at->lags = at->lags || (!x->counts[k] && open[k] <= FOLLOWED * x->drawn[k]);
     }
     x->counts[x->places] = true;
-    return widest;
 }
 
 static kmp_walk *walk_of(const search *x, const kempe_system *s)
@@ -185,7 +189,7 @@ static bool look(search *x, const kempe_system *s, survey *at)
         open[k] = closed ? kmp_rounding_opening(w, NULL) : INFINITY;
     }
     if (w) {
-        at->widest = sift(x, open);
+        sift(x, open, at);
         if (s == x->s)
             memcpy(x->drawn, open, (size_t)all_places(x) * sizeof *open);
         contract(x, at->rest);
@@ -215,6 +219,19 @@ static bool set_goal(search *x)
     return near;
 }
 
+/* Returns the largest condition after the step, as far as they are linear. */
+static double left_by(const search *x)
+{
+    double most = 0;
+    for (int c = 0; c < x->conditions; c++) {
+        double left = x->at.rest[c];
+        for (int i = 0; i < x->count; i++)
+            left -= x->matrix[(size_t)c + (size_t)i * (size_t)x->conditions] * x->shift[i];
+        most = fmax(most, fabs(left));
+    }
+    return most;
+}
+
 /* Goes to the goal if the misfit is reduced there. KEMPE_E_INPUT: what is no closure any more. */
 static kempe_status try_goal(search *x, bool *reduced)
 {
@@ -227,6 +244,8 @@ static kempe_status try_goal(search *x, bool *reduced)
     x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly will tell */
     if (s->m == x->s->m && !look(x, s, &x->trial))
         status = KEMPE_E_MEMORY;
+    if (s->m > x->s->m) /* axes that are parallel as drawn are parallel no more */
+        x->foreseen = fmin(x->foreseen, left_by(x));
     *reduced = status == KEMPE_OK && x->trial.widest < REDUCED * x->at.widest;
     if (*reduced) {
         survey was = x->at;
@@ -318,31 +337,43 @@ static bool begin(search *x, kmp_arena *arena)
     return look(x, s, &x->at);
 }
 
-kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, kmp_drawing *found,
-                            double *by)
+/* *explained: rounding explains the misfit of the drawing, or there are too many numbers to decide. */
+static kempe_status find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, bool strict,
+                         bool *explained, bool *exact, double *by)
 {
-    search x = {.s = s, .a = a, .model = kmp_variant_model(variant)};
+    search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};
     kmp_arena arena = {0};
     kempe_status status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
     double drawn = x.at.widest, unit = kmp_drawn_find_rounding(x.number, x.count, s->length);
     bool reduced = x.count > 0;
     for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > MET; k++)
         status = step(&x, &reduced);
-    bool exact =
-        status != KEMPE_E_MEMORY && x.system && x.at.widest <= NEARLY_MET && is_whole(x.system, s->rounding->rank);
-    bool explained = x.count == MOST_NUMBERS || x.at.widest <= fmax(EXPLAINED * drawn, unit * unit);
+    *exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= NEARLY_MET && !x.at.lags &&
+             is_whole(x.system, s->rounding->rank);
+    *explained =
+        *explained || x.count == MOST_NUMBERS || fmin(x.at.widest, x.foreseen) <= fmax(EXPLAINED * drawn, unit * unit);
     *by = 0;
-    for (int i = 0; exact && i < x.count; i++)
+    for (int i = 0; *exact && i < x.count; i++)
         *by = fmax(*by, fabs(x.total[i]));
-    kmp_drawn_place(x.number, x.count, exact ? x.total : NULL, s->length);
-    *found = KMP_DRAWING_UNEXPLAINED;
-    if (exact)
-        *found = KMP_DRAWING_EXACT;
-    else if (explained || s->model->closure_tolerance_given)
-        *found = KMP_DRAWING_OPEN;
+    kmp_drawn_place(x.number, x.count, *exact ? x.total : NULL, s->length);
     kempe_system_free(x.system);
     kmp_walk_free(x.walk);
     kmp_arena_free(&arena);
     kmp_context_clear(s->context);
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
+}
+
+kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, kmp_drawing *found,
+                            double *by)
+{
+    bool explained = false, exact = false;
+    kempe_status status = KEMPE_OK;
+    for (int strict = 0; strict < 2 && status == KEMPE_OK && !exact; strict++)
+        status = find(s, a, variant, strict, &explained, &exact, by);
+    *found = KMP_DRAWING_UNEXPLAINED;
+    if (exact)
+        *found = KMP_DRAWING_EXACT;
+    else if (explained || s->model->closure_tolerance_given)
+        *found = KMP_DRAWING_OPEN;
+    return status;
 }
