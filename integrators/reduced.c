@@ -205,12 +205,16 @@ static int correct(kmp_reduced *d, double *v, const double *w)
     bool still = d->p == 0 && !d->s->rheonomic;
     if (!d->carried || d->r == 0 || still || kmp_plant_residual(d->plant) < KMP_CLOSED)
         return KMP_GO;
-    double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
+    double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT, worst = 0;
     for (int i = 0; i < d->r; i++) {
-        double rounded = fmin(w[i], KMP_CORRECTION_ROUNDING * d->s->scale[d->part.v[i]]);
-        if (!(fabs(d->red.dv[i]) <= fmax(limit * w[i], rounded)))
-            return KMP_RETRY;
+        double rounded = fmin(w[i], KMP_CORRECTION_ROUNDING * d->s->scale[d->part.v[i]]), dv = fabs(d->red.dv[i]);
+        worst = dv <= rounded ? worst : isfinite(dv) ? fmax(worst, dv / w[i]) : INFINITY;
     }
+    bool rounding = d->corrected_t == d->t && worst > 0.5 * d->corrected && worst <= KMP_CORRECTION_LIMIT;
+    d->corrected = worst;
+    d->corrected_t = d->t;
+    if (worst > limit && !rounding)
+        return KMP_RETRY;
     for (int i = 0; i < d->r; i++)
         d->q[d->part.v[i]] = v[i] += d->red.dv[i];
     return KMP_GO;
@@ -465,6 +469,7 @@ static kmp_road *create(const kmp_road_kind *kind, const kmp_road_start *start)
     d->r = part->r;
     d->rtol = start->rtol;
     d->atol = start->atol;
+    d->corrected_t = NAN;
     d->rate_scale = start->rate_scale;
     d->road.release = release;
     d->road.row = row;

@@ -38,9 +38,10 @@ typedef struct kmp_reduced {
     int *signs;           /* r: of the determinants of Jv's blocks, at the start, the last exchange or step */
     int *signs_now;       /* r */
     double rtol, atol, rate_scale;
-    double t;      /* of the last accepted step */
-    bool crossed;  /* det Jv had changed its sign at the end of the last step tried */
-    double growth; /* |Bvu| there, scaled, and where */
+    double t;                      /* of the last accepted step */
+    bool crossed;                  /* det Jv had changed its sign at the end of the last step tried */
+    double corrected, corrected_t; /* the last correction of v in error weights, of a step from there */
+    double growth;                 /* |Bvu| there, scaled, and where */
     int growth_v, growth_u;
 } kmp_reduced;
 

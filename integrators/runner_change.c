@@ -408,14 +408,26 @@ static kempe_status take_projected(kmp_runner *run, double t)
     return status;
 }
 
-/* Where a formulation cannot go on near a singular place the zone takes over, in steps where no leap led across. */
-static kempe_status take_zone(kmp_runner *run, double t)
+/* The first step of the zone, a leap or one of many. */
+static kempe_status step_in_zone(kmp_runner *run, double t, bool walks)
 {
-    run->walks = run->margin.tried > 0;
+    run->walks = walks;
     kmp_text_free(&run->road->reason);
     kmp_context_clear(run->s->context);
     kempe_status status = kmp_runner_change_road(run, t, true);
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
+}
+
+/* Where a formulation cannot go on near a singular place the zone takes over: by a leap, unless none led across before,
+ * or where the steps of the zone have come to an end, too; else in steps. */
+static kempe_status take_zone(kmp_runner *run, double t)
+{
+    bool leaps = run->walks || !(run->margin.tried > 0);
+    kempe_status status = leaps ? step_in_zone(run, t, false) : KEMPE_E_FAILED;
+    if (status != KEMPE_E_FAILED || (leaps && run->margin.tried > 0))
+        return status;
+    run->margin.tried = run->margin.last;
+    return step_in_zone(run, t, true);
 }
 
 /* Whether it may. */
@@ -436,6 +448,8 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     kempe_status quitted = run->in_zone && !run->walks ? quit_zone(run, t) : KEMPE_E_FAILED;
     if (quitted != KEMPE_E_FAILED)
         return quitted;
+    if (run->in_zone && run->walks)
+        return take_zone(run, t);
     if (may_project(run))
         return take_projected(run, t);
     if (kmp_runner_lock(run, t) >= 0)
