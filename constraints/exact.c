@@ -267,13 +267,13 @@ static kempe_status step(search *x, bool *reduced)
     double widest = x->at.widest;
     kempe_status status = find_slopes(x);
     *reduced = false;
-    for (double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK); rank <= MOST_RANK; rank *= 10) {
-        if (*reduced || status != KEMPE_OK)
-            break;
+    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK);
+    while (rank <= MOST_RANK && !*reduced && status == KEMPE_OK) {
         if (kmp_least_squares(x->conditions, x->count, x->matrix, x->at.rest, rank, x->shift) < 0)
             return KEMPE_E_MEMORY;
         if (set_goal(x))
             status = try_goal(x, reduced);
+        rank *= 10;
     }
     return status;
 }

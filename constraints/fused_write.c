@@ -156,7 +156,7 @@ static kmp_ref left_over(const maker *k, int row, kmp_ref rhs, const kmp_ref *x,
 static void solve_columns(maker *k, int number, const block *b, int columns, const kmp_ref *rhs, kmp_ref *x)
 {
     for (int c = 0; c < columns; c++) {
-        kmp_ref y[KMP_FUSED_BLOCK];
+        kmp_ref y[KMP_FUSED_BLOCK] = {0};
         for (int i = 0; i < b->size; i++)
             y[i] = left_over(k, b->row[i], rhs[b->row[i] * columns + c], x + c, columns, number);
         solve_block(k->g, b, y);
