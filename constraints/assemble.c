@@ -42,7 +42,7 @@ typedef struct work {
     int *held;          /* n: coordinates that are held */
     bool starved;       /* an allocation failed */
     int rank;           /* of J where the other rows stay open by rounding; -1: there are none */
-    double near;        /* scaled |h| from which the rows are told apart, or Newton's method is trusted */
+    double near;        /* scaled |h| below which the rank of J is decided and Newton's method is used */
 } work;
 
 static void evaluate(work *w)

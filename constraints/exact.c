@@ -191,7 +191,8 @@ static bool look(search *x, const kempe_system *s, survey *at)
     if (w) {
         sift(x, open, at);
         if (s == x->s)
-            memcpy(x->drawn, open, (size_t)all_places(x) * sizeof *open);
+            for (int k = 0; k < all_places(x); k++)
+                x->drawn[k] = isfinite(open[k]) ? open[k] : 0;
         contract(x, at->rest);
     }
     kmp_walk_free(w);

@@ -64,7 +64,7 @@ void kmp_margin_free(kmp_margin *margin)
     *margin = (kmp_margin){0};
 }
 
-/* Whether an entry of J is of a dropped row and a column of the block. */
+/* True if an entry of J belongs to a dropped row and to a column of the block. */
 static bool is_dropped(const kmp_margin *margin, int e)
 {
     const kmp_pattern *jac = &margin->system->jacobian;

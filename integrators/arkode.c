@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* SUNDIALS ARKODE (Reynolds et al., ACM TOMS 49 (2023) 19) as two integrators: `erk`, Dormand and Prince's explicit
- * pair 5(4), which lets the road correct its steps (the state is reset); `dirk`, Kennedy and Carpenter's stiffly
- * accurate ESDIRK4(3)6L[2]SA (NASA/TM-2016-219173) with the road's exact Jacobian. ARKODE gives up when an explicit
- * right-hand side fails: the step is then begun anew from its start with a quarter of its length. A reset, which
- * forgets the interpolant, is put off until the next step. */
+ * pair 5(4), whose steps the formulation may correct (the state is reset); `dirk`, Kennedy and Carpenter's stiffly
+ * accurate ESDIRK4(3)6L[2]SA (NASA/TM-2016-219173) with the formulation's exact Jacobian. ARKODE gives up when an
+ * explicit right-hand side fails: the step is then begun anew from its start with a quarter of its length. A reset,
+ * which forgets the interpolant, is put off until the next step. */
 #include "integrators/sundials_host.h"
 
 #include <arkode/arkode_arkstep.h>

@@ -430,7 +430,7 @@ static kempe_status take_zone(kmp_runner *run, double t)
     return step_in_zone(run, t, true);
 }
 
-/* Whether it may. */
+/* True if the zone may take over: J is near to losing a row, and change points are not ignored. */
 static bool is_near_zone(kmp_runner *run, double t)
 {
     if (run->in_zone || run->margin.ignored || run->margin.r == 0 || kmp_memory_failures() != run->memory_failures ||

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What parts between two points are made of: products of vectors fixed in either body and of the vector d = Q - P
- * between the points (Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, sec. 9.4: the
+/* Closure parts between two points: products of vectors fixed in either body and of the vector d = Q - P between the
+ * points (Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, sec. 9.4: the
  * conditions dot-1, dot-2, parallel-1 and parallel-2). e is the closure's axis on a point's body, a and b complete it
  * to right-handed axes fixed there. Moments follow from virtual work: turning the second body by w changes u1.u2 by
  * w.(u2 x u1). */
