@@ -174,7 +174,7 @@ static kmp_walk *walk_of(const search *x, const kempe_system *s)
 static bool look(search *x, const kempe_system *s, survey *at)
 {
     size_t n = (size_t)s->n, m = (size_t)s->m;
-    double open[MOST_PLACES + 1];
+    double open[MOST_PLACES + 1] = {0};
     kmp_walk *w = walk_of(x, s);
     for (int k = 0; w && k < all_places(x); k++) {
         double *q = at->q + (size_t)k * n;
