@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/angles.h"
+#include "constraints/tolerances.h"
 #include "linalg/dot.h"
 #include <math.h>
-
-/* Of the largest determinant of the three axes. */
-#define NEAR 0.05
 
 /* a.(b x R c) where R turns about b by an angle: with the parts of a and c across b it is A cos + B sin, A = a.(b x c),
  * B = a.(b x (b x c)). */
@@ -14,7 +12,7 @@ static bool is_singular(const double a[3], const double b[3], const double c[3],
     kmp_cross3(b, c, bc);
     kmp_cross3(b, bc, bbc);
     double cosine = kmp_dot3(a, bc), sine = kmp_dot3(a, bbc), most = hypot(cosine, sine);
-    return fabs(cosine * cos(angle) + sine * sin(angle)) < NEAR * most;
+    return fabs(cosine * cos(angle) + sine * sin(angle)) < KMP_AXES_WEAK * most;
 }
 
 /* The middle one of three rotations of a joint that are singular at q, or nearly; -1: there is none. */

@@ -18,9 +18,8 @@
 #include <string.h>
 
 enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* number of rows of KINSOL's matrix */ };
-#define PUSH            0.3
-#define WORTH           0.1 /* least part of |h| by which a step near a solution must reduce it */
-#define NEARLY_SINGULAR 0.1 /* determinant of the axes of a spherical joint */
+#define PUSH  0.3
+#define WORTH 0.1 /* least part of |h| by which a step near a solution must reduce it */
 
 /* State of one assembly. */
 typedef struct work {
@@ -230,7 +229,7 @@ static bool center_joints(work *w)
         return true;
     for (int c = 0; c < charts; c++) {
         const bool *hold = w->guess->hold + w->s->chart_first[c];
-        if (hold[0] == hold[1] && hold[1] == hold[2] && kmp_chart_regular(w->s, c, w->a->q) < NEARLY_SINGULAR) {
+        if (hold[0] == hold[1] && hold[1] == hold[2] && kmp_chart_regular(w->s, c, w->a->q) < KMP_AXES_TURNED) {
             kmp_chart_center(w->s, c, w->plant->chart, w->a->q, NULL, NULL);
             centred++;
         }

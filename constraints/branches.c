@@ -10,7 +10,6 @@
 
 enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
 #define TWO_PI   6.283185307179586
-#define SAME     1e-5 /* scaled: states that are nearer are one */
 #define ROUNDING 1e-13
 #define FAR      3.0 /* a translation is sampled within so many characteristic lengths */
 
@@ -162,7 +161,7 @@ static void keep(search *s, const double *q, double residual)
 {
     const kempe_system *system = s->b->system;
     for (int k = 0; k < s->b->count; k++)
-        if (kmp_state_same(system, SAME, 0, NULL, q, s->b->branch[k].q)) {
+        if (kmp_state_same(system, KMP_SAME_STATE, 0, NULL, q, s->b->branch[k].q)) {
             s->b->branch[k].hits++;
             return;
         }
@@ -213,7 +212,7 @@ static kempe_status sample(search *s, int seed)
 static bool comes_before(const kempe_system *system, const kmp_branch *a, const kmp_branch *b)
 {
     int order = strcmp(a->sign, b->sign);
-    return order ? order < 0 : kmp_state_before(system, SAME, a->q, b->q);
+    return order ? order < 0 : kmp_state_before(system, KMP_SAME_STATE, a->q, b->q);
 }
 
 static void sort(kempe_branches *b)

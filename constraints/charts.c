@@ -8,18 +8,13 @@
  * axes across each other). The angles of a rotation R: v = R c makes the angle psi with a, and q2 = phi +- psi where
  * R_b(phi) c = a; then q1 turns R_b(q2) c onto v about a, and q3 is what is left about c. */
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
 #define TWO_PI 6.283185307179586
-/* Below this part of the largest pivot the axes are dependent: rounding of their components. */
-#define DEPENDENT 1e-14
-/* Below this sine the first angle is not determined. */
-#define NO_ANGLE 1e-15
-/* rad: so near to its singular position the first angle is not followed, but gone past. */
-#define TOUCH 1e-8
 /* Square of the part of the angular velocity across an axis from which on its direction there counts. */
 #define LEAST_TURN 1e-12
 
@@ -153,7 +148,7 @@ static void solve(matrix e, const double right[3], double x[3])
     int row[3], col[3], rank;
     memcpy(lu, e, sizeof lu); /* columns of e' */
     kmp_lu_complete(3, 3, lu, NULL, row, col, pivots);
-    rank = pivots[2] > DEPENDENT * pivots[0] ? 3 : 2;
+    rank = pivots[2] > KMP_AXES_DEPENDENT * pivots[0] ? 3 : 2;
     for (int i = 0; i < 3; i++) {
         y[i] = right[row[i]];
         for (int k = 0; k < i; k++)
@@ -470,10 +465,10 @@ double kmp_chart_follow(const kempe_system *system, int c, const double *chart, 
     joint j = joint_of(system, c);
     matrix own, total;
     spin s;
-    bool touches = fabs(sin(near[1] - fold(&j))) < TOUCH;
+    bool touches = fabs(sin(near[1] - fold(&j))) < KMP_AXES_TOUCH;
     get(chart, c, own);
     whole(&j, own, q + j.first, NULL, NULL, total, &s);
-    return angles_near(&j, total, near, sided && !touches, TOUCH, angles);
+    return angles_near(&j, total, near, sided && !touches, KMP_AXES_TOUCH, angles);
 }
 
 double kmp_chart_show(const kempe_system *system, int c, const double *chart, const double near[3], double *q,
@@ -485,7 +480,7 @@ double kmp_chart_show(const kempe_system *system, int c, const double *chart, co
     double angles[3];
     get(chart, c, own);
     whole(&j, own, q + j.first, qd ? qd + j.first : NULL, qdd ? qdd + j.first : NULL, total, &s);
-    double far = angles_near(&j, total, near, false, NO_ANGLE, angles);
+    double far = angles_near(&j, total, near, false, KMP_AXES_NO_ANGLE, angles);
     memcpy(q + j.first, angles, sizeof angles);
     if (qd)
         rates_of(&j, angles, &s, qd + j.first, qdd ? qdd + j.first : NULL);

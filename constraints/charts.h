@@ -13,9 +13,6 @@
 
 enum { KMP_CHART_SIZE = 9 }; /* numbers of one C, row by row */
 
-/** A joint is centred when the determinant of its axes falls below this. */
-#define KMP_CHART_LIMIT 0.4
-
 /** Joints that may be centred: none while a force of the user's own sees the coordinates. */
 int kmp_charts_count(const kempe_system *system);
 

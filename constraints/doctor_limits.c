@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "constraints/charts.h"
 #include "constraints/doctor.h"
+#include "constraints/tolerances.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
@@ -21,7 +22,6 @@ enum { MOST_STEPS = 3000, MOST_COORDINATES = 40 };
 #define LEAST_DOT  0.985 /* of successive unit tangents */
 #define FARTHEST   120.0 /* scaled */
 #define SIDEWAYS   0.1   /* of a step, that closing may add */
-#define EXACT      1e-5  /* margin of a change point */
 #define NEAR       1e-2
 #define STANDS     1e-8 /* a coordinate that moves less than this does not move */
 #define TWO_PI     6.283185307179586
@@ -156,7 +156,7 @@ static void change_point(way *w)
     (void)kmp_bracket_least(probe, w, w->before.arc - w->here.arc, w->next.arc - w->here.arc, 1e-8);
     double margin = w->least.pivot / w->usual;
     if (margin < NEAR)
-        remember(w, -1, w->least.q, margin < EXACT ? 0 : margin);
+        remember(w, -1, w->least.q, margin < KMP_MARGIN_EXACT ? 0 : margin);
 }
 
 /* -- one way ----------------------------------------------------------------------------------------- */

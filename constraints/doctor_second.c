@@ -10,9 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ZERO  1e-7 /* of a condition, scaled: configurations are closed to 1e-13, singular ones to its root */
-#define SHAKY 1e-5 /* of the first pivot */
-
 typedef struct quadratic {
     double *tangent; /* n x d */
     double *left;    /* m x l */
@@ -66,7 +63,7 @@ static void contract(const kmp_examination *x, quadratic *f)
 static bool binds(const quadratic *f, int l)
 {
     for (int p = 0; p < f->pairs; p++)
-        if (fabs(f->form[l + p * f->l]) > ZERO)
+        if (fabs(f->form[l + p * f->l]) > KMP_RANK_SECOND)
             return true;
     return false;
 }
@@ -84,15 +81,15 @@ static int common_zeros(const quadratic *f, int first)
     double a = f->form[first], b = f->form[first + f->l], d = f->form[first + 2 * f->l];
     double mean = (a + d) / 2, radius = hypot((a - d) / 2, b), phase = atan2(b, (a - d) / 2);
     int found = 0;
-    if (fabs(mean) > radius + ZERO)
+    if (fabs(mean) > radius + KMP_RANK_SECOND)
         return 0;
     double half = acos(fmax(-1, fmin(1, -mean / radius)));
     for (int sign = -1; sign <= 1; sign += 2) {
         double angle = (phase + sign * half) / 2;
         bool all = true;
         for (int l = 0; l < f->l; l++)
-            all = all && fabs(value(f, l, cos(angle), sin(angle))) <= sqrt(ZERO);
-        found += all && (sign < 0 || half > sqrt(ZERO)); /* a double zero counts once */
+            all = all && fabs(value(f, l, cos(angle), sin(angle))) <= sqrt(KMP_RANK_SECOND);
+        found += all && (sign < 0 || half > sqrt(KMP_RANK_SECOND)); /* a double zero counts once */
     }
     return found;
 }
@@ -123,7 +120,7 @@ static int rank_here(const kmp_examination *x)
 {
     const kmp_partition *part = x->part;
     int r = part->r;
-    while (!x->doctor->moved && r > 0 && part->pivots[r - 1] < SHAKY * part->pivots[0])
+    while (!x->doctor->moved && r > 0 && part->pivots[r - 1] < KMP_RANK_SHAKY * part->pivots[0])
         r--;
     return r;
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/drawn.h"
+#include "constraints/tolerances.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 enum { MOST_DECIMALS = 12 };
-#define LEAST 1e-15 /* a shift below is none */
 
 /* -- the list ---------------------------------------------------------------------------------------- */
 
@@ -179,8 +179,8 @@ void kmp_drawn_place(kmp_drawn *list, int count, const double *shift, double len
     for (int i = 0; i < count; i++)
         put_back(&list[i]);
     for (int i = 0; shift && i < count; i++)
-        if (fabs(shift[i]) > LEAST && list[i].scalar)
+        if (fabs(shift[i]) > KMP_MEND_NO_SHIFT && list[i].scalar)
             move_scalar(&list[i], shift[i] * length);
-        else if (fabs(shift[i]) > LEAST)
+        else if (fabs(shift[i]) > KMP_MEND_NO_SHIFT)
             move_axes(&list[i], shift[i]);
 }

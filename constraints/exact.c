@@ -24,17 +24,6 @@
 #include <string.h>
 
 enum { MOST_NUMBERS = 600, MOST_PLACES = 128, LEAST_PLACES = 12, PER_NUMBER = 4, STEPS = 24 };
-#define DIFFERENCE 1e-4  /* shift of a number, characteristic lengths or rad: its square is what dh/dp is off by */
-#define RANK       1e-8  /* of the conditions: above what dh/dp is off by */
-#define OFF        100.0 /* conditions are off by so many times the widest row, next to change points, and at most by: */
-#define MOST_RANK  1e-2
-#define WIDE       3.0   /* times the median misfit */
-#define MET        3e-16 /* scaled |h| of redundant rows: rounding of one evaluation */
-#define NEARLY_MET 1e-12 /* the same where no step reduces it: rounding of places where pivots are small */
-#define FOLLOWED   0.03  /* part of the drawing's misfit below which a place has followed the others */
-#define REDUCED    0.8   /* part of the misfit that a step may leave */
-/* Part of the misfit that may remain, or the rounding squared, where rounding explains it. */
-#define EXPLAINED 1e-2
 
 /* The places closed on independent rows of one system, and what its conditions are there. */
 typedef struct survey {
@@ -129,9 +118,9 @@ static kempe_status find_slopes(search *x)
         double drawn = x->total[i];
         memset(x->h, 0, (size_t)(all_places(x) * x->s->m) * sizeof *x->h);
         for (int side = 1; status == KEMPE_OK && side >= -1; side -= 2) {
-            x->total[i] = drawn + side * DIFFERENCE;
+            x->total[i] = drawn + side * KMP_MEND_DIFFERENCE;
             kmp_drawn_place(x->number, x->count, x->total, x->s->length);
-            status = add_closures(x, side / (2 * DIFFERENCE) * x->number[i].rounding);
+            status = add_closures(x, side / (2 * KMP_MEND_DIFFERENCE) * x->number[i].rounding);
         }
         x->total[i] = drawn;
         contract(x, x->matrix + (size_t)i * (size_t)x->conditions);
@@ -148,12 +137,12 @@ static void sift(search *x, const double *open, survey *at)
     int places = all_places(x);
     for (int k = 0; k < places; k++) {
         int narrower = 0;
-        double followed = x->strict ? FOLLOWED * x->drawn[k] : 0;
+        double followed = x->strict ? KMP_MEND_FOLLOWED * x->drawn[k] : 0;
         for (int i = 0; i < places; i++)
-            narrower += !(open[k] <= fmax(WIDE * open[i], fmax(followed, NEARLY_MET)));
+            narrower += !(open[k] <= fmax(KMP_MEND_WIDE * open[i], fmax(followed, KMP_MEND_STALLED)));
         x->counts[k] = narrower <= places / 2;
         at->widest = x->counts[k] ? fmax(at->widest, open[k]) : at->widest;
-        at->lags = at->lags || (!x->counts[k] && open[k] <= FOLLOWED * x->drawn[k]);
+        at->lags = at->lags || (!x->counts[k] && open[k] <= KMP_MEND_FOLLOWED * x->drawn[k]);
     }
     x->counts[x->places] = true;
 }
@@ -247,7 +236,7 @@ static kempe_status try_goal(search *x, bool *reduced)
         status = KEMPE_E_MEMORY;
     if (s->m > x->s->m) /* axes that are parallel as drawn are parallel no more */
         x->foreseen = fmin(x->foreseen, left_by(x));
-    *reduced = status == KEMPE_OK && x->trial.widest < REDUCED * x->at.widest;
+    *reduced = status == KEMPE_OK && x->trial.widest < KMP_MEND_REDUCED * x->at.widest;
     if (*reduced) {
         survey was = x->at;
         x->at = x->trial;
@@ -268,8 +257,8 @@ static kempe_status step(search *x, bool *reduced)
     double widest = x->at.widest;
     kempe_status status = find_slopes(x);
     *reduced = false;
-    double rank = fmin(fmax(RANK, OFF * widest), MOST_RANK);
-    while (rank <= MOST_RANK && !*reduced && status == KEMPE_OK) {
+    double rank = fmin(fmax(KMP_MEND_RANK, KMP_MEND_OFF * widest), KMP_MEND_MOST_RANK);
+    while (rank <= KMP_MEND_MOST_RANK && !*reduced && status == KEMPE_OK) {
         if (kmp_least_squares(x->conditions, x->count, x->matrix, x->at.rest, rank, x->shift) < 0)
             return KEMPE_E_MEMORY;
         if (set_goal(x))
@@ -347,12 +336,12 @@ static kempe_status find(const kempe_system *s, const kempe_assembly *a, kmp_var
     kempe_status status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
     double drawn = x.at.widest, unit = kmp_drawn_find_rounding(x.number, x.count, s->length);
     bool reduced = x.count > 0;
-    for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > MET; k++)
+    for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > KMP_MEND_MET; k++)
         status = step(&x, &reduced);
-    *exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= NEARLY_MET && !x.at.lags &&
+    *exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= KMP_MEND_STALLED && !x.at.lags &&
              is_whole(x.system, s->rounding->rank);
-    *explained =
-        *explained || x.count == MOST_NUMBERS || fmin(x.at.widest, x.foreseen) <= fmax(EXPLAINED * drawn, unit * unit);
+    *explained = *explained || x.count == MOST_NUMBERS ||
+                 fmin(x.at.widest, x.foreseen) <= fmax(KMP_MEND_EXPLAINED * drawn, unit * unit);
     *by = 0;
     for (int i = 0; *exact && i < x.count; i++)
         *by = fmax(*by, fabs(x.total[i]));

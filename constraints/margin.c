@@ -8,17 +8,8 @@
 
 /* Passes of inverse iteration from the same vector everywhere, so that u turns evenly with the configuration. */
 enum { PASSES = 2 };
-/* The columns are chosen anew where some other one holds so many times more of w. */
-#define STALE 4.0
-/* Of conjugate gradients, relative. */
-#define GAP 1e-6
-/* z of two places is the same one above this cosine, either way. */
-#define SAME 0.5
-/* Turn of a free coordinate, rad or characteristic lengths, within which w shows its usual size. */
-#define TURN 0.2
-/* Other configurations that are looked at, with all coordinates turned by so much. */
+/* Other configurations that are looked at. */
 enum { ELSEWHERE = 5 };
-#define TURNED 0.5
 
 bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_partition *part)
 {
@@ -155,7 +146,7 @@ static void without_dropped(const kmp_margin *margin, const double *b, double *x
     memset(x, 0, (size_t)r * sizeof *x);
     memcpy(gap, b, (size_t)r * sizeof *gap);
     memcpy(p, b, (size_t)r * sizeof *p);
-    for (int pass = 0; pass < r && size > GAP * GAP * first; pass++) {
+    for (int pass = 0; pass < r && size > KMP_MARGIN_GAP * KMP_MARGIN_GAP * first; pass++) {
         add_dropped(margin, p, g);
         double step = size / kmp_dot(r, p, g), before = size;
         for (int k = 0; k < r; k++) {
@@ -280,7 +271,7 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
     if (margin->r == 0)
         return 1;
     take(margin, plant);
-    if (measure(margin) > STALE &&
+    if (measure(margin) > KMP_MARGIN_STALE &&
         kmp_partition_exchange(&margin->part, margin->system, plant->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
         renew_block(margin))
         (void)measure(margin);
@@ -292,7 +283,8 @@ double kmp_margin_at(kmp_margin *margin, const kmp_plant *plant)
 
 /* -- the start ---------------------------------------------------------------------------------------- */
 
-/* The larger |w| when the k-th free coordinate turns by TURN either way and the others follow along the tangent. */
+/* The larger |w| when the k-th free coordinate turns by KMP_MARGIN_NEAR_BY either way and the others follow along the
+ * tangent. */
 static double turned(kmp_margin *margin, kmp_plant *plant, double t, const double *q, int k, double *work)
 {
     const kempe_system *s = margin->system;
@@ -310,7 +302,7 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
     for (int side = -1; side <= 1; side += 2) {
         for (int i = 0; i < n; i++) {
             int v = margin->column[i];
-            double turn = i == free ? TURN : v >= 0 ? TURN * along[v] : 0;
+            double turn = i == free ? KMP_MARGIN_NEAR_BY : v >= 0 ? KMP_MARGIN_NEAR_BY * along[v] : 0;
             other[i] = q[i] + side * turn * s->scale[i];
         }
         kmp_plant_closure(plant, t, other);
@@ -321,8 +313,8 @@ static double turned(kmp_margin *margin, kmp_plant *plant, double t, const doubl
     return most;
 }
 
-/* The middle one of |w| with all coordinates turned by up to TURNED, wherever that opens the closures: lengths that
- * differ by a thousand make it small everywhere. */
+/* The middle one of |w| with all coordinates turned by up to KMP_MARGIN_ELSEWHERE, wherever that opens the closures:
+ * lengths that differ by a thousand make it small everywhere. */
 static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const double *q, double *other)
 {
     double found[ELSEWHERE];
@@ -330,7 +322,7 @@ static double elsewhere(kmp_margin *margin, kmp_plant *plant, double t, const do
     for (int k = 0; k < ELSEWHERE; k++) {
         for (int i = 0; i < margin->system->n; i++) {
             chance = chance * 1664525u + 1013904223u;
-            double turn = TURNED * ((double)chance / 2147483648.0 - 1);
+            double turn = KMP_MARGIN_ELSEWHERE * ((double)chance / 2147483648.0 - 1);
             other[i] = margin->system->model->motions[i].rotation ? q[i] + turn : q[i] * (1 + turn);
         }
         kmp_plant_closure(plant, t, other);
@@ -397,8 +389,8 @@ static line line_of(const kmp_margin *margin)
     double same = kmp_dot(margin->part.m, margin->z, margin->z_stood), sign = same < 0 ? -1 : 1;
     double new = kmp_dot(n, margin->w, margin->w), both = sign *kmp_dot(n, margin->w, margin->w_stood),
            old = kmp_dot(n, margin->w_stood, margin->w_stood), moved = new - 2 * both + old;
-    if (fabs(same) < SAME || !(moved > 0))
-        return (line){sqrt(old), INFINITY, sqrt(new), 1, fabs(same) >= SAME};
+    if (fabs(same) < KMP_MARGIN_SAME || !(moved > 0))
+        return (line){sqrt(old), INFINITY, sqrt(new), 1, fabs(same) >= KMP_MARGIN_SAME};
     double along = (new - both) / moved;
     return (line){sqrt(old), -along, sqrt(fmax(0, new - along *along *moved)), both / sqrt(old * new), true};
 }

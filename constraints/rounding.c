@@ -13,11 +13,6 @@
 #include <string.h>
 
 enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
-/* A way is finite from here on, rad or characteristic lengths: its square is far above any tolerance. */
-#define FAR 0.25
-/* No place is nearer to a change point: the last kept pivot over that at the start. */
-#define BESIDE  0.3
-#define MOST_OF 0.7
 
 const kmp_rounding *kmp_rounding_of(const kempe_system *system)
 {
@@ -108,7 +103,7 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double *
         kmp_walk_pivots(w, w->pivots);
         double margin = w->rank > 0 ? w->pivots[w->rank - 1] : 1;
         usual = count == 0 ? margin : usual;
-        on = margin < BESIDE * usual ? 0 : on + 1;
+        on = margin < KMP_ROUNDING_BESIDE * usual ? 0 : on + 1;
         if (on == 0)
             continue;
         double weak = w->rank >= 0 && w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
@@ -127,12 +122,13 @@ static void judge(trial *x, const kmp_waypoint *place, int count)
     t->here = t->most = place[0].open;
     for (int k = 1; k < count; k++) {
         bool holds = place[k].open <= t->tolerance;
-        far += place[k].distance >= FAR;
-        closed += place[k].distance >= FAR && holds;
+        far += place[k].distance >= KMP_ROUNDING_FAR;
+        closed += place[k].distance >= KMP_ROUNDING_FAR && holds;
         t->most = holds ? fmax(t->most, place[k].open) : t->most;
         weak = holds ? fmax(weak, place[k].weak) : weak;
     }
-    t->holds = t->here <= t->tolerance && ((far >= LEAST_FAR && closed >= MOST_OF * far) || x->walk->n == x->rank);
+    t->holds = t->here <= t->tolerance &&
+               ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || x->walk->n == x->rank);
     t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
 }
 

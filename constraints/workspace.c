@@ -17,10 +17,6 @@
 #include <string.h>
 
 enum { MAX_CORRECTIONS = 100 };
-/* Articulated bodies are used if they give the accelerations at the start to this part of their size. They divide by
- * the inertia of each joint with open loops: states that lose too many digits do without them. */
-#define SAME_ACCELERATIONS 1e-8
-#define LEAST_PIVOT        1e-8
 
 struct kempe_workspace {
     const kempe_system *system;
@@ -354,7 +350,7 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     kmp_plant_mass(plant);
     kmp_plant_give(plant, Q);
     kmp_plant_bias(plant, ws->qd);
-    bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= LEAST_PIVOT;
+    bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= KMP_ARTICULATED_PIVOT;
     if (good)
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
     kmp_plant_give(plant, NULL);
@@ -382,7 +378,7 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
         size = fmax(size, fabs(ws->trial[i]) / s->scale[i]);
         off = fmax(off, fabs(ws->answer[i] - ws->trial[i]) / s->scale[i]);
     }
-    ws->by_bodies = good && off <= SAME_ACCELERATIONS * size;
+    ws->by_bodies = good && off <= KMP_ARTICULATED_AGREE * size;
     return KEMPE_OK;
 }
 

@@ -2,6 +2,7 @@
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane what rk.c and reduced.c would
  * say to it. Lanes that are through, or that another pool goes on with, are filled again. */
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "integrators/dop853_table.h"
 #include "integrators/ensemble_inside.h"
 #include "integrators/ensemble_kernels.h"

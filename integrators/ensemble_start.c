@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/massless.h"
+#include "constraints/tolerances.h"
 #include "integrators/ensemble_inside.h"
 #include "integrators/runner.h"
 #include "model/check_mass.h"

@@ -11,6 +11,7 @@
  */
 #include "integrators/leap.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
@@ -19,19 +20,6 @@ enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12
 
 /* Distance, of the usual one, at which a leap is to land; landings tried in turn. */
 static const double LANDINGS[] = {0.25, 0.06, 0.5};
-/* Relative size of the last terms of the polynomial at which it is taken for smooth. */
-#define SMOOTH 1e-9
-/* Part of it to which Picard's iteration is carried, the least that it must shrink by, and the noise in which it may
- * end. */
-#define SETTLED 1e-2
-#define SHRINKS 0.7
-#define NOISE   10.0
-/* Beyond so much, or so many times the change of the last iteration, it is given up early. */
-#define ROUGH 100.0
-/* Lengths that differ by less, of their size, are one. */
-#define SAME 1e-4
-/* A landing may lie this much beyond the one aimed at. */
-#define BEYOND 1.3
 
 typedef struct leap {
     kmp_solver base; /* first */
@@ -133,7 +121,7 @@ static double weighted(const leap *s, const double *x)
 {
     double most = 0;
     for (int i = 0; i < s->ode.n; i++) {
-        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * SMOOTH / s->tolerance.rtol;
+        double w = (s->tolerance.atol[i] + s->tolerance.rtol * fabs(s->y0[i])) * KMP_LEAP_SMOOTH / s->tolerance.rtol;
         most = isfinite(x[i]) ? fmax(most, fabs(x[i]) / w) : INFINITY;
     }
     return most;
@@ -223,7 +211,7 @@ static double length_of(const leap *s, double wanted, double most, double place)
         return best;
     for (int j = 0; j < NODES - 1; j++) {
         double h = place / (0.25 * (2 + s->x[j] + s->x[j + 1])), off = fabs(log(h / wanted));
-        if (h <= fmin(BEYOND * wanted, most) && off < miss) {
+        if (h <= fmin(KMP_LEAP_BEYOND * wanted, most) && off < miss) {
             miss = off;
             best = h;
         }
@@ -297,17 +285,17 @@ static outcome settle(leap *s)
     double change = INFINITY, last = INFINITY;
     if (predict(s) != KMP_GO)
         return UNSETTLED;
-    for (int k = 0; k < MOST_SWEEPS && !(change <= SETTLED); k++) {
+    for (int k = 0; k < MOST_SWEEPS && !(change <= KMP_LEAP_SETTLED); k++) {
         if (sweep(s, &change) != KMP_GO)
             return UNSETTLED;
-        if (k > 2 && change > SHRINKS * last)
+        if (k > 2 && change > KMP_LEAP_SHRINKS * last)
             break; /* noise, or no convergence */
-        if (k > 1 && roughness(s) > ROUGH * fmax(1, change * change / last))
+        if (k > 1 && roughness(s) > KMP_LEAP_ROUGH * fmax(1, change * change / last))
             return TURNS; /* more than what is still to come may mend */
         last = change;
     }
     fit(s);
-    return change > NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
+    return change > KMP_LEAP_NOISE ? UNSETTLED : roughness(s) > fmax(1, change) ? TURNS : SMOOTHLY;
 }
 
 /* The singular place as the polynomial at hand sees it: a node that lies on it spoils the last digits of the slope, not
@@ -331,7 +319,7 @@ static outcome leap_to(leap *s, double now, double landing)
     outcome what = UNSETTLED;
     for (int k = 0; k < MOST_PLACES && what == UNSETTLED; k++) {
         double h = length_of(s, wanted, left, k > 0 ? place_within(s) : place);
-        if (k > 0 && fabs(h - s->h) < SAME * h)
+        if (k > 0 && fabs(h - s->h) < KMP_LEAP_SAME * h)
             break;
         s->h = h;
         end = h == left ? s->base.t_end : s->base.t + h;

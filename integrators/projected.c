@@ -13,15 +13,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Of rates, over the fastest: rounding of J qd, the most that rounding of h may make of it, and a margin for what the
- * estimate of that leaves out. */
-#define RATE_ROUNDING 1e-9
-#define RATE_NOISE    1e-5
-#define RATE_MARGIN   10.0
-#define NOISE_FADES   0.9
-/* Of a state that is closed for an integrator that leaps: a correction of this size, scaled, leaves the square of it.
- */
-#define LAST_CORRECTION 1e-8
 enum { MOST_CORRECTIONS = 8 };
 
 typedef struct projected {
@@ -78,7 +69,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     projected *d = self;
     const kmp_closer closer = kmp_saddle_closer(&d->saddle, d->dx);
     const kmp_close_rule rule = {
-        .most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH, .w = d->s->scale, .fraction = LAST_CORRECTION};
+        .most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH, .w = d->s->scale, .fraction = KMP_CORRECTION_LAST};
     int n = d->n, said = KMP_GO;
     if (!dy)
         kmp_plant_closure(d->plant, t, y);
@@ -114,20 +105,20 @@ static double size_of(const projected *d, const double *x)
     return size;
 }
 
-/* Rates are corrected freely within RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
+/* Rates are corrected freely within KMP_RATE_ROUNDING of the fastest one: where a light body between heavy ones whips
  * through its dead centre, rounding of J qd alone comes to that. Where J comes near to losing a row, h that is `open`
  * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much, so that rates that are right at q
  * are off by dx / sigma = dx^2 / h of themselves at q + dx. */
 static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
 {
     double most = size_of(d, dqd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
-    double lost = open <= KMP_CLOSED ? RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
+    double lost = open <= KMP_CLOSED ? KMP_RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
     bool stays = d->refused_h > 0 && h <= 0.6 * d->refused_h && most > 0.5 * d->refused_size;
     d->refused_h = h;
     d->refused_size = most;
-    if (stays && most <= RATE_NOISE * fastest)
+    if (stays && most <= KMP_RATE_NOISE * fastest)
         d->noise = fmax(d->noise, 4 * most / fastest);
-    return most <= fmax(RATE_ROUNDING, fmin(fmax(d->noise, lost), RATE_NOISE)) * fastest;
+    return most <= fmax(KMP_RATE_ROUNDING, fmin(fmax(d->noise, lost), KMP_RATE_NOISE)) * fastest;
 }
 
 /* q first, then qd at the corrected q, both with the factors at hand. Where J loses a row the projection of the rates
@@ -159,7 +150,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     }
     d->t = t;
     d->refused_h = 0;
-    d->noise *= NOISE_FADES;
+    d->noise *= KMP_RATE_FADES;
     d->road.factorizations = d->saddle.factorizations;
     return KMP_GO;
 }

@@ -1,22 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/redundant.h"
 #include "constraints/rounding.h"
+#include "constraints/tolerances.h"
 #include "integrators/ode.h"
 #include <math.h>
-
-/* Violation of a dropped row, in error weights of a coordinate of the same unit, and of the widest kept row: beyond
- * both the rank must have changed. */
-#define IN_WEIGHTS 1e3
-#define IN_KEPT    1e2
-/* The same of numbers that are rounded, in closure tolerances: the verdict warns of less. */
-#define IN_TOLERANCES 30
 
 int kmp_redundant_check(const kmp_plant *plant, const kmp_partition *part, double t, double tolerance, kmp_text *reason)
 {
     const kmp_rounding *rounding = kmp_rounding_of(plant->system);
-    double allowed = fmax(IN_WEIGHTS * tolerance, rounding ? IN_TOLERANCES * rounding->tolerance : 0);
+    double allowed = fmax(KMP_DROPPED_WEIGHTS * tolerance, rounding ? KMP_DROPPED_TOLERANCES * rounding->tolerance : 0);
     for (int k = 0; part->m > part->r && k < part->r; k++)
-        allowed = fmax(allowed, IN_KEPT * kmp_plant_opening(plant, part->rows[k]));
+        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * kmp_plant_opening(plant, part->rows[k]));
     for (int k = 0; k < part->m - part->r; k++) {
         int row = part->redundant[k];
         double h = kmp_plant_opening(plant, row);

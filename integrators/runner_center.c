@@ -2,6 +2,7 @@
 /* Spherical joints between steps: centred before their angles become singular, and followed in the user's coordinates,
  * which go on continuously whatever the charts do. */
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "integrators/runner.h"
 #include <math.h>
 #include <string.h>
@@ -97,7 +98,7 @@ void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
         kmp_plant_set_charts(run->plant, start->chart);
     for (int c = 0; c < kmp_charts_count(run->s); c++)
         if (!kmp_chart_is_own(run->plant->chart, c) ||
-            (!run->spec.own_angles && kmp_chart_regular(run->s, c, q) < KMP_CHART_LIMIT)) {
+            (!run->spec.own_angles && kmp_chart_regular(run->s, c, q) < KMP_AXES_CENTRED)) {
             kmp_chart_center(run->s, c, run->plant->chart, q, qd, NULL);
             run->centrings++;
             note(run, c, run->spec.t_start, kmp_chart_regular(run->s, c, start->q));
@@ -119,7 +120,7 @@ static bool may_center(const kmp_runner *run, int c)
 static bool is_due(const kmp_runner *run, const double *q)
 {
     for (int c = 0; c < kmp_charts_count(run->s); c++)
-        if (may_center(run, c) && kmp_chart_regular(run->s, c, q) < KMP_CHART_LIMIT)
+        if (may_center(run, c) && kmp_chart_regular(run->s, c, q) < KMP_AXES_CENTRED)
             return true;
     return false;
 }

@@ -8,12 +8,8 @@
 #include <float.h>
 #include <math.h>
 
-/* Rounding of accelerations with the loops open may be this part of rtol, of the size of accelerations at the start. */
-#define CANCELLED 1e-2
-/* Looks for a change point ahead of where it seems to be, as long as each finds so much less of the margin: where the
- * motion comes to rest at one the margin goes down as the square of time, and the line meets zero half-way. */
+/* Looks for a change point ahead of where it seems to be. */
 enum { PROBES = 10 };
-#define SHRINKS 0.6
 /* Steps that must lie between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
@@ -131,7 +127,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     bool found = false;
     find_jerk(run, t, jerk);
     double size = run->margin.last, last = INFINITY;
-    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < SHRINKS * last; k++) {
+    for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < KMP_MARGIN_AHEAD * last; k++) {
         double when, next;
         for (int i = 0; i < n; i++)
             way[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
@@ -230,7 +226,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     for (int i = 0; open && i < run->s->n; i++)
         most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / run->s->scale[i]) : INFINITY;
     double size = run->rate_scale * run->rate_scale;
-    if (DBL_EPSILON * most <= CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
+    if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     run->by_bodies = false;
     kempe_status status = kmp_runner_change_road(run, t, false);

@@ -10,9 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Accelerations by articulated bodies and by M and C agree to this part of their size, or the former are not taken. */
-#define SAME_ACCELERATIONS 1e-9
-
 /* 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
 static double rate_scale_of(const kmp_runner *run, const double *qd)
 {
@@ -172,7 +169,7 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     kempe_status status = kmp_plant_add_articulated(run->plant);
     if (status == KEMPE_OK)
         status = compare_bodies(run, q, qd, &off);
-    run->by_bodies = status == KEMPE_OK && off <= SAME_ACCELERATIONS;
+    run->by_bodies = status == KEMPE_OK && off <= KMP_ARTICULATED_AGREE;
     if (status != KEMPE_OK || run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
         return status;
     return kmp_fail(

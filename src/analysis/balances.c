@@ -6,13 +6,13 @@
 #include "base/memory.h"
 #include "constraints/branches.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
 enum { STARTS = 100, STARTS_OF_LARGE = 25, LARGE = 40 };
 #define TWO_PI 6.283185307179586
-#define SAME   1e-6 /* scaled: states that are nearer are one */
-#define FAR    1.0  /* a translation is sampled within so many characteristic lengths */
+#define FAR    1.0 /* a translation is sampled within so many characteristic lengths */
 
 /* -- what is kept ------------------------------------------------------------------------------------ */
 
@@ -56,7 +56,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
         return kmp_fail_memory(s->context);
     show(linear, near, q, qd);
     for (int k = 0; k < e->count; k++)
-        if (kmp_state_same(s, SAME, e->balance[k].idle_count, e->balance[k].idle, e->balance[k].q, q)) {
+        if (kmp_state_same(s, KMP_SAME_STATE, e->balance[k].idle_count, e->balance[k].idle, e->balance[k].q, q)) {
             e->balance[k].hits++;
             return KEMPE_OK;
         }
@@ -217,7 +217,7 @@ static void sort(kempe_equilibrium *e)
     for (int i = first + 1; i < e->count; i++) {
         kmp_balance moved = e->balance[i];
         int k = i;
-        for (; k > first && kmp_state_before(e->system, SAME, moved.q, e->balance[k - 1].q); k--)
+        for (; k > first && kmp_state_before(e->system, KMP_SAME_STATE, moved.q, e->balance[k - 1].q); k--)
             e->balance[k] = e->balance[k - 1];
         e->balance[k] = moved;
     }

@@ -8,15 +8,9 @@
 #include <math.h>
 #include <string.h>
 
-/* |Bvu| from which on a step that could not be made is put down to a dead centre of u. */
-#define FOLDED 20.0
-/* Margin, of the usual one, below which it is put down to a change point. */
-#define CHANGE_POINT 0.02
 /* How far from its prediction (rad, characteristic lengths) a step may end: positions within it are found from there.
  */
 #define FARTHEST 0.3
-/* Margin at which a motion that is followed backwards later ends: only a change point has it. */
-#define PASSING 1e-4
 /* Nothing finer is to be had in a zone. */
 #define ZONE_RTOL 1e-9
 
@@ -252,7 +246,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         if (crosses || kmp_varied_miss(f->v, y) > FARTHEST)
             return KMP_RETRY;
     }
-    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->start.margin, l->plant) < PASSING) {
+    if (f->ask->alone && l->red.r > 0 && kmp_margin_at(f->start.margin, l->plant) < KMP_MARGIN_ENDS) {
         say_change_point(f, t);
         return KMP_HALT;
     }
@@ -270,9 +264,9 @@ void kmp_forward_explain(kmp_road *road)
     double t = f->v->anchor[0].t;
     kmp_plant_closure(kmp_forward_plant(f), t, f->v->anchor[0].q);
     if (f->zone || f->crossed ||
-        (f->growth < FOLDED && kmp_margin_at(f->start.margin, kmp_forward_plant(f)) < CHANGE_POINT))
+        (f->growth < KMP_GROWTH_EXPLAINS && kmp_margin_at(f->start.margin, kmp_forward_plant(f)) < KMP_MARGIN_EXPLAINS))
         say_change_point(f, t);
-    else if (f->growth >= FOLDED)
+    else if (f->growth >= KMP_GROWTH_EXPLAINS)
         kmp_text_printf(&road->reason,
                         "the independent coordinates come to a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
                         f->growth);

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/assemble.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include "model/model.h"
 #include <math.h>
 #include <string.h>
@@ -31,7 +32,7 @@ static void begin(kmp_operating *o, const kempe_assembly *a)
     if (a->chart)
         memcpy(o->chart, a->chart, (size_t)(KMP_CHART_SIZE * s->chart_count) * sizeof *o->chart);
     for (int c = 0; c < kmp_charts_count(s); c++)
-        if (kmp_chart_regular(s, c, o->inner_q) < KMP_CHART_LIMIT)
+        if (kmp_chart_regular(s, c, o->inner_q) < KMP_AXES_CENTRED)
             kmp_chart_center(s, c, o->chart, o->inner_q, o->inner_qd, NULL);
 }
 

@@ -21,13 +21,10 @@
 #define LEAST_COSINE 0.955
 #define MOST_OFF     0.2
 #define CONTRACTION  0.3
-/* Near a change point no step is longer than this part of how far it seems to be; at a margin below EXACT, or a change
- * of sign that steps of SHORT cannot resolve, the point counts as one where branches meet, and is crossed straight on
- * from where the margin was above ENTRY. */
+/* Near a change point no step is longer than the first part of its apparent distance. A change of sign that steps of
+ * SHORT cannot resolve is a change point too. */
 #define APPROACH 0.5
 #define NEAR     0.3
-#define EXACT    1e-6
-#define ENTRY    1e-3
 #define SHORT    1e-7
 /* Of leading rows, relative. */
 #define FOLLOWS 1e-6
@@ -155,7 +152,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     if (!kmp_margin_init(&w->margin, w->system, &w->part))
         return kmp_fail_memory(w->system->context);
     if (w->any_dropped)
-        w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < EXACT * w->part.pivots[0];
+        w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < KMP_MARGIN_EXACT * w->part.pivots[0];
     else if (!kmp_margin_begin(&w->margin, w->plant, t, q))
         return kmp_fail_memory(w->system->context);
     (void)kmp_sweep_evaluate(w, w->here.x);
@@ -396,9 +393,9 @@ static verdict try_step(kmp_sweep *w, const kmp_pose *from, double step, bool le
 /* Straight on across a change point, from the last state that was well before it; farther where it lies deeper. */
 static bool leap(kmp_sweep *w)
 {
-    double gone = kmp_sweep_offset(w, &w->entry, &w->here), step = 2 * gone + ENTRY;
+    double gone = kmp_sweep_offset(w, &w->entry, &w->here), step = 2 * gone + KMP_MARGIN_ENTRY;
     for (int k = 0; k < MOST_LEAPS; k++, step *= 2)
-        if (try_step(w, &w->entry, step, true) == GOOD && kmp_sweep_margin(w, &w->next) > ENTRY / 2)
+        if (try_step(w, &w->entry, step, true) == GOOD && kmp_sweep_margin(w, &w->next) > KMP_MARGIN_ENTRY / 2)
             return true;
     return false;
 }
@@ -542,7 +539,7 @@ static kmp_sweep_end cross(way *y, double margin)
     w->effort.steps++;
     w->last_margin = margin;
     w->last_step = 0;
-    y->step = ENTRY;
+    y->step = KMP_MARGIN_ENTRY;
     bool there = reaches(y, w->next.x[w->n], y->task->s_end);
     poses_swap(&w->here, there && y->up > 0 ? &w->entry : &w->next);
     return there ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
@@ -556,19 +553,19 @@ static kmp_sweep_end go_on(way *y)
     kempe_status status = refresh(w);
     if (status != KEMPE_OK)
         return status == KEMPE_E_MEMORY ? KMP_SWEEP_NO_MEMORY : KMP_SWEEP_LOST;
-    if (margin > ENTRY)
+    if (margin > KMP_MARGIN_ENTRY)
         pose_copy(w, &w->here, &w->entry);
     w->fastest = fmax(w->fastest, pace(w, &w->here));
     double h = near_step(w, margin, fmin(y->step, longest_step(w)));
     verdict v = BAD;
-    while (margin > EXACT && h > SHORTEST && (v = try_step(w, &w->here, h, false)) != GOOD) {
+    while (margin > KMP_MARGIN_EXACT && h > SHORTEST && (v = try_step(w, &w->here, h, false)) != GOOD) {
         w->effort.rejected++;
         if (v == SIGN && h < SHORT)
             break;
         h /= 2;
     }
     if (v != GOOD) /* of a small margin rounding alone is left */
-        return margin < ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
+        return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
     w->effort.steps++;
     w->last_margin = margin;
     if (!goes_on(y))

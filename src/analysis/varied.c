@@ -2,11 +2,9 @@
 #include "analysis/varied.h"
 #include "base/memory.h"
 #include "constraints/charts.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
-
-/* Determinant of the axes of a spherical joint below which its angles say little. */
-#define NEARLY_SINGULAR 0.02
 
 static bool make_room(kmp_varied *v)
 {
@@ -167,7 +165,7 @@ const char *kmp_varied_singular(const kmp_varied *varied)
 {
     const kempe_system *s = varied->system;
     for (int c = 0; c < kmp_charts_count(s); c++)
-        if (kmp_chart_regular(s, c, varied->linear.q) < NEARLY_SINGULAR)
+        if (kmp_chart_regular(s, c, varied->linear.q) < KMP_AXES_LOST)
             return s->model->bodies[s->model->motions[s->chart_first[c]].body].joint;
     return NULL;
 }

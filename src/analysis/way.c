@@ -241,7 +241,7 @@ bool kmp_way_center(kmp_way *w)
     const kempe_system *s = w->l->system;
     bool any = false;
     for (int c = 0; c < kmp_charts_count(s); c++)
-        if (kmp_chart_regular(s, c, w->q) < KMP_CHART_LIMIT) {
+        if (kmp_chart_regular(s, c, w->q) < KMP_AXES_CENTRED) {
             kmp_chart_center(s, c, w->l->plant->chart, w->q, NULL, NULL);
             any = true;
         }
